@@ -6,10 +6,10 @@ Drivers are found by the entry-point group `motorbench.drivers`; an entry names 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_type_hints
 
 from drivers.interfaces import UNWATCHED, Calls, Clock, Instrument, InstrumentError, Role, Traffic
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from drivers.manual.prompt import Prompt
 from drivers.recognition import Recognition
 from drivers.transport.can.buses import CanBuses
@@ -91,6 +91,34 @@ class Driver:
     ratings: Mapping[str, float] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
     recognised_by: tuple[Recognition, ...] = ()
+
+    def unfit(self) -> Text | None:
+        """Return why what the driver makes is none of its role's instruments, as far as its class shows without one; None where it is.
+
+        The class is the opener itself, or what the opener says that it returns.
+        """
+        try:
+            opener = resolve_name(self.opener) if isinstance(self.opener, str) else self.opener
+            made = opener if isinstance(opener, type) else get_type_hints(opener).get("return")
+        except Exception:  # noqa: BLE001  a stranger's module may raise anything; opening the instrument says what
+            return None
+        interface = self.role.interface
+        if not isinstance(made, type) or made is interface or made is object:
+            return None
+        kinds = {"driver": self.name, "kind": made.__name__, "interface": interface.__name__}
+        if interface not in made.__mro__:
+            # An instrument of any role may be all that is said.
+            return (
+                None
+                if made in interface.__mro__
+                else text("what driver {driver} makes, {kind}, is no {interface}", **kinds)
+            )
+        missing = sorted(getattr(made, "__abstractmethods__", ()))
+        if not missing:
+            return None
+        return text(
+            "what driver {driver} makes, {kind}, is no {interface}: it has no {missing}", **kinds, missing=missing
+        )
 
     def open(self, address: str, options: object, surroundings: Surroundings, *, name: str = "") -> Instrument:
         """Open the instrument at an address; `name` stands for it in messages, its role when empty.

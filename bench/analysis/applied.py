@@ -10,7 +10,7 @@ from bench.analysis.statements import Statement
 from bench.captures import Capture
 from bench.captures.capture import FloatArray, same_name
 from drivers.interfaces import Accuracy
-from drivers.interfaces.full_scale import FULL_SCALE_READING, gain_of_full_scale
+from drivers.interfaces.full_scale import gain_of_full_scale
 from drivers.interfaces.text import Text, text
 from procedures.core.budget import Uncertainties
 
@@ -24,15 +24,16 @@ _FINEST = 2.5
 class _Kind:
     unit: str
     instrument: str
+    said: Text
 
 
 _KINDS: Mapping[str, _Kind] = {
-    "voltage": _Kind("V", "voltage channels"),
-    "current": _Kind("A", "current channels"),
-    "speed": _Kind("rad/s", "speed"),
-    "torque": _Kind("N·m", "torque"),
-    "inductance": _Kind("H", "inductance meter"),
-    "time": _Kind("", "time base"),
+    "voltage": _Kind("V", "voltage channels", text("voltage")),
+    "current": _Kind("A", "current channels", text("current")),
+    "speed": _Kind("rad/s", "speed", text("speed")),
+    "torque": _Kind("N·m", "torque", text("torque")),
+    "inductance": _Kind("H", "inductance meter", text("inductance")),
+    "time": _Kind("", "time base", text("time")),
 }
 
 
@@ -160,34 +161,53 @@ class Applied:
         )
         return uncertainties.instrument(error.instrument, quantity, accuracy)
 
-    def sentences(self) -> list[str]:
+    def sentences(self) -> list[Text]:
         """Return what a result says about its uncertainties."""
         by_statement: dict[str, tuple[str, list[str], Statement]] = {}
         for (kind, channel), statement in self._limits.items():
             by_statement.setdefault(f"{statement.given}, {kind}, {statement.gain:g}", (kind, [], statement))[1].append(
                 channel
             )
-        said = []
+        said: list[Text] = []
         for kind, channels, statement in by_statement.values():
-            whose = kind if kind == "time" else f"{kind} ({', '.join(dict.fromkeys(channels))})"
-            said.append(f"accuracy of {whose} as stated: {_shown(statement, _KINDS[kind].unit)}, rectangular (Type B)")
+            whose = _KINDS[kind].said
+            if kind != "time":
+                whose = text("{kind} ({channels})", kind=whose, channels=list(dict.fromkeys(channels)))
+            said.append(
+                text(
+                    "accuracy of {whose} as stated: {limits}, rectangular (Type B)",
+                    whose=whose,
+                    limits=_shown(statement, _KINDS[kind].unit),
+                )
+            )
         together: dict[str, list[str]] = {}
         for (kind, channel), statement in self._limits.items():
             together.setdefault(_instrument(kind, statement), []).append(channel)
         for instrument, channels in together.items():
             if len(channels) > 1:
                 said.append(
-                    f"{instrument} ({', '.join(channels)}): errors taken as common, as of one instrument: averaging channels "
-                    "does not reduce them"
+                    text(
+                        "{instrument} ({channels}): errors taken as common, as of one instrument: averaging channels does not reduce them",
+                        instrument=instrument,
+                        channels=channels,
+                    )
                 )
         for channel, assumed in self._assumed_ranges.items():
             said.append(
-                f"the range of {channel} is not stated: taken as {assumed}, {_FINEST:g} times what it spans, since "
-                f"otherwise the next finer step of 1, 2, 5 would have held it; state it with --full-scale {channel}=RANGE"
+                text(
+                    "the range of {channel} is not stated: taken as {assumed}, {finest:g} times what it spans, since otherwise the next "
+                    "finer step of 1, 2, 5 would have held it; state it with --full-scale {channel}=RANGE",
+                    channel=channel,
+                    assumed=assumed,
+                    finest=_FINEST,
+                )
             )
         if self._missing:
             said.append(
-                f"accuracy of {', '.join(self._missing)} not stated: taken as exact, apart from what the fit sees"
+                text(
+                    "accuracy of {kinds} not stated: taken as exact, apart from what the fit sees",
+                    kinds=[_KINDS[kind].said for kind in self._missing],
+                )
             )
         return said
 
@@ -276,9 +296,18 @@ def _allowed(uses: Mapping[str, Sequence[str]]) -> Text:
     )
 
 
-def _shown(statement: Statement, unit: str) -> str:
-    gain = f"±{100 * statement.gain:.4g} %" if statement.gain >= 1e-4 else f"±{1e6 * statement.gain:g} ppm"
+def _shown(statement: Statement, unit: str) -> Text | str:
+    gain: Text | str = f"±{100 * statement.gain:.4g} %" if statement.gain >= 1e-4 else f"±{1e6 * statement.gain:g} ppm"
     if statement.full_scale_share:
-        gain += f" (with ±{100 * statement.full_scale_share:g} % of full scale, {statement.full_scale:g} {unit}: {FULL_SCALE_READING})"
-    parts = ([gain] if statement.gain else []) + ([f"±{statement.offset:g} {unit}"] if statement.offset else [])
-    return " and ".join(parts) or "exact"
+        gain = text(
+            "{gain} (with ±{share:g} % of full scale, {full:g} {unit}: {reading})",
+            gain=gain,
+            share=100 * statement.full_scale_share,
+            full=statement.full_scale,
+            unit=unit,
+            reading=text("a difference of any two points on the screen is off by that much at most"),
+        )
+    offset = f"±{statement.offset:g} {unit}"
+    if statement.gain and statement.offset:
+        return text("{gain} and {offset}", gain=gain, offset=offset)
+    return gain if statement.gain else offset if statement.offset else text("exact")

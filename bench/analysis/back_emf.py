@@ -14,7 +14,7 @@ from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
 from bench.captures import WHOLE, CaptureError, CapturePart
 from bench.i18n.errors import UsageError
-from drivers.interfaces.text import text, text_of
+from drivers.interfaces.text import Translate, english, text, text_of
 from procedures.estimation.emf.back_emf import BackEmfFit, line_to_phase
 from procedures.estimation.emf.speed_trend import OverSpeeds, over_records
 from procedures.estimation.fitting.misfit import Misfit
@@ -23,9 +23,9 @@ from procedures.techniques.temperature_correction import MAGNET_SPREAD, magnet_f
 
 ProbeConnection = Literal["line", "phase", "neutral"]
 _PROBES = {
-    "line": "voltages taken as measured between two lines: phase amplitude = line amplitude / √3",
-    "phase": "voltages taken as measured from line to an artificial star point",
-    "neutral": "voltages taken as measured from line to the winding's own star point",
+    "line": text("voltages taken as measured between two lines: phase amplitude = line amplitude / √3"),
+    "phase": text("voltages taken as measured from line to an artificial star point"),
+    "neutral": text("voltages taken as measured from line to the winding's own star point"),
 }
 #: By whether the speed drifts.
 _ESTIMATORS = {True: "voltage integrated over whole periods", False: "least squares of all channels together"}
@@ -45,6 +45,7 @@ def analyze_back_emf(
     accuracy: Sequence[Statement] = (),
     temperature: Temperature | None = None,
     selection: CapturePart = WHOLE,
+    translate: Translate = english,
 ) -> dict[str, Any]:
     """Return frequency, fundamental, harmonics, phases, drift and flux linkage of a recorded back-EMF (one or more files).
 
@@ -53,7 +54,7 @@ def analyze_back_emf(
     mechanical constants are added. `speeds` is at how many speeds the files were recorded, as many files each, one record after the
     other. Under a drifting speed the flux comes from the integrated voltage. `accuracy` states the errors of voltages and time base;
     with `temperature` flux and constants are referred to 25 °C by the magnets' coefficient; `selection` is the part of each record to
-    take. Raises CaptureError naming file and line.
+    take. `translate` gives sentences in the reader's language. Raises CaptureError naming file and line.
     """
     if connection not in _PROBES:
         raise CaptureError(
@@ -79,7 +80,7 @@ def analyze_back_emf(
     first = records[0]
     fit = first.fit
     factor = line_to_phase(1.0) if connection == "line" else 1.0
-    outcome = AnalysisOutcome("back_emf_constant", "3.4", first.capture, first.applied)
+    outcome = AnalysisOutcome("back_emf_constant", "3.4", first.capture, first.applied, translate)
     outcome.assume(_PROBES[connection])
     for record in records:
         outcome.assume(*record.capture.assumptions)
@@ -89,15 +90,21 @@ def analyze_back_emf(
     misfit = Misfit.together((*(record.misfit for record in records), over.misfit))
     quantity = _flux_linkage(outcome, records, over, factor)
     if any(first.applied.offset("voltage", name) for name in first.names):
-        outcome.assume("offsets of the voltage channels are fitted along: they do not reach the flux linkage")
+        outcome.assume(text("offsets of the voltage channels are fitted along: they do not reach the flux linkage"))
     if temperature is None:
-        outcome.assume("flux linkage as at the record's temperature, which is not given: not referred to 25 °C")
+        outcome.assume(text("flux linkage as at the record's temperature, which is not given: not referred to 25 °C"))
     else:
         known = outcome.uncertainties.limit("magnet temperature", temperature.celsius, temperature.half_width)
         quantity = quantity * magnet_factor(outcome.uncertainties, known, temperature.coefficient)
         outcome.assume(
-            f"magnets at {temperature.celsius:g} °C ± {temperature.half_width:g} K with {temperature.coefficient:g} 1/K "
-            f"± {MAGNET_SPREAD:.0%}: flux linkage and what follows from it referred to 25 °C; channels and details as recorded"
+            text(
+                "magnets at {celsius:g} °C ± {half_width:g} K with {coefficient:g} 1/K ± {magnet_spread:.0%}: flux linkage and what "
+                "follows from it referred to 25 °C; channels and details as recorded",
+                celsius=temperature.celsius,
+                half_width=temperature.half_width,
+                coefficient=temperature.coefficient,
+                magnet_spread=MAGNET_SPREAD,
+            )
         )
         outcome.detail(magnet_temperature=temperature.celsius)
     if len(records) == 1:
@@ -150,7 +157,7 @@ def _pole_pairs(
         return given
     if u_speed is None:
         u_speed = 0.005 * abs(speed_rpm)
-        outcome.assume("speed taken as known to 0.5 %")
+        outcome.assume(text("speed taken as known to 0.5 %"))
     try:
         count = from_frequency(fit.frequency, speed_rpm, fit.frequency_uncertainty, u_speed)
     except ValueError as error:
@@ -158,12 +165,19 @@ def _pole_pairs(
     outcome.detail(frequency_ratio=count.ratio)
     if given is not None and given != count.pole_pairs:
         outcome.warn(
-            f"{given} pole pairs were given, but frequency and speed give {count.ratio:.3f}; the given ones are used"
+            text(
+                "{given} pole pairs were given, but frequency and speed give {ratio:.3f}; the given ones are used",
+                given=given,
+                ratio=count.ratio,
+            )
         )
         return given
     if not count.certain or abs(count.ratio - count.pole_pairs) > 0.2:
         outcome.warn(
-            f"frequency and speed give {count.ratio:.3f} pole pairs: not certain which integer; measure the speed better"
+            text(
+                "frequency and speed give {ratio:.3f} pole pairs: not certain which integer; measure the speed better",
+                ratio=count.ratio,
+            )
         )
     if given is None:
         outcome.parameter("pole_pairs", outcome.uncertainties.limit("", count.pole_pairs, 0.0), certain=count.certain)
@@ -188,8 +202,11 @@ def _flux_linkage(
     if most:
         mean = mean * outcome.uncertainties.one_sided("coupling not known to be DC", 1.0, most)
         outcome.assume(
-            f"coupling of the channels not known to be DC: AC coupling below 10 Hz takes up to {most:.2%} away, which the interval holds; "
-            "state --coupling dc where it was"
+            text(
+                "coupling of the channels not known to be DC: AC coupling below 10 Hz takes up to {most:.2%} away, which the interval "
+                "holds; state --coupling dc where it was",
+                most=most,
+            )
         )
     return factor * outcome.with_errors(mean, "time", "time", gain=1.0)
 
@@ -213,9 +230,9 @@ def _constants(
         about, flux, estimator=how, convention=f"{phase}, per electrical radian{at}", misfit=misfit.of(about)
     )
     if pole_pairs is None:
-        outcome.assume("pole pairs not given: mechanical constants left out")
+        outcome.assume(text("pole pairs not given: mechanical constants left out"))
         return
-    outcome.assume(f"{pole_pairs} pole pairs")
+    outcome.assume(text("{pole_pairs} pole pairs", pole_pairs=pole_pairs))
     mechanical = {
         "back_emf_constant_mechanical": (pole_pairs, f"{phase}, per mechanical radian{at}"),
         "torque_constant": (1.5 * pole_pairs, f"per peak phase ampere of the Y-equivalent{at}"),
@@ -230,7 +247,10 @@ def _constants(
         },
     )
     outcome.warn(
-        "flux_linkage is V·s per electrical radian, back_emf_constant_mechanical V·s per mechanical radian: "
-        f"they differ by the {pole_pairs} pole pairs",
+        text(
+            "flux_linkage is V·s per electrical radian, back_emf_constant_mechanical V·s per mechanical radian: they differ by the "
+            "{pole_pairs} pole pairs",
+            pole_pairs=pole_pairs,
+        ),
         "E4",
     )

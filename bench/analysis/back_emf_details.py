@@ -8,6 +8,7 @@ import numpy as np
 from bench.analysis.back_emf_record import BackEmfRecord
 from bench.analysis.outcome import AnalysisOutcome
 from bench.captures import Capture
+from drivers.interfaces.text import text
 from procedures.estimation.emf.back_emf import BackEmfFit
 from procedures.estimation.emf.integrated_flux import FluxEstimate
 from procedures.estimation.emf.period import peak_amplitude, peak_to_peak
@@ -19,14 +20,22 @@ def warn_of_record(outcome: AnalysisOutcome, capture: Capture, fit: BackEmfFit) 
     """Say what looks wrong of a record's speed and of where its probes are."""
     if fit.drift_significant:
         outcome.warn(
-            f"the speed drifts by {100 * fit.drift:+.2f} % over the record (u = {100 * fit.drift_uncertainty:.2f} %); the flux "
-            "linkage is that of the voltage integrated over whole periods, which does not depend on it"
+            text(
+                "the speed drifts by {drift:+.2f} % over the record (u = {drift_uncertainty:.2f} %); the flux linkage is that of the "
+                "voltage integrated over whole periods, which does not depend on it",
+                drift=100 * fit.drift,
+                drift_uncertainty=100 * fit.drift_uncertainty,
+            )
         )
     if len(capture.channels) == 3:
         first, second = (float(np.degrees(fit.phases[k])) for k in (1, 2))
         if not (abs(abs(first) - 120) < 3 and abs(abs(second) - 120) < 3 and first * second < 0):
             outcome.warn(
-                f"the phases lie at {first:.1f}° and {second:.1f}° instead of ±120°: check where the probes are"
+                text(
+                    "the phases lie at {first:.1f}° and {second:.1f}° instead of ±120°: check where the probes are",
+                    first=first,
+                    second=second,
+                )
             )
 
 

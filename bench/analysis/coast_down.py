@@ -15,7 +15,7 @@ from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_capture
 from bench.captures.capture import FloatArray
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, Translate, english, text
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.mechanics.inertia import QUADRATIC, SHARED, fit_coast_down, fit_ramps
 from procedures.estimation.mechanics.turning import SpeedRamp
@@ -72,6 +72,7 @@ def analyze_coast_down(
     torque_filter: float = 0.0,
     accuracy: Sequence[Statement] = (),
     selection: CapturePart = WHOLE,
+    translate: Translate = english,
 ) -> dict[str, Any]:
     """Return friction over inertia from a coast-down's time and speed; with more to go on, inertia and friction.
 
@@ -79,7 +80,7 @@ def analyze_coast_down(
     a file without a torque column is a coast-down, unless it comes first and `torque` (N·m) is given for it. `speed` names the
     column; a speed without unit is rad/s unless `speed_in_rpm`. `speed_filter` and `torque_filter` are the time constants (s) of
     first-order filters that the readings went through. `accuracy` states the errors of speed, torque and time base. `selection` is the part
-    of the record to take. Raises CaptureError naming file and line.
+    of the record to take. `translate` gives sentences in the reader's language. Raises CaptureError naming file and line.
     """
     captures = [read_capture(path, selection=selection) for path in paths_of(file)]
     if not captures:
@@ -105,7 +106,7 @@ def analyze_coast_down(
         filters = speed_filter, torque_filter
         records.append(_Record(capture.times(), channel, shaft[0] if shaft else level, filters))
     applied = Applied(accuracy, _uses(records), captures)
-    outcome = AnalysisOutcome("inertia", "3.5", captures[0], applied)
+    outcome = AnalysisOutcome("inertia", "3.5", captures[0], applied, translate)
     outcome.assume(*assumed)
     parts = [part for record in records for part in _split(record.ramp())]
     driven = len(parts) > 1 or any(np.any(part.torque) for part in parts)
@@ -123,25 +124,32 @@ def analyze_coast_down(
     outcome.detail(**{square: {"value": fit.value(square), "low": low, "high": high}})
     if driven:
         outcome.assume(
-            "torque of a record without a torque column is 0", "torque is that on the shaft, positive where it drives"
+            text("torque of a record without a torque column is 0"),
+            text("torque is that on the shaft, positive where it drives"),
         )
         outcome.warn(
-            "inertia and friction are those of everything that turned: subtract those of dynamometer and coupling", "E6"
+            text(
+                "inertia and friction are those of everything that turned: subtract those of dynamometer and coupling"
+            ),
+            "E6",
         )
         outcome.detail(ramps=len(parts), residual_rms=fit.residual_rms)
         return outcome.as_dict()
-    outcome.assume("no torque on the shaft but its own friction")
+    outcome.assume(text("no torque on the shaft but its own friction"))
     reached = min(float(np.min(np.abs(part.speed))) / float(np.max(np.abs(part.speed))) for part in parts)
     if reached > _LOW_ENOUGH:
         outcome.warn(
-            f"the coast-down ends at {reached:.0%} of its top speed: friction that grows again at low speed (Stribeck) hardly shows "
-            "there, and would move these figures by more than their intervals; record down to 5 % of the top speed",
+            text(
+                "the coast-down ends at {reached:.0%} of its top speed: friction that grows again at low speed (Stribeck) hardly shows "
+                "there, and would move these figures by more than their intervals; record down to 5 % of the top speed",
+                reached=reached,
+            ),
             "coast-lower",
         )
     outcome.detail(initial_speed=fit.value("initial_speed"), residual_rms=fit.residual_rms)
     if inertia is None:
         outcome.warn(
-            "a coast-down alone gives friction ÷ inertia only; give the inertia, or a driven ramp with its torque"
+            text("a coast-down alone gives friction ÷ inertia only; give the inertia, or a driven ramp with its torque")
         )
     else:
         _frictions(outcome, found, fit, inertia, inertia_uncertainty)
@@ -152,7 +160,13 @@ def _frictions(
     outcome: AnalysisOutcome, rates: dict[str, UncertainReal], fit: Fit, inertia: float, uncertainty: float
 ) -> None:
     """Add the frictions that follow from a known inertia."""
-    outcome.assume(f"inertia {inertia:g} kg·m² with a standard uncertainty of {uncertainty:g} kg·m²")
+    outcome.assume(
+        text(
+            "inertia {inertia:g} kg·m² with a standard uncertainty of {uncertainty:g} kg·m²",
+            inertia=inertia,
+            uncertainty=uncertainty,
+        )
+    )
     known = outcome.uncertainties.standard("inertia as given", inertia, uncertainty)
     for name, rate in (("coulomb_friction", "coulomb_deceleration"), ("viscous_friction", "viscous_rate")):
         outcome.parameter(
@@ -185,7 +199,7 @@ def _is_torque(channel: CaptureChannel) -> bool:
     return channel.unit == "N·m" or "torque" in channel.name.lower()
 
 
-def _speed(capture: Capture, wanted: str | None, in_rpm: bool) -> tuple[CaptureChannel, list[str]]:
+def _speed(capture: Capture, wanted: str | None, in_rpm: bool) -> tuple[CaptureChannel, list[Text]]:
     """Return the speed (rad/s), and what had to be assumed."""
     only = [c for c in capture.channels if not _is_torque(c)]
     if wanted is None and len(only) == 1:
@@ -196,9 +210,9 @@ def _speed(capture: Capture, wanted: str | None, in_rpm: bool) -> tuple[CaptureC
     if in_rpm or "rpm" in channel.name.lower():
         factor = np.pi / 30
         values = channel.values * factor
-        note = [f"speed '{channel.name}' taken to be in rpm"]
+        note = [text("speed '{name}' taken to be in rpm", name=channel.name)]
         return CaptureChannel(channel.name, "rad/s", values, channel.resolution * factor), note
-    return channel, [f"speed '{channel.name}' taken to be in rad/s"]
+    return channel, [text("speed '{name}' taken to be in rad/s", name=channel.name)]
 
 
 def _split(ramp: SpeedRamp) -> list[SpeedRamp]:

@@ -8,7 +8,7 @@ from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied
 from bench.captures import Capture, CaptureChannel, CaptureError
-from drivers.interfaces.text import text, text_of
+from drivers.interfaces.text import Text, Translate, english, text, text_of
 from procedures.core.budget import Uncertainties
 from procedures.core.misfit_text import misfit_row, sentence
 from procedures.core.parameters import PARAMETERS
@@ -17,17 +17,22 @@ from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 
 _Result = TypeVar("_Result")
-TYPE_A_ONLY = (
+TYPE_A_ONLY = text(
     "uncertainties are statistical (Type A), apart from what was entered: gain and offset of scope, probes and sensors are not in "
     "the file and not included; state them with --accuracy"
 )
 
 
 class AnalysisOutcome:
-    """Collects parameters, assumptions, warnings and details of one analysis, and its inputs' uncertainties."""
+    """Collects parameters, assumptions, warnings and details of one analysis, and its inputs' uncertainties; `translate` gives the
+    sentences in the reader's language.
+    """
 
-    def __init__(self, procedure: str, section: str, capture: Capture, accuracy: Applied) -> None:
+    def __init__(
+        self, procedure: str, section: str, capture: Capture, accuracy: Applied, translate: Translate = english
+    ) -> None:
         self.uncertainties = Uncertainties()
+        self._translate = translate
         self._procedure = procedure
         self._section = section
         self._accuracy = accuracy
@@ -35,8 +40,8 @@ class AnalysisOutcome:
         self._withheld: dict[str, dict[str, Any]] = {}
         self._misfit: list[dict[str, Any]] = []
         said = accuracy.sentences() if accuracy.stated else [TYPE_A_ONLY]
-        self._assumptions = [*capture.assumptions, *said]
-        self._warnings: list[dict[str, str]] = []
+        self._assumptions: list[Text] = [*capture.assumptions, *said]
+        self._warnings: list[tuple[str, Text]] = []
         self._details: dict[str, Any] = {"source": capture.source, "format": capture.description}
 
     def estimate(self, source: str, fit: Fit, name: str) -> UncertainReal:
@@ -72,7 +77,7 @@ class AnalysisOutcome:
         if reason is not None:
             self._withheld[name] = Withheld(
                 name, self._procedure, self._section, reason.cause.value, sentence(reason)
-            ).as_dict()
+            ).as_dict(self._translate)
             return
         made = self.uncertainties.parameter(
             name,
@@ -86,22 +91,22 @@ class AnalysisOutcome:
         )
         self._parameters[name] = {**made.as_dict(), **more}
 
-    def assume(self, *sentences: str) -> None:
+    def assume(self, *sentences: Text) -> None:
         """Say what the file left open and the analysis took for granted."""
         self._assumptions += [sentence for sentence in sentences if sentence not in self._assumptions]
 
-    def warn(self, text: str, erratum: str = "") -> None:
+    def warn(self, sentence: Text, erratum: str = "") -> None:
         """Add a warning, with the erratum's id where one applies."""
-        self._warnings.append({"id": erratum, "text": text})
+        self._warnings.append((erratum, sentence))
 
     def tell_misfit(self, misfit: Misfit) -> None:
         """Add what a record shows beyond its model: a warning once a cause, and a row of `misfit`."""
         for finding in misfit.findings:
-            row = misfit_row(finding)
+            row = misfit_row(finding, self._translate)
             if row in self._misfit:
                 continue
             self._misfit.append(row)
-            warning = {"id": finding.cause.value, "text": row["message"]}
+            warning = finding.cause.value, sentence(finding)
             if warning not in self._warnings:
                 self._warnings.append(warning)
 
@@ -115,8 +120,8 @@ class AnalysisOutcome:
             "parameters": self._parameters,
             "withheld": self._withheld,
             "misfit": self._misfit,
-            "assumptions": self._assumptions,
-            "warnings": self._warnings,
+            "assumptions": [each.render(self._translate) for each in self._assumptions],
+            "warnings": [{"id": name, "text": said.render(self._translate)} for name, said in self._warnings],
             "details": self._details,
         }
 

@@ -8,7 +8,7 @@ from bench.analysis.applied import Applied
 from bench.analysis.outcome import AnalysisOutcome, estimated, named, pick
 from bench.analysis.statements import Statement
 from bench.captures import WHOLE, CaptureError, CapturePart, read_capture
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Translate, english, text, word
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.winding.rotor_sweep import (
     axis_inductances,
@@ -30,13 +30,15 @@ def analyze_rotor_sweep(
     scale: Mapping[str, float] | None = None,
     accuracy: Sequence[Statement] = (),
     selection: CapturePart = WHOLE,
+    translate: Translate = english,
 ) -> dict[str, Any]:
     """Return Ld and Lq (leg of the equivalent wye) from line-to-line inductance readings over angle, or over time.
 
     The first column is the angle (rad, or degrees by its heading; mechanical unless `electrical`), or time, while the shaft was
     turned slowly one way. `pole_pairs` are searched where not given. `threshold` is the note's limit between the classes.
     `accuracy` states the errors of the meter.
-    `selection` is the part of the record to take. Raises CaptureError naming file and line.
+    `selection` is the part of the record to take. `translate` gives sentences in the reader's language. Raises
+    CaptureError naming file and line.
     """
     if connection not in ("wye", "delta"):
         raise CaptureError(
@@ -54,16 +56,16 @@ def analyze_rotor_sweep(
             text("column {name} is in {unit}; inductances in H are needed", name=inductance.name, unit=inductance.unit),
         )
     applied = Applied(accuracy, {"inductance": (inductance.name,)}, (capture,))
-    outcome = AnalysisOutcome("dq_inductance_extremes", "3.3.2", capture, applied)
+    outcome = AnalysisOutcome("dq_inductance_extremes", "3.3.2", capture, applied, translate)
     if not inductance.unit:
-        outcome.assume(f"inductance '{inductance.name}' taken to be in H")
+        outcome.assume(text("inductance '{name}' taken to be in H", name=inductance.name))
     if capture.time is not None:
         times = capture.time
-        outcome.assume("shaft turned slowly one way, over at least one electrical turn")
+        outcome.assume(text("shaft turned slowly one way, over at least one electrical turn"))
         fit = estimated(capture, lambda: fit_timed_sweep(times, inductance.values, resolution=inductance.resolution))
     else:
         known = 1 if electrical else pole_pairs
-        outcome.assume("angle is electrical" if electrical else "angle is mechanical")
+        outcome.assume(text("angle is electrical") if electrical else text("angle is mechanical"))
         fit = estimated(
             capture,
             lambda: fit_rotor_sweep(
@@ -72,7 +74,11 @@ def analyze_rotor_sweep(
         )
     factor = phase_factor(connection, ReadingConnection.LINE_TO_LINE)
     outcome.assume(
-        f"winding in {connection}, read line to line: leg of the equivalent wye = {factor.y_equivalent:.4g} × reading"
+        text(
+            "winding in {connection}, read line to line: leg of the equivalent wye = {y_equivalent:.4g} × reading",
+            connection=word(connection),
+            y_equivalent=factor.y_equivalent,
+        )
     )
     significant, p_value = saliency_significant(fit)
     axes = axis_inductances(fit)
@@ -91,13 +97,21 @@ def analyze_rotor_sweep(
     by_note = motor_class(low, high, threshold)
     if significant and by_note == "SPMSM":
         outcome.warn(
-            f"the extremes differ by {100 * (high / low - 1):.1f} %, so the note's rule takes their mean; but the saliency is "
-            f"significant (p = {p_value:.2g}), and Ld and Lq are reported apart",
+            text(
+                "the extremes differ by {apart:.1f} %, so the note's rule takes their mean; but the saliency is significant (p = "
+                "{p_value:.2g}), and Ld and Lq are reported apart",
+                apart=100 * (high / low - 1),
+                p_value=p_value,
+            ),
             "E3",
         )
     if not significant and not fit.misfit:
         outcome.warn(
-            f"the saliency is not significant (p = {p_value:.2g}): Ld and Lq are the mean of all readings", "E3"
+            text(
+                "the saliency is not significant (p = {p_value:.2g}): Ld and Lq are the mean of all readings",
+                p_value=p_value,
+            ),
+            "E3",
         )
     outcome.detail(
         motor_class=by_note,

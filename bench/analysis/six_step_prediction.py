@@ -219,8 +219,13 @@ def _solved(solve: Callable[[], SteadyState]) -> SteadyState:
 
 
 def findings_of(results: Mapping[str, Any], run: str) -> Mapping[str, Any]:
-    """Return the findings of `equivalent-resistance` of a run. Raises InputError where it has none, or of an older program."""
+    """Return the findings of `equivalent-resistance` of a run. Raises InputError where it has none, or of an older program, or withheld."""
     result = results.get(PROCEDURE)
+    if result is not None and result.withheld:
+        why = result.withheld[0].sentence
+        raise InputError(
+            text("{run}: nothing can be predicted from loads that no figure is given from; {why}", run=run, why=why)
+        )
     findings: Mapping[str, Any] = {} if result is None else result.findings
     if "parts" not in findings:
         raise InputError(

@@ -13,7 +13,7 @@ from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
 from bench.captures import WHOLE, CaptureChannel, CaptureError, CapturePart, read_captures
 from drivers.interfaces import Accuracy
-from drivers.interfaces.text import text, text_of
+from drivers.interfaces.text import Translate, english, text, text_of, word
 from procedures.estimation.fitting.fit import EstimationError, FloatArray, WithheldError
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
@@ -26,6 +26,11 @@ _LONGEST_SKEW = 1.0
 _FITTED = ("resistance", "inductance")
 _ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"
 _SKEW = "as taken"
+_APPLIED = {
+    ReadingConnection.LINE_TO_LINE: text("line to line, third terminal open"),
+    ReadingConnection.SERIES_PARALLEL: text("one line to the other two joined, A to B and C"),
+    ReadingConnection.PHASE_TO_STAR: text("line to star point"),
+}
 _READINGS = {
     "line": ReadingConnection.LINE_TO_LINE,
     "series-parallel": ReadingConnection.SERIES_PARALLEL,
@@ -46,6 +51,7 @@ def analyze_step_response(
     selection: CapturePart = WHOLE,
     temperature: Temperature | None = None,
     skew: float = 0.0,
+    translate: Translate = english,
 ) -> dict[str, Any]:
     """Return resistance and inductance of a recorded step: of the loop as it was, and of one leg of the equivalent wye.
 
@@ -53,8 +59,8 @@ def analyze_step_response(
     `voltage`, `current` name the channels where their units do not tell; `scale` multiplies channels, by name. `accuracy`
     states the errors of voltage, current and time base; with `temperature` the resistance is referred to 25 °C by copper's
     coefficient. `selection` is the part of the record to take; `skew` (s) is by how much one channel may be late beside the other, half a
-    sampling interval where that is more. A record that gives no figure for a cause with a name gives `withheld` ones. Raises CaptureError
-    naming file and line.
+    sampling interval where that is more. A record that gives no figure for a cause with a name gives `withheld` ones.
+    `translate` gives sentences in the reader's language. Raises CaptureError naming file and line.
     """
     if not 0.0 <= skew <= _LONGEST_SKEW:
         raise CaptureError("skew", text("{skew:g} s is not within 0 … {longest:g} s", skew=skew, longest=_LONGEST_SKEW))
@@ -86,7 +92,7 @@ def analyze_step_response(
         )
     applied = Applied(accuracy, {"voltage": (v.name,), "current": (i.name,), "time": ("time",)}, (capture,))
     time = capture.times()
-    outcome = AnalysisOutcome("dq_inductance_time_constant", "3.3.1", capture, applied)
+    outcome = AnalysisOutcome("dq_inductance_time_constant", "3.3.1", capture, applied, translate)
     name = f"{axis}_axis_inductance" if axis else "inductance"
     try:
         fit = estimated(capture, lambda: _fit(time, v, i))
@@ -99,9 +105,14 @@ def analyze_step_response(
             )
         return outcome.as_dict()
     outcome.assume(
-        f"voltage is '{v.name}' in V, current is '{i.name}' in A",
-        f"winding in {connection}, step applied {reading.value}: leg of the equivalent wye = {factor.y_equivalent:.4g} × loop",
-        "circuit at rest at the start of the record, rotor locked",
+        text("voltage is '{voltage}' in V, current is '{current}' in A", voltage=v.name, current=i.name),
+        text(
+            "winding in {connection}, step applied {reading}: leg of the equivalent wye = {y_equivalent:.4g} × loop",
+            connection=word(connection),
+            reading=_APPLIED[reading],
+            y_equivalent=factor.y_equivalent,
+        ),
+        text("circuit at rest at the start of the record, rotor locked"),
     )
     shift = applied.offset("voltage", v.name)
     moved = (
@@ -110,7 +121,7 @@ def analyze_step_response(
         else {}
     )
     if moved and not any(moved.values()):
-        outcome.assume("the offset of the voltage channel is fitted along: it does not reach the results")
+        outcome.assume(text("the offset of the voltage channel is fitted along: it does not reach the results"))
     loops = {}
     for fitted, of_time in zip(_FITTED, (0.0, 1.0), strict=True):
         loop = outcome.estimate(f"step fit of the {fitted}", fit, fitted)
@@ -123,7 +134,10 @@ def analyze_step_response(
     )
     seconds = late * fit.value("inductance") / fit.value("resistance")
     outcome.assume(
-        f"the channels are taken to be within {seconds:.3g} s of each other, half a sampling interval at least; state more with --skew"
+        text(
+            "the channels are taken to be within {seconds:.3g} s of each other, half a sampling interval at least; state more with --skew",
+            seconds=seconds,
+        )
     )
     _resistance(outcome, loops["resistance"], temperature, fit.misfit.of("resistance", "loop_resistance"))
     outcome.parameter(
@@ -143,12 +157,14 @@ def analyze_step_response(
         misfit=fit.misfit.of("inductance", name),
     )
     if applied.offset("current", i.name):
-        outcome.assume("the offset of the current channel is fitted along: it does not reach the results")
+        outcome.assume(text("the offset of the current channel is fitted along: it does not reach the results"))
     if axis is None:
-        outcome.assume("rotor position not given: the inductance is Ld, Lq or between, as the rotor stood")
+        outcome.assume(text("rotor position not given: the inductance is Ld, Lq or between, as the rotor stood"))
     outcome.warn(
-        "the resistance is the whole loop's, leads and contacts included, as far as the voltage probe sees it; it is not "
-        "reported as the stator resistance",
+        text(
+            "the resistance is the whole loop's, leads and contacts included, as far as the voltage probe sees it; it is not reported as "
+            "the stator resistance"
+        ),
         "E10",
     )
     tau = fit.value("inductance") / fit.value("resistance")
@@ -182,14 +198,21 @@ def _resistance(outcome: AnalysisOutcome, loop: UncertainReal, temperature: Temp
     """Add the loop's resistance, at 25 °C where the temperature is known."""
     convention = "loop"
     if temperature is None:
-        outcome.assume("loop resistance as at the record's temperature, which is not given: not referred to 25 °C")
+        outcome.assume(
+            text("loop resistance as at the record's temperature, which is not given: not referred to 25 °C")
+        )
     else:
         known = outcome.uncertainties.limit("winding temperature", temperature.celsius, temperature.half_width)
         outcome.detail(winding_temperature=temperature.celsius, loop_resistance_as_recorded=float(loop.x))
         loop = at_temperature(loop, known, COLD, temperature.coefficient, COPPER_REFERENCE)
         outcome.assume(
-            f"the whole loop at {temperature.celsius:g} °C ± {temperature.half_width:g} K, copper with "
-            f"{temperature.coefficient:g} 1/K at 20 °C: loop resistance referred to 25 °C, the time constant as recorded"
+            text(
+                "the whole loop at {celsius:g} °C ± {half_width:g} K, copper with {coefficient:g} 1/K at 20 °C: loop resistance referred "
+                "to 25 °C, the time constant as recorded",
+                celsius=temperature.celsius,
+                half_width=temperature.half_width,
+                coefficient=temperature.coefficient,
+            )
         )
         convention = "loop, at 25 °C"
     outcome.parameter("loop_resistance", loop, estimator=_ESTIMATOR, convention=convention, misfit=misfit)

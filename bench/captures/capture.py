@@ -56,7 +56,7 @@ class Capture:
     time: FloatArray | None
     source: str
     description: str
-    assumptions: tuple[str, ...] = ()
+    assumptions: tuple[Text, ...] = ()
     first_line: int = 0
 
     def line_of(self, sample: int) -> int | None:
@@ -97,7 +97,9 @@ class Capture:
             else c
             for c in self.channels
         )
-        notes = tuple(f"channel {name} multiplied by {factor:g}" for name, factor in wanted.items())
+        notes = tuple(
+            text("channel {name} multiplied by {factor:g}", name=name, factor=factor) for name, factor in wanted.items()
+        )
         return replace(self, channels=changed, assumptions=self.assumptions + notes)
 
     def times(self) -> FloatArray:

@@ -53,7 +53,13 @@ class CapturePart:
                     end=time[-1],
                 ),
             )
-        told = f"cut: {after - first} of {time.size} samples, from {time[first]:g} s to {time[after - 1]:g} s"
+        told = text(
+            "cut: {count} of {size} samples, from {begin:g} s to {end:g} s",
+            count=after - first,
+            size=time.size,
+            begin=time[first],
+            end=time[after - 1],
+        )
         return replace(
             capture,
             time=time[first:after],

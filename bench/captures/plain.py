@@ -7,7 +7,7 @@ import numpy as np
 from bench.captures.capture import Capture, CaptureChannel, CaptureError, converter_step
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si, split_heading
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 
 _TIME = {"t", "time", "zeit", "x-axis", "seconds", "second"}
 
@@ -73,7 +73,9 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_col
     for k, (name, unit) in enumerate(headings):
         known = si(unit) if unit else None
         if unit and known is None:
-            assumptions.append(f"unit '{unit}' of column '{name}' is not known; values taken as they stand")
+            assumptions.append(
+                text("unit '{unit}' of column '{name}' is not known; values taken as they stand", unit=unit, name=name)
+            )
         values = table[:, k] * (known[1] if known else 1.0)
         columns.append(CaptureChannel(name, known[0] if known else unit, values, converter_step(values)))
     if time_column is not None:
@@ -90,7 +92,7 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_col
     is_time = time_column is not None or columns[0].unit == "s" or columns[0].name.lower() in _TIME
     if is_time:
         if not columns[0].unit:
-            assumptions.append("time taken to be in s")
+            assumptions.append(text("time taken to be in s"))
         check_increasing(path, columns[0].values, first)
     return Capture(
         tuple(columns[1:] if is_time else columns),
@@ -100,6 +102,10 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_col
         tuple(assumptions),
         first_line=first + 1,
     )
+
+
+#: What a first column without a heading is taken for.
+_ABSCISSAE = {"time": text("time"), "angle": text("angle")}
 
 
 def _place(path: Path, columns: list[CaptureChannel], wanted: str) -> int:
@@ -120,14 +126,19 @@ def _place(path: Path, columns: list[CaptureChannel], wanted: str) -> int:
     )
 
 
-def _headings(before: list[str], width: int, abscissa: str) -> tuple[list[tuple[str, str]], list[str]]:
+def _headings(before: list[str], width: int, abscissa: str) -> tuple[list[tuple[str, str]], list[Text]]:
     """Return name and unit of each column, and what had to be assumed."""
     rows = [line for line in before if line.strip()]
     rows = [row for row in rows if len(_cells(row, _separator_of_heading(row, width))) == width]
     if not rows:
         unit = {"time": "s", "angle": "rad"}[abscissa]
         names = [(abscissa, unit)] + [(f"column {k + 1}", "") for k in range(1, width)]
-        return names, [f"no heading: first column taken as {abscissa} in {unit}, the others as they stand"]
+        told = text(
+            "no heading: first column taken as {abscissa} in {unit}, the others as they stand",
+            abscissa=_ABSCISSAE[abscissa],
+            unit=unit,
+        )
+        return names, [told]
     cells = [_cells(row, _separator_of_heading(row, width)) for row in rows]
     last = cells[-1]
     if len(cells) > 1 and all(not cell or si(cell.strip("()[]")) for cell in last):

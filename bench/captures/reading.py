@@ -103,7 +103,7 @@ def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time", select
         for capture in captures
         for channel in capture.channels
     )
-    assumptions = tuple(dict.fromkeys(note for capture in captures for note in capture.assumptions))
+    assumptions = tuple({str(note): note for capture in captures for note in capture.assumptions}.values())
     source = ", ".join(capture.source for capture in captures)
     description = ", ".join(dict.fromkeys(capture.description for capture in captures))
     return Capture(channels, time, source, description, assumptions, first.first_line)

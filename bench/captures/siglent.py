@@ -46,11 +46,17 @@ def read_siglent(path: Path, lines: list[str]) -> Capture:
         channels.append(CaptureChannel(name, known, values, converter_step(values)))
     model = settings.get("Model Number", [""])[0]
     stated = number(settings.get("Record Length", [""])[0].removeprefix("Analog:"))
-    assumptions = ["values taken as they stand, with the scope's probe setting"]
+    assumptions = [text("values taken as they stand, with the scope's probe setting")]
     if stated is not None and int(stated) != len(table):
-        assumptions.append(f"the heading states {int(stated)} samples, the file holds {len(table)}: those are taken")
+        assumptions.append(
+            text(
+                "the heading states {stated} samples, the file holds {held}: those are taken",
+                stated=int(stated),
+                held=len(table),
+            )
+        )
     if not all(channel.unit for channel in channels):
-        assumptions.append("unit of the values not stated")
+        assumptions.append(text("unit of the values not stated"))
     return Capture(
         tuple(channels),
         table[:, 0],

@@ -41,9 +41,10 @@ def read_tektronix(path: Path, lines: list[str]) -> Capture:
     unit = settings.get("Vertical Units", "")
     known, factor = si(unit) or (unit, 1.0)
     values = table[:, 1] * factor
-    assumptions = [f"values taken as they stand, with the scope's probe setting ×{settings.get('Probe Atten', '?')}"]
+    probe = settings.get("Probe Atten", "?")
+    assumptions = [text("values taken as they stand, with the scope's probe setting ×{probe}", probe=probe)]
     if not unit:
-        assumptions.append("unit of the values not stated")
+        assumptions.append(text("unit of the values not stated"))
     model = settings.get("Model Number", "")
     # Some models write it, as "Coupling,DC" or "Vertical Coupling,AC".
     said = next((value for name, value in settings.items() if name.lower().endswith("coupling")), "").lower()

@@ -8,6 +8,7 @@ from cyclopts import Parameter
 
 from bench.cli.analyze_output import print_analysis
 from bench.i18n.errors import UsageError
+from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import text
 
 
@@ -31,6 +32,7 @@ def back_emf(
     accuracy_file: Path | None = None,
     full_scale: Sequence[str] = (),
     budget: bool = False,
+    language: str = "auto",
     json: bool = False,
 ) -> int:
     """Fundamental, harmonics, drift and flux linkage of captured back-EMF voltages (§3.4).
@@ -77,6 +79,8 @@ def back_emf(
         Range that a channel was set to, NAME=RANGE, as in CH1=40V: the whole screen, for limits in % of full scale.
     budget
         Print every parameter's uncertainty budget; JSON always holds them.
+    language
+        en, zh, or auto by the locale.
     json
         Print one JSON object and nothing else.
 
@@ -86,6 +90,7 @@ def back_emf(
     from bench.analysis.temperature import magnet_temperature
     from bench.captures import CapturePart
 
+    translate = translator(language_of(language))
     made = analyze_back_emf(
         _some(files),
         connection=connection,
@@ -99,8 +104,9 @@ def back_emf(
         accuracy=read_statements(accuracy, accuracy_file, full_scale),
         selection=CapturePart(from_, to, time_column),
         temperature=magnet_temperature(temperature, temperature_uncertainty, magnet_coefficient),
+        translate=translate,
     )
-    return print_analysis(made, json=json, budget=budget)
+    return print_analysis(made, translate, json=json, budget=budget)
 
 
 def step_response(
@@ -122,6 +128,7 @@ def step_response(
     accuracy_file: Path | None = None,
     full_scale: Sequence[str] = (),
     budget: bool = False,
+    language: str = "auto",
     json: bool = False,
 ) -> int:
     """Resistance and inductance from a recorded voltage step and its current (§3.3.1).
@@ -166,6 +173,8 @@ def step_response(
         Range that a channel was set to, NAME=RANGE, as in CH1=40V: the whole screen, for limits in % of full scale.
     budget
         Print every parameter's uncertainty budget; JSON always holds them.
+    language
+        en, zh, or auto by the locale.
     json
         Print one JSON object and nothing else.
 
@@ -174,6 +183,7 @@ def step_response(
     from bench.analysis.temperature import copper_temperature
     from bench.captures import CapturePart
 
+    translate = translator(language_of(language))
     made = analyze_step_response(
         list(_some(files)),
         connection=connection,
@@ -186,8 +196,9 @@ def step_response(
         selection=CapturePart(from_, to, time_column),
         temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
         skew=skew,
+        translate=translate,
     )
-    return print_analysis(made, json=json, budget=budget)
+    return print_analysis(made, translate, json=json, budget=budget)
 
 
 def coast_down(
@@ -205,6 +216,7 @@ def coast_down(
     accuracy: Sequence[str] = (),
     accuracy_file: Path | None = None,
     budget: bool = False,
+    language: str = "auto",
     json: bool = False,
 ) -> int:
     """Friction from a coast-down, and inertia where a driven ramp is there too (§3.5).
@@ -241,6 +253,8 @@ def coast_down(
         TOML file with the same; what is on the command line overrules it.
     budget
         Print every parameter's uncertainty budget; JSON always holds them.
+    language
+        en, zh, or auto by the locale.
     json
         Print one JSON object and nothing else.
 
@@ -248,6 +262,7 @@ def coast_down(
     from bench.analysis import analyze_coast_down, read_statements
     from bench.captures import CapturePart
 
+    translate = translator(language_of(language))
     made = analyze_coast_down(
         _some(files),
         inertia=inertia,
@@ -259,8 +274,9 @@ def coast_down(
         torque_filter=_seconds("--torque-filter", torque_filter),
         accuracy=read_statements(accuracy, accuracy_file),
         selection=CapturePart(from_, to, time_column),
+        translate=translate,
     )
-    return print_analysis(made, json=json, budget=budget)
+    return print_analysis(made, translate, json=json, budget=budget)
 
 
 def rotor_sweep(
@@ -277,6 +293,7 @@ def rotor_sweep(
     accuracy: Sequence[str] = (),
     accuracy_file: Path | None = None,
     budget: bool = False,
+    language: str = "auto",
     json: bool = False,
 ) -> int:
     """Ld and Lq from line-to-line inductance over the rotor's angle, or over time (§3.3.2).
@@ -309,6 +326,8 @@ def rotor_sweep(
         TOML file with the same; what is on the command line overrules it.
     budget
         Print every parameter's uncertainty budget; JSON always holds them.
+    language
+        en, zh, or auto by the locale.
     json
         Print one JSON object and nothing else.
 
@@ -316,6 +335,7 @@ def rotor_sweep(
     from bench.analysis import analyze_rotor_sweep, read_statements
     from bench.captures import CapturePart
 
+    translate = translator(language_of(language))
     made = analyze_rotor_sweep(
         file,
         connection=connection,
@@ -325,8 +345,9 @@ def rotor_sweep(
         scale=_factors(scale),
         accuracy=read_statements(accuracy, accuracy_file),
         selection=CapturePart(from_, to, time_column),
+        translate=translate,
     )
-    return print_analysis(made, json=json, budget=budget)
+    return print_analysis(made, translate, json=json, budget=budget)
 
 
 def _some(files: Sequence[Path]) -> Sequence[Path]:

@@ -7,21 +7,22 @@ from typing import Any
 from bench.cli.analyze_speeds import speeds_table
 from bench.cli.output import print_json
 from bench.run.console import console_on
+from drivers.interfaces.text import Translate, text, word
 
 
-def print_analysis(made: Mapping[str, Any], *, json: bool, budget: bool) -> int:
+def print_analysis(made: Mapping[str, Any], translate: Translate, *, json: bool, budget: bool) -> int:
     """Print what an analysis found and return the exit status: 1 where a figure is withheld.
 
-    `budget` adds a table for every parameter, which JSON holds anyway.
+    `budget` adds a table for every parameter, which JSON holds anyway; the table speaks the language that `translate` gives.
     """
     if json:
         print_json(made)
     else:
-        _print_table(made, budget=budget)
+        _print_table(made, translate, budget=budget)
     return 1 if made["withheld"] else 0
 
 
-def _print_table(made: Mapping[str, Any], *, budget: bool) -> None:
+def _print_table(made: Mapping[str, Any], translate: Translate, *, budget: bool) -> None:
     from rich import box
     from rich.table import Table
 
@@ -31,14 +32,14 @@ def _print_table(made: Mapping[str, Any], *, budget: bool) -> None:
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for name, justify in (
-        ("Parameter", "left"),
-        ("Value", "right"),
-        ("Unit", "left"),
+        (text("Parameter"), "left"),
+        (text("Value"), "right"),
+        (text("Unit"), "left"),
         ("u", "right"),
         ("u, %", "right"),
         ("95 %", "right"),
     ):
-        table.add_column(name, justify="right" if justify == "right" else "left", no_wrap=True)
+        table.add_column(word(name).render(translate), justify="right" if justify == "right" else "left", no_wrap=True)
     table.add_column("§", no_wrap=True)
     parameters = [restore_parameter({"name": name, **entry}) for name, entry in made["parameters"].items()]
     for each in parameters:
@@ -46,7 +47,7 @@ def _print_table(made: Mapping[str, Any], *, budget: bool) -> None:
         value, spread = each.value / scale.factor, each.standard_uncertainty / scale.factor
         decimals = decimals_for(spread, value)
         table.add_row(
-            each.label.render(),
+            each.label.render(translate),
             figure(value, decimals),
             scale.unit,
             figure(spread, decimals),
@@ -56,25 +57,26 @@ def _print_table(made: Mapping[str, Any], *, budget: bool) -> None:
         )
     withheld = {name: restore_withheld({"name": name, **entry}) for name, entry in made["withheld"].items()}
     for reason in withheld.values():
-        table.add_row(reason.label.render(), "not given", "", "–", "–", "–", reason.section)
+        table.add_row(
+            reason.label.render(translate), text("not given").render(translate), "", "–", "–", "–", reason.section
+        )
     told = {(entry["cause"], entry["message"]) for entry in made["withheld"].values()}
     warnings = [w for w in made["warnings"] if (w["id"], w["text"]) not in told]
     console = console_on(sys.stdout)
     console.print(table)
     if speeds := made["details"].get("speeds"):
-        console.print(speeds_table(speeds))
+        console.print(speeds_table(speeds, translate))
     for title, lines in (
-        ("Not given", [sentence.render() for sentence in said_of(withheld.values())]),
-        ("Assumed", made["assumptions"]),
-        ("Warnings", [f"{w['id']}: {w['text']}" if w["id"] else w["text"] for w in warnings]),
+        (text("Not given"), [sentence.render(translate) for sentence in said_of(withheld.values())]),
+        (text("Assumed"), made["assumptions"]),
+        (text("Warnings"), [f"{w['id']}: {w['text']}" if w["id"] else w["text"] for w in warnings]),
     ):
         if lines:
-            console.print(title, style="bold")
+            console.print(title.render(translate), style="bold")
             for line in lines:
                 console.print(f"  {line}", markup=False)
     if budget:
-        from drivers.interfaces.text import english
         from reports.tables.budget import budgets
 
         console.print()
-        console.print(budgets(parameters, english))
+        console.print(budgets(parameters, translate))

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from bench.cli.output import print_json
 from bench.i18n.errors import InputError, UsageError
-from drivers.interfaces.text import text
+from bench.i18n.language import language_of, translator
+from drivers.interfaces.text import Text, Translate, text, word
 
 if TYPE_CHECKING:
     from bench.analysis.six_step_prediction import Friction, Prediction
@@ -26,6 +27,7 @@ def six_step(
     coulomb_friction: float | None = None,
     viscous_friction: float | None = None,
     diode_drop: float = 0.7,
+    language: str = "auto",
     json: bool = False,
     runs: Path = Path("runs"),
 ) -> None:
@@ -47,6 +49,8 @@ def six_step(
         The motor's viscous friction, N·m·s/rad; likewise.
     diode_drop
         Voltage of a freewheeling diode, V, which no reading shows.
+    language
+        en, zh, or auto by the locale.
     json
         Print one JSON object and nothing else.
     runs
@@ -56,7 +60,9 @@ def six_step(
     from bench.analysis.six_step_prediction import MeasuredDrive, exact, findings_of, predictions
     from bench.journal.finished_run import read_run
     from bench.motor.six_step_file import load_drive
+    from procedures.core.misfit_text import told_again
 
+    translate = translator(language_of(language))
     if not load:
         raise UsageError(text("give the shaft loads: --load NM…"))
     for value in (*voltage, *load, diode_drop, coulomb_friction or 0.0, viscous_friction or 0.0):
@@ -78,11 +84,12 @@ def six_step(
         "friction": None if friction is None else {"coulomb": friction.coulomb, "viscous": friction.viscous},
         "diode_drop": diode_drop,
         "points": rows,
+        "misfit": [told_again(row, translate) for row in findings.get("misfit", ())],
     }
     if json:
         print_json(made)
     else:
-        _print(made, rows)
+        _print(made, rows, translate)
 
 
 def _friction(known: Mapping[str, "Parameter"], coulomb: float | None, viscous: float | None) -> "Friction | None":
@@ -119,7 +126,7 @@ def _row(each: "Prediction", truth: tuple[float, float] | None) -> dict[str, Any
     return row
 
 
-def _print(made: dict[str, Any], rows: Sequence[dict[str, Any]]) -> None:
+def _print(made: dict[str, Any], rows: Sequence[dict[str, Any]], translate: Translate) -> None:
     from rich import box
     from rich.table import Table
 
@@ -127,15 +134,17 @@ def _print(made: dict[str, Any], rows: Sequence[dict[str, Any]]) -> None:
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     compared = "exact" in rows[0]
-    heads = ["V", "N·m", "run", "rpm", "U", "A", "U", "line rpm", "A"]
-    for head in heads + (["off: rpm %", "A %", "line rpm %", "A %"] if compared else []):
-        table.add_column(head, justify="right", no_wrap=True)
+    heads: list[Text | str] = ["V", "N·m", text("run"), "rpm", "U", "A", "U", text("line rpm"), "A"]
+    if compared:
+        heads += [text("off: rpm %"), "A %", text("line rpm %"), "A %"]
+    for head in heads:
+        table.add_column(word(head).render(translate), justify="right", no_wrap=True)
     for row in rows:
         speed, current, line = row["speed_rpm"], row["supply_current"], row["by_line"]
         cells = [
             f"{row['voltage']:.4g}",
             f"{row['load_torque']:.4g}",
-            "in" if row["in_sample"] else "",
+            text("in").render(translate) if row["in_sample"] else "",
             f"{speed['value']:.1f}",
             f"{speed['U']:.1f}",
             f"{current['value']:.3f}",
@@ -149,18 +158,24 @@ def _print(made: dict[str, Any], rows: Sequence[dict[str, Any]]) -> None:
     console = console_on(sys.stdout)
     console.print(table)
     source, friction = made["source"], made["friction"]
-    console.print(
-        f"Source: {source['voltage']:.4g} V behind {source['resistance']:.3g} Ω, as the run's readings tell; diodes "
-        f"{made['diode_drop']:g} V, as stated",
-        markup=False,
-        soft_wrap=True,
-    )
-    console.print(
-        f"Loads are those that the run's dynamometer shows: {made['lost_torque']:.3g} N·m are lost before it, at every speed alike"
+    sentences = [
+        text(
+            "Source: {voltage:.4g} V behind {resistance:.3g} Ω, as the run's readings tell; diodes {diode:g} V, as stated",
+            voltage=source["voltage"],
+            resistance=source["resistance"],
+            diode=made["diode_drop"],
+        ),
+        text(
+            "Loads are those that the run's dynamometer shows: {lost:.3g} N·m are lost before it, at every speed alike",
+            lost=made["lost_torque"],
+        )
         if friction is None
-        else f"Loads are those at the motor's shaft: its own friction is {friction['coulomb']:.3g} N·m and "
-        f"{friction['viscous']:.3g} N·m·s/rad",
-        markup=False,
-        soft_wrap=True,
-    )
-    console.print("in: the run measured there; line: by the straight line R_c(ω) alone", markup=False)
+        else text(
+            "Loads are those at the motor's shaft: its own friction is {coulomb:.3g} N·m and {viscous:.3g} N·m·s/rad",
+            coulomb=friction["coulomb"],
+            viscous=friction["viscous"],
+        ),
+        text("in: the run measured there; line: by the straight line R_c(ω) alone"),
+    ]
+    for sentence in (*(each.render(translate) for each in sentences), *(row["message"] for row in made["misfit"])):
+        console.print(sentence, markup=False, soft_wrap=True)

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from bench.cli.output import print_json
 from bench.i18n.errors import UsageError
-from drivers.interfaces.text import text
+from bench.i18n.language import language_of, translator
+from drivers.interfaces.text import text, word
 
 
 def table(
@@ -14,6 +15,7 @@ def table(
     run: str | None = None,
     motor: str | None = None,
     vesc_scale: float = 0.9,
+    language: str = "auto",
     json: bool = False,
     runs: Path = Path("runs"),
 ) -> None:
@@ -29,6 +31,8 @@ def table(
         Motor file, or the name of a shipped motor, instead of a run.
     vesc_scale
         What a VESC's inductances are divided by: its detection stores 0.9 of what it measured; 1 for a file that holds what is.
+    language
+        en, zh, or auto by the locale.
     json
         Print one JSON object and nothing else.
     runs
@@ -36,6 +40,9 @@ def table(
 
     """
     from bench.analysis.published import compare, read_published
+    from procedures.core.parameters import PARAMETERS
+
+    translate = translator(language_of(language))
 
     if (run is None) == (motor is None):
         raise UsageError(text("give either --run RUN or --motor FILE, one of the two"))
@@ -53,22 +60,27 @@ def table(
     from bench.run.console import console_on
 
     shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for head in ("Parameter", "at A", "published", "ours", "unit", "off, %", "in 95 %"):
-        shown.add_column(head, justify="left" if head in ("Parameter", "unit") else "right", no_wrap=True)
+    heads = (
+        text("Parameter"), text("at A"), text("published"), text("ours"), text("Unit"), text("off, %"), text("in 95 %")
+    )  # fmt: skip
+    for place, head in enumerate(heads):
+        shown.add_column(head.render(translate), justify="left" if place in (0, 4) else "right", no_wrap=True)
     for row in rows:
         shown.add_row(
-            row["parameter"],
+            PARAMETERS[row["parameter"]].label.render(translate),
             "" if row["current"] is None else f"{row['current']:.3g}",
             f"{row['published']:.5g}",
             f"{row['ours']:.5g}",
             row["unit"],
             f"{row['deviation_percent']:+.2f}",
-            {None: "–", True: "yes", False: "no"}[row["within_interval"]],
+            {None: word("–"), True: text("yes"), False: text("no")}[row["within_interval"]].render(translate),
         )
     console = console_on(sys.stdout)
     console.print(shown)
     console.print(
-        "Ours are at small currents (inductances) and at 25 °C (resistance, flux linkage); what is published has its own uncertainty",
+        text(
+            "Ours are at small currents (inductances) and at 25 °C (resistance, flux linkage); what is published has its own uncertainty"
+        ).render(translate),
         markup=False,
         soft_wrap=True,
     )

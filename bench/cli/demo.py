@@ -75,7 +75,7 @@ def _shown(request: RunRequest) -> Finished:
     translate = translator(request.language)
     with ReportAhead(request.language) as report:
         done = run_session(request, installed().procedures, console_on(sys.stderr), listeners=(report.hear,))
-        print_summary(done.view, done.folder, translate, hand_time=done.hand_time)
+        print_summary(done.view, done.folder, translate)
         sys.stdout.flush()
         print_page(report.page(), done.folder, translate)
     return done

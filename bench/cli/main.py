@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError, Parameter
 
-from bench.i18n.errors import InputError, UsageError, message
+from bench.i18n.errors import FileError, InputError, UsageError, message
 from drivers.interfaces.text import text
 
 #: Exit statuses: something failed or was withheld; the command line was wrong, or a file that it names cannot be used.
@@ -108,7 +108,7 @@ def _run(given: list[str]) -> int:
         code = make_app()(given, exit_on_error=False, print_error=False)
     except CycloptsError as error:
         return _refuse(given, InputError(_usage(error)), USAGE)
-    except UsageError as error:
+    except (UsageError, FileError) as error:
         return _refuse(given, error, USAGE)
     except InputError as error:
         # An analysis measures nothing: what it cannot go on from is what it was given.

@@ -37,7 +37,7 @@ def print_catalogue(catalogue: Catalogue[Any], about: Callable[[str], str]) -> N
         console.print(f"{name:<28}{about(name):<60} {catalogue.origin(name)}", markup=False, soft_wrap=True)
 
 
-def print_summary(view: RunView, folder: RunFolder, translate: Translate, *, hand_time: float = 0.0) -> None:
+def print_summary(view: RunView, folder: RunFolder, translate: Translate) -> None:
     """Print the table, the warnings, how long it took and where the run lies."""
     from reports.tables.summary import summary
 
@@ -45,14 +45,21 @@ def print_summary(view: RunView, folder: RunFolder, translate: Translate, *, han
     console.print(summary(view.parameters(), view.warnings(), view.truth, translate))
     console.print()
     if view.wall_time > 0.0 and view.truth:
-        times = text(
+        # A run of an older version does not say how long its hands took.
+        by_hand = text(
             "Bench time {bench:.0f} s (hands {hands:.0f} s) in {wall:.2f} s of wall time: {ratio:.0f} ×",
             bench=view.bench_time,
-            hands=hand_time,
+            hands=view.hand_time,
             wall=view.wall_time,
             ratio=view.bench_time / view.wall_time,
         )
-        console.print(times.render(translate), markup=False)
+        times = text(
+            "Bench time {bench:.0f} s in {wall:.2f} s of wall time: {ratio:.0f} ×",
+            bench=view.bench_time,
+            wall=view.wall_time,
+            ratio=view.bench_time / view.wall_time,
+        )
+        console.print((by_hand if view.hand_time else times).render(translate), markup=False)
     console.print(text("Run: {folder}", folder=str(folder.path)).render(translate), markup=False, soft_wrap=True)
 
 

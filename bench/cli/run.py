@@ -160,7 +160,7 @@ def run(
     if json:
         print_json(done.result)
     else:
-        print_summary(done.view, done.folder, translate, hand_time=done.hand_time)
+        print_summary(done.view, done.folder, translate)
     if done.view.status != "completed":
         print_end(done.view, done.folder, translate)
         return 1

@@ -6,6 +6,7 @@ import ssl
 from ipaddress import ip_address
 from pathlib import Path
 
+from bench.files.toml_file import read
 from bench.i18n.errors import InputError, UsageError
 from drivers.interfaces.text import reason_of, text
 
@@ -71,8 +72,8 @@ def serve(
     """
     if virtual == bool(station):
         raise UsageError(text("give --station FILE, or --virtual for the virtual bench"))
-    if station and not Path(station).is_file():
-        raise InputError(text("{station}: there is no such station file", station=station))
+    if station:
+        read(Path(station), text("station file"))
     if not _is_loopback(host) and people is None:
         raise UsageError(
             text(

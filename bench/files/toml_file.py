@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from bench.files.wanted import unit_of, wanted_by
-from bench.i18n.errors import InputError, at
+from bench.i18n.errors import FileError, InputError, at
 from drivers.interfaces.text import Text, lines, reason_of, text, text_of
 
 
@@ -38,34 +38,32 @@ _LIBRARYS = (
 
 
 def read(path: Path, what: Text) -> tuple[bytes, dict[str, Any]]:
-    """Return a TOML file's bytes and content. Raises InputError naming the file (`what` it is), line and cause."""
+    """Return a TOML file's bytes and content. Raises FileError naming the file (`what` it is), line and cause."""
     try:
         with path.open("rb") as file:
             content = file.read(LONGEST + 1)
     except FileNotFoundError:
-        raise InputError(text("{path}: there is no such {what}", path=path, what=what)) from None
+        raise FileError(text("{path}: there is no such {what}", path=path, what=what)) from None
     except OSError as error:
         said = text("{path}: the {what} cannot be read: {error}", path=path, what=what, error=reason_of(error))
-        raise InputError(said) from None
+        raise FileError(said) from None
     except ValueError:
-        raise InputError(text("{path!r} is no name of a {what}", path=str(path), what=what)) from None
+        raise FileError(text("{path!r} is no name of a {what}", path=str(path), what=what)) from None
     if len(content) > LONGEST:
-        raise InputError(
-            text("{path}: more than {most} MiB are no {what}", path=path, most=LONGEST // 2**20, what=what)
-        )
+        raise FileError(text("{path}: more than {most} MiB are no {what}", path=path, most=LONGEST // 2**20, what=what))
     return content, parse(content, str(path))
 
 
 def parse(content: bytes, name: str) -> dict[str, Any]:
-    """Return the content of TOML text. Raises InputError naming the file and the place of the fault."""
+    """Return the content of TOML text. Raises FileError naming the file and the place of the fault."""
     try:
         return tomllib.loads(content.decode("utf-8"))
     except UnicodeDecodeError as error:
-        raise InputError(text("{name}: not UTF-8 text (byte {start})", name=name, start=error.start)) from None
+        raise FileError(text("{name}: not UTF-8 text (byte {start})", name=name, start=error.start)) from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(text("{name}: not valid TOML: {error}", name=name, error=error)) from None
+        raise FileError(text("{name}: not valid TOML: {error}", name=name, error=error)) from None
     except RecursionError:
-        raise InputError(text("{name}: lists or tables stand too deep in one another", name=name)) from None
+        raise FileError(text("{name}: lists or tables stand too deep in one another", name=name)) from None
 
 
 def validate(model: type[M], data: Mapping[str, Any], name: str, prefix: str = "") -> M:

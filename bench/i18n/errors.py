@@ -14,6 +14,10 @@ class InputError(Exception):
         self.text = said if isinstance(said, Text) else Text("{said}", {"said": said})
 
 
+class FileError(InputError):
+    """A file or folder that was named is not there or cannot be read; a command then ends as on wrong usage."""
+
+
 class UsageError(InputError):
     """The command line asks for something that does not exist or does not go together."""
 

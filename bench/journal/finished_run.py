@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError
 from bench.journal.codec import RecordedEvent
 from bench.journal.events.run import RunStarted
 from bench.journal.journal_file import read_journal
@@ -47,6 +47,6 @@ def read_run(reference: str, runs: Path) -> FinishedRun:
     journal = read_journal(folder.journal)
     view = view_of(journal.events)
     if view.start is None:
-        raise InputError(text("{journal}: the journal has no beginning; nothing was recorded", journal=folder.journal))
+        raise FileError(text("{journal}: the journal has no beginning; nothing was recorded", journal=folder.journal))
     motor = recorded_motor(view.start.motor_file, view.start.motor.source)
     return FinishedRun(folder, journal.events, view, view.start, motor.nameplate, journal.last_hash, journal.torn)

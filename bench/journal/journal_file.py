@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError, InputError
 from bench.journal.codec import RecordedEvent, decode
 from drivers.interfaces.text import reason_of, text
 
@@ -48,7 +48,7 @@ class JournalFile:
 
 
 def read_lines(path: Path) -> Iterator[JournalLine]:
-    """Give a journal's lines in order, whatever they hold. Raises InputError where the file cannot be read."""
+    """Give a journal's lines in order, whatever they hold. Raises FileError where the file cannot be read."""
     try:
         with path.open("rb") as file:
             place = 0
@@ -56,7 +56,7 @@ def read_lines(path: Path) -> Iterator[JournalLine]:
                 place += 1
                 yield parse_line(place, content)
     except OSError as error:
-        raise InputError(
+        raise FileError(
             text("{path}: the journal cannot be read: {strerror}", path=path, strerror=reason_of(error))
         ) from None
 

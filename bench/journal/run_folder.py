@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.files.toml_file import nearest
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError, InputError
 from bench.journal.disk import write_file
 from bench.journal.encoding import plain, to_bytes
 from drivers.interfaces.text import Text, reason_of, text
@@ -85,13 +85,13 @@ def new_run_folder(runs: Path, motor: str) -> RunFolder:
 
 
 def existing_run_folder(reference: str, runs: Path) -> RunFolder:
-    """Return a run by its folder, by its name under `runs`, or the one begun last for `latest`. Raises InputError for none."""
+    """Return a run by its folder, by its name under `runs`, or the one begun last for `latest`. Raises FileError for none."""
     for path in (Path(reference), runs / reference):
         # Unlike Path.is_file, these take a name that is too long, too.
         if os.path.isfile(path / "journal.jsonl"):
             return RunFolder(path)
         if os.path.isfile(path / REHEARSAL):
-            raise InputError(
+            raise FileError(
                 text(
                     "{path}: this is a rehearsal; nothing was measured, and it cannot be resumed or shown as a run",
                     path=path,
@@ -102,7 +102,7 @@ def existing_run_folder(reference: str, runs: Path) -> RunFolder:
         return there[-1]
     names = [folder.path.name for folder in there]
     hint = Text("; {near}", {"near": nearest(Path(reference).name, names[-_SHOWN:])}) if names else ""
-    raise InputError(
+    raise FileError(
         text(
             "{reference}: there is no run here, nor under {runs} (a run's folder holds journal.jsonl){hint}. "
             "motorbench results list --runs {runs} lists them",
@@ -114,13 +114,13 @@ def existing_run_folder(reference: str, runs: Path) -> RunFolder:
 
 
 def run_folders(runs: Path) -> list[RunFolder]:
-    """Return all runs of a folder, in the order they began by their names. Raises InputError where it cannot be read."""
+    """Return all runs of a folder, in the order they began by their names. Raises FileError where it cannot be read."""
     try:
         found = sorted(path for path in runs.iterdir() if (path / "journal.jsonl").is_file())
     except FileNotFoundError:
         return []
     except OSError as error:
-        raise InputError(
+        raise FileError(
             text(
                 "{runs}: the folder of the runs cannot be read: {strerror}; see --runs",
                 runs=runs,

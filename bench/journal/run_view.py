@@ -46,6 +46,7 @@ class RunView:
         self.cause = ""
         self.bench_time = 0.0
         self.wall_time = 0.0
+        self.hand_time = 0.0
         self.sessions = 0
         self._before: list[tuple[str, Notice]] = []
         self._together: list[Notice] = []
@@ -81,6 +82,7 @@ class RunView:
                 self.status, self.cause = event.status, event.cause
                 self.bench_time += event.bench_time
                 self.wall_time += event.wall_time
+                self.hand_time += event.hand_time
 
     @property
     def finished(self) -> dict[str, ProcedureResult]:

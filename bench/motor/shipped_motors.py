@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.files.toml_file import nearest, parse, read
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError
 from drivers.interfaces.text import text
 
 
@@ -19,14 +19,14 @@ def shipped_motors() -> tuple[str, ...]:
 def motor_content(reference: str) -> tuple[str, bytes, dict[str, Any]]:
     """Return a motor file's name for messages, its bytes, and what they hold; `reference` is a path or a shipped name.
 
-    Raises InputError for a file that cannot be read.
+    Raises FileError for a file that cannot be read.
     """
     if reference in shipped_motors():
         content = (resources.files("bench") / "motors" / f"{reference}.toml").read_bytes()
         return reference, content, parse(content, reference)
     path = Path(reference)
     if not path.suffix and path.name == reference and not os.path.exists(path):
-        raise InputError(
+        raise FileError(
             text(
                 "there is no motor {reference!r}: {hint}; or give a file",
                 reference=reference,

@@ -84,7 +84,7 @@ class RunOptions:
 
 @dataclass(frozen=True)
 class Finished:
-    """A run that has ended: its folder, what it came to, that as JSON, and the bench time (s) that hands needed.
+    """A run that has ended: its folder, what it came to, and that as JSON.
 
     `journal_sha256` is the hash of the journal's last event. `left` is the actual state of a virtual bench after the
     shutdown, empty for a real one.
@@ -93,6 +93,5 @@ class Finished:
     folder: RunFolder
     view: RunView
     result: dict[str, Any]
-    hand_time: float
     journal_sha256: str = ""
     left: Mapping[str, Any] = field(default_factory=dict)

@@ -193,6 +193,7 @@ def carry_out(
             context.sharing,
             verified,
             StatedProbes(unstated_probes(context.station), probes),
+            lambda: context.operator.hand_time,
         )
         begin = beginning(
             request,
@@ -218,7 +219,6 @@ def carry_out(
             folder,
             view,
             conclude(folder, view, translate) if options.write_result else {},
-            context.operator.hand_time,
             journal.last_hash,
             context.simulation.actual_state(),
         )

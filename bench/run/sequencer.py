@@ -81,6 +81,8 @@ class Runner:
     sharing: Sharing = field(default_factory=Alone)
     verified_channels: VerifiedChannels = field(default_factory=VerifiedChannels)
     stated_probes: StatedProbes = field(default_factory=StatedProbes)
+    #: Bench time (s) of hand work so far, where it is known.
+    hand_time: Callable[[], float] = lambda: 0.0
 
     def run(
         self,
@@ -274,6 +276,7 @@ class Runner:
             bench_time=bench_time,
             wall_time=wall_time,
             guardian=self.guard.record_end(),
+            hand_time=self.hand_time(),
         )
         try:
             self.journal.record(ended)

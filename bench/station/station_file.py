@@ -11,7 +11,7 @@ from pydantic import Field
 
 from bench.files.toml_file import Section, nearest, read, validate
 from bench.i18n.errors import InputError, at
-from bench.plugins.catalogues import Catalogues, installed
+from bench.plugins.catalogues import OURS, Catalogues, installed
 from bench.plugins.files import KEY, PluginsSection, catalogues_of
 from bench.station import calibration
 from bench.station.calibration import Calibration
@@ -213,6 +213,10 @@ def _entry(role: Role, table: Mapping[str, Any], source: str, catalogues: Catalo
     driver = catalogues.driver(common.driver, role)
     if driver is None:
         raise InputError(at(source, _no_driver(common.driver, role, prefix, catalogues)))
+    # Ours are tested; to look at one its module would be imported.
+    unfit = driver.unfit() if catalogues.drivers.origin(driver.name).name != OURS else None
+    if unfit is not None:
+        raise InputError(at(source, text("{prefix}.driver: {unfit}", prefix=prefix, unfit=unfit)))
     if driver.needs_address and not common.address:
         raise InputError(
             text(

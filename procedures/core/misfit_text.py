@@ -172,7 +172,89 @@ _SEEN_IN_COGGING = {
         "and poles, or leave the order out so that a whole turn is read"
     ),
 }
-_SEEN_IN = {"step": _SEEN_IN_STEP, "cogging": _SEEN_IN_COGGING, "emf": _SEEN_IN_EMF, "emf-jumps": _SEEN_IN_EMF_JUMPS}
+#: What is said of a six-step drive's loads: `record` = "six-step".
+_SEEN_IN_SIX_STEP = {
+    Cause.CLIPPED: text(
+        "the line's current at {torque:.3g} N·m stands at an end of its range during {lost:.0%} of the record, and the parts are not "
+        "separated there: take a wider range"
+    ),
+    Cause.LOAD_POINT: text(
+        "the bus voltage at {torque:.3g} N·m is {off:+.1%} off the plane through the other {left:.0f} loads over speed and current, and "
+        "that load is left out: let it settle, look at the voltmeter, and measure again"
+    ),
+    Cause.DROPOUTS: text(
+        "the speed read at {count:.0f} of {loads:.0f} loads is off by up to {worst:+.0%} from what the current's frequency says; there the "
+        "frequency's counts: check the tachometer's mark and cable"
+    ),
+    Cause.SPEED_DIFFERS: text(
+        "the tachometer shows {ratio:.4g} times the speed that the current's frequency gives with {pairs:.0f} pole pairs: check its marks "
+        "a turn, and the number of pole pairs"
+    ),
+    Cause.UNSETTLED: text(
+        "the speed read differs by up to {worst:+.2%} from that of the current's frequency a moment before: it still changes, or the "
+        "tachometer is off. Raise settle=…"
+    ),
+    Cause.PROBE_FACTOR: text(
+        "the line's current gives {ratio:.3g} times the current out of the source that the drive reads: the probe's factor is wrong, or "
+        "the drive's current meter is off. With the probe multiplied by {factor:.4g} they would agree; correct it in the station file"
+    ),
+    Cause.CHANNELS_DIFFER: text(
+        "the line's current and the current out of the source differ by up to {worst:+.1%}, more than their limits of error explain: "
+        "compare the probe with a meter, and look for ripple on the drive's reading"
+    ),
+    Cause.UNEXPLAINED: text(
+        "the mean voltages of {loads:.0f} loads contradict each other by {worst:.2%}, and it cannot be told which is wrong: take five "
+        "loads or more, let each settle, and read the voltage at the drive's own terminals"
+    ),
+    Cause.POWER_BALANCE: text(
+        "by what the currents' torque exceeds that at the shaft goes with load as no friction does, at {torque:.3g} N·m by {share:.1%}: "
+        "the bus voltage's or the torque's gain is wrong, or the voltage is not read at the drive's own terminals"
+    ),
+    Cause.TORQUE_ZERO: text(
+        "the shaft shows up to {zero:.3g} N·m more than the currents make: zero the torque at rest, and measure again. Other loads cannot "
+        "be predicted closer than that"
+    ),
+    Cause.CURVATURE: text(
+        "the commutation part bends over the speed, by {bend:.1%} from a straight line: use it between the loads measured, not carried "
+        "on to standstill"
+    ),
+}
+_SEEN_IN_SIX_STEP_CURRENT = {
+    Cause.LOAD_POINT: text(
+        "at {torque:.3g} N·m the line's current and the current out of the source differ by {off:+.1%} otherwise than at the other "
+        "{left:.0f} loads, and that load is left out: look at both meters' ranges, and measure again"
+    ),
+}
+_SEEN_IN_SIX_STEP_TORQUE = {
+    Cause.LOAD_POINT: text(
+        "the torque read at {torque:.3g} N·m is {missing:.3g} N·m off what the currents make there and at the other loads: let the torque "
+        "settle, and measure again. Other loads cannot be predicted closer than that"
+    ),
+}
+#: What is said of four-wire readings of one line: `record` = "four-wire", and "four-wire-scatter" where no single one is odd.
+_SEEN_IN_FOUR_WIRE = {
+    Cause.REPEATS_DIFFER: text(
+        "of {count:.0f} four-wire readings of a line the one at {current:.3g} A is {off:+.2%} off the line through the others, and is left "
+        "out: look at clips and terminals, and measure again"
+    ),
+}
+_SEEN_IN_FOUR_WIRE_SCATTER = {
+    Cause.REPEATS_DIFFER: text(
+        "{count:.0f} four-wire readings of a line scatter by {scatter:.2%} round their slope, more than the meters' limits of error: look "
+        "at clips, terminals and the supply, and measure again"
+    ),
+}
+_SEEN_IN = {
+    "cogging": _SEEN_IN_COGGING,
+    "four-wire": _SEEN_IN_FOUR_WIRE,
+    "four-wire-scatter": _SEEN_IN_FOUR_WIRE_SCATTER,
+    "six-step": _SEEN_IN_SIX_STEP,
+    "six-step-current": _SEEN_IN_SIX_STEP_CURRENT,
+    "six-step-torque": _SEEN_IN_SIX_STEP_TORQUE,
+    "step": _SEEN_IN_STEP,
+    "emf": _SEEN_IN_EMF,
+    "emf-jumps": _SEEN_IN_EMF_JUMPS,
+}
 _DONE = {
     Answer.MODELLED: text("it is in the model, and the interval holds it"),
     Answer.WIDENED: text("the interval is widened by what it may do"),

@@ -22,7 +22,7 @@ from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.winding import resistance
 from procedures.estimation.winding.unbalance import largest_deviation, pooled, saliency_share
-from procedures.techniques.repeated_readings import RepeatedQuantity, between, bridge_readings
+from procedures.techniques.repeated_readings import RepeatedQuantity, between, repeated_readings
 from procedures.techniques.short_correction import short_correct
 from procedures.verification.settings import WiringSettings
 
@@ -98,10 +98,10 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
             bridge.configure(*at)
             self.wiring.bridge.connect(meter_across(*pair), *at)
             line = RepeatedQuantity(between(pair), Wanted.RESISTANCE, ("resistance_unbalance",))
-            by_resistance.append(bridge_readings(self, line, count))
+            by_resistance.append(repeated_readings(self, line, count))
             bridge.configure(settings.inductance_frequency, settings.level, settings.aperture)
             line = RepeatedQuantity(between(pair), Wanted.INDUCTANCE, ("inductance_unbalance",))
-            by_inductance.append(bridge_readings(self, line, count))
+            by_inductance.append(repeated_readings(self, line, count))
         return (
             LineQuantity(
                 [[r.resistance for r in read] for read in by_resistance],

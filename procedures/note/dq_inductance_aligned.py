@@ -33,7 +33,7 @@ from procedures.estimation.winding.misalignment import Held, excess
 from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
 from procedures.techniques.alignment import aligning
 from procedures.techniques.dq_axes import connection_of, require
-from procedures.techniques.repeated_readings import RepeatedQuantity, between, bridge_readings
+from procedures.techniques.repeated_readings import RepeatedQuantity, between, repeated_readings
 from procedures.techniques.short_correction import short_correct
 from procedures.verification.settings import SupplyWiringSettings
 
@@ -184,7 +184,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
 
     def _repeated(self, what: str, axis: str, terminals: str) -> tuple[UncertainReal, ImpedanceReading]:
         quantity_read = RepeatedQuantity(terminals, Wanted.INDUCTANCE, (f"{axis}_axis_inductance",))
-        readings = bridge_readings(self, quantity_read, self.settings.repeats)
+        readings = repeated_readings(self, quantity_read, self.settings.repeats)
         mean, uncertainty, freedom = mean_of_readings([r.inductance for r in readings])
         quantity = self.bench.uncertainties.statistical(f"repeats of {what}", mean, uncertainty, freedom)
         return quantity, readings[-1]

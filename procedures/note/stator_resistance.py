@@ -24,7 +24,7 @@ from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE, P
 from procedures.plausibility.capability import cannot_support, relative_uncertainty, temperature_uncertainty
 from procedures.techniques.closing_reading import allowed_for, closed
 from procedures.techniques.instrument_choice import InstrumentChoice, choose_for_resistance
-from procedures.techniques.repeated_readings import RepeatedQuantity, between, bridge_readings
+from procedures.techniques.repeated_readings import RepeatedQuantity, between, repeated_readings
 from procedures.techniques.short_correction import short_correct
 from procedures.techniques.temperature_correction import winding_temperature
 from procedures.techniques.temperature_settings import (
@@ -192,7 +192,7 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     def _read(self, pair: LinePair) -> list[ImpedanceReading]:
         settings = self.settings
         self.wiring.bridge.connect(meter_across(*pair), settings.frequency, settings.level, settings.aperture)
-        return bridge_readings(self, RepeatedQuantity(between(pair), Wanted.RESISTANCE, self.gives), settings.repeats)
+        return repeated_readings(self, RepeatedQuantity(between(pair), Wanted.RESISTANCE, self.gives), settings.repeats)
 
     def _close(self, readings: dict[LinePair, list[ImpedanceReading]]) -> Unsettled:
         """Return what lines read once more show of contacts and of a winding that cools."""

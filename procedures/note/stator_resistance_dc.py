@@ -14,6 +14,7 @@ from drivers.interfaces.text import text
 from procedures.core.actions import (
     LINE_PAIRS,
     ConnectVoltmeter,
+    DoubtReading,
     LinePair,
     LockRotor,
     UncoupleDynamometer,
@@ -24,11 +25,15 @@ from procedures.core.bench import Role
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.misfit import NO_MISFIT, Cause, Misfit
+from procedures.estimation.fitting.repeats import odd_reading
 from procedures.estimation.winding import resistance
 from procedures.estimation.winding.closing import Unsettled, four_wires_again
 from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE
 from procedures.techniques.alignment import flowing_current
 from procedures.techniques.closing_reading import allowed_for, closed
+from procedures.techniques.four_wire_readings import ratio_limit, scattered
+from procedures.techniques.repeated_readings import READ_SHARE, TYPED_SHARE, between
 from procedures.techniques.temperature_correction import check_temperature, warmed, winding_temperature
 from procedures.techniques.temperature_settings import (
     COLD,
@@ -39,6 +44,8 @@ from procedures.techniques.temperature_settings import (
 )
 from procedures.verification.settings import SupplyWiringSettings
 
+#: How often a person is asked about the readings of one polarity.
+_QUESTIONS = 5
 #: A drift is taken for one beyond so many standard uncertainties.
 _CLEAR = 3.0
 
@@ -70,6 +77,7 @@ class LineSlope:
 
     resistance: UncertainReal
     readings: tuple[FloatArray, FloatArray, FloatArray]
+    misfit: Misfit = NO_MISFIT
 
     @property
     def rise(self) -> float:
@@ -135,12 +143,11 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             fed = supply_across(plus, minus)
             self.wiring.supply.four_wires(fed, sensing, ranged=bool(currents))
             # The first level again at the end: a winding that warms or cools shows there.
-            for level in (*levels, levels[0]):
-                current, voltage = self._reading(float(level), choose_range=not currents)
-                accuracies = current.accuracy, voltage.accuracy
-                times.append(voltage.time)
-                currents.append(sign * current.value)
-                voltages.append(voltage.value)
+            read = self._polarity(pair, [*levels, levels[0]], choose_range=not currents)
+            accuracies = read[-1][0].accuracy, read[-1][1].accuracy
+            times += [voltage.time for _, voltage in read]
+            currents += [sign * current.value for current, _ in read]
+            voltages += [voltage.value for _, voltage in read]
         i, v = np.array(currents), np.array(voltages)
         half = len(levels) + 1
         self.wiring.supply.both_ways(
@@ -156,14 +163,15 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         )
         for name, accuracy in zip(("supply, current", "voltmeter"), accuracies, strict=True):
             quantity = unc.instrument(name, quantity, Accuracy(gain=accuracy.gain, source=accuracy.source))
-        self.tell_misfit(fit.misfit.of("resistance", "stator_resistance"))
+        misfit = Misfit.together((fit.misfit, scattered(fit, i, accuracies))).of("resistance", "stator_resistance")
+        self.tell_misfit(misfit)
         self.findings[label] = {
             "current": currents,
             "voltage": voltages,
             "residual": fit.residuals.tolist(),
             "resistance": fit.value("resistance"),
         }
-        return LineSlope(quantity, (np.array(times), i, v))
+        return LineSlope(quantity, (np.array(times), i, v), misfit)
 
     def close(self, slopes: dict[LinePair, LineSlope]) -> Unsettled:
         """Return what lines read once more show of contacts and of a winding that cools."""
@@ -195,8 +203,40 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             estimator="slope of four-wire voltage over current, both polarities, referred to 25 °C",
             note_value=float(measured.winding.x),
             winding=float((cold.winding * at_first).x) if self.is_delta else None,
-            misfit=found.misfit,
+            misfit=Misfit.together((found.misfit, *(slopes[pair].misfit for pair in LINE_PAIRS))),
         )
+
+    def _polarity(
+        self, pair: LinePair, levels: Sequence[float], *, choose_range: bool
+    ) -> list[tuple[Reading, Reading]]:
+        """Return current and voltage at each level (A); a reading that contradicts its siblings is taken again, or confirmed."""
+        bench = self.bench
+        typed = bench.voltmeter.read_by_hand or bench.supply.read_by_hand
+        read = [self._reading(float(level), choose_range=choose_range and not k) for k, level in enumerate(levels)]
+        for _ in range(_QUESTIONS):
+            ratios = [voltage.value / current.value for current, voltage in read]
+            odd = odd_reading(ratios, TYPED_SHARE if typed else READ_SHARE, ratio_limit(read))
+            if odd is None:
+                break
+            contradiction = text(
+                "{terminals}, {voltage:.4g} V at {current:.4g} A: that is {ratio:.4g} Ω, the other currents give {others} Ω",
+                terminals=between(pair),
+                voltage=read[odd][1].value,
+                current=read[odd][0].value,
+                ratio=ratios[odd],
+                others=[f"{each:.4g}" for k, each in enumerate(ratios) if k != odd],
+            )
+            if typed and not bench.doubted(DoubtReading(contradiction)):
+                break
+            read[odd] = self._reading(float(levels[odd]), choose_range=False)
+            if not typed:
+                said = text(
+                    "{contradiction}; the voltage was read once more there, and that counts",
+                    contradiction=contradiction,
+                )
+                self.notice(Cause.REPEATS_DIFFER.value, said)
+                break
+        return read
 
     def _reading(self, level: float, *, choose_range: bool) -> tuple[Reading, Reading]:
         """Return current and voltage at a level (A); raises ProcedureError where it does not flow."""

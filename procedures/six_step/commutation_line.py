@@ -9,6 +9,8 @@ from GTC.lib import UncertainReal
 
 from procedures.core.budget import Uncertainties
 from procedures.estimation.fitting.linear import least_squares
+from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
+from procedures.estimation.six_step.load_misfit import bend
 
 _RPM = 30.0 / math.pi
 #: Speeds at which the band is given.
@@ -17,17 +19,20 @@ _BAND_POINTS = 9
 
 def commutation_line(
     speeds: Sequence[float], resistances: Sequence[UncertainReal], uncertainties: Uncertainties
-) -> tuple[UncertainReal, UncertainReal, dict[str, Any]]:
-    """Return slope (Ω·s/rad) and value at standstill (Ω) of a line through R_c (Ω) over speed (rad/s), and its band as a finding.
+) -> tuple[UncertainReal, UncertainReal, dict[str, Any], Misfit]:
+    """Return slope (Ω·s/rad) and value at standstill (Ω) of a line through R_c (Ω) over speed (rad/s), its band as a finding, and the
+    misfit of both.
 
-    The errors that all points share stay shared; the scatter round the line is one input besides. Raises EstimationError on fewer
-    than three speeds.
+    The errors that all points share stay shared; the scatter round the line is one input besides. Where R_c bends, both ends' slopes are
+    in the interval. Raises EstimationError on fewer than three speeds.
     """
     speed = np.asarray(speeds, dtype=float)
     # Round the middle speed slope and height have independent scatter.
     centre = float(speed.mean())
     design = np.column_stack((speed - centre, np.ones_like(speed)))
-    fit = least_squares(("slope", "height"), design, np.array([float(r.x) for r in resistances]))
+    values = np.array([float(r.x) for r in resistances])
+    fit = least_squares(("slope", "height"), design, values)
+    bent = bend(speed, values)
     solve = np.linalg.pinv(design)
     slope, height = (
         uncertainties.statistical(
@@ -36,6 +41,8 @@ def commutation_line(
         + sum(float(w) * r for w, r in zip(row, resistances, strict=True))
         for name, row in zip(("slope", "height"), solve, strict=True)
     )
+    if bent is not None:
+        slope = slope + uncertainties.limit("commutation resistance bends over speed", 0.0, bent.turned)
     band = []
     for at in np.linspace(float(speed.min()), float(speed.max()), _BAND_POINTS):
         told = height + slope * float(at - centre)
@@ -50,4 +57,4 @@ def commutation_line(
         "residual": fit.residual_rms,
         "band": band,
     }
-    return slope, offset, finding
+    return slope, offset, finding, NO_MISFIT if bent is None else bent.misfit

@@ -5,30 +5,27 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import ClassVar
 
-import numpy as np
 from GTC.lib import UncertainReal
 
-from drivers.interfaces import ProbeKind, Reading
+from drivers.interfaces import ProbeKind
 from drivers.interfaces.text import text
 from procedures.core.actions import DRIVE, CoupleDynamometer, CurrentProbe, ReleaseRotor, Terminal
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from procedures.estimation.emf.back_emf import fit_back_emf
-from procedures.estimation.fitting.fit import EstimationError
-from procedures.estimation.six_step import currents as six_step
+from procedures.estimation.fitting.misfit import Misfit
 from procedures.six_step.commutation_line import commutation_line
 from procedures.six_step.emf_fit import fit_emf
-from procedures.six_step.load_points import LoadPoint, LoadPoints, averaged
+from procedures.six_step.judged_loads import JudgedLoads, judge_loads
+from procedures.six_step.load_points import LoadPoint, LoadPoints
 from procedures.six_step.parts import Parts
+from procedures.six_step.point_reading import read_point
 from procedures.six_step.settings import EquivalentResistanceSettings
 from procedures.six_step.split import Split, split_point
 from procedures.six_step.winding_data import winding_data
-from procedures.techniques.acquisition import ranged_record
 from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
 from procedures.techniques.temperature_settings import COLD
 
-_POINTS = 50_000
 _SECTION = "paper"
 #: Mean line EMF of a conducting state over the line EMF's peak.
 _STATE_MEAN = 3.0 / math.pi
@@ -54,9 +51,9 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
     def measure(self) -> None:
         """Load the running motor, and split what the bus sees."""
         points = self.load_points()
-        parts = self.emf(points)
-        splits = self.equivalent_resistance(points, parts)
-        self.commutation(splits, parts)
+        loads, parts = self.emf(points)
+        splits = self.equivalent_resistance(loads, parts)
+        self.commutation(splits, parts, loads.misfit)
 
     @step(
         "paper/1",
@@ -82,44 +79,49 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
                 with bench.dynamometer.driving_torque(-torque):
                     begun = bench.clock.now()
                     bench.clock.sleep(settings.settle)
-                    points.append(self._point(torque, probe, begun, first=not points))
+                    pairs = self._pole_pairs()
+                    points.append(read_point(self, torque, probe, begun, first=not points, pole_pairs=pairs))
             end = bench.clock.now()
         after = winding_temperature(self, settings.winding_temperature_after, settings.temperature_uncertainty)
         self.findings["winding_temperature"] = {"before": float(before.x), "after": float(after.x)}
         return LoadPoints.between(points, before, after, end, bench.uncertainties)
 
     @step("paper/2", "EMF constant, and the EMF at each point")
-    def emf(self, points: LoadPoints) -> Parts:
-        """Find k_e, and R_t where it is not given, from the mean voltages of all points together."""
+    def emf(self, points: LoadPoints) -> tuple[JudgedLoads, Parts]:
+        """Return the loads that count, and k_e and R_t, where that is not given, from the mean voltages of all of them together."""
         unc, settings = self.bench.uncertainties, self.settings
         winding = winding_data(settings, self.known, unc, points.before, delta=self.is_delta, tell=self.notice)
-        seen = points.separated()
-        if len(seen) < 3:
+        separated = len(points.separated())
+        if separated < 3:
             raise ProcedureError(
                 text(
                     "the winding's current could be separated at {n} loads, three are needed: at the others the line is never "
                     "without current. Choose higher loads",
-                    n=len(seen),
+                    n=separated,
                 )
             )
-        constant, switch, residual = fit_emf(seen, winding, settings.switch_resistance, self.winding, unc)
+        given = settings.switch_resistance
+        loads = judge_loads(points, winding, given, self.winding, self._pole_pairs())
+        seen = loads.points.separated()
+        constant, switch, residual = fit_emf(seen, winding, given, self.winding, unc, loads.shifts)
         self.findings["emf_residual"] = residual
-        self._report_emf(constant, points.before)
+        self.tell_misfit(Misfit(tuple(each for each in loads.misfit.findings if each.estimates)))
+        self._report_emf(constant, points.before, loads.misfit)
         self.report(
             "switch_resistance",
             switch,
             section=_SECTION,
-            estimator="least squares of mean state voltages over all loads"
-            if settings.switch_resistance is None
-            else "as given",
+            estimator="least squares of mean state voltages over all loads" if given is None else "as given",
+            misfit=loads.misfit.of("switch_resistance"),
         )
         parts = Parts(winding, switch, constant)
-        self.findings["parts"] = parts.as_finding(points.temperatures[-1])
-        return parts
+        self.findings["parts"] = parts.as_finding(loads.points.temperatures[-1])
+        return loads, parts
 
     @step("paper/3", "Equivalent resistance at each point, and its parts")
-    def equivalent_resistance(self, points: LoadPoints, parts: Parts) -> list[Split]:
+    def equivalent_resistance(self, loads: JudgedLoads, parts: Parts) -> list[Split]:
         """Form R_eq = (V_bus − k_e·ω)/I_s, and from the waveform R_11r and R_11L of the conducting winding."""
+        points = loads.points
         splits = [
             split_point(point, temperature, parts, self.winding, self.bench.uncertainties)
             for point, temperature in zip(points.points, points.temperatures, strict=True)
@@ -134,26 +136,29 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
                     "the copper loss is larger than given here"
                 ),
             )
-        self._report_at_largest_load(splits[-1], parts, points.temperatures[-1])
+        self._report_at_largest_load(splits[-1], parts, points.temperatures[-1], loads.misfit)
         return splits
 
     @step("paper/4", "Commutation resistance against speed; copper loss apart")
-    def commutation(self, splits: Sequence[Split], parts: Parts) -> None:
+    def commutation(self, splits: Sequence[Split], parts: Parts, misfit: Misfit) -> None:
         """Fit R_c over speed, and compare how well the simple model and this one tell the speeds that they were fitted to."""
         known = [s for s in splits if s.commutation is not None and s.copper is not None]
-        slope, offset, line = commutation_line(
+        slope, offset, line, bent = commutation_line(
             [s.point.speed.value for s in known],
             [s.commutation for s in known if s.commutation is not None],
             self.bench.uncertainties,
         )
         for name, figure in (("commutation_resistance_slope", slope), ("commutation_resistance_offset", offset)):
-            self.report(name, figure, section=_SECTION, estimator="straight line of R_c over speed")
+            found = Misfit.together((misfit, bent)).of(name)
+            self.report(name, figure, section=_SECTION, estimator="straight line of R_c over speed", misfit=found)
         simple = self._simple_resistance(parts, COLD)
         self.findings |= {
             "simple_model_resistance": simple,
             "commutation_over_speed": line,
             "predicted_speeds": [self._predicted(s, simple, float(slope.x), float(offset.x)) for s in known],
         }
+        if misfit.withholding("commutation_resistance") is not None:
+            return
         self.notice(
             "E14",
             text(
@@ -208,52 +213,18 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
             )
         return wanted
 
-    def _point(self, torque: float, probe: CurrentProbe, begun: float, *, first: bool) -> LoadPoint:
-        bench, channel = self.bench, probe.channel
-        frequency = bench.drive.measure_frequency().value
-        if frequency <= 0.0:
-            raise ProcedureError(text("the motor does not turn at {torque:.3g} N·m; lower the load", torque=torque))
-        record_time = self.settings.periods / frequency
-        bench.oscilloscope.configure_acquisition(record_time, _POINTS, 0.0)
-        wave = ranged_record(bench, {channel: 4.0 * self.nameplate.current_bound}, 10.0 + record_time)[channel]
-        bus_current = averaged([bench.drive.measure_bus_current() for _ in range(self.settings.readings)])
-        if first:
-            self.wiring.inverter.running(DRIVE, probe, wave, bus_current.value)
-        fit = fit_back_emf(wave.time, np.atleast_2d(wave.values), harmonics=(1, 5, 7, 11, 13), frequency=frequency)
-        try:
-            line = six_step.fold(wave.time, wave.values, fit.frequency)
-        except EstimationError as problem:
-            line = None
-            self.notice(
-                "not-separated",
-                text(
-                    "at {torque:.3g} N·m the parts cannot be separated: {problem}", torque=torque, problem=str(problem)
-                ),
-            )
-        return LoadPoint(
-            torque=torque,
-            shaft_torque=averaged([self._shaft_torque() for _ in range(self.settings.readings)]),
-            speed=bench.tachometer.measure_speed(),
-            bus_voltage=averaged([bench.drive.measure_bus_voltage() for _ in range(self.settings.readings)]),
-            bus_current=bus_current,
-            electrical_frequency=fit.frequency,
-            line=line,
-            current_accuracy=wave.accuracy,
-            begun=begun,
-            read=bench.clock.now(),
-        )
+    def _pole_pairs(self) -> int | None:
+        """Return the pole pairs as they were measured, else as the plate says, None where neither tells."""
+        pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs
+        return round(pairs) if pairs else None
 
-    def _shaft_torque(self) -> Reading:
-        """Return the load (N·m) as the dynamometer shows it now."""
-        shown = self.bench.dynamometer.measure()
-        return Reading(-shown.torque, "N·m", shown.torque_accuracy, shown.time)
-
-    def _report_emf(self, constant: UncertainReal, temperature: UncertainReal) -> None:
+    def _report_emf(self, constant: UncertainReal, temperature: UncertainReal, misfit: Misfit) -> None:
         self.report(
             "line_emf_constant",
             constant * magnet_factor(self.bench.uncertainties, temperature, self.settings.magnet_coefficient),
             section=_SECTION,
             estimator="least squares of mean state voltages over all loads, referred to 25 °C",
+            misfit=misfit.of("line_emf_constant"),
         )
         flux, pairs = self.known_value("flux_linkage"), self.known_value("pole_pairs")
         if flux is not None and pairs is not None:
@@ -271,13 +242,14 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
                     ),
                 )
 
-    def _report_at_largest_load(self, split: Split, parts: Parts, temperature: UncertainReal) -> None:
+    def _report_at_largest_load(self, split: Split, parts: Parts, temperature: UncertainReal, misfit: Misfit) -> None:
         self.report(
             "equivalent_resistance",
             split.equivalent,
             section=_SECTION,
             estimator="bus voltage less EMF over bus current",
             note_value=self._simple_resistance(parts, temperature),
+            misfit=misfit.of("equivalent_resistance"),
         )
         if split.copper is not None and split.commutation is not None:
             self.report(
@@ -285,10 +257,12 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
                 split.copper,
                 section=_SECTION,
                 estimator="three times R_11·I_eff² over I_s², at the winding's temperature",
+                misfit=misfit.of("copper_resistance"),
             )
             self.report(
                 "commutation_resistance",
                 split.commutation,
                 section=_SECTION,
                 estimator="equivalent resistance less switches and copper",
+                misfit=misfit.of("commutation_resistance"),
             )

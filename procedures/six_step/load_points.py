@@ -1,7 +1,7 @@
 """What is read of a six-step drive at one load, and how warm its winding was at each of several."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from GTC.lib import UncertainReal
 
@@ -30,10 +30,24 @@ class Averaged:
         """The instrument's limits of error."""
         return self.reading.accuracy
 
+    def widened(self, *, gain: float = 0.0, offset: float = 0.0) -> "Averaged":
+        """Return it with limits of error at least as wide as these."""
+        return replace(self, reading=widened(self.reading, gain=gain, offset=offset))
+
     def with_errors(self, uncertainties: Uncertainties, name: str) -> UncertainReal:
         """Return the mean with its scatter and the errors of the instrument `name`."""
         mean = uncertainties.statistical(f"{name}: repeats", self.value, self.scatter, self.degrees_of_freedom)
         return uncertainties.instrument(name, mean, self.accuracy)
+
+
+def widened(reading: Reading, *, gain: float = 0.0, offset: float = 0.0) -> Reading:
+    """Return a reading with limits of error at least as wide as these."""
+    return replace(reading, accuracy=at_least(reading.accuracy, gain=gain, offset=offset))
+
+
+def at_least(accuracy: Accuracy, *, gain: float = 0.0, offset: float = 0.0) -> Accuracy:
+    """Return limits of error at least as wide as these."""
+    return replace(accuracy, gain=max(accuracy.gain, gain), offset=max(accuracy.offset, offset))
 
 
 def averaged(readings: Sequence[Reading]) -> Averaged:

@@ -1,14 +1,15 @@
-"""Readings of the bridge that are repeated: one that contradicts its siblings is read again before they are averaged."""
+"""Readings that are repeated: one that contradicts its siblings is read again before they are averaged."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from statistics import median
-from typing import Any
+from typing import Any, Generic, Protocol, TypeVar
 
-from drivers.interfaces import Accuracy, ImpedanceReading, RetypeError, Wanted
+from drivers.interfaces import Accuracy, ImpedanceReading, Reading, RetypeError, Wanted
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import DoubtReading, LinePair
+from procedures.core.bench import Bench
 from procedures.core.events import RepeatsTaken, RepeatStarted
 from procedures.core.procedure import Procedure
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
@@ -30,6 +31,69 @@ _POWERS = {
 }
 
 
+Read = TypeVar("Read")
+
+
+class Repeated(Protocol[Read]):
+    """What is read several times under one condition, for parameters of these names; `terminals` says where."""
+
+    @property
+    def terminals(self) -> str:
+        """Between which terminals, or at which load."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The parameters that are made of it."""
+
+    @property
+    def name(self) -> Text:
+        """What it is called."""
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+
+    def read(self, bench: Bench) -> Read:
+        """Take one reading."""
+
+    def typed(self, bench: Bench) -> bool:
+        """Tell whether a person reads and types it."""
+
+    def value(self, reading: Read) -> float:
+        """Return the quantity's value in a reading."""
+
+    def accuracy(self, reading: Read) -> Accuracy:
+        """Return its accuracy."""
+
+
+@dataclass(frozen=True)
+class RepeatedReading:
+    """What an instrument is asked for several times at one load, for parameters of these names."""
+
+    terminals: str
+    name: Text
+    unit: str
+    parameters: tuple[str, ...]
+    take: Callable[[], Reading]
+    by_hand: bool
+
+    def read(self, bench: Bench) -> Reading:
+        """Take one reading."""
+        return self.take()
+
+    def typed(self, bench: Bench) -> bool:
+        """Tell whether a person reads and types it."""
+        return self.by_hand
+
+    def value(self, reading: Reading) -> float:
+        """Return a reading's value."""
+        return reading.value
+
+    def accuracy(self, reading: Reading) -> Accuracy:
+        """Return its accuracy."""
+        return reading.accuracy
+
+
 @dataclass(frozen=True)
 class RepeatedQuantity:
     """What is read of the bridge several times between `terminals` (as A–B), for parameters of these names."""
@@ -48,6 +112,14 @@ class RepeatedQuantity:
         """Its unit."""
         return "Ω" if self.wanted is Wanted.RESISTANCE else "H"
 
+    def read(self, bench: Bench) -> ImpedanceReading:
+        """Take one reading."""
+        return bench.lcr_meter.measure(self.wanted)
+
+    def typed(self, bench: Bench) -> bool:
+        """Tell whether a person reads and types it."""
+        return bench.lcr_meter.read_by_hand
+
     def value(self, reading: ImpedanceReading) -> float:
         """Return the quantity's value in a reading."""
         return reading.resistance if self.wanted is Wanted.RESISTANCE else reading.inductance
@@ -63,7 +135,7 @@ def between(pair: LinePair) -> str:
     return f"{pair[0].value}–{pair[1].value}"
 
 
-def bridge_readings(procedure: Procedure[Any], quantity: RepeatedQuantity, count: int) -> list[ImpedanceReading]:
+def repeated_readings(procedure: Procedure[Any], quantity: Repeated[Read], count: int) -> list[Read]:
     """Take `count` readings and return those to be averaged.
 
     A person is asked about a typed one that contradicts its siblings: it is typed again, or confirmed and kept. Where it was an
@@ -72,7 +144,7 @@ def bridge_readings(procedure: Procedure[Any], quantity: RepeatedQuantity, count
     """
     repeats = _Repeats(procedure, quantity)
     repeats.take(range(count), count)
-    left_out = repeats.ask() if procedure.bench.lcr_meter.read_by_hand else repeats.read_once_more()
+    left_out = repeats.ask() if quantity.typed(procedure.bench) else repeats.read_once_more()
     values = [quantity.value(reading) for reading in repeats.readings]
     procedure.bench.recorder.record(
         RepeatsTaken(
@@ -86,11 +158,11 @@ def bridge_readings(procedure: Procedure[Any], quantity: RepeatedQuantity, count
     return repeats.readings
 
 
-class _Repeats:
-    def __init__(self, procedure: Procedure[Any], quantity: RepeatedQuantity) -> None:
+class _Repeats(Generic[Read]):
+    def __init__(self, procedure: Procedure[Any], quantity: Repeated[Read]) -> None:
         self._procedure = procedure
         self._quantity = quantity
-        self.readings: list[ImpedanceReading] = []
+        self.readings: list[Read] = []
 
     @property
     def values(self) -> list[float]:
@@ -110,7 +182,7 @@ class _Repeats:
                 )
             )
             try:
-                reading = bench.lcr_meter.measure(self._quantity.wanted)
+                reading = self._quantity.read(bench)
             except RetypeError:
                 at = max(0, at - 1)
                 continue

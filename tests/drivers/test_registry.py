@@ -8,7 +8,7 @@ import pytest
 
 from bench.plugins.catalogues import installed
 from drivers.catalogue import MANUAL, Driver, Surroundings
-from drivers.interfaces import Accuracy, InstrumentError, Role
+from drivers.interfaces import Accuracy, Instrument, InstrumentError, Role, Voltmeter
 from drivers.interfaces.text import Text
 from drivers.keysight.e36300 import KeysightE36300
 from drivers.keysight.options import E36300Options
@@ -111,6 +111,32 @@ def test_what_is_opened_is_of_the_roles_interface(clock: Any) -> None:
     ) as refused:
         driver.open("", E36300Options(), Surroundings(clock), name="left supply")
     assert "Derive its class from drivers.interfaces." in str(refused.value)
+
+
+class Unfinished(Voltmeter):
+    """A voltmeter that cannot measure."""
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (SeemsASupply, "what driver own makes, SeemsASupply, is no Voltmeter"),
+        (Unfinished, "what driver own makes, Unfinished, is no Voltmeter: it has no"),
+        (Voltmeter, ""),
+        (Instrument, ""),
+        ("NoSuchClass", ""),
+    ],
+)
+def test_what_does_not_fit_shows_without_an_instrument(made: Any, said: str) -> None:
+    def opened(*_: object) -> Any:
+        raise AssertionError("nothing is opened")
+
+    opened.__annotations__["return"] = made
+    unfit = Driver("own", Role.VOLTMETER, E36300Options, opened).unfit()
+    assert str(unfit or "").startswith(said)
+    assert bool(unfit) == bool(said)
+    if isinstance(made, type) and said:
+        assert str(Driver("own", Role.VOLTMETER, E36300Options, made).unfit()).startswith(said)  # type: ignore[arg-type]
 
 
 def test_an_abstract_class_is_refused_in_one_sentence(clock: Any) -> None:

@@ -26,8 +26,10 @@ Random = np.random.Generator
 ROWS = (
     "hand, steady", "hand ±20 %", "hand ±20 %, two regrips", "hand, maxima cut", "known angle", "run-out", "meter drifts",
     "run-out, 0.6 turn", "four-wire", "thermal voltage drifts", "resistance drifts under load",
-    "lines stay", "winding cools", "contacts differ",
+    "lines stay", "winding cools", "contacts differ", "one reading wrong",
 )  # fmt: skip
+WIRED = ("four-wire", "thermal voltage drifts", "resistance drifts under load", "one reading wrong")
+LINES = ("lines stay", "winding cools", "contacts differ")
 
 
 @dataclass
@@ -119,6 +121,8 @@ def wired(name: str, random: Random) -> Estimates:
         voltage = voltage + risen
     if name.startswith("resistance"):
         voltage = voltage + risen * current
+    if name == "one reading wrong":
+        voltage[random.integers(10)] *= 1.0 + random.choice((-1.0, 1.0)) * log(random, 1e-4, 0.9)
     return of_fit(slope(voltage, current), {"resistance": 1.0})
 
 
@@ -145,9 +149,7 @@ def lines(name: str, random: Random) -> Estimates:
 
 def recorded(name: str, random: Random) -> Estimates:
     """Draw one record of a row, and return what is estimated from it."""
-    way = (
-        turned if name.startswith("hand") else lines if name in ROWS[-3:] else wired if name in ROWS[-6:-3] else angled
-    )
+    way = turned if name.startswith("hand") else lines if name in LINES else wired if name in WIRED else angled
     return way(name, random)
 
 

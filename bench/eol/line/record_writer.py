@@ -19,7 +19,7 @@ from bench.eol.store.insertion import settle
 from bench.eol.store.records import EarlierTest, Records
 from bench.eol.store.spool import FOLDER, Spool
 from bench.eol.store.waiting import Waiting
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError, InputError
 from drivers.interfaces.text import Text, reason_of, text, text_of
 
 #: The file among the runs that keeps records until their server has them.
@@ -143,9 +143,9 @@ def open_record_writer(reference: str, runs: Path) -> RecordWriter:
 
 @contextmanager
 def own_records(reference: str) -> Iterator[Records]:
-    """Give the records of a database as `open_record_writer` takes it. Raises InputError where there are none."""
+    """Give the records of a database as `open_record_writer` takes it. Raises FileError where there are none."""
     if "://" not in reference and not Path(reference).is_file():
-        raise InputError(
+        raise FileError(
             text("{reference}: there are no records here; name their file or server by --records", reference=reference)
         )
     engine = open_database(reference)

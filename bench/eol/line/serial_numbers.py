@@ -11,7 +11,7 @@ from typing import IO
 from bench.eol.line.line_file import ProductionLine
 from bench.eol.line.preparation import BatchRequest
 from bench.eol.plan import Plan
-from bench.i18n.errors import InputError, UsageError
+from bench.i18n.errors import FileError, InputError, UsageError
 from drivers.interfaces.text import reason_of, text
 
 #: Serial numbers that come from a panel, as `--serials` says it.
@@ -70,12 +70,12 @@ def generated_serials(pattern: str, first: int, last: int) -> ListedSerials:
 
 
 def serials_of_file(path: Path) -> ListedSerials:
-    """Return the lines of a file; empty ones are passed over. Raises InputError where it cannot be read."""
+    """Return the lines of a file; empty ones are passed over. Raises FileError where it cannot be read."""
     try:
         _check_text(path)
         return ListedSerials(_lines(path))
     except OSError as error:
-        raise InputError(
+        raise FileError(
             text("{path}: the file of serial numbers cannot be read: {strerror}", path=path, strerror=reason_of(error))
         ) from None
 

@@ -14,7 +14,7 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
-from bench.i18n.errors import InputError, at
+from bench.i18n.errors import FileError, InputError, at
 from drivers.interfaces.text import text, text_of
 
 _KINDS = ("sqlite", "postgresql")
@@ -26,7 +26,7 @@ _UPGRADE, _LOOK = 60, 0.02
 _LOCK = 7265193
 
 
-class NoDatabaseError(InputError):
+class NoDatabaseError(FileError):
     """The file that should hold the records is not there."""
 
 
@@ -79,7 +79,10 @@ def open_database(reference: str, *, existing: bool = False) -> Engine:
     except BaseException as error:
         engine.dispose()
         if isinstance(error, DBAPIError):
-            raise InputError(at(_named(url), reason(error))) from None
+            said = at(_named(url), reason(error))
+            # A database that is busy may be read the next time; a file that is none will not.
+            busy = isinstance(error.orig, sqlite3.OperationalError) or not isinstance(error.orig, sqlite3.Error)
+            raise (InputError if busy else FileError)(said) from None
         raise
     return engine
 

@@ -120,13 +120,14 @@ class RehearsalStarted(Event, kind="rehearsal_started"):
 
 @dataclass(frozen=True, kw_only=True)
 class RunFinished(Event, kind="run_finished", durable=True, closing=True):
-    """A session of a run has ended: completed, failed or aborted, why, and how long it took (s of bench and of wall time)."""
+    """A session of a run has ended: completed, failed or aborted, why, and how long it took (s of bench, of wall time and of hand work)."""
 
     status: str
     cause: str = ""
     bench_time: float
     wall_time: float
     guardian: GuardianEnd | None = None
+    hand_time: float = optional(default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -75,7 +75,13 @@ class _History:
         runs = [run for run in self._runs if run.matches(str(self._words.value or ""))]
         if self._parameter.value:
             runs = [run for run in runs if self._parameter.value in {*run.figures, *run.withheld}]
-        self._count.set_text(say(text("{found} of {all} runs", found=len(runs), all=len(self._runs))))
+        every = len(self._runs)
+        of = (
+            text("{found} of 1 run", found=len(runs))
+            if every == 1
+            else text("{found} of {all} runs", found=len(runs), all=every)
+        )
+        self._count.set_text(say(of))
         self._table.clear()
         with self._table, ui.element("table").classes("mb-table"):
             self._head()

@@ -44,6 +44,11 @@ class Cause(StrEnum):
     SPEED_TREND = "speed-trend"
     UNEVEN_SPEED = "uneven-speed"
     TOO_COARSE = "too-coarse"
+    LOAD_POINT = "load-point"
+    SPEED_DIFFERS = "speed-differs"
+    UNSETTLED = "unsettled"
+    POWER_BALANCE = "power-balance"
+    CURVATURE = "curvature"
     UNEXPLAINED = "unexplained"
 
 

@@ -15,8 +15,8 @@ _BINS = 720
 _STATE = _BINS // 6
 #: A line is without current where it stays below this share of its peak, or this many standard deviations of the mean.
 _QUIET_SHARE, _QUIET_SIGMAS = 0.03, 4.0
-#: Degrees of the rise that the line's first current is extrapolated from.
-_RISE = slice(2, 14)
+#: Bins either side of where a line should be switched off, among which its corner is sought, and the reach of what finds it.
+_SOUGHT, _REACH = 30, 4
 
 
 @dataclass(frozen=True)
@@ -70,21 +70,31 @@ def fold(time: ArrayLike, current: ArrayLike, frequency: float) -> LineCurrent:
         raise EstimationError(
             f"the record holds {periods:.1f} periods of the line current, three are needed; record longer"
         )
-    phase = np.mod((t - t[0]) * frequency, 1.0)
+    mean, noise = _binned(t, i, frequency, 0.0)
+    # Once more with the switching instants between two bins.
+    begin = _turn_on(mean, noise)
+    mean, noise = _binned(t, i, frequency, begin / _BINS)
+    return LineCurrent(mean, noise)
+
+
+def _binned(time: FloatArray, current: FloatArray, frequency: float, begin: float) -> tuple[FloatArray, float]:
+    """Return the mean current in each bin from `begin` (periods) on and its standard uncertainty, both halves of the period as one."""
+    phase = np.mod((time - time[0]) * frequency - begin, 1.0)
     bins = np.minimum((phase * _BINS).astype(int), _BINS - 1)
     counts = np.bincount(bins, minlength=_BINS)
     if counts.min() < 1:
         raise EstimationError("the record has too few points to fold to half a degree; sample faster or record longer")
-    mean = np.bincount(bins, i, _BINS) / counts
-    scatter = float(np.sqrt(np.mean((i - mean[bins]) ** 2)))
-    noise = scatter / math.sqrt(float(counts.mean()))
+    mean = np.bincount(bins, current, _BINS) / counts
+    scatter = float(np.sqrt(np.mean((current - mean[bins]) ** 2)))
     # The drive is symmetric: half a period on, every line carries the opposite current.
-    mean = 0.5 * (mean - np.roll(mean, -_BINS // 2))
-    return LineCurrent(np.roll(mean, -_turn_on(mean, noise)), noise / math.sqrt(2.0))
+    return 0.5 * (mean - np.roll(mean, -_BINS // 2)), scatter / math.sqrt(2.0 * float(counts.mean()))
 
 
-def _turn_on(current: FloatArray, noise: float) -> int:
-    """Return the bin in which the line, without current before, is switched to plus."""
+def _turn_on(current: FloatArray, noise: float) -> float:
+    """Return the place, in bins, at which the line, without current before, is switched to plus: 120° before it is switched off.
+
+    The current begins slowly and ends sharply: from its rise the instant is known to some degrees, from its fall to a tenth of one.
+    """
     quiet = np.abs(current) < max(_QUIET_SHARE * float(np.max(np.abs(current))), _QUIET_SIGMAS * noise)
     ends = np.flatnonzero(quiet & ~np.roll(quiet, -1) & (np.roll(current, -_STATE // 2) > 0.0))
     runs = [(int(_run_length(quiet, int(end))), int(end)) for end in ends]
@@ -93,11 +103,19 @@ def _turn_on(current: FloatArray, noise: float) -> int:
             "the line is never without current: its freewheeling lasts as long as the state, and the turn-on cannot be seen; "
             "take a higher load or a lower speed"
         )
-    end = max(runs)[1]
-    rise = np.arange(_RISE.start, _RISE.stop)
-    slope, offset = np.polyfit(rise, current[(end + rise) % _BINS], 1)
-    begin = end + round(-offset / slope) if slope > 0.0 else end
-    return begin % _BINS if abs(begin - end) <= _STATE // 6 else end
+    begin = max(runs)[1]
+    near = np.arange(begin + 2 * _STATE - _SOUGHT, begin + 2 * _STATE + _SOUGHT)
+    values = current[near % _BINS]
+    corner = int(np.argmin(values[2 * _REACH :] - 2.0 * values[_REACH:-_REACH] + values[: -2 * _REACH])) + _REACH
+    rise, fall = corner - np.arange(2, 8), corner + np.arange(1, 4)
+    if fall[-1] >= values.size or rise[-1] < 0:
+        return float(begin)
+    up, top = np.polyfit(rise, values[rise], 1)
+    down, high = np.polyfit(fall, values[fall], 1)
+    met = (high - top) / (up - down) if up > down else float(corner)
+    met = float(np.clip(met, corner - 2.0, corner + 2.0))
+    # A bin's value is that of its middle.
+    return float(near[0] + met + 0.5 - 2 * _STATE)
 
 
 def _run_length(quiet: NDArray[np.bool_], end: int) -> int:
@@ -128,23 +146,44 @@ def conducting_state(line: LineCurrent, connection: Connection) -> WindingState:
     a, _, c = winding_currents(line, connection)
     whole = a if connection == "wye" else -c
     state = whole[_STATE : 2 * _STATE]
-    # The ends are extrapolated from inside the state: the bins at a switching instant hold both sides of it.
-    inner = np.arange(2, 8)
-    start = np.polyval(np.polyfit(inner + 0.5, state[inner], 1), 0.0)
-    end = np.polyval(np.polyfit(-inner - 0.5, state[::-1][inner], 1), 0.0)
+    start, peak = _before_switching(line, 1), _before_switching(line, 2)
+    # Line 3 begins without current, and ends as line 1 began, reversed.
+    start, end = (start, peak) if connection == "wye" else (start / 3.0, (start + peak) / 3.0)
     return WindingState(
         average=float(state.mean()),
         rms=float(np.sqrt(np.mean(state**2))),
-        start=float(start),
-        end=float(end),
+        start=start,
+        end=end,
         period_rms=float(np.sqrt(np.mean(whole**2))),
     )
+
+
+def _before_switching(line: LineCurrent, states: int) -> float:
+    """Return line 1's current (A) so many states after its turn-on.
+
+    From the bins before: freewheeling that begins there is soon over, and the bin at a switching instant holds both sides of it.
+    """
+    before = np.arange(2, 8)
+    values = line.current[states * _STATE - 1 - before]
+    return float(np.polyval(np.polyfit(-before - 0.5, values, 1), 0.0))
 
 
 def switched_average(line: LineCurrent) -> float:
     """Return the mean of the currents through both closed switches over state T1T2 (A): their sum times R_t is the switches' drop."""
     state = slice(_STATE, 2 * _STATE)
     return float(line.current[state].mean() - line.shifted(240.0)[state].mean())
+
+
+def supplied_average(line: LineCurrent) -> float:
+    """Return the mean current (A) out of the source: that of line 3 over T1T2, for what freewheels in line 2 stays within the bridge."""
+    return float(-line.shifted(240.0)[_STATE : 2 * _STATE].mean())
+
+
+def bridge_currents(line: LineCurrent) -> tuple[float, float]:
+    """Return the mean of the squares (A²) of the currents through both closed switches, and the mean freewheeling current (A)."""
+    state = slice(_STATE, 2 * _STATE)
+    one, three = line.current[state], line.shifted(240.0)[state]
+    return float(np.mean(one**2 + three**2)), float(np.mean(np.abs(one + three)))
 
 
 def average_drop(
@@ -154,8 +193,6 @@ def average_drop(
     currents = winding_currents(line, connection)
     path = -currents[2] if connection == "delta" else currents[0] - currents[2]
     state = path[_STATE : 2 * _STATE]
-    inner = np.arange(2, 8)
-    change = np.polyval(np.polyfit(-inner - 0.5, state[::-1][inner], 1), 0.0) - np.polyval(
-        np.polyfit(inner + 0.5, state[inner], 1), 0.0
-    )
-    return resistance * float(state.mean()) + inductance * float(change) / state_time
+    # What line 3 takes over in the state is what line 1 began it with: only the current that is switched off at its end is left.
+    change = _before_switching(line, 2) / (3.0 if connection == "delta" else 1.0)
+    return resistance * float(state.mean()) + inductance * change / state_time

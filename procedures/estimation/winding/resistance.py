@@ -19,6 +19,8 @@ COPPER, COPPER_REFERENCE = 0.00393, 20.0
 _SLOPE = ("resistance", "offset", "meter")
 #: A voltage drifts where chance alone would do so in this share of records, and so many readings more are left over.
 _CHANCE, _LEAST_FREEDOM = 1e-3, 3
+#: Readings agree within this share of the largest; a resistance that one of them moves by more than that is not given.
+_AGREE, _MOST_SHIFT = 2e-4, 0.05
 #: Scores beyond this are as good as certain, and not infinite.
 _MOST = 40.0
 
@@ -98,7 +100,8 @@ def slope(voltage: ArrayLike, current: ArrayLike) -> Fit:
 
     `offset` takes thermal EMF and the voltmeter's zero, `meter` the zero of the current's meter, which reads amounts. Readings stand in
     the order of time, evenly spaced: a voltage that drifts along, as thermal EMF of contacts that warm up does, or a resistance that
-    changes where the current is larger, is in the model where the readings show it, see `misfit`.
+    changes where the current is larger, is in the model where the readings show it, see `misfit`. So is a reading that contradicts all
+    others: it is left out, and what it would change is in the interval.
     Raises EstimationError on too few points, currents of one sign or of one amount only, and a falling voltage.
     """
     v, i = series("voltage", voltage, least=4), series("current", current, least=4)
@@ -107,7 +110,9 @@ def slope(voltage: ArrayLike, current: ArrayLike) -> Fit:
         raise EstimationError("all currents have one sign; take readings with both polarities")
     if np.ptp(np.abs(i)) <= 1e-9 * np.max(np.abs(i)):
         raise EstimationError("all currents are alike; take readings at several currents")
-    fit = _with_drift(v, i)
+    order = np.linspace(-1.0, 1.0, v.size)
+    odd = _odd(v, i)
+    fit = _with_drift(v, i, order) if odd is None else _without(v, i, order, odd)
     if fit.value("resistance") <= 0:
         raise EstimationError(
             "the voltage falls as the current rises: one of the two meters is connected the wrong way round"
@@ -115,11 +120,49 @@ def slope(voltage: ArrayLike, current: ArrayLike) -> Fit:
     return fit
 
 
-def _with_drift(v: FloatArray, i: FloatArray) -> Fit:
+def _odd(v: FloatArray, i: FloatArray) -> int | None:
+    """Return which reading contradicts the line through all others beyond chance, None where none does."""
+    plain = _plain(i)
+    freedom = v.size - plain.shape[1] - 1
+    if freedom < _LEAST_FREEDOM:
+        return None
+    residuals = least_squares(_SLOPE, plain, v).residuals
+    # What is left of its own weight: a reading pulls the line to itself.
+    own = np.maximum(1.0 - np.einsum("nk,kn->n", plain, np.linalg.pinv(plain)), 1e-9)
+    others = np.sqrt(np.maximum(float(residuals @ residuals) - residuals**2 / own, 0.0) / freedom)
+    off = np.abs(residuals) / np.sqrt(own)
+    worst = int(np.argmax(off))
+    limit = float(special.stdtrit(freedom, 1.0 - 0.5 * _CHANCE / v.size))
+    return worst if off[worst] > max(limit * others[worst], _AGREE * float(np.max(np.abs(v)))) else None
+
+
+def _without(v: FloatArray, i: FloatArray, order: FloatArray, odd: int) -> Fit:
+    """Return the fit without a reading that contradicts the others; withheld where it would change the resistance by much."""
+    rest = np.arange(v.size) != odd
+    fit = _with_drift(v[rest], i[rest], order[rest])
+    shift = least_squares(_SLOPE, _plain(i), v).value("resistance") - fit.value("resistance")
+    covariance = fit.covariance.copy()
+    covariance[0, 0] += shift**2
+    share = abs(shift / fit.value("resistance"))
+    expected = float((_plain(i) @ fit.values)[odd])
+    figures: dict[str, float | str] = {
+        "count": float(v.size),
+        "current": float(i[odd]),
+        "off": float(v[odd] / expected - 1.0) if expected else 0.0,
+        "record": "four-wire",
+    }
+    finding = Finding(Cause.REPEATS_DIFFER, Answer.WITHHELD if share > _MOST_SHIFT else Answer.WIDENED, figures=figures)
+    return replace(fit, covariance=covariance, misfit=Misfit.together((Misfit((finding,)), fit.misfit)))
+
+
+def _plain(i: FloatArray) -> FloatArray:
+    return np.column_stack((i, np.ones_like(i), -np.sign(i)))
+
+
+def _with_drift(v: FloatArray, i: FloatArray, order: FloatArray) -> Fit:
     """Return the fit of the slope, with what drifts in the order of readings where that is more than chance."""
-    plain = np.column_stack((i, np.ones_like(i), -np.sign(i)))
+    plain = _plain(i)
     fit = least_squares(_SLOPE, plain, v)
-    order = np.linspace(-1.0, 1.0, v.size)
     freedom = v.size - plain.shape[1] - 2
     if freedom < _LEAST_FREEDOM:
         return fit

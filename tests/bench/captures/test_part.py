@@ -24,7 +24,7 @@ def test_a_part_of_a_record_by_its_own_time(table: Path, column: str) -> None:
     assert [c.name for c in capture.channels] == ["CH1"]
     assert capture.channels[0].values == pytest.approx(np.cos(capture.times()))
     assert capture.line_of(0) == 13
-    assert any("cut: 40 of 100 samples" in note for note in capture.assumptions)
+    assert any("cut: 40 of 100 samples" in note for note in map(str, capture.assumptions))
 
 
 @pytest.mark.parametrize(

@@ -107,3 +107,37 @@ def test_one_column_is_not_taken_as_voltage_and_current(call: Call, emf: Path) -
     code, _, err = call("analyze", "step-response", str(emf), "--voltage", "CH1", "--current", "CH1")
     assert code == 2
     assert "'CH1' is asked for as voltage and as current" in err
+
+
+@pytest.mark.parametrize(
+    ("command", "columns", "more"),
+    [
+        ("back-emf", "t (s),CH1 (V),CH2 (V),CH3 (V)", ("--speed-rpm", "795", "--accuracy", "CH1=3%+5mV")),
+        ("step-response", "t (s),CH1 (V),CH2 (A)", ("--temperature", "30")),
+        ("coast-down", "t (s),speed", ("--inertia", "1e-4")),
+        ("rotor-sweep", "theta (rad),L (H)", ()),
+        ("table", "id (A),Ld (H)", ("--motor", "lg-400w")),
+    ],
+)
+def test_an_analysis_speaks_chinese(call: Call, command: str, columns: str, more: tuple[str, ...]) -> None:
+    random = np.random.default_rng(1)
+    time, *emf = sim.emf_record(random)
+    angle = np.linspace(0.0, 2.0 * np.pi, 73)
+    step_time, v, i, *_ = sim.step_record(random, 8)
+    falling = np.linspace(0.0, 5.0, 501)
+    record = {
+        "back-emf": (time, *np.vstack(emf)),
+        "step-response": (step_time, v, i),
+        "coast-down": (falling, 300.0 - 50.0 * falling + random.normal(0.0, 0.05, falling.size)),
+        "rotor-sweep": (angle, 1e-4 * (1.0 - 0.2 * np.cos(8.0 * angle)) + random.normal(0.0, 1e-7, angle.size)),
+        "table": ([0.0, -10.0], [73e-6, 80e-6]),
+    }[command]
+    np.savetxt("record.csv", np.column_stack(record), delimiter=",", header=columns, comments="")
+    code, out, err = call("analyze", command, "record.csv", *more, "--language", "zh")
+    assert (code, err) == (0, "")
+    assert "参数" in out
+    # Names of channels and options stay; a sentence that is left has words one after the other.
+    assert not re.findall(r"(?:\b[a-z]{2,}\b[ ,]+){3,}", out), out
+    _, out, _ = call("analyze", command, "record.csv", *more, "--language", "zh", "--json")
+    assert bool(re.search("[一-鿿]", out)) == (command != "table")
+    assert call("analyze", command, "record.csv", *more, "--language", "de")[0] == 2

@@ -165,7 +165,7 @@ def test_two_counts_that_differ(call: Call, record: Callable[..., Path]) -> None
         (("a-run", "--for", "vesc", "--bandwidth", "-1"), 2, "from 0 (no gains) to 20000 Hz"),
         (("a-run", "--for", "ti", "--as-detected"), 2, "stores what it detects as it is"),
         (("a-run", "--for", "vecs"), 2, "did you mean vesc?"),
-        (("nowhere", "--for", "vesc"), 1, "there is no run here"),
+        (("nowhere", "--for", "vesc"), 2, "there is no run here"),
         (("a-run",), 2, "--for"),
         (("a-run", "--for", "vesc", "--output", "no/such/folder/x.xml"), 1, "cannot be written: there is no such file"),
     ],

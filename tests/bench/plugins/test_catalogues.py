@@ -226,6 +226,29 @@ def test_a_run_is_told_of_a_broken_plug_in_and_goes_on(call: Call, tmp_path: Pat
     assert "plugin.py cannot be used: ModuleNotFoundError" in err
 
 
+def test_a_driver_that_is_no_instrument_of_its_role_is_told_with_the_station(call: Call, tmp_path: Path) -> None:
+    plugin = """
+from drivers.catalogue import Driver
+from drivers.interfaces import Role
+from drivers.bases.scpi_supply import ScpiSupplyOptions
+
+class Lamp:
+    pass
+
+def opened(address, options, surroundings, name) -> Lamp:
+    raise AssertionError("nothing is opened")
+
+DRIVER = Driver("lamp", Role.SUPPLY, ScpiSupplyOptions, opened)
+"""
+    (tmp_path / "plugin.py").write_text(plugin, encoding="utf-8")
+    station = '[station]\nname = "s"\n[plugins]\nfiles = ["plugin.py"]\n[instruments.supply]\ndriver = "lamp"\naddress = "x"\n'
+    (tmp_path / "s.toml").write_text(station, encoding="utf-8")
+    for typed in (("station", "check", "s.toml"), ("run", "nameplate", "--station", "s.toml", "--motor", "lg-400w")):
+        code, _, err = call(*typed)
+        assert code == 1
+        assert "s.toml: instruments.supply.driver: what driver lamp makes, Lamp, is no Supply" in err
+
+
 def test_a_resumed_run_needs_the_plug_in_that_it_began_with(call: Call, tmp_path: Path) -> None:
     (tmp_path / "plugin.py").write_text(DRIVER, encoding="utf-8")
     (tmp_path / "s.toml").write_text('[station]\nname = "s"\n[plugins]\nfiles = ["plugin.py"]\n', encoding="utf-8")

@@ -200,10 +200,10 @@ def test_the_wrong_name_of_a_run_gets_a_hint(call: Call, tmp_path: Path) -> None
     call("run", "nameplate", "--station", "virtual", "--motor", "lg-400w")
     (folder,) = (tmp_path / "runs").iterdir()
     code, _, err = call("results", folder.name[:-1])
-    assert code == 1
+    assert code == 2
     assert f"did you mean {folder.name}?" in err
     assert "motorbench results list --runs runs lists them" in err
-    assert call("results", "a\0b")[0] == 1
+    assert call("results", "a\0b")[0] == 2
 
 
 def test_another_virtual_instrument_is_refused_and_nothing_is_written(

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.fitting.misfit import Answer, Cause
 from procedures.estimation.winding.connections import ReadingConnection, phase_factor
 from procedures.estimation.winding.resistance import (
     at_temperature,
@@ -101,6 +102,32 @@ def test_slope_of_voltage_over_current_leaves_the_thermal_voltage_out() -> None:
     assert fit.uncertainty("resistance") == pytest.approx(
         1e-5 / np.sqrt(np.sum((amount - amount.mean()) ** 2)), rel=0.3
     )
+
+
+@pytest.mark.parametrize(("wrong", "answer"), [(1.02, Answer.WIDENED), (0.1, Answer.WITHHELD)])
+def test_a_reading_that_contradicts_the_others_is_said_and_widens_or_withholds(wrong: float, answer: Answer) -> None:
+    random = np.random.default_rng(3)
+    levels = np.array([1.0, 0.75, 0.5, 0.25, 1.0])
+    current = np.concatenate((levels, -levels))
+    voltage = 0.032 * current + 1e-4 + random.normal(0.0, 1e-6, 10)
+    clean = slope(voltage, current)
+    assert not clean.misfit
+    voltage[4] *= wrong
+    fit = slope(voltage, current)
+    (finding,) = fit.misfit.findings
+    assert (finding.cause, finding.answer) == (Cause.REPEATS_DIFFER, answer)
+    assert finding.figures["off"] == pytest.approx(wrong - 1.0, abs=0.01)
+    assert fit.value("resistance") == pytest.approx(0.032, rel=1e-4)
+    assert fit.uncertainty("resistance") > 10.0 * clean.uncertainty("resistance")
+
+
+def test_noise_alone_hardly_ever_contradicts() -> None:
+    random = np.random.default_rng(4)
+    levels = np.array([1.0, 0.75, 0.5, 0.25, 1.0])
+    current = np.concatenate((levels, -levels))
+    fits = [slope(current + random.normal(0.0, 1e-3, 10), current) for _ in range(1000)]
+    causes = [finding.cause for fit in fits for finding in fit.misfit.findings]
+    assert causes.count(Cause.REPEATS_DIFFER) <= 4
 
 
 def test_the_zero_of_the_current_s_meter_is_left_out() -> None:

@@ -1,0 +1,80 @@
+"""Every command with a file that is not there, or that cannot be read: exit status 2, and one sentence that names it."""
+
+from pathlib import Path
+
+import pytest
+from cyclopts import App
+
+from bench.cli.main import make_app
+from tests.command_line import Call
+
+#: What is typed after a command; FILE stands for the file that cannot be used.
+INPUTS = {
+    "run": [
+        "nameplate --station FILE --motor lg-400w",
+        "nameplate --station virtual --motor FILE",
+        "nameplate --station virtual --motor lg-400w --faults FILE",
+        "nameplate --station virtual --motor lg-400w --disturbances FILE",
+        "nameplate --station FILE --motor lg-400w --rehearse",
+        "nameplate --resume FILE",
+    ],
+    "demo": ["--motor FILE", "--disturbances FILE", "--faults FILE"],
+    "procedures": ["--station FILE"],
+    "parameters": ["--station FILE"],
+    "report": ["FILE"],
+    "export": ["FILE --for odrive", "--list --station FILE"],
+    "serve": ["--station FILE"],
+    "results": ["FILE"],
+    "results verify": ["FILE"],
+    "analyze back-emf": ["FILE"],
+    "analyze step-response": ["FILE"],
+    "analyze coast-down": ["FILE"],
+    "analyze rotor-sweep": ["FILE"],
+    "analyze six-step": ["FILE --load 0.5"],
+    "analyze table": ["FILE --motor lg-400w"],
+    "sim six-step": ["--motor FILE --load 0.5"],
+    "sim serve": ["--motor FILE", "--motor lg-400w --disturbances FILE", "--motor lg-400w --faults FILE"],
+    "station check": ["FILE"],
+    "station drivers": ["--station FILE"],
+    "station reset": ["FILE --by me"],
+    "eol run": ["FILE --station virtual --motors 1"],
+    "eol check": ["FILE"],
+    "eol export": ["--format csv --records FILE --out out.csv"],
+    "eol labels": ["--batch one --records FILE"],
+    "eol stats": ["--records FILE"],
+}
+#: These take no file that has to be there.
+NONE = {"doctor", "results list", "results schema", "eol schema", "user add"}
+
+
+def commands(app: App, *before: str) -> set[str]:
+    """Return all commands by what is typed."""
+    found = set()
+    for name in app:
+        if name.startswith("-"):
+            continue
+        inner = app[name]
+        own = commands(inner, *before, name)
+        found |= own
+        if not own or inner.default_command is not None:
+            found.add(" ".join((*before, name)))
+    return found
+
+
+def test_no_command_is_left_out() -> None:
+    assert commands(make_app()) == set(INPUTS) | NONE
+
+
+@pytest.mark.parametrize("what", ["missing", "no text", "a folder"])
+@pytest.mark.parametrize(("command", "typed"), [(name, each) for name, all_of in INPUTS.items() for each in all_of])
+def test_a_file_that_cannot_be_used_is_named(call: Call, tmp_path: Path, command: str, typed: str, what: str) -> None:
+    file = tmp_path / "given.toml"
+    if what == "no text":
+        file.write_bytes(b"\xff\xfe\x00\x93" * 100)
+    elif what == "a folder":
+        file.mkdir()
+    code, out, err = call(*command.split(), *typed.replace("FILE", str(file)).split())
+    assert (code, out) == (2, "")
+    assert err.startswith("motorbench: ")
+    assert "given.toml" in err
+    assert len(err.splitlines()) == 1
