@@ -1,9 +1,12 @@
 """The power state machine of CiA 402 (IEC 61800-7-201, finite state automaton), walked one checked step at a time."""
 
+from collections.abc import Sequence
 from enum import Enum
+from typing import Protocol
 
 from drivers.interfaces import Clock, CommunicationError, ReportedError
-from drivers.interfaces.text import text, text_of
+from drivers.interfaces.text import Text, text, text_of
+from drivers.transport.can.network_management import Emergency, NmtState
 from drivers.transport.can.objects import NodeObjects
 
 CONTROLWORD, STATUSWORD, ERROR_CODE = 0x6040, 0x6041, 0x603F
@@ -11,10 +14,14 @@ CONTROLWORD, STATUSWORD, ERROR_CODE = 0x6040, 0x6041, 0x603F
 #: Controlword commands.
 DISABLE_VOLTAGE, SHUTDOWN, SWITCH_ON, ENABLE_OPERATION, FAULT_RESET = 0x00, 0x06, 0x07, 0x0F, 0x80
 
+#: Bits of the statusword beside the states.
+VOLTAGE_ENABLED, REMOTE, INTERNAL_LIMIT = 1 << 4, 1 << 9, 1 << 11
+
 #: Error codes of CiA 402, annex; a code not listed is named by its group.
 ERROR_NAMES = {
     0x2310: "continuous over-current",
     0x2320: "short circuit or earth leakage",
+    0x2350: "load level fault (I²t)",
     0x3110: "mains over-voltage",
     0x3120: "mains under-voltage",
     0x3210: "DC link over-voltage",
@@ -24,7 +31,10 @@ ERROR_NAMES = {
     0x7121: "motor blocked",
     0x7122: "motor or commutation",
     0x7300: "sensor",
+    0x8110: "CAN overrun",
+    0x8120: "CAN error passive",
     0x8130: "life guard or heartbeat error",
+    0x8140: "recovered from bus off",
     0x8400: "velocity control",
     0x8611: "following error",
 }
@@ -74,6 +84,20 @@ def error_name(code: int) -> str:
     return f"0x{code:04X} ({ERROR_NAMES.get(code) or ERROR_GROUPS.get(code >> 12, 'unknown')})"
 
 
+class NodeWatcher(Protocol):
+    """What hears the node speak unasked."""
+
+    @property
+    def nmt_state(self) -> NmtState | None:
+        """The node's state by what it has said last, None where it has said nothing."""
+
+    def emergencies(self) -> Sequence[Emergency]:
+        """Return the emergency frames of errors that the node has not taken back."""
+
+    def forget_emergencies(self) -> None:
+        """Take no notice of the emergency frames up to now."""
+
+
 class UnreachedStateError(ReportedError):
     """The drive answers, but stays in another state or mode than was commanded."""
 
@@ -81,15 +105,30 @@ class UnreachedStateError(ReportedError):
 class PowerStateMachine:
     """The drive's state, and the ways up and down; `timeout` (s) is for one transition."""
 
-    def __init__(self, objects: NodeObjects, clock: Clock, *, timeout: float, poll_interval: float) -> None:
+    def __init__(
+        self,
+        objects: NodeObjects,
+        clock: Clock,
+        *,
+        timeout: float,
+        poll_interval: float,
+        connection: NodeWatcher | None = None,
+    ) -> None:
         self._objects = objects
+        self._connection = connection
         self._clock = clock
         self._timeout = timeout
         self._poll_interval = poll_interval
 
     def state(self) -> PowerState:
         """Return the present state; raises CommunicationError for a statusword of no state."""
-        statusword = self._objects.read(STATUSWORD, 0, 2)
+        return self._decoded(self.statusword())
+
+    def statusword(self) -> int:
+        """Return the statusword."""
+        return self._objects.read(STATUSWORD, 0, 2)
+
+    def _decoded(self, statusword: int) -> PowerState:
         try:
             return decode_state(statusword)
         except ValueError as error:
@@ -101,6 +140,32 @@ class PowerStateMachine:
         if state in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
             raise self._fault("")
         return state
+
+    def check_operation(self, *, at_last: bool = False) -> int:
+        """Return the statusword of a drive in operation; raises ReportedError where it is in fault or has left operation.
+
+        One on its way up is waited for, but not `at_last`.
+        """
+        statusword = self.statusword()
+        state = self._decoded(statusword)
+        if state in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
+            raise self._fault("")
+        rising = state in (PowerState.READY_TO_SWITCH_ON, PowerState.SWITCHED_ON)
+        if state is not PowerState.OPERATION_ENABLED and (at_last or not rising):
+            raise ReportedError(
+                self._objects.name,
+                text("the drive has left operation by itself: {state}", state=state.words),
+                command="read 0x6041:00",
+                remedy=text("See its quick stop, limit switch and enable inputs, and who else commands it"),
+            )
+        nmt = self._connection.nmt_state if self._connection is not None else None
+        if nmt not in (None, NmtState.OPERATIONAL):
+            raise ReportedError(
+                self._objects.name,
+                text("the node has gone to {state} (NMT) by itself", state=nmt.words),
+                remedy=text("See whether it was switched off and on, and who else commands it"),
+            )
+        return statusword
 
     def enable(self) -> None:
         """Go from Switch on disabled to Operation enabled, step by step; raises ReportedError where the drive does not follow."""
@@ -122,6 +187,8 @@ class PowerStateMachine:
         if self.state() in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
             fault = self._fault("")
             self._objects.write(CONTROLWORD, 0, FAULT_RESET, 2)
+            if self._connection is not None:
+                self._connection.forget_emergencies()
         try:
             self._command(DISABLE_VOLTAGE, PowerState.SWITCH_ON_DISABLED)
         except ReportedError as error:
@@ -133,7 +200,7 @@ class PowerStateMachine:
         command = f"0x6040 = {word:X}"
         self._objects.write(CONTROLWORD, 0, word, 2)
         deadline = self._clock.now() + self._timeout
-        while (state := self.state()) is not wanted:
+        while (state := self._decoded(statusword := self.statusword())) is not wanted:
             if state is PowerState.FAULT and word != DISABLE_VOLTAGE:
                 raise self._fault(command)
             if self._clock.now() >= deadline:
@@ -143,14 +210,26 @@ class PowerStateMachine:
                     self._objects.name,
                     text("stays in {actual}, {wanted} was commanded", actual=state.words, wanted=wanted.words),
                     command=command,
+                    remedy=_why_not(statusword) if word != DISABLE_VOLTAGE else "",
                 )
             self._clock.sleep(self._poll_interval)
 
     def _fault(self, command: str) -> ReportedError:
         code = self._objects.read(ERROR_CODE, 0, 2)
-        return ReportedError(
-            self._objects.name,
-            text("the drive is in fault {fault}", fault=error_name(code)),
-            command=command,
-            remedy=text("Remove the cause, then try again"),
+        said = self._connection.emergencies() if self._connection is not None else ()
+        frames = "; ".join(
+            f"{error_name(one.code)}, 0x1001 = {one.register:02X} ({one.kinds}), {one.data.hex(' ')}" for one in said
         )
+        what = text("the drive is in fault {fault}", fault=error_name(code))
+        if frames:
+            what = text("{finding}; it sent the emergency {frames}", finding=what, frames=frames)
+        return ReportedError(self._objects.name, what, command=command, remedy=text("Remove the cause, then try again"))
+
+
+def _why_not(statusword: int) -> Text | str:
+    """Return what a person sees to first where a drive does not follow, by the bits beside its state."""
+    if not statusword & REMOTE:
+        return text("Give the drive's control to the bus: it obeys another (bit 9 of 0x6041 is 0)")
+    if not statusword & VOLTAGE_ENABLED:
+        return text("Switch on what feeds its power stage, and see its safety inputs (bit 4 of 0x6041 is 0)")
+    return ""

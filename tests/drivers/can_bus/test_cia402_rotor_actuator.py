@@ -27,7 +27,9 @@ from tests.drivers.can_bus import conftest
 NUMBER = 7
 ADDRESS = f"can://virtual/{conftest.CHANNEL}?node={NUMBER}"
 TURN = 65_536
-OPTIONS = Cia402RotorActuatorOptions(maximum_speed=2.0 * math.pi, timeout=1.0, heartbeat_time=0.0)
+OPTIONS = Cia402RotorActuatorOptions(
+    maximum_speed=2.0 * math.pi, timeout=1.0, heartbeat_time=0.0, velocity_unit="counts/s"
+)
 
 
 class Actuator(conftest.Node):
@@ -309,7 +311,9 @@ def test_lost_frames(actuator: Cia402RotorActuator, node: Actuator) -> None:
 
 
 def test_increments_by_the_station(node: Actuator, clock: Any) -> None:
-    options = Cia402RotorActuatorOptions(maximum_speed=1.0, increments_per_turn=4000, heartbeat_time=0.0)
+    options = Cia402RotorActuatorOptions(
+        maximum_speed=1.0, increments_per_turn=4000, heartbeat_time=0.0, velocity_unit="counts/s"
+    )
     made = Cia402RotorActuator.open(ADDRESS, options, Surroundings(clock), "rotor_actuator")
     assert made.angle().value == pytest.approx(math.pi / 2.0)
     made.close()

@@ -15,6 +15,7 @@ from drivers.cia402.inverter import Cia402Inverter
 from drivers.cia402.node import Cia402Node
 from drivers.cia402.options import Cia402Options, Cia402SixStepOptions
 from drivers.cia402.six_step import Cia402SixStep
+from drivers.cia402.stated_objects import StatedObject
 from drivers.delta.dynamometer import DeltaDyn200
 from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces import ChannelSettings, InstrumentError, ProbeKind, Trigger
@@ -288,7 +289,13 @@ def canopen_objects(data: bytes) -> None:
         ],
         ERRORS,
     )
-    limits = Cia402Options(maximum_current=10.0, maximum_frequency=100.0)
+    limits = Cia402Options(
+        maximum_current=10.0,
+        maximum_frequency=100.0,
+        current_scale=1.0,
+        pole_pairs=1,
+        field_current=StatedObject("0x2000:00", "u32", 1e-3),
+    )
     inverter = Cia402Inverter(Cia402Node(Objects(data), Clock(), limits, name="inverter"), Clock(), limits)
 
     def driving() -> None:
@@ -296,7 +303,8 @@ def canopen_objects(data: bytes) -> None:
             inverter.measure_current()
 
     each([inverter.measure_frequency, inverter.measure_current, driving, inverter.make_safe], ERRORS)
-    options = Cia402SixStepOptions()
+    own = StatedObject("0x2010:00", "i32", 1e-3)
+    options = Cia402SixStepOptions(mode=-1, pole_pairs=1, bus_current=own, hall_state=StatedObject("0x2011:00", "u8"))
     drive = Cia402SixStep(Cia402Node(Objects(data), Clock(), options, name="drive"), Clock(), options)
 
     def running() -> None:
