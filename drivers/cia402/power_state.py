@@ -1,6 +1,7 @@
 """The power state machine of CiA 402 (IEC 61800-7-201, finite state automaton), walked one checked step at a time."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from enum import Enum
 from typing import Protocol
 
@@ -182,13 +183,16 @@ class PowerStateMachine:
         Raises ReportedError naming the fault where there was one, also when it could be reset.
         """
         fault: ReportedError | None = None
-        # Before anything is read: harmless in every state, and off even if the replies are lost.
-        self._objects.write(CONTROLWORD, 0, DISABLE_VOLTAGE, 2)
-        if self.state() in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
-            fault = self._fault("")
-            self._objects.write(CONTROLWORD, 0, FAULT_RESET, 2)
-            if self._connection is not None:
-                self._connection.forget_emergencies()
+        # One request that the drive aborts must not keep it from the last command, which is confirmed.
+        with suppress(ReportedError):
+            # Before anything is read: harmless in every state, and off even if the replies are lost.
+            self._objects.write(CONTROLWORD, 0, DISABLE_VOLTAGE, 2)
+        with suppress(ReportedError):
+            if self.state() in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
+                fault = self._fault("")
+                self._objects.write(CONTROLWORD, 0, FAULT_RESET, 2)
+                if self._connection is not None:
+                    self._connection.forget_emergencies()
         try:
             self._command(DISABLE_VOLTAGE, PowerState.SWITCH_ON_DISABLED)
         except ReportedError as error:

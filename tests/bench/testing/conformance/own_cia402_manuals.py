@@ -85,7 +85,6 @@ INVERTER = _node(
         Reply("read 60A9H 0", b"\0\0\0\0", ReportedError, says="velocity_unit"),
         Reply("read 60A9H 0", b"\0\x47\xc0\0", ReportedError, says="velocity_unit"),
         Reply("read 607FH 0", b"\0\0\0\0", ReportedError, call="driving_frequency", says="0x607F"),
-        Reply("read 6072H 0", b"\0\0", ReportedError, call="set_current", says="0x6072"),
         Reply("read 6077H 0", b"\x9c\xff", reads={"value": -1.0}),
         Reply("read 606CH 0", b"\0\0\0\0", MeasurementError, call="driving_frequency"),
     ),

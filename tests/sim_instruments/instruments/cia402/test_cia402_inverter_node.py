@@ -1,0 +1,160 @@
+"""The simulated inverter's node as masters that know the standard meet it, and as its data sheet describes it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import canopen
+import pytest
+from canopen.profiles.p402 import BaseNode402
+
+from drivers.catalogue import Surroundings
+from drivers.cia402.inverter import Cia402Inverter
+from drivers.cia402.options import Cia402Options
+from drivers.cia402.stated_objects import StatedObject
+from drivers.interfaces import ReportedError
+from drivers.transport.can.buses import CanBuses
+from sim_instruments.bench import VirtualBench
+from sim_instruments.physics.motor import VirtualMotor
+from tests.sim_instruments.can_client import aborted
+
+SHEET = Path(__file__).parents[4] / "docs/examples/virtual-inverter.eds"
+OPTIONS = Cia402Options(
+    maximum_current=20.0,
+    maximum_frequency=500.0,
+    current_scale=1.0,
+    pole_pairs=1,
+    heartbeat_time=0.0,
+    field_current=StatedObject("0x2000:00", "u32", 1e-3),
+    eds=str(SHEET),
+)
+
+
+@pytest.fixture
+def master(virtual_bench: VirtualBench) -> Iterator[BaseNode402]:
+    """canopen's own node of the profile, which knows the drive by its data sheet alone."""
+    virtual_bench.world.connect({"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"})
+    address: Any = virtual_bench.address("inverter")
+    network = canopen.Network()
+    network.NOTIFIER_CYCLE = 0.05
+    network.connect(interface=address["interface"], channel=address["channel"])
+    node = BaseNode402(address["node_id"], str(SHEET))
+    network.add_node(node)
+    yield node
+    network.disconnect()
+
+
+@pytest.fixture
+def driven(bench_motor: VirtualMotor) -> Iterator[tuple[VirtualBench, Cia402Inverter]]:
+    with VirtualBench(bench_motor, sockets=False) as bench:
+        bench.world.connect({"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"})
+        address: Any = bench.address("inverter")
+        place = f"can://{address['interface']}/{address['channel']}?node={address['node_id']}"
+        buses = CanBuses(bench)
+        inverter = Cia402Inverter.open(place, OPTIONS, Surroundings(bench.clock, can_buses=buses), "inverter")
+        yield bench, inverter
+        inverter.close()
+
+
+def test_canopens_own_master_drives_it_through_the_state_machine(
+    master: BaseNode402, virtual_bench: VirtualBench
+) -> None:
+    master.nmt.state = "PRE-OPERATIONAL"
+    master.setup_402_state_machine()
+    master.nmt.state = "OPERATIONAL"
+    assert master.state == "SWITCH ON DISABLED"
+    assert not master.is_op_mode_supported("PROFILED POSITION")
+    master.op_mode = "PROFILED VELOCITY"
+    assert master.op_mode == "PROFILED VELOCITY"
+    master.state = "OPERATION ENABLED"
+    assert virtual_bench.world.truth()["inverter_enabled"] is True
+    for state in ("SWITCHED ON", "READY TO SWITCH ON", "SWITCH ON DISABLED"):
+        master.state = state
+        assert master.state == state
+    virtual_bench.instrument("inverter")._power.trip(0x2310)
+    assert master.is_faulted()
+    master.reset_from_fault()
+    assert master.state == "OPERATION ENABLED"
+    codes = [(one.code, one.register) for one in master.emcy.log]
+    assert codes == [(0x2310, 0b11), (0, 0)]
+    master.state = "SWITCH ON DISABLED"
+
+
+def test_the_data_sheet_is_what_the_node_serves(master: BaseNode402, virtual_bench: VirtualBench) -> None:
+    served = virtual_bench._node("inverter")._node.object_dictionary
+    watch = {0x1016, 0x6007}  # of a bench on sockets only
+
+    def rows(dictionary: Any) -> dict[tuple[int, int], Any]:
+        variables = [
+            one for each in dictionary.values() for one in (each.values() if hasattr(each, "values") else [each])
+        ]
+        return {
+            (one.index, one.subindex): (one.name, one.data_type, one.access_type, one.default)
+            for one in variables
+            if one.index not in watch
+        }
+
+    assert rows(master.object_dictionary) == rows(served)
+    for index, subindex in rows(served):
+        assert master.sdo.upload(index, subindex) or index == 0x1008
+
+
+def test_its_user_units_limits_and_polarity_act(driven: tuple[VirtualBench, Cia402Inverter]) -> None:
+    bench, inverter = driven
+    simulated = bench.instrument("inverter")
+    with inverter.driving_frequency(-20.0, 3.0):
+        assert bench.world.inverter.output_frequency() == pytest.approx(-20.0, abs=0.05)
+        assert simulated.read(0x60FF) == -1_200_000
+        simulated.write(0x607E, 0x40)
+        bench.clock.sleep(5.0)
+        assert bench.world.inverter.output_frequency() == pytest.approx(20.0, abs=0.05)
+        simulated.write(0x607E, 0)
+        # A coarser unit: the limit stays where it was, the target is taken anew.
+        simulated.write(0x60A9, 0x00B44700)
+        assert simulated.read(0x607F) == 60_000
+        assert simulated.read(0x606C) == pytest.approx(1200, abs=2)
+    with inverter.driving_current(2.0):
+        simulated.write(0x6072, 100)
+        simulated.write(0x6071, 500)
+        assert simulated.read(0x6041) & 0x800
+        assert bench.world.inverter.q_current() == pytest.approx(1.0, rel=0.1)
+
+
+def test_a_unit_that_it_has_not_is_refused(master: BaseNode402) -> None:
+    for code in (0x00B40300, 0x01B44700, 0xF9B44700):
+        assert aborted(lambda code=code: master.sdo.download(0x60A9, 0, code.to_bytes(4, "little"))) == 0x06090030
+
+
+def test_found_and_given_back_and_a_fault_with_its_emergency(driven: tuple[VirtualBench, Cia402Inverter]) -> None:
+    bench, inverter = driven
+    node = bench._node("inverter")._node
+    assert inverter.found_state[0].found == "pre-operational"
+    assert node.nmt.state == "OPERATIONAL"
+
+    def trip() -> None:
+        with inverter.driving_current(1.0):
+            bench.instrument("inverter")._power.trip(0x2310)
+            inverter.measure_current()
+
+    with pytest.raises(
+        ReportedError, match=r"0x2310 .*; it sent the emergency 0x2310 .*0x1001 = 03 \(generic, current\)"
+    ):
+        trip()
+    inverter.make_safe()
+    inverter.close()
+    assert node.nmt.state == "PRE-OPERATIONAL"
+    assert bench.instrument("inverter").read(0x6060) == 0
+
+
+def test_a_node_that_boots_anew_is_noticed(driven: tuple[VirtualBench, Cia402Inverter]) -> None:
+    bench, inverter = driven
+
+    def boot() -> None:
+        with inverter.driving_frequency(1.0, 1.0):
+            bench._node("inverter")._node.network.send_message(0x705, b"\x00")
+            inverter.set_current(5.0)
+
+    with pytest.raises(ReportedError, match=r"the node has gone to pre-operational \(NMT\) by itself"):
+        boot()
+    with inverter.driving_current(1.0):
+        assert bench._node("inverter")._node.nmt.state == "OPERATIONAL"
