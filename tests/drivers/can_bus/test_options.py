@@ -7,6 +7,7 @@ import pytest
 
 from bench.i18n.errors import InputError
 from bench.station.station_file import make_station
+from drivers.interfaces import Role
 
 SHEET = Path(__file__).parents[3] / "docs/examples/virtual-inverter.eds"
 OBJECT = {"object": "0x2000:00", "type": "u32", "scale": 1e-3}
@@ -21,7 +22,7 @@ def station(**given: Any) -> Any:
 
 
 def test_what_the_manual_says_is_taken() -> None:
-    options: Any = station(field_current=OBJECT, velocity_unit="0.1 rpm", eds=str(SHEET)).entries["inverter"].options
+    options: Any = station(field_current=OBJECT, velocity_unit="0.1 rpm", eds=str(SHEET)).entries[Role.INVERTER].options
     assert (options.field_current.index, options.field_current.scale) == (0x2000, 1e-3)
 
 
