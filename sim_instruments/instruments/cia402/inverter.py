@@ -5,6 +5,9 @@ from collections.abc import Callable
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from sim_instruments.found_state import drawn
 from sim_instruments.instruments.cia402.power import (
     ACTUAL_VELOCITY,
     CONTROL_WORD,
@@ -134,6 +137,19 @@ class Cia402Inverter:
             ),
             ObjectEntry(TARGET_VELOCITY, "Target velocity", "i32", "rw"),
         )
+
+    def leave(self, generator: np.random.Generator) -> tuple[str, ...]:
+        """Be set up otherwise: unit and sign of velocities, mode of operation, targets that nobody took back."""
+        objects = {
+            MODE: drawn(generator, (0, PROFILE_VELOCITY, PROFILE_TORQUE)),
+            POLARITY: drawn(generator, (0, _VELOCITY_POLARITY)),
+            TARGET_TORQUE: drawn(generator, (0, 50)),
+        }
+        if self._unit.code is not None:
+            objects[SI_UNIT_VELOCITY] = drawn(generator, (RPM, 0xFF000000 | RPM, 0xFD000000 | RPM))
+        for index, value in objects.items():
+            self.write(index, value)
+        return tuple(f"{index:04X}h = {value:X}h" for index, value in objects.items())
 
     def on_emergency(self, report: Callable[[int, int], None]) -> None:
         """Have `report` be told error code and error register of each fault, and zeroes of its reset."""

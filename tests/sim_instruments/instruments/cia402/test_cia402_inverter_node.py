@@ -158,3 +158,20 @@ def test_a_node_that_boots_anew_is_noticed(driven: tuple[VirtualBench, Cia402Inv
         boot()
     with inverter.driving_current(1.0):
         assert bench._node("inverter")._node.nmt.state == "OPERATIONAL"
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_whatever_it_was_left_with_it_turns_as_it_is_told(bench_motor: VirtualMotor, seed: int) -> None:
+    with VirtualBench(bench_motor, sockets=False, hostile=seed) as bench:
+        bench.world.connect({"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"})
+        before = {index: bench.instrument("inverter").read(index) for index in (0x6060, 0x607E, 0x60A9)}
+        address: Any = bench.address("inverter")
+        place = f"can://{address['interface']}/{address['channel']}?node={address['node_id']}"
+        surroundings = Surroundings(bench.clock, can_buses=CanBuses(bench))
+        inverter = Cia402Inverter.open(place, OPTIONS, surroundings, "inverter")
+        with inverter.driving_frequency(20.0, 3.0):
+            assert bench.world.inverter.output_frequency() == pytest.approx(20.0, abs=0.05)
+            assert inverter.measure_frequency().value == pytest.approx(20.0, abs=0.05)
+        inverter.close()
+        assert {index: bench.instrument("inverter").read(index) for index in before} == before
+        assert bench.left["inverter"]
