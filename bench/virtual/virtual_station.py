@@ -66,6 +66,8 @@ def describe(
     # The virtual bench in process has no watch, for its process cannot leave it on; one computer that plays both is slow.
     for role in {"inverter", "drive", "rotor_actuator"} & options.keys():
         options[role]["heartbeat_time"] = 3.0 if control else 0.0
+        # Faults strike what is asked and answered.
+        options[role]["process_data"] = False
     options["dynamometer"]["watchdog_time"] = 3.0 if control else 0.0
     if control and "rotor_actuator" in options:
         # Paced time comes in steps: what turns fast overshoots or falls short by a step.

@@ -1,5 +1,6 @@
 """What the last user of a drive may have left: objects of CiA 402-2 that change what a command or a reading means."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from drivers.bases.found_state import FoundState, WantedSetting
@@ -76,6 +77,14 @@ class FoundObjects:
     def _put(self, setting: WantedSetting, value: str) -> None:
         row = self._rows[setting.query]
         self._objects.write(row.index, 0, int(value), row.size, signed=row.signed)
+
+
+def polled_by(mapped: Sequence[int]) -> FoundSetting:
+    """Return how measured objects are read, as a setting that is only told: by process data, else by SDO."""
+    by = "PDO: " + ", ".join(f"0x{index:04X}" for index in mapped) if mapped else "SDO"
+    return FoundSetting(
+        "0x1800 process data", by, "", text("by SDO, what is measured together is read one after the other")
+    )
 
 
 def found_nmt_state(found: NmtState | None) -> FoundSetting:

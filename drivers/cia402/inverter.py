@@ -10,7 +10,7 @@ from drivers.cia402.motor_ratings import read_rated_current
 from drivers.cia402.node import Cia402Node
 from drivers.cia402.opening import open_node
 from drivers.cia402.options import Cia402Options
-from drivers.cia402.power_state import INTERNAL_LIMIT
+from drivers.cia402.power_state import INTERNAL_LIMIT, STATUSWORD, ObjectReader
 from drivers.cia402.velocity import MODES, Velocity, open_velocity
 from drivers.interfaces import (
     Accuracy,
@@ -25,6 +25,7 @@ from drivers.interfaces import (
 )
 from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import Text, text
+from drivers.transport.can.process_data import MappedObject
 
 TARGET_TORQUE, ACTUAL_TORQUE, ACTUAL_CURRENT = 0x6071, 0x6077, 0x6078
 MAX_TORQUE, MAX_CURRENT = 0x6072, 0x6073
@@ -66,6 +67,14 @@ class Cia402Inverter(Inverter):
             options.velocity_unit,
             increments=options.increments_per_turn,
             pole_pairs=options.pole_pairs,
+        )
+        node.poll(
+            (
+                MappedObject(STATUSWORD, 2),
+                MappedObject(self._velocity.actual, self._velocity.size, True),
+                MappedObject(ACTUAL_TORQUE, 2, True),
+            ),
+            (MappedObject(ACTUAL_CURRENT, 2, True),),
         )
         node.watch()
 
@@ -158,19 +167,21 @@ class Cia402Inverter(Inverter):
 
     def measure_frequency(self) -> Reading:
         """Return the electrical frequency (Hz) the drive puts out; raises ReportedError where it is in fault."""
-        self._power.check_fault()
+        now = self._node.snapshot()
+        self._power.check_fault(now)
         accuracy = self._options.frequency_accuracy or self._velocity.accuracy
-        return Reading(self._velocity.read(), "Hz", accuracy, self._clock.now())
+        return Reading(self._velocity.read(now), "Hz", accuracy, self._clock.now())
 
     def measure_current(self) -> Reading:
         """Return the q-axis current (A, peak) as the drive reports it; raises ReportedError where it is in fault."""
-        self._power.check_fault()
+        now = self._node.snapshot()
+        self._power.check_fault(now)
         accuracy = self._options.current_accuracy or Accuracy(
             offset=ASSUMED_CURRENT_ACCURACY * self._rated_current,
             resolution=TORQUE_STEP * self._rated_current,
             source=ASSUMED_SOURCE,
         )
-        return Reading(self._current(), "A", accuracy, self._clock.now())
+        return Reading(self._current(now), "A", accuracy, self._clock.now())
 
     def command_zero(self) -> None:
         """Command no torque and no velocity, whatever the drive does now; it stays enabled if it was.
@@ -252,14 +263,16 @@ class Cia402Inverter(Inverter):
                 remedy=text("Correct the drive's set-up"),
             )
 
-    def _current(self) -> float:
-        return self._objects.read(ACTUAL_TORQUE, 0, 2, signed=True) * TORQUE_STEP * self._rated_current
+    def _current(self, source: ObjectReader) -> float:
+        return source.read(ACTUAL_TORQUE, 0, 2, signed=True) * TORQUE_STEP * self._rated_current
 
-    def _await(self, what: Text, unit: str, target: float, read: Callable[[], float], tolerance: float) -> None:
+    def _await(
+        self, what: Text, unit: str, target: float, read: Callable[[ObjectReader], float], tolerance: float
+    ) -> None:
         deadline = self._clock.now() + self._options.settle_timeout
-        while abs((found := read()) - target) > tolerance:
+        while abs((found := read(now := self._node.snapshot())) - target) > tolerance:
             late = self._clock.now() >= deadline
-            limited = self._power.check_operation(at_last=late) & INTERNAL_LIMIT
+            limited = self._power.check_operation(now, at_last=late) & INTERNAL_LIMIT
             if late:
                 raise MeasurementError(
                     self._name,

@@ -1,10 +1,12 @@
 """What every drive with the CiA 402 profile is made of: identity, found state, power states, mode, watchdog, and its end."""
 
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Protocol
 
 from drivers.bases.identification import check_serial_number
-from drivers.cia402.found_objects import FoundObjects, found_nmt_state
+from drivers.cia402.found_objects import FoundObjects, found_nmt_state, polled_by
 from drivers.cia402.options import NodeOptions
 from drivers.cia402.power_state import PowerState, PowerStateMachine, UnreachedStateError
 from drivers.cia402.watchdog import HeartbeatWatchdog
@@ -23,6 +25,7 @@ from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import text
 from drivers.transport.can.network_management import Emergency, NmtState
 from drivers.transport.can.objects import NodeObjects, SdoClient
+from drivers.transport.can.process_data import MappedObject, ProcessData
 
 #: Objects (CiA 301 below 0x2000, CiA 402 from 0x6000).
 DEVICE_TYPE, DEVICE_NAME, IDENTITY = 0x1000, 0x1008, 0x1018
@@ -59,8 +62,27 @@ class BusConnection(Protocol):
     def forget_emergencies(self) -> None:
         """Take no notice of the emergency frames up to now."""
 
+    def hear(self, identifier: int, take: Callable[[bytes], None]) -> Callable[[], None]:
+        """Have `take` be given the data of each frame with an identifier; return what ends that."""
+
+    def synchronise(self) -> None:
+        """Send a SYNC. Raises CommunicationError for a dead bus."""
+
     def disconnect(self) -> None:
         """Leave the bus; may be called twice."""
+
+
+@dataclass(frozen=True)
+class DriveSnapshot:
+    """What a drive has `sent` at one instant, by index; what it has not is read from it."""
+
+    objects: NodeObjects
+    sent: Mapping[int, int]
+
+    def read(self, index: int, subindex: int, size: int, *, signed: bool = False) -> int:
+        """Return a number of `size` bytes; errors as for `NodeObjects.read`."""
+        found = self.sent.get(index)
+        return self.objects.read(index, subindex, size, signed=signed) if found is None else found
 
 
 class Cia402Node:
@@ -98,6 +120,7 @@ class Cia402Node:
         self._connection = connection
         self._watchdog = HeartbeatWatchdog(self.objects)
         self._found = FoundObjects(self.objects)
+        self._process_data: ProcessData | None = None
         self._found_mode: int | None = None
         self._modes: int | None = None
         self._identity = Identity("", "") if guarding else self._identify()
@@ -115,7 +138,8 @@ class Cia402Node:
         """What it was found set to."""
         if self.guarding:
             return ()
-        return (found_nmt_state(self._found_nmt), *self._found.settings)
+        mapped = self._process_data.mapped if self._process_data is not None else ()
+        return (found_nmt_state(self._found_nmt), polled_by(mapped), *self._found.settings)
 
     @property
     def watchdog(self) -> Watchdog | None:
@@ -135,6 +159,24 @@ class Cia402Node:
         self._found_mode = self.objects.read_optional(MODE, 0, 1, signed=True)
         self._modes = self.objects.read_optional(SUPPORTED_MODES, 0, 4)
         self._found.take_over()
+
+    def poll(self, *groups: Sequence[MappedObject]) -> None:
+        """Have the drive send what is measured, a PDO a group, where station and drive let it."""
+        if self._options.process_data and self._connection is not None:
+            self._process_data = ProcessData(self.objects, self._connection)
+            self._process_data.map(*groups)
+
+    def snapshot(self) -> "DriveSnapshot":
+        """Return what the drive is like now: what it sends at one instant, and the rest as it is read."""
+        if self._process_data is None or not self._process_data.mapped:
+            return DriveSnapshot(self.objects, {})
+        try:
+            return DriveSnapshot(self.objects, self._process_data.read())
+        except CommunicationError as error:
+            # A node that lost its mapping, or a SYNC that does not reach it: it still answers what it is asked.
+            self.objects.trace("error", f"process data: {error}")
+            self._process_data.give_back()
+            return DriveSnapshot(self.objects, {})
 
     def supported(self, *modes: int) -> int | None:
         """Return the first of some modes that the drive has (0x6502), None where it has none; the first where it does not say."""
@@ -194,6 +236,8 @@ class Cia402Node:
         connection.disconnect()
 
     def _give_back(self) -> None:
+        if self._process_data is not None:
+            self._process_data.give_back()
         self._found.give_back()
         found, self._found_mode = self._found_mode, None
         with suppress(InstrumentError):

@@ -43,8 +43,8 @@ class NodeOptions:
     A drive that has a heartbeat consumer (0x1016) is set to switch its voltage off (0x6007, where it has that) once this
     process, as node `heartbeat_node`, has been silent for `heartbeat_time`; 0 sets nothing. `velocity_unit` is one count of a
     velocity, for a drive that does not say it ("0.1 rpm", "counts/s"; "Hz" is electrical), `increments_per_turn` its encoder's
-    resolution in place of 0x608F. `eds` is the file of the drive's electronic data sheet, in which the objects that are needed
-    are looked up.
+    resolution in place of 0x608F. With `process_data` what is measured is mapped into its PDOs, where it lets them be mapped.
+    `eds` is the file of the drive's electronic data sheet, in which the objects that are needed are looked up.
     """
 
     needed_objects: ClassVar[tuple[int, ...]] = _EVERY_DRIVE
@@ -56,6 +56,7 @@ class NodeOptions:
     heartbeat_node: int = 127
     velocity_unit: str = ""
     increments_per_turn: int | None = None
+    process_data: bool = True
     eds: str = ""
 
     def __post_init__(self) -> None:

@@ -99,6 +99,13 @@ class NodeWatcher(Protocol):
         """Take no notice of the emergency frames up to now."""
 
 
+class ObjectReader(Protocol):
+    """Where objects are read from: the node, or what it has sent at one instant."""
+
+    def read(self, index: int, subindex: int, size: int, *, signed: bool = False) -> int:
+        """Return a number of `size` bytes."""
+
+
 class UnreachedStateError(ReportedError):
     """The drive answers, but stays in another state or mode than was commanded."""
 
@@ -125,9 +132,9 @@ class PowerStateMachine:
         """Return the present state; raises CommunicationError for a statusword of no state."""
         return self._decoded(self.statusword())
 
-    def statusword(self) -> int:
-        """Return the statusword."""
-        return self._objects.read(STATUSWORD, 0, 2)
+    def statusword(self, source: ObjectReader | None = None) -> int:
+        """Return the statusword, as `source` has it."""
+        return (source or self._objects).read(STATUSWORD, 0, 2)
 
     def _decoded(self, statusword: int) -> PowerState:
         try:
@@ -135,19 +142,19 @@ class PowerStateMachine:
         except ValueError as error:
             raise CommunicationError(self._objects.name, text_of(error), command="read 0x6041:00") from error
 
-    def check_fault(self) -> PowerState:
-        """Return the present state; raises ReportedError with the error code where the drive is in fault."""
-        state = self.state()
+    def check_fault(self, source: ObjectReader | None = None) -> PowerState:
+        """Return the present state, as `source` has it; raises ReportedError with the error code where the drive is in fault."""
+        state = self._decoded(self.statusword(source))
         if state in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
             raise self._fault("")
         return state
 
-    def check_operation(self, *, at_last: bool = False) -> int:
-        """Return the statusword of a drive in operation; raises ReportedError where it is in fault or has left operation.
+    def check_operation(self, source: ObjectReader | None = None, *, at_last: bool = False) -> int:
+        """Return the statusword of a drive in operation, as `source` has it.
 
-        One on its way up is waited for, but not `at_last`.
+        Raises ReportedError where it is in fault or has left operation; one on its way up is waited for, but not `at_last`.
         """
-        statusword = self.statusword()
+        statusword = self.statusword(source)
         state = self._decoded(statusword)
         if state in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
             raise self._fault("")

@@ -10,12 +10,13 @@ from drivers.catalogue import Surroundings
 from drivers.cia402.node import Cia402Node
 from drivers.cia402.opening import open_node
 from drivers.cia402.options import Cia402SixStepOptions
-from drivers.cia402.power_state import UnreachedStateError
+from drivers.cia402.power_state import STATUSWORD, UnreachedStateError
 from drivers.cia402.stated_objects import StatedObject
 from drivers.cia402.velocity import Velocity, open_velocity
 from drivers.interfaces import Accuracy, BldcDrive, Clock, Identity, MeasurementError, Reading, ReportedError, Watchdog
 from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import text
+from drivers.transport.can.process_data import MappedObject
 
 T = TypeVar("T")
 
@@ -59,6 +60,8 @@ class Cia402SixStep(BldcDrive):
             increments=options.increments_per_turn,
             pole_pairs=options.pole_pairs,
         )
+        velocity = MappedObject(self._velocity.actual, self._velocity.size, True)
+        node.poll((MappedObject(STATUSWORD, 2), velocity), (MappedObject(BUS_VOLTAGE, 4),))
         node.watch()
 
     @classmethod
@@ -105,8 +108,9 @@ class Cia402SixStep(BldcDrive):
 
     def measure_bus_voltage(self) -> Reading:
         """Return the mean voltage (V) of the DC link over 20 ms; raises ReportedError where the drive is in fault."""
-        self._node.power.check_fault()
-        value = self._node.objects.read(BUS_VOLTAGE, 0, 4) / MILLI
+        now = self._node.snapshot()
+        self._node.power.check_fault(now)
+        value = now.read(BUS_VOLTAGE, 0, 4) / MILLI
         return Reading(value, "V", self._options.voltage_accuracy or ASSUMED_VOLTAGE, self._clock.now())
 
     def measure_bus_current(self) -> Reading:
@@ -118,9 +122,10 @@ class Cia402SixStep(BldcDrive):
 
     def measure_frequency(self) -> Reading:
         """Return the electrical frequency (Hz) from the Hall signals' edges; raises ReportedError for a fault."""
-        self._node.power.check_fault()
+        now = self._node.snapshot()
+        self._node.power.check_fault(now)
         accuracy = self._options.frequency_accuracy or self._velocity.accuracy
-        return Reading(self._velocity.read(), "Hz", accuracy, self._clock.now())
+        return Reading(self._velocity.read(now), "Hz", accuracy, self._clock.now())
 
     def hall_state(self) -> tuple[bool, bool, bool]:
         """Return the three Hall signals now."""

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from drivers.cia402.power_state import ObjectReader
 from drivers.cia402.velocity_unit import VelocityUnit, read_unit, read_vl_unit
 from drivers.interfaces import Accuracy, ReportedError
 from drivers.interfaces.text import text
@@ -36,9 +37,9 @@ class Velocity:
             source=f"one count of 0x{self.actual:04X}; frequency of the drive's own quartz",
         )
 
-    def read(self) -> float:
-        """Return the electrical frequency (Hz) by the velocity actual value."""
-        return self.objects.read(self.actual, 0, self.size, signed=True) / self.counts
+    def read(self, source: ObjectReader) -> float:
+        """Return the electrical frequency (Hz) by the velocity actual value, as `source` has it."""
+        return source.read(self.actual, 0, self.size, signed=True) / self.counts
 
     def command(self, frequency: float) -> None:
         """Write a frequency (Hz) as target velocity; raises ReportedError for one that the object does not hold."""

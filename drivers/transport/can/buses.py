@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 #: How long (s) the listening thread waits for a frame before it looks whether it should end; a second by default.
 LISTENING_TIME = 0.05
 #: Identifiers of network management and, with the node's number, of what tells its state (CiA 301).
-_NMT, _ERROR_CONTROL = 0x000, 0x700
+_NMT, _SYNC, _ERROR_CONTROL = 0x000, 0x080, 0x700
 
 
 class CanBuses:
@@ -199,6 +199,20 @@ class BusNode:
     def forget_emergencies(self) -> None:
         """Take no notice of the emergency frames up to now."""
         self._emergencies.active.clear()
+
+    def hear(self, identifier: int, take: Callable[[bytes], None]) -> Callable[[], None]:
+        """Have `take` be given the data of each frame with an identifier; return what ends that."""
+
+        def heard(_: int, data: bytearray, __: float) -> None:
+            take(bytes(data))
+
+        network = self._bus.network
+        network.subscribe(identifier, heard)
+        return lambda: network.unsubscribe(identifier, heard)
+
+    def synchronise(self) -> None:
+        """Send a SYNC. Raises CommunicationError for a dead bus."""
+        self._send(lambda: self._bus.network.send_message(_SYNC, b""), "SYNC")
 
     def _take_state(self, state: int) -> None:
         # After boot-up a node is pre-operational by itself.

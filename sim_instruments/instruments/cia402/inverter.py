@@ -29,6 +29,7 @@ from sim_instruments.instruments.cia402.setting_up import (
     OwnObject,
     electrical_unit,
     own_object,
+    unit_entries,
 )
 from sim_instruments.instruments.errors import InverterErrors
 
@@ -124,17 +125,13 @@ class Cia402Inverter:
             ObjectEntry(MAX_CURRENT, "Max current", "u16", "rw"),
             ObjectEntry(RATED_CURRENT, "Motor rated current", "u32"),
             ObjectEntry(RATED_TORQUE, "Motor rated torque", "u32", "const", value=_RATED_TORQUE),
-            ObjectEntry(ACTUAL_TORQUE, "Torque actual value", "i16"),
-            ObjectEntry(ACTUAL_CURRENT, "Current actual value", "i16"),
+            ObjectEntry(ACTUAL_TORQUE, "Torque actual value", "i16", mappable=True),
+            ObjectEntry(ACTUAL_CURRENT, "Current actual value", "i16", mappable=True),
             ObjectEntry(POLARITY, "Polarity", "u8", "rw"),
             ObjectEntry(MAX_PROFILE_VELOCITY, "Max profile velocity", "u32", "rw"),
             ObjectEntry(PROFILE_ACCELERATION, "Profile acceleration", "u32"),
             ObjectEntry(PROFILE_DECELERATION, "Profile deceleration", "u32"),
-            *(
-                ObjectEntry(SI_UNIT_VELOCITY, "SI unit velocity", "u32", "rw")
-                for _ in (self._unit.code,)
-                if _ is not None
-            ),
+            *unit_entries(self._unit, "rw"),
             ObjectEntry(TARGET_VELOCITY, "Target velocity", "i32", "rw"),
         )
 

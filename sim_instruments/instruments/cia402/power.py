@@ -37,7 +37,7 @@ class DriveState(IntEnum):
 
 @dataclass(frozen=True)
 class ObjectEntry:
-    """One object: its index and subindex, name, type and access; `value` where it is constant."""
+    """One object: its index and subindex, name, type and access; `value` where it is constant, `mappable` into a PDO."""
 
     index: int
     name: str
@@ -45,6 +45,7 @@ class ObjectEntry:
     access: Literal["ro", "rw", "wo", "const"] = "ro"
     subindex: int = 0
     value: int | str | None = None
+    mappable: bool = False
 
 
 class SdoError(Exception):
@@ -195,11 +196,11 @@ def standard_entries(name: str, product: int, modes: int) -> tuple[ObjectEntry, 
         ObjectEntry(0x1018, "Identity: serial number", "u32", "const", 4, 0x00000001),
         ObjectEntry(ERROR_CODE, "Error code", "u16"),
         ObjectEntry(CONTROL_WORD, "Controlword", "u16", "rw"),
-        ObjectEntry(STATUS_WORD, "Statusword", "u16"),
+        ObjectEntry(STATUS_WORD, "Statusword", "u16", mappable=True),
         ObjectEntry(QUICK_STOP_OPTION, "Quick stop option code", "i16", "const", value=_STAY_STOPPED),
         ObjectEntry(MODE, "Modes of operation", "i8", "rw"),
-        ObjectEntry(MODE_DISPLAY, "Modes of operation display", "i8"),
-        ObjectEntry(ACTUAL_VELOCITY, "Velocity actual value", "i32"),
-        ObjectEntry(DC_VOLTAGE, "DC link circuit voltage", "u32"),
+        ObjectEntry(MODE_DISPLAY, "Modes of operation display", "i8", mappable=True),
+        ObjectEntry(ACTUAL_VELOCITY, "Velocity actual value", "i32", mappable=True),
+        ObjectEntry(DC_VOLTAGE, "DC link circuit voltage", "u32", mappable=True),
         ObjectEntry(SUPPORTED_MODES, "Supported drive modes", "u32", value=modes),
     )

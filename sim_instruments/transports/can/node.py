@@ -20,6 +20,7 @@ from sim_instruments.instruments.cia402.power import (
 from sim_instruments.scpi.exchange import InstrumentClock
 from sim_instruments.transports.can import in_process as can_direct
 from sim_instruments.transports.can.buses import INTERFACE, fresh_channel, open_bus
+from sim_instruments.transports.can.process_data import SYNC, TransmitPdos
 from sim_instruments.transports.can.watch import ENTRIES, HeartbeatConsumer
 from sim_instruments.transports.connection import Connection
 
@@ -75,7 +76,10 @@ class CanNode:
             self._interface, self._channel = can_direct.INTERFACE, can_direct.CHANNEL
         self._node_id = node_id
         # In process nobody can die and leave the drive on: it has no watch there.
-        entries = (*device.entries, *_own_entries(node_id), *(ENTRIES if direct is None else ()))
+        mappable = {entry.index for entry in device.entries if entry.mappable}
+        self._pdos = TransmitPdos(node_id, mappable, self._bytes, self._send)
+        watch = ENTRIES if direct is None else ()
+        entries = (*device.entries, *_own_entries(node_id), *self._pdos.entries, *watch)
         self._node = cast("Any", canopen.LocalNode(node_id, _dictionary(entries)))
         self._node.add_read_callback(self._read)
         self._node.add_write_callback(self._write)
@@ -104,6 +108,7 @@ class CanNode:
         )
         self.connection.listen(self._plugged)
         device.on_emergency(self._emergency)
+        self._network.subscribe(SYNC, self._synchronise)
         self._network.listeners.append(_GuardedNode(self._guarded, _HEARTBEAT + node_id))
         if end is None:
             self._network.connect()
@@ -134,6 +139,18 @@ class CanNode:
     def _emergency(self, code: int, register: int) -> None:
         if self.connection.up and self._network.bus is not None:
             self._node.emcy.send(code, register)
+
+    def _synchronise(self, identifier: int, data: bytearray, timestamp: float) -> None:
+        if self.connection.up and self._node.nmt.state == "OPERATIONAL":
+            self._clock.sleep(_TRANSFER_TIME)
+            self._pdos.synchronise()
+
+    def _bytes(self, index: int, subindex: int) -> bytes:
+        data: bytes = self._node.get_data(index, subindex)
+        return data
+
+    def _send(self, identifier: int, data: bytes) -> None:
+        self._network.send_message(identifier, data)
 
     def _guarded(self) -> None:
         """Answer node guarding: the state, and a bit that toggles from answer to answer."""
@@ -216,7 +233,7 @@ class CanNode:
         if enabling and self._unstarted and self._node.nmt.state != "OPERATIONAL":
             raise canopen.SdoAbortedError(DEVICE_STATE)
         try:
-            if not self._watch.write(index, value):
+            if not self._watch.write(index, value) and not self._pdos.write(index, subindex, value):
                 self._device.write(numbered(index, subindex), value)
         except SdoError as error:
             raise canopen.SdoAbortedError(error.code) from error
@@ -276,4 +293,5 @@ def _variable(entry: ObjectEntry) -> Any:
     variable.data_type = _TYPES[entry.kind]
     variable.access_type = entry.access
     variable.default = entry.value
+    variable.pdo_mappable = entry.mappable
     return variable

@@ -127,6 +127,6 @@ def test_a_commanded_frequency_is_read_within_half_a_count(prefix: int, pole_pai
     ((index, data),) = objects.written
     assert index == 0x60FF
     objects.values[0x606C, 0] = int.from_bytes(data, "little", signed=True)
-    assert velocity.read() == pytest.approx(frequency, abs=0.51 / velocity.counts)
+    assert velocity.read(velocity.objects) == pytest.approx(frequency, abs=0.51 / velocity.counts)
     # Turns a minute of a machine with these pole pairs.
     assert velocity.counts == pytest.approx(60.0 * 10.0**-prefix / pole_pairs)

@@ -20,12 +20,14 @@ CIA402_INVERTER: dict[str, Any] = {
     "maximum_current": 20.0,
     "maximum_frequency": 500.0,
     "heartbeat_time": 0.0,
+    "process_data": False,
     "current_scale": 1.0,
     "pole_pairs": 1,
     "field_current": StatedObject("0x2000:00", "u32", 1e-3),
 }
 CIA402_SIX_STEP: dict[str, Any] = {
     "heartbeat_time": 0.0,
+    "process_data": False,
     "mode": -1,
     "pole_pairs": 1,
     "bus_current": StatedObject("0x2010:00", "i32", 1e-3),

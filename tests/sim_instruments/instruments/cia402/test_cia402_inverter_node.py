@@ -175,3 +175,72 @@ def test_whatever_it_was_left_with_it_turns_as_it_is_told(bench_motor: VirtualMo
         inverter.close()
         assert {index: bench.instrument("inverter").read(index) for index in before} == before
         assert bench.left["inverter"]
+
+
+def traffic_of(driven: tuple[VirtualBench, Cia402Inverter], call: Any) -> list[str]:
+    """Return what a call writes to the node."""
+    _, inverter = driven
+    said: list[str] = []
+    inverter._node.objects._traffic = lambda direction, text: said.append(text) if direction == "write" else None
+    call()
+    inverter._node.objects._traffic = None
+    return said
+
+
+def test_what_is_measured_comes_by_process_data_and_by_sdo_where_it_does_not(
+    driven: tuple[VirtualBench, Cia402Inverter],
+) -> None:
+    bench, inverter = driven
+    node = bench._node("inverter")._node
+    row = next(one for one in inverter.found_state if one.query == "0x1800 process data")
+    assert row.found == "PDO: 0x6041, 0x606C, 0x6077, 0x6078"
+    assert [node.sdo[0x1A00][entry].raw for entry in range(4)] == [3, 0x60410010, 0x606C0020, 0x60770010]
+    assert (node.sdo[0x1800][1].raw, node.sdo[0x1800][2].raw) == (0x185, 1)
+    with inverter.driving_current(2.0):
+        assert traffic_of(driven, inverter.measure_current) == ["SYNC"]
+        assert inverter.measure_current().value == pytest.approx(2.0, abs=0.1)
+        bench.instrument("inverter")._power.trip(0x2310)
+        with pytest.raises(ReportedError, match="0x2310"):
+            inverter.measure_current()
+        with pytest.raises(ReportedError, match="0x2310"):
+            inverter.make_safe()
+    # The mapping is lost: what is asked is answered all the same.
+    node.nmt.send_command(128)
+    assert "read 0x606C:00" in traffic_of(driven, inverter.measure_frequency)
+    assert traffic_of(driven, inverter.measure_frequency) == ["read 0x6041:00", "read 0x606C:00"]
+    inverter.close()
+    assert [node.sdo[0x1800][1].raw, node.sdo[0x1A00][0].raw] == [0x80000185, 0]
+
+
+def test_what_a_pdo_does_not_take(master: BaseNode402) -> None:
+    sdo = master.sdo
+    assert aborted(lambda: setattr(sdo[0x1A00][1], "raw", 0x60FF0020)) == 0x06040041
+    for entry in (1, 2, 3):
+        sdo[0x1A00][entry].raw = 0x606C0020
+    assert aborted(lambda: setattr(sdo[0x1A00][0], "raw", 3)) == 0x06040042
+    assert aborted(lambda: setattr(sdo[0x1800][1], "raw", 0x80000186)) == 0x06090030
+    sdo[0x1A00][0].raw = 2
+    sdo[0x1800][1].raw = 0x185
+    assert aborted(lambda: setattr(sdo[0x1A00][0], "raw", 0)) == 0x06010000
+
+
+def test_canopens_own_master_drives_it_by_process_data(master: BaseNode402) -> None:
+    master.nmt.state = "PRE-OPERATIONAL"
+    master.tpdo.read()
+    status = master.tpdo[1]
+    status.clear()
+    for name in ("Statusword", "Modes of operation display"):
+        status.add_variable(name)
+    status.trans_type, status.enabled = 1, True
+    status.save()
+    master.setup_402_state_machine()
+    master.nmt.state = "OPERATIONAL"
+    master.network.sync.start(0.005)
+    try:
+        assert status.wait_for_reception(1.0)
+        assert master.tpdo_values[0x6041] == 0x250
+        master.state = "OPERATION ENABLED"
+        assert master.tpdo_values[0x6041] == 0x237
+        master.state = "SWITCH ON DISABLED"
+    finally:
+        master.network.sync.stop()
