@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from drivers.bases.found_state import FoundState, WantedSetting
+from drivers.interfaces import CommunicationError
 from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import Text, text
 from drivers.transport.can.network_management import NmtState
@@ -14,11 +15,10 @@ _WRITE = "{value}"
 
 @dataclass(frozen=True)
 class _Row:
-    """One object of `size` bytes; one with a `wanted` number is set to it, another told only."""
+    """One object; one with a `wanted` number is set to it, another told only."""
 
     index: int
     name: str
-    size: int
     effect: Text
     signed: bool = False
     wanted: str = ""
@@ -33,19 +33,17 @@ class _Row:
 _SLOW = text("a slow ramp takes longer than settle_timeout allows")
 _LIMIT = text("what is above it is not reached")
 _ROWS = (
-    _Row(0x607E, "polarity", 1, text("speed, position or torque have the other sign"), wanted="0"),
-    _Row(0x60B1, "velocity offset", 4, text("it is added to every velocity that is commanded"), True, "0"),
-    _Row(0x60B2, "torque offset", 2, text("it is added to every torque that is commanded"), True, "0"),
-    _Row(0x6072, "max torque", 2, _LIMIT),
-    _Row(0x6073, "max current", 2, _LIMIT),
-    _Row(0x607F, "max profile velocity", 4, _LIMIT),
-    _Row(0x6080, "max motor speed", 4, _LIMIT),
-    _Row(0x6083, "profile acceleration", 4, _SLOW),
-    _Row(0x6084, "profile deceleration", 4, _SLOW),
-    _Row(0x6087, "torque slope", 4, _SLOW),
-    _Row(
-        0x605A, "quick stop option code", 2, text("what its own quick stop does; switching off does not use it"), True
-    ),
+    _Row(0x607E, "polarity", text("speed, position or torque have the other sign"), wanted="0"),
+    _Row(0x60B1, "velocity offset", text("it is added to every velocity that is commanded"), True, "0"),
+    _Row(0x60B2, "torque offset", text("it is added to every torque that is commanded"), True, "0"),
+    _Row(0x6072, "max torque", _LIMIT),
+    _Row(0x6073, "max current", _LIMIT),
+    _Row(0x607F, "max profile velocity", _LIMIT),
+    _Row(0x6080, "max motor speed", _LIMIT),
+    _Row(0x6083, "profile acceleration", _SLOW),
+    _Row(0x6084, "profile deceleration", _SLOW),
+    _Row(0x6087, "torque slope", _SLOW),
+    _Row(0x605A, "quick stop option code", text("what its own quick stop does; switching off does not use it"), True),
 )
 
 
@@ -55,6 +53,8 @@ class FoundObjects:
     def __init__(self, objects: NodeObjects) -> None:
         self._objects = objects
         self._rows = {row.setting.query: row for row in _ROWS}
+        # Makers' types differ; an object is written as it is read.
+        self._sizes: dict[int, int] = {}
         self._state = FoundState(objects.name, self._ask, self._put)
 
     @property
@@ -72,11 +72,15 @@ class FoundObjects:
 
     def _ask(self, setting: WantedSetting) -> str:
         row = self._rows[setting.query]
-        return str(self._objects.read(row.index, 0, row.size, signed=row.signed))
+        data = self._objects.read_bytes(row.index, 0)
+        if not data:
+            raise CommunicationError(self._objects.name, text("no bytes"), command=f"read {setting.query}")
+        self._sizes[row.index] = len(data)
+        return str(int.from_bytes(data, "little", signed=row.signed))
 
     def _put(self, setting: WantedSetting, value: str) -> None:
         row = self._rows[setting.query]
-        self._objects.write(row.index, 0, int(value), row.size, signed=row.signed)
+        self._objects.write(row.index, 0, int(value), self._sizes[row.index], signed=row.signed)
 
 
 def polled_by(mapped: Sequence[int]) -> FoundSetting:

@@ -11,7 +11,7 @@ from drivers.cia402.node import Cia402Node
 from drivers.cia402.opening import open_node
 from drivers.cia402.options import Cia402Options
 from drivers.cia402.power_state import INTERNAL_LIMIT, STATUSWORD, ObjectReader
-from drivers.cia402.velocity import MODES, Velocity, open_velocity
+from drivers.cia402.velocity import MODES, PROFILE_VELOCITY, Velocity, open_velocity
 from drivers.interfaces import (
     Accuracy,
     Clock,
@@ -57,11 +57,14 @@ class Cia402Inverter(Inverter):
         self._options = options
         self._name = name
         if node.guarding:
+            # No more is commanded than no torque and no velocity.
+            self._torque_mode: int | None = PROFILE_TORQUE
+            self._velocity = Velocity(node.objects, PROFILE_VELOCITY, 1.0)
             return
         self._rated_current = read_rated_current(node.objects, options.rated_current, options.current_scale)
         node.take_over()
         self._torque_mode = node.supported(PROFILE_TORQUE, CYCLIC_TORQUE)
-        self._velocity: Velocity = open_velocity(
+        self._velocity = open_velocity(
             node.objects,
             node.supported(*MODES),
             options.velocity_unit,
@@ -123,8 +126,8 @@ class Cia402Inverter(Inverter):
         if field is None or velocity.mode is None:
             raise self._unable_to_turn(velocity.mode is None)
         with always(self._node.disable, self._node.objects.calls):
-            velocity.check_limit(frequency)
             self._node.select(velocity.mode)
+            velocity.check_limit(frequency)
             velocity.command(0.0)
             field.write(self._objects, current / (self._options.current_scale or 1.0))
             self._node.enable()
@@ -148,8 +151,8 @@ class Cia402Inverter(Inverter):
                 remedy=text("Use another drive for this procedure"),
             )
         with always(self._node.disable, self._node.objects.calls):
-            self._check_own_limits(current)
             self._node.select(self._torque_mode)
+            self._check_own_limits(current)
             self._objects.write(TARGET_TORQUE, 0, 0, 2)
             self._node.enable()
             self._command_current(current)

@@ -10,7 +10,7 @@ from drivers.cia402.node import Cia402Node
 from drivers.cia402.opening import open_node
 from drivers.cia402.options import Cia402RotorActuatorOptions
 from drivers.cia402.power_state import CONTROLWORD, ENABLE_OPERATION, STATUSWORD
-from drivers.cia402.velocity_unit import ENCODER_RESOLUTION, VelocityUnit, read_unit
+from drivers.cia402.velocity_unit import ENCODER_RESOLUTION, FEED_CONSTANT, VelocityUnit, read_unit
 from drivers.interfaces import (
     Accuracy,
     Clock,
@@ -281,6 +281,19 @@ class Cia402RotorActuator(RotorActuator):
                 ),
                 command="read 0x608F",
                 remedy=text("Set increments_per_turn in the station file"),
+            )
+        feed, revolutions = (self._objects.read_optional(FEED_CONSTANT, subindex, 4) for subindex in (1, 2))
+        # A feed of 1:1 was never set up.
+        if feed and revolutions and feed != revolutions and feed * turns != revolutions * increments:
+            raise ReportedError(
+                self._name,
+                text(
+                    "positions are counted in units of a feed ({feed} in {turns} turns)", feed=feed, turns=revolutions
+                ),
+                command="read 0x6092",
+                remedy=text(
+                    "Set 0x6092 to the increments of one turn, or increments_per_turn to the units of one turn"
+                ),
             )
         return increments // turns
 

@@ -253,3 +253,17 @@ def test_rms_drives_are_scaled_and_calibrations_used(drive: Drive, clock: Any) -
 def test_a_bus_that_cannot_be_opened(clock: Any) -> None:
     with pytest.raises(CommunicationError, match="cannot be opened at can://nothing/x"):
         Cia402Inverter.open("can://nothing/x?node=1", OPTIONS, Surroundings(clock), "inverter")
+
+
+def test_a_guardian_commands_zero_and_switches_off_without_asking_anything_first(drive: Drive, clock: Any) -> None:
+    drive.values |= {(0x6041, 0): 0x237, (0x60FF, 0): 100, (0x6071, 0): 50}
+    options = Cia402Options(maximum_current=15.0, maximum_frequency=400.0)
+    guarding = Cia402Inverter.open(ADDRESS, options, Surroundings(clock, guarding=True), "inverter")
+    assert drive.writes == []
+    guarding.command_zero()
+    assert (drive.values[0x60FF, 0], drive.values[0x6071, 0]) == (0, 0)
+    guarding.make_safe()
+    assert drive.state is PowerState.SWITCH_ON_DISABLED
+    written = len(drive.writes)
+    guarding.close()
+    assert len(drive.writes) == written

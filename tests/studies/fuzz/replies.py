@@ -262,6 +262,9 @@ class Objects:
     """A node's objects: it says who it is, and every other object is the next piece; the last byte may make it an error."""
 
     KNOWN: ClassVar = {(0x1000, 0): 0x00020192, (0x1018, 1): 1, (0x1018, 2): 2, (0x1018, 3): 3, (0x1018, 4): 4}
+    #: What decides whether it can be opened at all: ratings, unit of velocity, and nothing that contradicts them.
+    KNOWN |= {(0x6075, 0): 10_000, (0x6076, 0): 1_000, (0x60A9, 0): 0x00B44700}
+    ABSENT: ClassVar = {0x608F, 0x6091, 0x6092, 0x6096, 0x6502, 0x6060, 0x607E, 0x60B1, 0x60B2}
 
     def __init__(self, data: bytes) -> None:
         self._pieces = pieces(data)
@@ -270,6 +273,8 @@ class Objects:
         known = self.KNOWN.get((index, subindex))
         if known is not None:
             return known.to_bytes(4, "little")
+        if index in self.ABSENT:
+            raise SdoAbortedError(0x06020000)
         piece = next(self._pieces, None)
         if piece is None:
             raise SdoCommunicationError("No SDO response received")
