@@ -123,8 +123,8 @@ class Cia402Node:
         self._process_data: ProcessData | None = None
         self._found_mode: int | None = None
         self._modes: int | None = None
-        self._identity = Identity("", "") if guarding else self._identify()
         self._found_nmt: NmtState | None = None
+        self._identity = Identity("", "") if guarding else self._woken()
         if connection is not None and not guarding:
             self._start(connection)
 
@@ -257,8 +257,20 @@ class Cia402Node:
             connection.ask_nmt_state()
             # Its answer is there before this one's.
             self.objects.read(DEVICE_TYPE, 0, 4)
-        self._found_nmt = connection.nmt_state
+        self._found_nmt = self._found_nmt or connection.nmt_state
         connection.command_node(NmtState.OPERATIONAL)
+
+    def _woken(self) -> Identity:
+        """Identify the node; one that NMT has stopped answers no SDO, and is made pre-operational first."""
+        connection = self._connection
+        try:
+            return self._identify()
+        except CommunicationError:
+            if connection is None or connection.nmt_state is not NmtState.STOPPED:
+                raise
+            self._found_nmt = NmtState.STOPPED
+            connection.command_node(NmtState.PRE_OPERATIONAL)
+            return self._identify()
 
     def _identify(self) -> Identity:
         device_type = self.objects.read(DEVICE_TYPE, 0, 4)

@@ -14,7 +14,8 @@ from drivers.interfaces.text import text
 #: What the power states, the mode and the actual velocity are read and set by.
 _EVERY_DRIVE = (0x1000, 0x1018, 0x6040, 0x6041, 0x6060, 0x6061)
 _PROFILE_SOURCES = (
-    "CiA 301 and CiA 402-2 as Nanotec's and Synapticon's manuals quote them (user units, power states, torque in thousandths)",
+    "user units, torque and status bits as Nanotec's, Synapticon's, Beckhoff's and ABB's object descriptions have them; the rest "
+    "of CiA 301 and CiA 402-2 from memory, not checked",
     "data sheets of Elmo Gold, Elmo SimplIQ and Yiyou EuServo drives (objects, types, access, defaults)",
 )
 

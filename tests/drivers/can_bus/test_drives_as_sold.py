@@ -295,6 +295,20 @@ def test_a_node_that_tells_its_state_is_started_and_given_back(sold: Any, clock:
     assert node.node.nmt.state == "PRE-OPERATIONAL"
 
 
+def test_a_stopped_node_that_says_so_is_woken_and_stopped_again(sold: Any, clock: Any) -> None:
+    node = sold(ELMO_GOLD | {0x6075: (UNSIGNED32, 10_000), 0x6076: (UNSIGNED32, 2_000)}, {})
+    respond = node.node.sdo.send_response
+    node.node.sdo.send_response = lambda data: respond(data) if node.node.nmt.state != "STOPPED" else None
+    node.node.nmt._state = 4
+    node.node.nmt.start_heartbeat(20)
+    inverter = opened(clock, **STATED)
+    assert (inverter.found_state[0].found, inverter.found_state[0].changed) == ("stopped", True)
+    assert node.node.nmt.state == "OPERATIONAL"
+    inverter.close()
+    node.node.nmt.stop_heartbeat()
+    assert node.node.nmt.state == "STOPPED"
+
+
 class Guarded(can.Listener):
     """Answers node guarding with pre-operational."""
 

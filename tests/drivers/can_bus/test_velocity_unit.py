@@ -56,7 +56,7 @@ ENCODER = ratio(0x608F, 4096)
         (ENCODER | ratio(0x6096, 1), 4096.0),
         (ENCODER | ratio(0x6096, 1) | ratio(0x6092, 3600), 3600.0),
         (ENCODER | ratio(0x6096, 1) | ratio(0x6092, 3600) | ratio(0x6091, 5), 720.0),
-        # Velocity factors as two makers define them, each beside its 60A9h.
+        # Velocity factors in both senses that makers give them, each beside its 60A9h.
         ({(0x60A9, 0): 0xFCB44700} | ratio(0x608F, 1 << 20) | ratio(0x6096, 600_000, 1 << 20), 600_000.0),
         (RPM | ratio(0x608F, 2000) | ratio(0x6096, 1, 60), 60.0),
     ],
