@@ -74,7 +74,7 @@ def read_unit(objects: "NodeObjects", stated: str, increments: int | None = None
     Raises ReportedError where drive and station contradict each other, or neither says it.
     """
     group = _FactorGroup(objects, increments)
-    own = group.by_si_unit()
+    own = group.by_si_unit(stated=bool(stated))
     said = stated_unit(stated, group.increments) if stated else None
     if stated and said is None:
         raise _unknown_encoder(objects)
@@ -92,6 +92,8 @@ def read_unit(objects: "NodeObjects", stated: str, increments: int | None = None
 def read_vl_unit(objects: "NodeObjects", stated: str) -> VelocityUnit:
     """Return the unit of the velocity mode (6042h, 6044h): rpm, with the factor 604Ch at 1:1; errors as for `read_unit`."""
     said = stated_unit(stated) if stated else None
+    if stated and said is None:
+        raise _unknown_encoder(objects)
     factor = _ratio(objects, DIMENSION_FACTOR, signed=True)
     if said is None and factor is not None and factor != 1.0:
         raise _refused(
@@ -116,8 +118,11 @@ class _FactorGroup:
         self._feed = _ratio(objects, FEED_CONSTANT)
         self._factor = _ratio(objects, VELOCITY_FACTOR)
 
-    def by_si_unit(self) -> VelocityUnit | None:
-        """Return what 60A9h says; None where it says nothing that is known."""
+    def by_si_unit(self, *, stated: bool) -> VelocityUnit | None:
+        """Return what 60A9h says; None where it says nothing that is known, or that only the encoder's resolution would tell.
+
+        Raises ReportedError for counts of an encoder that is not known, unless the unit is `stated`.
+        """
         code = self._objects.read_optional(SI_UNIT_VELOCITY, 0, 4)
         if not code:
             return None
@@ -127,6 +132,8 @@ class _FactorGroup:
             _SECONDS.get(code >> 8 & 0xFF),
         )
         if counted == _INCREMENT and seconds is not None:
+            if self.increments is None and stated:
+                return None
             if self.increments is None:
                 raise _unknown_encoder(self._objects)
             turns: float | None = 1.0 / self.increments

@@ -90,6 +90,8 @@ def test_what_is_refused_names_the_object_or_the_key(stated: str, values: Any, s
 def test_a_gear_is_explained_by_the_station() -> None:
     assert unit("rpm", of=RPM | ratio(0x6091, 5)).counts == 60.0
     assert unit("counts/s", 1000, of=ENCODER).counts == 1000.0
+    # Counts of an encoder that nobody knows contradict nothing.
+    assert unit("rpm", of={(0x60A9, 0): 0x00B50300}).counts == 60.0
 
 
 @pytest.mark.parametrize("stated", ["", "rpm/s", "0 rpm", "-1 rpm", "1e999 rpm", "rpm 1", "0,1 rpm", "kHz"])
@@ -102,6 +104,8 @@ def test_the_velocity_mode_counts_rpm() -> None:
     assert read_vl_unit(NodeObjects(Objects({}), "drive"), "").counts == 60.0
     factor = NodeObjects(Objects(ratio(0x604C, 1, 60)), "drive")
     assert read_vl_unit(factor, "0.1 rpm").counts == pytest.approx(600.0)
+    with pytest.raises(ReportedError, match="encoder whose resolution the drive does not say"):
+        read_vl_unit(factor, "counts/s")
     with pytest.raises(ReportedError, match=r"0x604C\) is 0\.0166667.*velocity_unit"):
         read_vl_unit(factor, "")
 
