@@ -11,7 +11,7 @@ from sim_instruments.catalogue import SimulatedUnit
 #: What a driver's options say of the real unit and its wires, which the virtual one has otherwise.
 OF_THE_UNIT = frozenset(
     {
-        "serial_number", "drive_unit", "transducer_unit", "direction_from", "current_scale", "heartbeat_time",
+        "serial_number", "drive_unit", "transducer_unit", "direction_from", "eds", "heartbeat_time",
         "torque_inverted", "speed_decimals", "power_step", "drive_code",
         "heartbeat_node", "watchdog_time", "poll_interval", "settle_interval", "calibration",
     }

@@ -45,17 +45,29 @@ def describe(
             "driver": "cia402-inverter",
             "maximum_current": 30.0,
             "maximum_frequency": 1000.0,
+            "current_scale": 1.0,
+            # The virtual drives are set up with one pole pair: a turn is a period of the phases' currents.
+            "pole_pairs": 1,
+            "field_current": {"object": "0x2000:00", "type": "u32", "scale": 1.0e-3},
             "poll_interval": 0.05,
             "current_accuracy": {"gain": 0.02, "resolution": 0.01, "source": _DRAWN},
             "frequency_accuracy": {"gain": 5.0e-5, "resolution": 0.01, "source": _DRAWN},
         },
-        "drive": {"driver": "cia402-six-step"},
+        "drive": {
+            "driver": "cia402-six-step",
+            "mode": -1,
+            "pole_pairs": 1,
+            "bus_current": {"object": "0x2010:00", "type": "i32", "scale": 1.0e-3},
+            "hall_state": {"object": "0x2011:00", "type": "u8"},
+        },
     }
     if not addresses.keys() <= options.keys():
         options |= _fixture()
     # The virtual bench in process has no watch, for its process cannot leave it on; one computer that plays both is slow.
     for role in {"inverter", "drive", "rotor_actuator"} & options.keys():
         options[role]["heartbeat_time"] = 3.0 if control else 0.0
+        # Faults strike what is asked and answered.
+        options[role]["process_data"] = False
     options["dynamometer"]["watchdog_time"] = 3.0 if control else 0.0
     if control and "rotor_actuator" in options:
         # Paced time comes in steps: what turns fast overshoots or falls short by a step.

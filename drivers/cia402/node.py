@@ -1,23 +1,37 @@
-"""What every drive with the CiA 402 profile is made of: identity, power states, mode, watchdog, and its end."""
+"""What every drive with the CiA 402 profile is made of: identity, found state, power states, mode, watchdog, and its end."""
 
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from typing import Protocol
 
 from drivers.bases.identification import check_serial_number
+from drivers.cia402.found_objects import FoundObjects, found_nmt_state, polled_by
 from drivers.cia402.options import PROFILE, NodeOptions
 from drivers.cia402.power_state import PowerState, PowerStateMachine, UnreachedStateError
 from drivers.cia402.watchdog import HeartbeatWatchdog
-from drivers.interfaces import UNWATCHED, Calls, Clock, CommunicationError, Identity, IdentityError, Traffic, Watchdog
+from drivers.interfaces import (
+    UNWATCHED,
+    Calls,
+    Clock,
+    CommunicationError,
+    Identity,
+    IdentityError,
+    InstrumentError,
+    Traffic,
+    Watchdog,
+)
+from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import text
+from drivers.transport.can.network_management import Emergency, NmtState
 from drivers.transport.can.objects import NodeObjects, SdoClient
+from drivers.transport.can.process_data import MappedObject, ProcessData
 
 #: Objects (CiA 301 below 0x2000, CiA 402 from 0x6000).
 DEVICE_TYPE, DEVICE_NAME, IDENTITY = 0x1000, 0x1008, 0x1018
 MODE, MODE_DISPLAY = 0x6060, 0x6061
-ACTUAL_VELOCITY = 0x606C
-
-#: The low half of the device type says which profile.
-#: Counts of a velocity in one Hz (electrical).
-VELOCITY_COUNTS = 100
+SUPPORTED_MODES = 0x6502
+GUARD_TIME, LIFE_TIME_FACTOR = 0x100C, 0x100D
 
 
 class BusConnection(Protocol):
@@ -29,11 +43,43 @@ class BusConnection(Protocol):
     def start_heartbeat(self, producer: int, period: float) -> None:
         """Send heartbeats of node `producer` every `period` (s)."""
 
-    def start_node(self) -> None:
-        """Have the node be operational (NMT start)."""
+    @property
+    def nmt_state(self) -> NmtState | None:
+        """The node's state by what it has said last, None where it has said nothing."""
+
+    def ask_nmt_state(self) -> None:
+        """Ask the node for its state by node guarding; a node that knows that answers before it answers what is asked next."""
+
+    def command_node(self, state: NmtState) -> None:
+        """Have the node go to a state by NMT; nobody confirms that. Raises CommunicationError for a dead bus."""
+
+    def emergencies(self) -> tuple[Emergency, ...]:
+        """Return the emergency frames of errors that the node has not taken back."""
+
+    def forget_emergencies(self) -> None:
+        """Take no notice of the emergency frames up to now."""
+
+    def hear(self, identifier: int, take: Callable[[bytes], None]) -> Callable[[], None]:
+        """Have `take` be given the data of each frame with an identifier; return what ends that."""
+
+    def synchronise(self) -> None:
+        """Send a SYNC. Raises CommunicationError for a dead bus."""
 
     def disconnect(self) -> None:
         """Leave the bus; may be called twice."""
+
+
+@dataclass(frozen=True)
+class DriveSnapshot:
+    """What a drive has `sent` at one instant, by index; what it has not is read from it."""
+
+    objects: NodeObjects
+    sent: Mapping[int, int]
+
+    def read(self, index: int, subindex: int, size: int, *, signed: bool = False) -> int:
+        """Return a number of `size` bytes; errors as for `NodeObjects.read`."""
+        found = self.sent.get(index)
+        return self.objects.read(index, subindex, size, signed=signed) if found is None else found
 
 
 class Cia402Node:
@@ -58,7 +104,11 @@ class Cia402Node:
     ) -> None:
         self.objects = NodeObjects(client, name, traffic=traffic, calls=calls)
         self.power = PowerStateMachine(
-            self.objects, clock, timeout=options.transition_timeout, poll_interval=options.poll_interval
+            self.objects,
+            clock,
+            timeout=options.transition_timeout,
+            poll_interval=options.poll_interval,
+            connection=connection,
         )
         self.guarding = guarding
         self._clock = clock
@@ -66,10 +116,27 @@ class Cia402Node:
         self._name = name
         self._connection = connection
         self._watchdog = HeartbeatWatchdog(self.objects)
-        self.identity = Identity("", "") if guarding else self._identify()
+        self._found = FoundObjects(self.objects)
+        self._process_data: ProcessData | None = None
+        self._found_mode: int | None = None
+        self._modes: int | None = None
+        self._found_nmt: NmtState | None = None
+        self._identity = Identity("", "") if guarding else self._woken()
         if connection is not None and not guarding:
-            # A node in pre-operational may refuse to be enabled; which state it is in no object tells, so it is not put back.
-            connection.start_node()
+            self._start(connection)
+
+    @property
+    def identity(self) -> Identity:
+        """Vendor and product of 0x1018, with the device's name."""
+        return self._identity
+
+    @property
+    def found_state(self) -> tuple[FoundSetting, ...]:
+        """What it was found set to."""
+        if self.guarding:
+            return ()
+        mapped = self._process_data.mapped if self._process_data is not None else ()
+        return (found_nmt_state(self._found_nmt), polled_by(mapped), *self._found.settings)
 
     @property
     def watchdog(self) -> Watchdog | None:
@@ -84,6 +151,36 @@ class Cia402Node:
         if self._options.heartbeat_time and self._connection is not None:
             self._watchdog.arm(self._options.heartbeat_time, self._options.heartbeat_node, self._connection)
 
+    def take_over(self) -> None:
+        """Read what the last user has left, and set what may be set; raises ReportedError naming what may not stay as it is."""
+        self._found_mode = self.objects.read_optional(MODE, 0, 1, signed=True)
+        self._modes = self.objects.read_optional(SUPPORTED_MODES, 0, 4)
+        self._found.take_over()
+
+    def poll(self, *groups: Sequence[MappedObject]) -> None:
+        """Have the drive send what is measured, a PDO a group, where station and drive let it."""
+        if self._options.process_data and self._connection is not None:
+            self._process_data = ProcessData(self.objects, self._connection)
+            self._process_data.map(*groups)
+
+    def snapshot(self) -> "DriveSnapshot":
+        """Return what the drive is like now: what it sends at one instant, and the rest as it is read."""
+        if self._process_data is None or not self._process_data.mapped:
+            return DriveSnapshot(self.objects, {})
+        try:
+            return DriveSnapshot(self.objects, self._process_data.read())
+        except CommunicationError as error:
+            # A node that lost its mapping, or a SYNC that does not reach it: it still answers what it is asked.
+            self.objects.trace("error", f"process data: {error}")
+            self._process_data.give_back()
+            return DriveSnapshot(self.objects, {})
+
+    def supported(self, *modes: int) -> int | None:
+        """Return the first of some modes that the drive has (0x6502), None where it has none; the first where it does not say."""
+        if self._modes is None:
+            return modes[0]
+        return next((mode for mode in modes if self._modes >> (mode - 1) & 1), None)
+
     def select(self, mode: int) -> None:
         """Set the mode of operation with the power off.
 
@@ -91,7 +188,7 @@ class Cia402Node:
         """
         if self.power.check_fault() is not PowerState.SWITCH_ON_DISABLED:
             self.power.disable()
-        self.objects.write(MODE, 0, mode, 1, signed=True)
+        self._set_mode(mode)
         deadline = self._clock.now() + self._options.transition_timeout
         while (found := self.objects.read(MODE_DISPLAY, 0, 1, signed=True)) != mode:
             if self._clock.now() >= deadline:
@@ -100,10 +197,15 @@ class Cia402Node:
                 )
             self._clock.sleep(self._options.poll_interval)
 
-    def frequency(self) -> float:
-        """Return the electrical frequency (Hz) by the velocity actual value."""
-        # Division keeps decimal counts exact: 5376 counts are 53.76 Hz.
-        return self.objects.read(ACTUAL_VELOCITY, 0, 4, signed=True) / VELOCITY_COUNTS
+    def enable(self) -> None:
+        """Go to Operation enabled, step by step; a node that has left operational meanwhile is started first.
+
+        Raises ReportedError where the drive does not follow.
+        """
+        connection = self._connection
+        if connection is not None and connection.nmt_state not in (None, NmtState.OPERATIONAL):
+            connection.command_node(NmtState.OPERATIONAL)
+        self.power.enable()
 
     def disable(self) -> None:
         """Go to Switch on disabled and make sure of it, over a renewed connection where the present one fails.
@@ -119,11 +221,53 @@ class Cia402Node:
             self.power.disable()
 
     def close(self) -> None:
-        """End the watch and leave the bus; may be called twice."""
-        if self._connection is not None:
-            self._watchdog.disarm_if_reachable()
-            self._connection.disconnect()
-            self._connection = None
+        """Give back what was found otherwise, end the watch and leave the bus; may be called twice."""
+        connection, self._connection = self._connection, None
+        if connection is None:
+            return
+        self._give_back()
+        self._watchdog.disarm_if_reachable()
+        if self._found_nmt in (NmtState.PRE_OPERATIONAL, NmtState.STOPPED):
+            with suppress(InstrumentError):
+                connection.command_node(self._found_nmt)
+        connection.disconnect()
+
+    def _give_back(self) -> None:
+        if self._process_data is not None:
+            self._process_data.give_back()
+        self._found.give_back()
+        found, self._found_mode = self._found_mode, None
+        with suppress(InstrumentError):
+            # Never under power: a mode that begins to act would move the shaft.
+            off = found is not None and self.power.state() is PowerState.SWITCH_ON_DISABLED
+            if found is not None and off and self.objects.read(MODE, 0, 1, signed=True) != found:
+                self._set_mode(found)
+
+    def _set_mode(self, mode: int) -> None:
+        self.objects.write(MODE, 0, mode, 1, signed=True)
+
+    def _start(self, connection: BusConnection) -> None:
+        """Have the node be operational, as one in pre-operational may refuse to be enabled; keep what it was before."""
+        guarded = self.objects.read_optional(GUARD_TIME, 0, 2) and self.objects.read_optional(LIFE_TIME_FACTOR, 0, 1)
+        if not guarded:
+            # With life guarding set up, the first question would start it, and a fault follow when no more came.
+            connection.ask_nmt_state()
+            # Its answer is there before this one's.
+            self.objects.read(DEVICE_TYPE, 0, 4)
+        self._found_nmt = self._found_nmt or connection.nmt_state
+        connection.command_node(NmtState.OPERATIONAL)
+
+    def _woken(self) -> Identity:
+        """Identify the node; one that NMT has stopped answers no SDO, and is made pre-operational first."""
+        connection = self._connection
+        try:
+            return self._identify()
+        except CommunicationError:
+            if connection is None or connection.nmt_state is not NmtState.STOPPED:
+                raise
+            self._found_nmt = NmtState.STOPPED
+            connection.command_node(NmtState.PRE_OPERATIONAL)
+            return self._identify()
 
     def _identify(self) -> Identity:
         device_type = self.objects.read(DEVICE_TYPE, 0, 4)

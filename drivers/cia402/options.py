@@ -1,10 +1,24 @@
 """What a station file may say about drives with the CiA 402 profile."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
 from drivers.catalogue import Driver
+from drivers.cia402.data_sheet import check_data_sheet
+from drivers.cia402.stated_objects import StatedObject
+from drivers.cia402.velocity_unit import stated_unit
 from drivers.interfaces import Accuracy, Role, Watchdog, WhenSilent
+from drivers.interfaces.text import text
 from drivers.recognition import CanOpenProfile
+
+#: What the power states, the mode and the actual velocity are read and set by.
+_EVERY_DRIVE = (0x1000, 0x1018, 0x6040, 0x6041, 0x6060, 0x6061)
+_PROFILE_SOURCES = (
+    "user units, torque and status bits as Nanotec's, Synapticon's, Beckhoff's and ABB's object descriptions have them; the rest "
+    "of CiA 301 and CiA 402-2 from memory, not checked",
+    "data sheets of Elmo Gold, Elmo SimplIQ and Yiyou EuServo drives (objects, types, access, defaults)",
+)
 
 
 @dataclass(frozen=True)
@@ -29,14 +43,44 @@ class NodeOptions:
 
     A transition of the power states may take `transition_timeout`; the drive is asked every `poll_interval`.
     A drive that has a heartbeat consumer (0x1016) is set to switch its voltage off (0x6007, where it has that) once this
-    process, as node `heartbeat_node`, has been silent for `heartbeat_time`; 0 sets nothing.
+    process, as node `heartbeat_node`, has been silent for `heartbeat_time`; 0 sets nothing. `velocity_unit` is one count of a
+    velocity, for a drive that does not say it ("0.1 rpm", "counts/s"; "Hz" is electrical), `increments_per_turn` its encoder's
+    resolution in place of 0x608F. With `process_data` what is measured is mapped into its PDOs, where it lets them be mapped.
+    `eds` is the file of the drive's electronic data sheet, in which the objects that are needed are looked up.
     """
+
+    needed_objects: ClassVar[tuple[int, ...]] = _EVERY_DRIVE
 
     transition_timeout: float = 1.0
     poll_interval: float = 0.01
     serial_number: str | None = None
     heartbeat_time: float = 1.0
     heartbeat_node: int = 127
+    velocity_unit: str = ""
+    increments_per_turn: int | None = None
+    process_data: bool = True
+    eds: str = ""
+
+    def __post_init__(self) -> None:
+        """Raise ValueError, beginning with the key, for what cannot be."""
+        if self.velocity_unit:
+            try:
+                stated_unit(self.velocity_unit)
+            except ValueError as error:
+                raise ValueError(text("velocity_unit: {error}", error=error)) from error
+        for key in ("increments_per_turn", "pole_pairs"):
+            number = getattr(self, key, None)
+            if number is not None and number < 1:
+                raise ValueError(text("{key} = {number} must be 1 or more", key=key, number=number))
+        for key, stated in self.stated_objects():
+            stated.check(key)
+        if self.eds:
+            check_data_sheet(self.eds, (*self.needed_objects, *(stated.index for _, stated in self.stated_objects())))
+
+    def stated_objects(self) -> Iterator[tuple[str, StatedObject]]:
+        """Yield the objects that the station states, each with its key."""
+        values: list[tuple[str, Any]] = [(field.name, getattr(self, field.name)) for field in fields(self)]
+        yield from ((key, value) for key, value in values if isinstance(value, StatedObject))
 
     @property
     def watchdog(self) -> Watchdog | None:
@@ -49,27 +93,49 @@ class Cia402Options(NodeOptions):
     """Settings of an inverter with the CiA 402 profile over CANopen.
 
     `maximum_current` (A, peak) and `maximum_frequency` (Hz) are the station's limits. `current_scale` is peak amperes
-    per ampere of the drive's scale (√2 for a drive that counts rms). The ramp has ended within `frequency_tolerance`
-    (Hz) of the target, a current has settled within `current_tolerance` (of rated), at most `settle_timeout` (s) later.
+    per ampere of the drive's scale (1 for one that counts peak, √2 for rms), which no object tells: without it the drive is
+    refused. `pole_pairs` are those that the drive is set up with. `rated_current` (A, the drive's scale) stands in for 0x6075.
+    `field_current` is the object of the phase current in the drive's open-loop mode, which no profile has; without one it turns
+    at no frequency. The ramp has ended within `frequency_tolerance` (Hz) of the target, a current has settled within
+    `current_tolerance` (of rated), at most `settle_timeout` (s) later.
     """
 
     maximum_current: float
     maximum_frequency: float
-    current_scale: float = 1.0
+    current_scale: float | None = None
+    pole_pairs: int | None = None
+    rated_current: float | None = None
+    field_current: StatedObject | None = None
     frequency_tolerance: float = 0.05
     current_tolerance: float = 0.01
     settle_timeout: float = 30.0
     current_accuracy: Accuracy | None = None
     frequency_accuracy: Accuracy | None = None
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for key in ("current_scale", "rated_current"):
+            value = getattr(self, key)
+            if value is not None and not 0.0 < value < float("inf"):
+                raise ValueError(text("{key} = {number} must be above 0", key=key, number=value))
+
 
 @dataclass(frozen=True)
 class Cia402SixStepOptions(NodeOptions):
     """Settings of a six-step drive with the CiA 402 profile over CANopen.
 
-    An accuracy that is not given is assumed and named so: of the DC link's voltage (V) and current (A), and of the
-    electrical frequency (Hz).
+    The profile knows no block commutation at full voltage: `mode` is the maker's mode of operation for it, `bus_current` the
+    object of the current out of the DC source, `hall_state` that of the Hall signals (bits 0 to 2). A reading whose object is not
+    stated is refused. `pole_pairs` are those that the drive is set up with. An accuracy that is not given is assumed and named
+    so: of the DC link's voltage (V) and current (A), and of the electrical frequency (Hz).
     """
+
+    needed_objects: ClassVar[tuple[int, ...]] = (*_EVERY_DRIVE, 0x606C, 0x6079)
+
+    mode: int | None = None
+    bus_current: StatedObject | None = None
+    hall_state: StatedObject | None = None
+    pole_pairs: int | None = None
 
     voltage_accuracy: Accuracy | None = None
     current_accuracy: Accuracy | None = None
@@ -80,12 +146,13 @@ class Cia402SixStepOptions(NodeOptions):
 class Cia402RotorActuatorOptions(NodeOptions):
     """Settings of a rotor actuator with the CiA 402 profile over CANopen.
 
-    `maximum_speed` (rad/s) is the station's limit, and the speed of movements. `increments_per_turn` replaces what the
-    drive says (0x608F). Brake, clutch, coupling and drive have done what they were told within `timeout` (s).
+    `maximum_speed` (rad/s) is the station's limit, and the speed of movements. Brake, clutch, coupling and drive have done what
+    they were told within `timeout` (s).
     """
 
+    needed_objects: ClassVar[tuple[int, ...]] = (*_EVERY_DRIVE, 0x6064, 0x606C, 0x607A, 0x6081, 0x60FD, 0x60FE, 0x60FF)
+
     maximum_speed: float
-    increments_per_turn: int | None = None
     timeout: float = 5.0
     angle_accuracy: Accuracy | None = None
 
@@ -100,6 +167,7 @@ INVERTER = Driver(
     "drivers.cia402.inverter:Cia402Inverter.open",
     simulated="cia402-inverter",
     recognised_by=(PROFILE,),
+    sources=_PROFILE_SOURCES,
 )
 SIX_STEP = Driver(
     "cia402-six-step",
@@ -108,6 +176,7 @@ SIX_STEP = Driver(
     "drivers.cia402.six_step:Cia402SixStep.open",
     simulated="cia402-six-step",
     recognised_by=(PROFILE,),
+    sources=_PROFILE_SOURCES,
 )
 ROTOR_ACTUATOR = Driver(
     "cia402-rotor-actuator",
@@ -116,4 +185,5 @@ ROTOR_ACTUATOR = Driver(
     "drivers.cia402.rotor_actuator:Cia402RotorActuator.open",
     simulated="cia402-rotor-actuator",
     recognised_by=(PROFILE,),
+    sources=_PROFILE_SOURCES,
 )

@@ -6,10 +6,11 @@ from collections.abc import Callable
 from drivers.bases.always import always
 from drivers.bases.set_points import check_setpoint
 from drivers.catalogue import Surroundings
-from drivers.cia402.node import ACTUAL_VELOCITY, Cia402Node
+from drivers.cia402.node import Cia402Node
 from drivers.cia402.opening import open_node
 from drivers.cia402.options import Cia402RotorActuatorOptions
 from drivers.cia402.power_state import CONTROLWORD, ENABLE_OPERATION, STATUSWORD
+from drivers.cia402.velocity_unit import ENCODER_RESOLUTION, FEED_CONSTANT, VelocityUnit, read_unit
 from drivers.interfaces import (
     Accuracy,
     Clock,
@@ -21,10 +22,12 @@ from drivers.interfaces import (
     RotorActuator,
     Watchdog,
 )
+from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import Text, text
 
-ACTUAL_POSITION, TARGET_POSITION, PROFILE_SPEED, TARGET_VELOCITY = 0x6064, 0x607A, 0x6081, 0x60FF
-ENCODER_RESOLUTION, INPUTS, OUTPUTS = 0x608F, 0x60FD, 0x60FE
+ACTUAL_POSITION, TARGET_POSITION = 0x6064, 0x607A
+ACTUAL_VELOCITY, PROFILE_SPEED, TARGET_VELOCITY = 0x606C, 0x6081, 0x60FF
+INPUTS, OUTPUTS = 0x60FD, 0x60FE
 #: Modes of operation.
 PROFILE_POSITION, PROFILE_VELOCITY = 1, 3
 #: Bits of the digital outputs, which the inputs repeat once the mechanism has moved.
@@ -70,6 +73,8 @@ class Cia402RotorActuator(RotorActuator):
         if node.guarding:
             return
         self._increments = self._increments or self._encoder()
+        node.take_over()
+        self._unit: VelocityUnit = self._turns(read_unit(node.objects, options.velocity_unit, self._increments))
         mask = self._objects.read_optional(OUTPUTS, OUTPUT_MASK, 4)
         # CiA 402 leaves the mask to the maker; without one every output is the bus' to switch.
         if mask is not None and mask & _ALL != _ALL:
@@ -87,6 +92,11 @@ class Cia402RotorActuator(RotorActuator):
     def identity(self) -> Identity:
         """Vendor and product of 0x1018, with the device's name."""
         return self._node.identity
+
+    @property
+    def found_state(self) -> tuple[FoundSetting, ...]:
+        """What the drive was found set to."""
+        return self._node.found_state
 
     @property
     def watchdog(self) -> Watchdog | None:
@@ -120,7 +130,7 @@ class Cia402RotorActuator(RotorActuator):
         check_setpoint(self._name, "speed", speed, "rad/s", -highest, highest, "the station")
         try:
             self._take_hold(PROFILE_VELOCITY, TARGET_VELOCITY)
-            self._objects.write(TARGET_VELOCITY, 0, self._as_counts(speed), 4, signed=True)
+            self._objects.write(TARGET_VELOCITY, 0, self._as_velocity(speed), 4, signed=True)
             tolerance = max(_SPEED_TOLERANCE * abs(speed), _LEAST_TOLERANCE)
             self._await(
                 lambda: abs(self._speed() - speed) <= tolerance,
@@ -150,7 +160,7 @@ class Cia402RotorActuator(RotorActuator):
         with always(self._release_hold, self._objects.calls):
             self._take_hold(PROFILE_POSITION, None)
             target = _wrapped(self._position() + self._as_counts(angle))
-            self._objects.write(PROFILE_SPEED, 0, self._as_counts(self._options.maximum_speed), 4)
+            self._objects.write(PROFILE_SPEED, 0, self._as_velocity(self._options.maximum_speed), 4)
             self._objects.write(TARGET_POSITION, 0, target, 4, signed=True)
             self._objects.write(CONTROLWORD, 0, ENABLE_OPERATION | NEW_SET_POINT, 2)
             self._await(lambda: bool(self._status() & TAKEN), lambda: text("a new target position was not taken"))
@@ -202,7 +212,7 @@ class Cia402RotorActuator(RotorActuator):
         self._node.select(mode)
         if target is not None:
             self._objects.write(target, 0, 0, 4)
-        self._power.enable()
+        self._node.enable()
         self._switch(CLUTCH, CLUTCH)
 
     def _release_hold(self) -> None:
@@ -272,6 +282,19 @@ class Cia402RotorActuator(RotorActuator):
                 command="read 0x608F",
                 remedy=text("Set increments_per_turn in the station file"),
             )
+        feed, revolutions = (self._objects.read_optional(FEED_CONSTANT, subindex, 4) for subindex in (1, 2))
+        # A feed of 1:1 was never set up.
+        if feed and revolutions and feed != revolutions and feed * turns != revolutions * increments:
+            raise ReportedError(
+                self._name,
+                text(
+                    "positions are counted in units of a feed ({feed} in {turns} turns)", feed=feed, turns=revolutions
+                ),
+                command="read 0x6092",
+                remedy=text(
+                    "Set 0x6092 to the increments of one turn, or increments_per_turn to the units of one turn"
+                ),
+            )
         return increments // turns
 
     def _status(self) -> int:
@@ -290,11 +313,23 @@ class Cia402RotorActuator(RotorActuator):
 
     def _speed(self) -> float:
         counts = self._objects.read(ACTUAL_VELOCITY, 0, 4, signed=True)
-        return counts / self._increments * 2.0 * math.pi
+        return counts / self._unit.counts * 2.0 * math.pi
 
-    def _as_counts(self, value: float) -> int:
-        """Return an angle (rad) or a speed (rad/s) in increments."""
-        return round(value / (2.0 * math.pi) * self._increments)
+    def _turns(self, unit: VelocityUnit) -> VelocityUnit:
+        if unit.electrical:
+            raise ReportedError(
+                self._name,
+                text("velocity_unit is an electrical frequency, and this drive turns a shaft"),
+                remedy=text('State "counts/s", "rpm" … in the station file'),
+            )
+        return unit
+
+    def _as_velocity(self, speed: float) -> int:
+        return round(speed / (2.0 * math.pi) * self._unit.counts)
+
+    def _as_counts(self, angle: float) -> int:
+        """Return an angle (rad) in increments."""
+        return round(angle / (2.0 * math.pi) * self._increments)
 
 
 def _wrapped(counts: int) -> int:

@@ -2,22 +2,26 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
+from typing import TypeVar
 
 from drivers.bases.always import always
 from drivers.catalogue import Surroundings
-from drivers.cia402.node import VELOCITY_COUNTS, Cia402Node
+from drivers.cia402.node import Cia402Node
 from drivers.cia402.opening import open_node
 from drivers.cia402.options import Cia402SixStepOptions
-from drivers.cia402.power_state import UnreachedStateError
-from drivers.interfaces import Accuracy, BldcDrive, Clock, Identity, MeasurementError, Reading, Watchdog
+from drivers.cia402.power_state import STATUSWORD, UnreachedStateError
+from drivers.cia402.stated_objects import StatedObject
+from drivers.cia402.velocity import Velocity, open_velocity
+from drivers.interfaces import Accuracy, BldcDrive, Clock, Identity, MeasurementError, Reading, ReportedError, Watchdog
+from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import text
+from drivers.transport.can.process_data import MappedObject
 
-#: DC link voltage is the profile's (mV), the other two are the maker's (mA; bits 0 … 2 are H1 … H3).
-BUS_VOLTAGE, BUS_CURRENT, HALL_STATE = 0x6079, 0x2010, 0x2011
-#: The maker's mode of full-voltage block commutation.
-BLOCK_COMMUTATION = -1
-#: Counts in one V and one A.
-MILLI = 1000
+T = TypeVar("T")
+
+#: DC link voltage of the profile, and its counts in one V.
+BUS_VOLTAGE, MILLI = 0x6079, 1000
 
 #: What stands for an accuracy that is not stated: 1 % of the voltage; 2 % of the current and 20 mA of zero error.
 ASSUMED_VOLTAGE = Accuracy(
@@ -28,24 +32,37 @@ ASSUMED_VOLTAGE = Accuracy(
 ASSUMED_CURRENT = Accuracy(
     gain=0.02,
     offset=0.02,
-    resolution=1 / MILLI,
     source="assumed, 2 % of reading + 20 mA: no drive profile states an accuracy; enter a calibration",
-)
-FREQUENCY_OF_HALL_EDGES = Accuracy(
-    resolution=1 / VELOCITY_COUNTS, source="one count of 0x606C; frequency of the drive's own quartz"
 )
 
 
 class Cia402SixStep(BldcDrive):
-    """A six-step drive by its node."""
+    """A six-step drive by its node; what is the maker's own of it, the station states.
+
+    Raises ReportedError where neither says what a count of velocity is, or which mode commutates in blocks.
+    """
 
     def __init__(self, node: Cia402Node, clock: Clock, options: Cia402SixStepOptions, *, name: str = "drive") -> None:
         self._node = node
         self._clock = clock
         self._options = options
         self._name = name
-        if not node.guarding:
-            node.watch()
+        if node.guarding:
+            return
+        self._mode: int = self._stated("mode", options.mode)
+        self._bus_current: StatedObject = self._stated("bus_current", options.bus_current)
+        self._hall_state: StatedObject = self._stated("hall_state", options.hall_state)
+        node.take_over()
+        self._velocity: Velocity = open_velocity(
+            node.objects,
+            None,
+            options.velocity_unit,
+            increments=options.increments_per_turn,
+            pole_pairs=options.pole_pairs,
+        )
+        velocity = MappedObject(self._velocity.actual, self._velocity.size, True)
+        node.poll((MappedObject(STATUSWORD, 2), velocity), (MappedObject(BUS_VOLTAGE, 4),))
+        node.watch()
 
     @classmethod
     def open(
@@ -58,6 +75,11 @@ class Cia402SixStep(BldcDrive):
     def identity(self) -> Identity:
         """Vendor and product of 0x1018, with the device's name."""
         return self._node.identity
+
+    @property
+    def found_state(self) -> tuple[FoundSetting, ...]:
+        """What the drive was found set to."""
+        return self._node.found_state
 
     @property
     def watchdog(self) -> Watchdog | None:
@@ -73,8 +95,8 @@ class Cia402SixStep(BldcDrive):
         """
         with always(self._node.disable, self._node.objects.calls):
             try:
-                self._node.select(BLOCK_COMMUTATION)
-                self._node.power.enable()
+                self._node.select(self._mode)
+                self._node.enable()
             except UnreachedStateError as error:
                 raise MeasurementError(
                     self._name,
@@ -86,25 +108,28 @@ class Cia402SixStep(BldcDrive):
 
     def measure_bus_voltage(self) -> Reading:
         """Return the mean voltage (V) of the DC link over 20 ms; raises ReportedError where the drive is in fault."""
-        self._node.power.check_fault()
-        value = self._node.objects.read(BUS_VOLTAGE, 0, 4) / MILLI
+        now = self._node.snapshot()
+        self._node.power.check_fault(now)
+        value = now.read(BUS_VOLTAGE, 0, 4) / MILLI
         return Reading(value, "V", self._options.voltage_accuracy or ASSUMED_VOLTAGE, self._clock.now())
 
     def measure_bus_current(self) -> Reading:
         """Return the mean current (A) out of the DC source over 20 ms; raises ReportedError where it is in fault."""
         self._node.power.check_fault()
-        value = self._node.objects.read(BUS_CURRENT, 0, 4, signed=True) / MILLI
-        return Reading(value, "A", self._options.current_accuracy or ASSUMED_CURRENT, self._clock.now())
+        value = self._bus_current.read(self._node.objects)
+        accuracy = self._options.current_accuracy or replace(ASSUMED_CURRENT, resolution=self._bus_current.scale)
+        return Reading(value, "A", accuracy, self._clock.now())
 
     def measure_frequency(self) -> Reading:
         """Return the electrical frequency (Hz) from the Hall signals' edges; raises ReportedError for a fault."""
-        self._node.power.check_fault()
-        accuracy = self._options.frequency_accuracy or FREQUENCY_OF_HALL_EDGES
-        return Reading(self._node.frequency(), "Hz", accuracy, self._clock.now())
+        now = self._node.snapshot()
+        self._node.power.check_fault(now)
+        accuracy = self._options.frequency_accuracy or self._velocity.accuracy
+        return Reading(self._velocity.read(now), "Hz", accuracy, self._clock.now())
 
     def hall_state(self) -> tuple[bool, bool, bool]:
         """Return the three Hall signals now."""
-        bits = self._node.objects.read(HALL_STATE, 0, 1)
+        bits = round(self._hall_state.read(self._node.objects))
         return bool(bits & 1), bool(bits & 2), bool(bits & 4)
 
     def make_safe(self) -> None:
@@ -112,5 +137,19 @@ class Cia402SixStep(BldcDrive):
         self._node.disable()
 
     def close(self) -> None:
-        """Leave the bus; may be called twice."""
+        """Give back what was found otherwise and leave the bus; may be called twice."""
         self._node.close()
+
+    def _stated(self, key: str, value: T | None) -> T:
+        if value is None:
+            raise ReportedError(
+                self._name,
+                text(
+                    "no profile has block commutation at full voltage, and the station file does not state {key}",
+                    key=key,
+                ),
+                remedy=text(
+                    "State mode, bus_current and hall_state in the station file, as the drive's manual has them"
+                ),
+            )
+        return value

@@ -74,7 +74,7 @@ def test_the_examples_are_station_files(example: str) -> None:
 
 
 def test_the_voltmeters_calibration_is_by_range() -> None:
-    data = tomllib.loads(EXAMPLES[1])
+    data = tomllib.loads(next(one for one in EXAMPLES if "[instruments.voltmeter]" in one))
     station = make_station({"station": {"name": "bench"}, **data}, "page", b"")
     options = station.entries[Role.VOLTMETER].options
     assert options.calibration == {0.1: Accuracy(2e-5, 2e-6, 1e-7, source="certificate 4712")}  # type: ignore[attr-defined]

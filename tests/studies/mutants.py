@@ -34,6 +34,7 @@ TARGETS: Mapping[str, Sequence[str]] = {
     "drivers.cia402.inverter": ("cia402-inverter",),
     "drivers.cia402.node": _CIA402,
     "drivers.cia402.power_state": _CIA402,
+    "drivers.cia402.velocity": ("cia402-inverter", "cia402-six-step"),
     "drivers.cia402.six_step": ("cia402-six-step",),
     "drivers.cia402.rotor_actuator": ("cia402-rotor-actuator",),
     "drivers.keysight.switch_unit_34970a": ("keysight-34970a",),

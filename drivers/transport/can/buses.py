@@ -1,11 +1,13 @@
 """Connections to CAN buses: the nodes of one bus share one, which ends with the last of them."""
 
 import threading
+from collections.abc import Callable
 from typing import TYPE_CHECKING, cast
 
 from drivers.interfaces import CommunicationError
 from drivers.interfaces.text import text
 from drivers.transport.can.addresses import BusAddress, parse_address
+from drivers.transport.can.network_management import NMT_COMMANDS, Emergency, NmtState
 from drivers.transport.can.sockets import keep_to_own_group, leaving
 from drivers.transport.in_process import IN_PROCESS, HandingOver, InProcess, open_can_bus
 
@@ -17,8 +19,8 @@ if TYPE_CHECKING:
 
 #: How long (s) the listening thread waits for a frame before it looks whether it should end; a second by default.
 LISTENING_TIME = 0.05
-#: Identifier of network management messages, and the command that makes a node operational (CiA 301).
-_NMT, _START = 0x000, 0x01
+#: Identifiers of network management and, with the node's number, of what tells its state (CiA 301).
+_NMT, _SYNC, _ERROR_CONTROL = 0x000, 0x080, 0x700
 
 
 class CanBuses:
@@ -150,6 +152,9 @@ class BusNode:
         if bus.answers_at_once:
             node.sdo.RESPONSE_TIMEOUT = 0.0
         self.client: SdoClient = node.sdo
+        self._emergencies = node.emcy
+        self._nmt_state: NmtState | None = None
+        node.nmt.add_heartbeat_callback(self._take_state)
         bus.nodes.add(node_id)
 
     def reopen(self) -> None:
@@ -163,17 +168,69 @@ class BusNode:
 
         self._heartbeat = HeartbeatProducer(self._bus.network.send_message, producer, period)
 
-    def start_node(self) -> None:
-        """Have the node be operational by NMT (CiA 301); nobody confirms that. Raises CommunicationError for a dead bus."""
+    @property
+    def nmt_state(self) -> NmtState | None:
+        """The node's state by its last heartbeat or answer, None where it has said nothing."""
+        return self._nmt_state
+
+    def ask_nmt_state(self) -> None:
+        """Ask the node for its state by node guarding; one that knows that answers before it answers what is asked next.
+
+        Raises CommunicationError for a dead bus.
+        """
+        import can
+
+        frame = can.Message(
+            arbitration_id=_ERROR_CONTROL + self._node_id, is_extended_id=False, is_remote_frame=True, dlc=1
+        )
+        self._send(lambda: cast("can.BusABC", self._bus.network.bus).send(frame), "node guarding")
+
+    def command_node(self, state: NmtState) -> None:
+        """Have the node go to a state by NMT (CiA 301); nobody confirms that. Raises CommunicationError for a dead bus."""
+        frame = bytes((NMT_COMMANDS[state], self._node_id))
+        self._send(lambda: self._bus.network.send_message(_NMT, frame), f"NMT {state.words}")
+        if self._nmt_state is not None:
+            self._nmt_state = state
+
+    def emergencies(self) -> tuple[Emergency, ...]:
+        """Return the emergency frames of errors that the node has not taken back."""
+        return tuple(Emergency(one.code, one.register, bytes(one.data)) for one in self._emergencies.active)
+
+    def forget_emergencies(self) -> None:
+        """Take no notice of the emergency frames up to now."""
+        self._emergencies.active.clear()
+
+    def hear(self, identifier: int, take: Callable[[bytes], None]) -> Callable[[], None]:
+        """Have `take` be given the data of each frame with an identifier; return what ends that."""
+
+        def heard(_: int, data: bytearray, __: float) -> None:
+            take(bytes(data))
+
+        network = self._bus.network
+        network.subscribe(identifier, heard)
+        return lambda: network.unsubscribe(identifier, heard)
+
+    def synchronise(self) -> None:
+        """Send a SYNC. Raises CommunicationError for a dead bus."""
+        self._send(lambda: self._bus.network.send_message(_SYNC, b""), "SYNC")
+
+    def _take_state(self, state: int) -> None:
+        # After boot-up a node is pre-operational by itself.
+        if state == NmtState.BOOTING:
+            self._nmt_state = NmtState.PRE_OPERATIONAL
+        elif state in list(map(int, NmtState)):
+            self._nmt_state = NmtState(state)
+
+    def _send(self, send: Callable[[], object], command: str) -> None:
         import can
 
         try:
-            self._bus.network.send_message(_NMT, bytes((_START, self._node_id)))
-        except (can.CanError, OSError, RuntimeError) as error:
+            send()
+        except (can.CanError, OSError, RuntimeError, AttributeError) as error:
             raise CommunicationError(
                 self._name,
-                text("cannot be started ({error})", error=error),
-                command=f"NMT start of node {self._node_id}",
+                text("cannot be sent to the node ({error})", error=error),
+                command=f"{command} of node {self._node_id}",
             ) from error
 
     def disconnect(self) -> None:

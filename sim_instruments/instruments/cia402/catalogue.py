@@ -22,21 +22,22 @@ def _stage(options: Options) -> InverterStage:
 def _inverter(place: BenchPlace) -> Any:
     from sim_instruments.instruments.cia402.inverter import Cia402Inverter
 
+    stated, scale = place.options.get("rated_current"), place.options.get("current_scale") or 1.0
     # The torque objects reach three times the rated current and a little.
-    rated = max(_RATED_CURRENT, (place.options.get("maximum_current") or 0.0) / 3.0)
-    return Cia402Inverter(place.world, place.errors, rated_current=rated)
+    rated = stated * scale if stated else max(_RATED_CURRENT, (place.options.get("maximum_current") or 0.0) / 3.0)
+    return Cia402Inverter(place.world, place.errors, rated_current=rated, options=place.options)
 
 
 def _six_step(place: BenchPlace) -> Any:
     from sim_instruments.instruments.cia402.six_step import Cia402SixStep
 
-    return Cia402SixStep(place.world, place.generator, place.errors)
+    return Cia402SixStep(place.world, place.generator, place.errors, place.options)
 
 
 def _rotor_actuator(place: BenchPlace) -> Any:
     from sim_instruments.instruments.cia402.rotor_actuator import Cia402Actuator
 
-    return Cia402Actuator(place.world)
+    return Cia402Actuator(place.world, options=place.options)
 
 
 INVERTER = SimulatedInstrument("cia402-inverter", "inverter", "can", _inverter, machine=_stage)

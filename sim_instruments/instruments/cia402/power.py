@@ -14,8 +14,13 @@ ERROR_REGISTER = 0x1001
 CONTROL_WORD, STATUS_WORD, ERROR_CODE = 0x6040, 0x6041, 0x603F
 MODE, MODE_DISPLAY, SUPPORTED_MODES = 0x6060, 0x6061, 0x6502
 ACTUAL_VELOCITY, DC_VOLTAGE = 0x606C, 0x6079
+QUICK_STOP_OPTION, SI_UNIT_VELOCITY = 0x605A, 0x60A9
 NO_MODE = 0
-VELOCITY_UNIT = 0.01
+#: 60A9h: turns (B4h) a minute (47h); its top byte is a power of ten. Thousandths as these drives come.
+RPM = 0x00B44700
+MILLI_RPM = 0xFD000000 | RPM
+#: 605Ah: slow down on the quick stop ramp and stay in quick stop active.
+_STAY_STOPPED = 6
 _HALT, _FAULT_RESET, _REMOTE = 0x0100, 0x0080, 0x0200
 
 
@@ -32,7 +37,7 @@ class DriveState(IntEnum):
 
 @dataclass(frozen=True)
 class ObjectEntry:
-    """One object: its index and subindex, name, type and access; `value` where it is constant."""
+    """One object: its index and subindex, name, type and access; `value` where it is constant, `mappable` into a PDO."""
 
     index: int
     name: str
@@ -40,6 +45,7 @@ class ObjectEntry:
     access: Literal["ro", "rw", "wo", "const"] = "ro"
     subindex: int = 0
     value: int | str | None = None
+    mappable: bool = False
 
 
 class SdoError(Exception):
@@ -66,6 +72,9 @@ class ObjectServer(Protocol):
     def write(self, index: int, value: int) -> None:
         """Write an object. Raises SdoError where the value or the state does not allow it."""
 
+    def on_emergency(self, report: Callable[[int, int], None]) -> None:
+        """Have `report` be told error code and error register of each fault, and zeroes of its reset."""
+
 
 def numbered(index: int, subindex: int) -> int:
     """Return what a device is asked by for an object of several members."""
@@ -81,6 +90,8 @@ class PowerStage:
         self.mode = NO_MODE
         self.error = 0
         self._modes = modes
+        #: Is told the error code and the error register of each trip and, with zeroes, of its reset.
+        self.report: Callable[[int, int], None] = lambda *_: None
 
     @property
     def active(self) -> bool:
@@ -100,7 +111,7 @@ class PowerStage:
     def readers(self, status: Callable[[], int]) -> dict[int, Callable[[], int]]:
         """Return what reads the objects that all drives have; `status` returns the status word with what a mode adds to it."""
         return {
-            ERROR_REGISTER: lambda: int(self.state is DriveState.FAULT),
+            ERROR_REGISTER: lambda: error_register(self.error) if self.state is DriveState.FAULT else 0,
             ERROR_CODE: lambda: self.error,
             CONTROL_WORD: lambda: self.control,
             STATUS_WORD: status,
@@ -120,6 +131,7 @@ class PowerStage:
     def trip(self, error: int) -> None:
         """Go to the fault state with an error code."""
         self.state, self.error = DriveState.FAULT, error
+        self.report(error, error_register(error))
 
     def command(self, word: int) -> None:
         """Take a control word."""
@@ -129,6 +141,7 @@ class PowerStage:
             if rising_reset:
                 self.error = 0
                 self.state = DriveState.SWITCH_ON_DISABLED
+                self.report(0, 0)
             return
         if not word & 0b0010:
             self.state = DriveState.SWITCH_ON_DISABLED
@@ -146,9 +159,15 @@ class PowerStage:
             self.state = DriveState.OPERATION_ENABLED if word & 0b1000 else DriveState.SWITCHED_ON
 
 
-def velocity_steps(frequency: float) -> int:
-    """Return an electrical frequency (Hz) in the velocity unit of 0.01 Hz."""
-    return round(frequency / VELOCITY_UNIT)
+def error_register(code: int) -> int:
+    """Return the error register of an error code: generic, and the group that the code's first digit stands for."""
+    return 1 | {2: 1 << 1, 3: 1 << 2, 4: 1 << 3, 8: 1 << 5, 15: 1 << 7}.get(code >> 12, 0)
+
+
+def counts_per_hertz(unit: int = MILLI_RPM, pole_pairs: int = 1) -> float:
+    """Return the counts of a velocity in one Hz (electrical), with 60A9h as `unit`, of a drive set up with `pole_pairs`."""
+    prefix = unit >> 24
+    return 60.0 * 10.0 ** (256 - prefix if prefix & 0x80 else -prefix) / pole_pairs
 
 
 def check_limits(index: int, value: int, limits: dict[int, tuple[int, int]]) -> None:
@@ -165,7 +184,10 @@ def standard_entries(name: str, product: int, modes: int) -> tuple[ObjectEntry, 
     return (
         ObjectEntry(0x1000, "Device type", "u32", "const", value=0x00020192),
         ObjectEntry(ERROR_REGISTER, "Error register", "u8"),
+        ObjectEntry(0x1005, "COB-ID SYNC message", "u32", "const", value=0x80),
         ObjectEntry(0x1008, "Manufacturer device name", "text", "const", value=name),
+        ObjectEntry(0x100C, "Guard time", "u16", "const", value=0),
+        ObjectEntry(0x100D, "Life time factor", "u8", "const", value=0),
         ObjectEntry(0x1017, "Producer heartbeat time", "u16", "rw", value=0),
         ObjectEntry(0x1018, "Identity: highest subindex", "u8", "const", 0, 4),
         ObjectEntry(0x1018, "Identity: vendor", "u32", "const", 1, 0x000002FF),
@@ -174,10 +196,11 @@ def standard_entries(name: str, product: int, modes: int) -> tuple[ObjectEntry, 
         ObjectEntry(0x1018, "Identity: serial number", "u32", "const", 4, 0x00000001),
         ObjectEntry(ERROR_CODE, "Error code", "u16"),
         ObjectEntry(CONTROL_WORD, "Controlword", "u16", "rw"),
-        ObjectEntry(STATUS_WORD, "Statusword", "u16"),
+        ObjectEntry(STATUS_WORD, "Statusword", "u16", mappable=True),
+        ObjectEntry(QUICK_STOP_OPTION, "Quick stop option code", "i16", "const", value=_STAY_STOPPED),
         ObjectEntry(MODE, "Modes of operation", "i8", "rw"),
-        ObjectEntry(MODE_DISPLAY, "Modes of operation display", "i8"),
-        ObjectEntry(ACTUAL_VELOCITY, "Velocity actual value", "i32"),
-        ObjectEntry(DC_VOLTAGE, "DC link circuit voltage", "u32"),
+        ObjectEntry(MODE_DISPLAY, "Modes of operation display", "i8", mappable=True),
+        ObjectEntry(ACTUAL_VELOCITY, "Velocity actual value", "i32", mappable=True),
+        ObjectEntry(DC_VOLTAGE, "DC link circuit voltage", "u32", mappable=True),
         ObjectEntry(SUPPORTED_MODES, "Supported drive modes", "u32", value=modes),
     )

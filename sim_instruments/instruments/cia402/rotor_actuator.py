@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
 
 from sim_instruments.instruments.cia402.power import (
@@ -17,9 +18,11 @@ from sim_instruments.instruments.cia402.power import (
     numbered,
     standard_entries,
 )
+from sim_instruments.instruments.cia402.setting_up import increments_of, shaft_unit, unit_entries
 from sim_instruments.world.fixture.shaft_mechanism import Mechanism, Part
 
 if TYPE_CHECKING:
+    from sim_instruments.catalogue import Options
     from sim_instruments.world.world import World
 
 POSITION, TARGET_POSITION, PROFILE_SPEED, TARGET_VELOCITY = 0x6064, 0x607A, 0x6081, 0x60FF
@@ -28,13 +31,12 @@ PROFILE_POSITION, PROFILE_VELOCITY = 1, 3
 #: 60FEh:2, the bit mask of the outputs.
 MASK = numbered(OUTPUTS, 2)
 _ALL = int(Part.BRAKE | Part.CLUTCH | Part.COUPLING)
-#: Encoder increments a turn.
-INCREMENTS = 65536
 #: Following error of CiA 402-2, and of the maker's own for a coupling that was told to move while its shaft turned.
 FOLLOWING_ERROR, COUPLING_REFUSED = 0x8611, 0xFF01
 _NEW_SET_POINT, _RELATIVE = 0x0010, 0x0040
 _TARGET_REACHED, _ACKNOWLEDGED = 0x0400, 0x1000
-_RADIANS = 2.0 * math.pi / INCREMENTS
+#: 60A9h: encoder increments (B5h) a second (03h).
+_INCREMENTS_A_SECOND = 0x00B50300
 
 
 @dataclass(frozen=True)
@@ -50,22 +52,30 @@ _Law = tuple[Literal["free", "locked", "hold", "turn", "move"], float | _Move | 
 
 
 class Cia402Actuator:
-    """Simulated side of the actuator. Position in increments of 65536 a turn, velocity in increments/s, forwards positive.
+    """Simulated side of the actuator. Position in increments of 65536 a turn, velocity in increments/s, forwards positive; options may
+    say otherwise.
 
     Its encoder sits on the motor's shaft. With the clutch engaged and operation enabled the shaft follows the drive without a
     ramp; not enabled the drive lets the shaft turn. A set point given while the shaft moves takes over at once. What keeps the
     shaft from following, and a coupling told to move while it turns, are faults (8611h, FF01h).
     """
 
-    def __init__(self, world: "World", *, maximum_speed: float = 100.0 * math.pi) -> None:
+    def __init__(
+        self, world: "World", *, maximum_speed: float = 100.0 * math.pi, options: "Options" = MappingProxyType({})
+    ) -> None:
         self._world = world
+        self._increments = increments_of(options)
+        self._unit = shaft_unit(options, _INCREMENTS_A_SECOND)
+        # What one count of a position and of a velocity is.
+        self._step = 2.0 * math.pi / self._increments
+        self._pace = 2.0 * math.pi / self._unit.counts
         self._power = PowerStage((PROFILE_POSITION, PROFILE_VELOCITY))
         self._mechanism = Mechanism(world.clock, world.lock, self._arrived)
         self._target_position = self._profile_speed = self._velocity = 0
         self._outputs, self._mask = 0, _ALL
         self._move: _Move | None = None
         self._law: _Law = ("free", None)
-        fastest = math.floor(maximum_speed / _RADIANS)
+        fastest = math.floor(maximum_speed / self._pace)
         self._limits: dict[int, tuple[int, int]] = {
             CONTROL_WORD: (0, 0xFFFF),
             PROFILE_SPEED: (0, fastest),
@@ -73,8 +83,8 @@ class Cia402Actuator:
         }
         self._readers: dict[int, Callable[[], int]] = {
             **self._power.readers(self._status),
-            POSITION: lambda: _int32(round(world.dial_angle() / _RADIANS)),
-            ACTUAL_VELOCITY: lambda: _int32(round(world.shaft_velocity() / _RADIANS)),
+            POSITION: lambda: _int32(round(world.dial_angle() / self._step)),
+            ACTUAL_VELOCITY: lambda: _int32(round(world.shaft_velocity() / self._pace)),
             TARGET_POSITION: lambda: self._target_position,
             PROFILE_SPEED: lambda: self._profile_speed,
             TARGET_VELOCITY: lambda: self._velocity,
@@ -95,14 +105,21 @@ class Cia402Actuator:
             ObjectEntry(HIGHEST_SPEED, "Max motor speed", "u32"),
             ObjectEntry(PROFILE_SPEED, "Profile velocity", "u32", "rw"),
             ObjectEntry(ENCODER, "Position encoder resolution: highest subindex", "u8", "const", 0, 2),
-            ObjectEntry(ENCODER, "Position encoder resolution: encoder increments", "u32", "const", 1, INCREMENTS),
+            ObjectEntry(
+                ENCODER, "Position encoder resolution: encoder increments", "u32", "const", 1, self._increments
+            ),
             ObjectEntry(ENCODER, "Position encoder resolution: motor revolutions", "u32", "const", 2, 1),
             ObjectEntry(INPUTS, "Digital inputs", "u32"),
             ObjectEntry(OUTPUTS, "Digital outputs: highest subindex", "u8", "const", 0, 2),
             ObjectEntry(OUTPUTS, "Digital outputs: physical outputs", "u32", "rw", 1),
             ObjectEntry(OUTPUTS, "Digital outputs: bit mask", "u32", "rw", 2),
+            *unit_entries(self._unit),
             ObjectEntry(TARGET_VELOCITY, "Target velocity", "i32", "rw"),
         )
+
+    def on_emergency(self, report: Callable[[int, int], None]) -> None:
+        """Have `report` be told error code and error register of each fault, and zeroes of its reset."""
+        self._power.report = report
 
     def read(self, index: int) -> int | None:
         """Return the value of an object that changes, None for others."""
@@ -173,11 +190,11 @@ class Cia402Actuator:
     def _begin_move(self, *, relative: bool) -> None:
         here = self._readers[POSITION]()
         target = here + self._target_position if relative else self._target_position
-        speed = self._profile_speed * _RADIANS
+        speed = self._profile_speed * self._pace
         if speed == 0.0:
             self._move = None
             return
-        way = (target - self._world.dial_angle() / _RADIANS) * _RADIANS
+        way = target * self._step - self._world.dial_angle()
         self._move = _Move(self._world.clock.now() + abs(way) / speed, math.copysign(speed, way), target)
 
     def _wanted(self) -> _Law:
@@ -189,7 +206,7 @@ class Cia402Actuator:
         if power.stopped:
             self._move = None
         elif power.mode == PROFILE_VELOCITY and self._velocity:
-            return "turn", self._velocity * _RADIANS
+            return "turn", self._velocity * self._pace
         elif power.mode == PROFILE_POSITION and self._move is not None:
             return "move", self._move
         return "hold", None

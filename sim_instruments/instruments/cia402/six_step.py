@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,15 +17,16 @@ from sim_instruments.instruments.cia402.power import (
     PowerStage,
     check_limits,
     standard_entries,
-    velocity_steps,
 )
+from sim_instruments.instruments.cia402.setting_up import OwnObject, electrical_unit, own_object, unit_entries
 from sim_instruments.instruments.errors import DriveErrors
 from sim_instruments.world.settings import SixStepFault
 
 if TYPE_CHECKING:
+    from sim_instruments.catalogue import Options
     from sim_instruments.world.world import World
 
-BUS_CURRENT, HALL_STATE = 0x2010, 0x2011
+_BUS_CURRENT, _HALL_STATE = OwnObject(0x2010, 0, "i32", 1.0e-3), OwnObject(0x2011, 0, "u8", 1.0)
 BLOCK_COMMUTATION = -1
 #: Error codes of CiA 402-2 for what the drive switches itself off by.
 ERROR_CODES: dict[SixStepFault, int] = {"overcurrent": 0x2310, "no rotation": 0x7121, "output phase missing": 0x7122}
@@ -35,25 +37,38 @@ _APERTURE = 0.02
 class Cia402SixStep:
     """Simulated side of the six-step drive.
 
-    Bus voltage (0x6079) in mV and current (0x2010) in mA, means over 20 ms; velocity in 0.01 Hz electrical from the
-    Hall edges; Hall signals H1, H2, H3 in the bits 0 to 2 of 0x2011. Raises ValueError on a bench without the drive.
+    Bus voltage (6079h) in mV and current (2010h, the maker's) in mA, means over 20 ms; velocity from the Hall edges, in 0.001 rpm
+    as set up with one pole pair; Hall signals H1, H2, H3 in the bits 0 to 2 of 2011h, the maker's. Options may say otherwise.
+    Raises ValueError on a bench without the drive.
     """
 
-    def __init__(self, world: "World", generator: np.random.Generator, errors: DriveErrors | None = None) -> None:
+    def __init__(
+        self,
+        world: "World",
+        generator: np.random.Generator,
+        errors: DriveErrors | None = None,
+        options: "Options" = MappingProxyType({}),
+    ) -> None:
         if world.six_step is None:
             raise ValueError("this bench has no six-step drive; give World a SixStepDrive")
         self._world = world
         self._output = world.six_step
         self._random = generator
         self._errors = errors or DriveErrors()
-        self._power = PowerStage((BLOCK_COMMUTATION,))
+        self._mode = options.get("mode") or BLOCK_COMMUTATION
+        self._unit = electrical_unit(options)
+        self._own_current = own_object(options, "bus_current", _BUS_CURRENT)
+        self._own_halls = own_object(options, "hall_state", _HALL_STATE)
+        self._power = PowerStage((self._mode,))
         self._powered = False
         self._readers: dict[int, Callable[[], int]] = {
             **self._power.readers(self._status),
             ACTUAL_VELOCITY: self._velocity,
             DC_VOLTAGE: self._bus_voltage,
-            BUS_CURRENT: self._bus_current,
-            HALL_STATE: lambda: sum(1 << place for place, high in enumerate(self._output.hall_state()) if high),
+            self._own_current.key: self._bus_current,
+            self._own_halls.key: lambda: sum(
+                1 << place for place, high in enumerate(self._output.hall_state()) if high
+            ),
         }
 
     @property
@@ -61,9 +76,19 @@ class Cia402SixStep:
         """Return the object dictionary."""
         return (
             *standard_entries("Virtual six-step drive", 0x00000403, 0x00010000),
-            ObjectEntry(BUS_CURRENT, "DC link current actual value", "i32"),
-            ObjectEntry(HALL_STATE, "Hall state", "u8"),
+            *(
+                ObjectEntry(own.index, name, own.kind, subindex=own.subindex)
+                for own, name in (
+                    (self._own_current, "DC link current actual value"),
+                    (self._own_halls, "Hall state"),
+                )
+            ),
+            *unit_entries(self._unit),
         )
+
+    def on_emergency(self, report: Callable[[int, int], None]) -> None:
+        """Have `report` be told error code and error register of each fault, and zeroes of its reset."""
+        self._power.report = report
 
     def read(self, index: int) -> int | None:
         """Return the value of an object that changes, None for others."""
@@ -106,7 +131,7 @@ class Cia402SixStep:
         return power.status & ~power.state | DriveState.OPERATION_ENABLED if shown else power.status
 
     def _velocity(self) -> int:
-        return velocity_steps(self._output.electrical_frequency() * (1.0 + self._errors.frequency_gain))
+        return round(self._output.electrical_frequency() * (1.0 + self._errors.frequency_gain) * self._unit.counts)
 
     def _bus_voltage(self) -> int:
         errors = self._errors
@@ -116,7 +141,7 @@ class Cia402SixStep:
     def _bus_current(self) -> int:
         errors = self._errors
         seen = self._output.bus_current(_APERTURE) * (1.0 + errors.current_gain) + errors.current_offset
-        return self._counted(seen, errors.current_noise)
+        return self._counted(seen, errors.current_noise, self._own_current.scale)
 
-    def _counted(self, value: float, noise: float) -> int:
-        return math.floor(1000.0 * (value + float(self._random.normal(0.0, noise))) + 0.5)
+    def _counted(self, value: float, noise: float, step: float = 1.0e-3) -> int:
+        return math.floor((value + float(self._random.normal(0.0, noise))) / step + 0.5)

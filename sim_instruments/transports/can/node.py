@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any, cast
 
+import can
 import canopen
 import numpy as np
 from canopen import objectdictionary
@@ -19,6 +20,7 @@ from sim_instruments.instruments.cia402.power import (
 from sim_instruments.scpi.exchange import InstrumentClock
 from sim_instruments.transports.can import in_process as can_direct
 from sim_instruments.transports.can.buses import INTERFACE, fresh_channel, open_bus
+from sim_instruments.transports.can.process_data import SYNC, TransmitPdos
 from sim_instruments.transports.can.watch import ENTRIES, HeartbeatConsumer
 from sim_instruments.transports.connection import Connection
 
@@ -74,7 +76,10 @@ class CanNode:
             self._interface, self._channel = can_direct.INTERFACE, can_direct.CHANNEL
         self._node_id = node_id
         # In process nobody can die and leave the drive on: it has no watch there.
-        entries = device.entries if direct is not None else (*device.entries, *ENTRIES)
+        mappable = {entry.index for entry in device.entries if entry.mappable}
+        self._pdos = TransmitPdos(node_id, mappable, self._bytes, self._send)
+        watch = ENTRIES if direct is None else ()
+        entries = (*device.entries, *_own_entries(node_id), *self._pdos.entries, *watch)
         self._node = cast("Any", canopen.LocalNode(node_id, _dictionary(entries)))
         self._node.add_read_callback(self._read)
         self._node.add_write_callback(self._write)
@@ -91,6 +96,7 @@ class CanNode:
         self._held: bytes | None = None
         self._heartbeat = 0
         self._unstarted = False
+        self._toggle = 0
         numbers = [entry for entry in device.entries if entry.kind != "text"]
         self._widths = {entry.index: int(entry.kind[1:]) for entry in numbers}
         self._constant = {(entry.index, entry.subindex) for entry in device.entries if entry.access == "const"}
@@ -101,11 +107,16 @@ class CanNode:
             lambda word: device.write(CONTROL_WORD, word),
         )
         self.connection.listen(self._plugged)
+        device.on_emergency(self._emergency)
+        self._network.subscribe(SYNC, self._synchronise)
+        self._network.listeners.append(_GuardedNode(self._guarded, _HEARTBEAT + node_id))
         if end is None:
             self._network.connect()
         else:
             for listener in self._network.listeners:
                 end.hand_over(listener)
+        # Where a node is that has booted, until its master starts it.
+        self._node.nmt.send_command(_PRE_OPERATIONAL)
 
     @property
     def address(self) -> dict[str, str | int]:
@@ -124,6 +135,28 @@ class CanNode:
         self._unstarted = True
         self._node.nmt.send_command(_PRE_OPERATIONAL)
         return ("pre-operational",)
+
+    def _emergency(self, code: int, register: int) -> None:
+        if self.connection.up and self._network.bus is not None:
+            self._node.emcy.send(code, register)
+
+    def _synchronise(self, identifier: int, data: bytearray, timestamp: float) -> None:
+        if self.connection.up and self._node.nmt.state == "OPERATIONAL":
+            self._clock.sleep(_TRANSFER_TIME)
+            self._pdos.synchronise()
+
+    def _bytes(self, index: int, subindex: int) -> bytes:
+        data: bytes = self._node.get_data(index, subindex)
+        return data
+
+    def _send(self, identifier: int, data: bytes) -> None:
+        self._network.send_message(identifier, data)
+
+    def _guarded(self) -> None:
+        """Answer node guarding: the state, and a bit that toggles from answer to answer."""
+        if self.connection.up:
+            self._toggle ^= 0x80
+            self._network.send_message(_HEARTBEAT + self._node_id, [self._toggle ^ 0x80 | self._node.nmt._state])
 
     def _request(self, identifier: int, data: bytearray, timestamp: float) -> None:
         if not self.connection.up:
@@ -200,10 +233,31 @@ class CanNode:
         if enabling and self._unstarted and self._node.nmt.state != "OPERATIONAL":
             raise canopen.SdoAbortedError(DEVICE_STATE)
         try:
-            if not self._watch.write(index, value):
+            if not self._watch.write(index, value) and not self._pdos.write(index, subindex, value):
                 self._device.write(numbered(index, subindex), value)
         except SdoError as error:
             raise canopen.SdoAbortedError(error.code) from error
+
+
+class _GuardedNode(canopen.network.MessageListener):
+    """Hears a master ask for the node's state, which canopen leaves unheard: a remote frame."""
+
+    def __init__(self, answer: Callable[[], None], identifier: int) -> None:
+        self._answer = answer
+        self._identifier = identifier
+
+    def on_message_received(self, msg: can.Message) -> None:
+        """Answer a remote frame with the identifier."""
+        if msg.is_remote_frame and msg.arbitration_id == self._identifier:
+            self._answer()
+
+    def stop(self) -> None:
+        """Hold nothing that would have to be given back."""
+
+
+def _own_entries(node_id: int) -> tuple[ObjectEntry, ...]:
+    """Return what depends on the node's number."""
+    return (ObjectEntry(0x1014, "COB-ID EMCY", "u32", "const", value=0x80 + node_id),)
 
 
 class _Outlet:
@@ -239,4 +293,5 @@ def _variable(entry: ObjectEntry) -> Any:
     variable.data_type = _TYPES[entry.kind]
     variable.access_type = entry.access
     variable.default = entry.value
+    variable.pdo_mappable = entry.mappable
     return variable

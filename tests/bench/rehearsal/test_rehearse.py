@@ -70,10 +70,17 @@ address = "can://socketcan/can7?node=5"
 maximum_current = 15.0
 maximum_frequency = 500.0
 current_scale = 1.4142
+velocity_unit = "0.1 rpm"
+pole_pairs = 4
+field_current = { object = "0x2031:00", type = "u32", scale = 0.001 }
 
 [instruments.drive]
 driver = "cia402-six-step"
 address = "can://socketcan/can7?node=6"
+mode = -3
+velocity_unit = "0.01 Hz"
+bus_current = { object = "0x2210:02", type = "i16", scale = 0.01 }
+hall_state = { object = "0x2211:00", type = "u8" }
 
 [instruments.drive.limits]
 maximum_voltage = 40.0

@@ -20,8 +20,23 @@ from canopen.objectdictionary import (
 from canopen.sdo.exceptions import SdoAbortedError
 
 from drivers.cia402.power_state import PowerState, decode_state
+from drivers.cia402.stated_objects import StatedObject
 
 CHANNEL = "six-step"
+#: What a station states of drives that do not say it themselves, as this node is one.
+STATED: dict[str, Any] = {
+    "maximum_current": 15.0,
+    "maximum_frequency": 400.0,
+    "current_scale": 1.0,
+    "velocity_unit": "0.01 Hz",
+    "field_current": StatedObject("0x2000:00", "u32", 1e-3),
+}
+SIX_STEP: dict[str, Any] = {
+    "mode": -1,
+    "velocity_unit": "0.01 Hz",
+    "bus_current": StatedObject("0x2010:00", "i32", 1e-3),
+    "hall_state": StatedObject("0x2011:00", "u8"),
+}
 OBJECTS = {
     0x1000: UNSIGNED32,
     0x2000: UNSIGNED32,

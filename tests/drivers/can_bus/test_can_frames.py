@@ -16,6 +16,7 @@ from drivers.cia402.watchdog import HeartbeatWatchdog
 from drivers.interfaces import CommunicationError, InstrumentError, ReportedError
 from drivers.transport.can.addresses import parse_address
 from drivers.transport.can.objects import ABSENT, NodeObjects
+from tests.drivers.can_bus.conftest import SIX_STEP
 
 OBJECTS = (0x1000, 0x1008, 0x1016, 0x6007, 0x6040, 0x6041, 0x6079)
 #: Server command specifiers: expedited and segmented uploads, downloads, segments, aborts, and anything else.
@@ -69,7 +70,7 @@ class Silence:
 
 
 def power(objects: NodeObjects) -> PowerStateMachine:
-    options = Cia402SixStepOptions()
+    options = Cia402SixStepOptions(**SIX_STEP)
     return PowerStateMachine(objects, StillClock(), timeout=0.05, poll_interval=options.poll_interval)
 
 

@@ -18,7 +18,7 @@ from drivers.interfaces import (
     ReportedError,
     SetpointError,
 )
-from tests.drivers.can_bus.conftest import CHANNEL, Node, paired
+from tests.drivers.can_bus.conftest import CHANNEL, STATED, Node, paired
 
 NODE = 5
 
@@ -45,7 +45,7 @@ def drive() -> Iterator[Drive]:
     made.network.disconnect()
 
 
-OPTIONS = Cia402Options(maximum_current=15.0, maximum_frequency=400.0)
+OPTIONS = Cia402Options(**STATED)
 ADDRESS = f"can://virtual/{CHANNEL}?node={NODE}"
 
 
@@ -219,7 +219,7 @@ def test_another_node_is_refused(drive: Drive, clock: Any) -> None:
 
 
 def test_another_serial_number_is_refused(drive: Drive, clock: Any) -> None:
-    options = Cia402Options(maximum_current=1.0, maximum_frequency=1.0, serial_number="1")
+    options = Cia402Options(**STATED, serial_number="1")
     with pytest.raises(IdentityError, match="serial number 815 answers, expected 1"):
         Cia402Inverter.open(ADDRESS, options, Surroundings(clock), "inverter")
 
@@ -238,7 +238,7 @@ def test_a_node_that_is_silent(drive: Drive, clock: Any) -> None:
 def test_rms_drives_are_scaled_and_calibrations_used(drive: Drive, clock: Any) -> None:
     accuracy = Accuracy(gain=1e-2, source="certificate")
     options = Cia402Options(
-        maximum_current=30.0, maximum_frequency=100.0, current_scale=2**0.5, current_accuracy=accuracy
+        **{**STATED, "maximum_current": 30.0, "current_scale": 2**0.5, "current_accuracy": accuracy}
     )
     inverter = Cia402Inverter.open(ADDRESS, options, Surroundings(clock), "inverter")
     with inverter.driving_current(20.0):
@@ -253,3 +253,17 @@ def test_rms_drives_are_scaled_and_calibrations_used(drive: Drive, clock: Any) -
 def test_a_bus_that_cannot_be_opened(clock: Any) -> None:
     with pytest.raises(CommunicationError, match="cannot be opened at can://nothing/x"):
         Cia402Inverter.open("can://nothing/x?node=1", OPTIONS, Surroundings(clock), "inverter")
+
+
+def test_a_guardian_commands_zero_and_switches_off_without_asking_anything_first(drive: Drive, clock: Any) -> None:
+    drive.values |= {(0x6041, 0): 0x237, (0x60FF, 0): 100, (0x6071, 0): 50}
+    options = Cia402Options(maximum_current=15.0, maximum_frequency=400.0)
+    guarding = Cia402Inverter.open(ADDRESS, options, Surroundings(clock, guarding=True), "inverter")
+    assert drive.writes == []
+    guarding.command_zero()
+    assert (drive.values[0x60FF, 0], drive.values[0x6071, 0]) == (0, 0)
+    guarding.make_safe()
+    assert drive.state is PowerState.SWITCH_ON_DISABLED
+    written = len(drive.writes)
+    guarding.close()
+    assert len(drive.writes) == written

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import can
@@ -27,7 +28,9 @@ from tests.drivers.can_bus import conftest
 NUMBER = 7
 ADDRESS = f"can://virtual/{conftest.CHANNEL}?node={NUMBER}"
 TURN = 65_536
-OPTIONS = Cia402RotorActuatorOptions(maximum_speed=2.0 * math.pi, timeout=1.0, heartbeat_time=0.0)
+OPTIONS = Cia402RotorActuatorOptions(
+    maximum_speed=2.0 * math.pi, timeout=1.0, heartbeat_time=0.0, velocity_unit="counts/s"
+)
 
 
 class Actuator(conftest.Node):
@@ -309,7 +312,9 @@ def test_lost_frames(actuator: Cia402RotorActuator, node: Actuator) -> None:
 
 
 def test_increments_by_the_station(node: Actuator, clock: Any) -> None:
-    options = Cia402RotorActuatorOptions(maximum_speed=1.0, increments_per_turn=4000, heartbeat_time=0.0)
+    options = Cia402RotorActuatorOptions(
+        maximum_speed=1.0, increments_per_turn=4000, heartbeat_time=0.0, velocity_unit="counts/s"
+    )
     made = Cia402RotorActuator.open(ADDRESS, options, Surroundings(clock), "rotor_actuator")
     assert made.angle().value == pytest.approx(math.pi / 2.0)
     made.close()
@@ -321,6 +326,30 @@ def test_an_encoder_that_nobody_knows_is_refused(clock: Any) -> None:
         node.values[0x608F, 2] = 7
         with pytest.raises(ReportedError, match="Set increments_per_turn in the station file"):
             Cia402RotorActuator.open(ADDRESS, OPTIONS, Surroundings(clock), "rotor_actuator")
+    finally:
+        node.network.disconnect()
+
+
+def test_positions_in_units_of_a_feed_are_refused_until_they_are_explained(clock: Any, monkeypatch: Any) -> None:
+    real = Actuator.dictionary
+
+    def with_feed(self: Actuator) -> canopen.ObjectDictionary:
+        dictionary = real(self)
+        self.add_array(dictionary, 0x6092, [2, 3600, 1])
+        return dictionary
+
+    monkeypatch.setattr(Actuator, "dictionary", with_feed)
+    node = Actuator()
+    try:
+        with pytest.raises(ReportedError, match=r"units of a feed \(3600 in 1 turns\).*increments_per_turn"):
+            Cia402RotorActuator.open(ADDRESS, OPTIONS, Surroundings(clock), "rotor_actuator")
+        stated = replace(OPTIONS, increments_per_turn=3600, velocity_unit="rpm")
+        made = Cia402RotorActuator.open(ADDRESS, stated, Surroundings(clock), "rotor_actuator")
+        assert made.angle().value == pytest.approx(1000 / 3600 * 2.0 * math.pi)
+        made.turn(math.pi)
+        assert node.writes[-1] == counts(0x60FF, 30)
+        made.stop()
+        made.close()
     finally:
         node.network.disconnect()
 

@@ -11,11 +11,11 @@ from drivers.cia402.options import Cia402SixStepOptions
 from drivers.cia402.power_state import PowerState
 from drivers.cia402.six_step import Cia402SixStep
 from drivers.interfaces import Accuracy, CommunicationError, IdentityError, MeasurementError, ReportedError
-from tests.drivers.can_bus.conftest import paired
+from tests.drivers.can_bus.conftest import SIX_STEP, paired
 
 CHANNEL = "six-step"
 ADDRESS = f"can://virtual/{CHANNEL}?node=6"
-OPTIONS = Cia402SixStepOptions()
+OPTIONS = Cia402SixStepOptions(**SIX_STEP)
 
 
 @pytest.fixture
@@ -88,7 +88,9 @@ def test_accuracies_that_are_assumed_say_so_and_a_calibration_replaces_them(
     assert drive.measure_frequency().accuracy.resolution == 0.01
     drive.close()
     stated = [Accuracy(gain=share, source="certificate") for share in (1e-3, 2e-3, 3e-3)]
-    other = Cia402SixStep.open(ADDRESS, Cia402SixStepOptions(*stated), Surroundings(clock), "drive")
+    names = ("voltage_accuracy", "current_accuracy", "frequency_accuracy")
+    options = Cia402SixStepOptions(**SIX_STEP, **dict(zip(names, stated, strict=True)))
+    other = Cia402SixStep.open(ADDRESS, options, Surroundings(clock), "drive")
     readings = (other.measure_bus_voltage(), other.measure_bus_current(), other.measure_frequency())
     assert [reading.accuracy for reading in readings] == stated
     other.close()
@@ -189,7 +191,7 @@ def test_sdo_aborts_are_named(drive: Cia402SixStep, node: Any, index: int, code:
 
 def test_another_unit_is_refused(node: Any, clock: Any) -> None:
     with pytest.raises(IdentityError, match="serial number 815 answers, expected 1"):
-        Cia402SixStep.open(ADDRESS, Cia402SixStepOptions(serial_number="1"), Surroundings(clock), "drive")
+        Cia402SixStep.open(ADDRESS, Cia402SixStepOptions(**SIX_STEP, serial_number="1"), Surroundings(clock), "drive")
 
 
 def test_off_although_a_confirmation_on_the_way_down_is_lost(drive: Cia402SixStep, node: Any, clock: Any) -> None:

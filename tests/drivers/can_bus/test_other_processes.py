@@ -20,9 +20,10 @@ from drivers.transport.can.sockets import keep_to_own_group
 from sim_instruments.transports.can.gateway import CanGateway
 from sim_instruments.transports.loop_thread import LoopThread
 from sim_instruments.transports.tcp_service import TcpService
+from tests.drivers.can_bus.conftest import SIX_STEP
 
 CHANNEL = "six-step"
-OPTIONS = Cia402SixStepOptions()
+OPTIONS = Cia402SixStepOptions(**SIX_STEP)
 
 
 @pytest.fixture

@@ -12,11 +12,12 @@ from drivers.cia402.power_state import PowerState
 from drivers.cia402.six_step import Cia402SixStep
 from drivers.interfaces import CommunicationError
 from drivers.transport.can.buses import CanBuses
+from tests.drivers.can_bus.conftest import SIX_STEP, STATED
 
 CHANNEL = "six-step"
 ADDRESS = f"can://virtual/{CHANNEL}?node=6"
 INVERTER = f"can://virtual/{CHANNEL}?node=5"
-OPTIONS = Cia402SixStepOptions()
+OPTIONS = Cia402SixStepOptions(**SIX_STEP)
 
 
 @pytest.fixture
@@ -24,7 +25,7 @@ def other(make_node: Any) -> Any:
     return make_node(5)
 
 
-LIMITS = Cia402Options(maximum_current=15.0, maximum_frequency=400.0)
+LIMITS = Cia402Options(**STATED)
 
 
 @pytest.mark.parametrize("shared", [True, False])

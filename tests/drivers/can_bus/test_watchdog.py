@@ -9,13 +9,14 @@ from drivers.catalogue import Surroundings
 from drivers.cia402.options import Cia402SixStepOptions
 from drivers.cia402.six_step import Cia402SixStep
 from drivers.interfaces import ReportedError, SetpointError, Watchdog, WhenSilent
+from tests.drivers.can_bus.conftest import SIX_STEP
 
 CHANNEL = "six-step"
 ADDRESS = f"can://virtual/{CHANNEL}?node=6"
-OPTIONS = Cia402SixStepOptions(heartbeat_time=0.0)
+OPTIONS = Cia402SixStepOptions(**SIX_STEP, heartbeat_time=0.0)
 
 
-WATCHED = Cia402SixStepOptions(heartbeat_time=0.15, heartbeat_node=0x7E)
+WATCHED = Cia402SixStepOptions(**SIX_STEP, heartbeat_time=0.15, heartbeat_node=0x7E)
 
 
 def heartbeats(bus: can.BusABC, count: int) -> list[bytes]:
@@ -100,7 +101,7 @@ def test_a_watch_that_cannot_be_armed_is_refused(
 ) -> None:
     node = make_node(consumer={1: 0x00100064}, abort_option=1)
     with pytest.raises(error, match=message):
-        Cia402SixStep.open(ADDRESS, Cia402SixStepOptions(**options), Surroundings(clock), "drive")
+        Cia402SixStep.open(ADDRESS, Cia402SixStepOptions(**SIX_STEP, **options), Surroundings(clock), "drive")
     assert node.writes == []
 
 

@@ -200,7 +200,7 @@ def test_a_drive_off_its_bus_goes_on_as_before(direct: VirtualBench, master: Mas
     world = direct.world
     world.connect({"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"})
     face = direct.instrument("inverter")
-    for index, value in ((0x6060, 3), (0x2000, 3000), (0x60FF, 4000), (0x6040, 6), (0x6040, 7), (0x6040, 15)):
+    for index, value in ((0x6060, 3), (0x2000, 3000), (0x60FF, 2_400_000), (0x6040, 6), (0x6040, 7), (0x6040, 15)):
         face.write(index, value)
     direct.clock.sleep(5.0)
     add(direct, fault="bus_off", role="inverter")
@@ -228,7 +228,7 @@ def test_an_object_that_is_frozen(direct: VirtualBench, master: Master) -> None:
     direct.clock.sleep(5.0)
     assert master.ask(READ_VELOCITY) == "436c600000000000"
     direct.clock.sleep(20.0)
-    assert master.ask(READ_VELOCITY) == "436c6000e8030000"
+    assert master.ask(READ_VELOCITY) == "436c6000c0270900"
 
 
 def test_sdo_replies_that_are_one_behind(direct: VirtualBench, master: Master) -> None:

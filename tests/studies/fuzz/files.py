@@ -320,6 +320,9 @@ driver = "cia402-inverter"
 address = "can://socketcan/can0?node=5"
 maximum_current = 30.0
 maximum_frequency = 1000.0
+current_scale = 1.4142
+velocity_unit = "0.1 rpm"
+field_current = { object = "0x2031:00", type = "u32", scale = 0.001 }
 current_accuracy = { gain = 0.02, source = "x" }
 [instruments.oscilloscope]
 driver = "keysight-infiniivision"

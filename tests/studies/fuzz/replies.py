@@ -15,6 +15,7 @@ from drivers.cia402.inverter import Cia402Inverter
 from drivers.cia402.node import Cia402Node
 from drivers.cia402.options import Cia402Options, Cia402SixStepOptions
 from drivers.cia402.six_step import Cia402SixStep
+from drivers.cia402.stated_objects import StatedObject
 from drivers.delta.dynamometer import DeltaDyn200
 from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces import ChannelSettings, InstrumentError, ProbeKind, Trigger
@@ -261,6 +262,9 @@ class Objects:
     """A node's objects: it says who it is, and every other object is the next piece; the last byte may make it an error."""
 
     KNOWN: ClassVar = {(0x1000, 0): 0x00020192, (0x1018, 1): 1, (0x1018, 2): 2, (0x1018, 3): 3, (0x1018, 4): 4}
+    #: What decides whether it can be opened at all: ratings, unit of velocity, and nothing that contradicts them.
+    KNOWN |= {(0x6075, 0): 10_000, (0x6076, 0): 1_000, (0x60A9, 0): 0x00B44700}
+    ABSENT: ClassVar = {0x608F, 0x6091, 0x6092, 0x6096, 0x6502, 0x6060, 0x607E, 0x60B1, 0x60B2}
 
     def __init__(self, data: bytes) -> None:
         self._pieces = pieces(data)
@@ -269,6 +273,8 @@ class Objects:
         known = self.KNOWN.get((index, subindex))
         if known is not None:
             return known.to_bytes(4, "little")
+        if index in self.ABSENT:
+            raise SdoAbortedError(0x06020000)
         piece = next(self._pieces, None)
         if piece is None:
             raise SdoCommunicationError("No SDO response received")
@@ -288,7 +294,13 @@ def canopen_objects(data: bytes) -> None:
         ],
         ERRORS,
     )
-    limits = Cia402Options(maximum_current=10.0, maximum_frequency=100.0)
+    limits = Cia402Options(
+        maximum_current=10.0,
+        maximum_frequency=100.0,
+        current_scale=1.0,
+        pole_pairs=1,
+        field_current=StatedObject("0x2000:00", "u32", 1e-3),
+    )
     inverter = Cia402Inverter(Cia402Node(Objects(data), Clock(), limits, name="inverter"), Clock(), limits)
 
     def driving() -> None:
@@ -296,7 +308,8 @@ def canopen_objects(data: bytes) -> None:
             inverter.measure_current()
 
     each([inverter.measure_frequency, inverter.measure_current, driving, inverter.make_safe], ERRORS)
-    options = Cia402SixStepOptions()
+    own = StatedObject("0x2010:00", "i32", 1e-3)
+    options = Cia402SixStepOptions(mode=-1, pole_pairs=1, bus_current=own, hall_state=StatedObject("0x2011:00", "u8"))
     drive = Cia402SixStep(Cia402Node(Objects(data), Clock(), options, name="drive"), Clock(), options)
 
     def running() -> None:

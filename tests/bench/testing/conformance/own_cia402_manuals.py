@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from bench.testing.conformance.manual import Manual, NotYet, ProtectionTrip, Reply, StatedLimits
+from drivers.cia402.stated_objects import StatedObject
 from drivers.interfaces import (
     Accuracy,
     CommunicationError,
@@ -14,10 +15,31 @@ from drivers.interfaces import (
     ReportedError,
 )
 
+#: What the station states of the simulated drives, which are set up with one pole pair.
+CIA402_INVERTER: dict[str, Any] = {
+    "maximum_current": 20.0,
+    "maximum_frequency": 500.0,
+    "heartbeat_time": 0.0,
+    "process_data": False,
+    "current_scale": 1.0,
+    "pole_pairs": 1,
+    "field_current": StatedObject("0x2000:00", "u32", 1e-3),
+}
+CIA402_SIX_STEP: dict[str, Any] = {
+    "heartbeat_time": 0.0,
+    "process_data": False,
+    "mode": -1,
+    "pole_pairs": 1,
+    "bus_current": StatedObject("0x2010:00", "i32", 1e-3),
+    "hall_state": StatedObject("0x2011:00", "u8"),
+}
+#: 0.001 rpm of one pole pair, in Hz.
+_COUNT = 1.0 / 60_000.0
+
 _BUS = {
     "DC link voltage": Accuracy(gain=0.01, resolution=1e-3),
     "DC link current": Accuracy(gain=0.02, offset=0.02, resolution=1e-3),
-    "frequency": Accuracy(resolution=0.01),
+    "frequency": Accuracy(resolution=_COUNT),
 }
 _CURRENT = Accuracy(offset=0.5, resolution=0.01)
 
@@ -55,12 +77,16 @@ INVERTER = _node(
     accuracies={
         f"{when}: {what} reading": stated
         for when in ("at a frequency", "at a current")
-        for what, stated in (("frequency", Accuracy(resolution=0.01)), ("current", _CURRENT))
+        for what, stated in (("frequency", Accuracy(resolution=_COUNT)), ("current", _CURRENT))
     },
     replies=(
         *_CIA402,
         *_in_fault("measure_frequency", "measure_current", "driving_frequency begins", "driving_frequency ends"),
         Reply("read 6075H 0", b"\0\0\0\0", ReportedError),
+        Reply("read 6076H 0", b"\0\0\0\0", ReportedError, says="rated torque"),
+        Reply("read 60A9H 0", b"\0\0\0\0", ReportedError, says="velocity_unit"),
+        Reply("read 60A9H 0", b"\0\x47\xc0\0", ReportedError, says="velocity_unit"),
+        Reply("read 607FH 0", b"\0\0\0\0", ReportedError, call="driving_frequency", says="0x607F"),
         Reply("read 6077H 0", b"\x9c\xff", reads={"value": -1.0}),
         Reply("read 606CH 0", b"\0\0\0\0", MeasurementError, call="driving_frequency"),
     ),
@@ -83,7 +109,7 @@ SIX_STEP = _node(
         Reply("read 6061H 0", b"\0", MeasurementError),
         Reply("read 6079H 0", b"\xc0\x5d\0\0", reads={"value": 24.0}),
         Reply("read 2010H 0", b"\x18\xfc\xff\xff", reads={"value": -1.0}),
-        Reply("read 606CH 0", b"\x9c\xff\xff\xff", reads={"value": -1.0}),
+        Reply("read 606CH 0", b"\xa0\x15\xff\xff", reads={"value": -1.0}),
     ),
 )
 #: 0.15 rad/s of 65536 increments a turn; brake and clutch among the inputs.

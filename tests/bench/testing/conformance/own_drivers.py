@@ -8,7 +8,7 @@ from bench.testing.conformance.manual import Manual, Model
 from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKind, SetpointError
 from drivers.keysight.options import ImpedanceCalibration, Probe
 from sim_instruments.world.fixture.layout import crosspoints
-from tests.bench.testing.conformance.own_cia402_manuals import INVERTER_VARIANTS
+from tests.bench.testing.conformance.own_cia402_manuals import CIA402_INVERTER, CIA402_SIX_STEP, INVERTER_VARIANTS
 from tests.bench.testing.conformance.own_manuals import DELTA_BY_COMMAND, E4980A_CALIBRATED, GPT9800_SLOW, MANUALS
 
 VOLTAGE, CURRENT = Probe(ProbeKind.VOLTAGE, 10.0), Probe(ProbeKind.CURRENT, 10.0)
@@ -23,8 +23,8 @@ OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "keysight-infiniivision": {"probes": {1: VOLTAGE, 2: VOLTAGE, 4: CURRENT}},
     "delta-dyn200": {"maximum_speed": 500.0, "watchdog_time": 0.0},
     "lutron-tachometer": {},
-    "cia402-inverter": {"maximum_current": 20.0, "maximum_frequency": 500.0, "heartbeat_time": 0.0},
-    "cia402-six-step": {"heartbeat_time": 0.0},
+    "cia402-inverter": CIA402_INVERTER,
+    "cia402-six-step": CIA402_SIX_STEP,
     "keysight-34970a": {"crosspoints": crosspoints()},
     "cia402-rotor-actuator": {"maximum_speed": 30.0, "heartbeat_time": 0.0},
     "gwinstek-gpt9800": {},

@@ -83,9 +83,9 @@ def test_open_loop_frequency(node: canopen.RemoteNode, bench: VirtualBench) -> N
     assert node.sdo[0x6061].raw == 3
     node.sdo[0x2000].raw = 5000
     enable(node)
-    node.sdo[0x60FF].raw = 2000
+    node.sdo[0x60FF].raw = 1_200_000
     bench.clock.sleep(3.0)
-    assert node.sdo[0x606C].raw == 2000
+    assert node.sdo[0x606C].raw == 1_200_000
     assert node.sdo[0x6041].raw == 0x637
     assert node.sdo[0x6078].raw == pytest.approx(500, abs=5)
     assert bench.world.inverter.output_frequency() == pytest.approx(20.0)
@@ -110,8 +110,8 @@ def test_aborts(node: canopen.RemoteNode, bench: VirtualBench) -> None:
     assert aborted(lambda: node.sdo.upload(0x1018, 9)) == 0x06090011
     assert aborted(write(node, 0x6041, 1)) == 0x06010002
     assert aborted(write(node, 0x6060, 1)) == 0x06090030
-    assert aborted(write(node, 0x60FF, 200_000)) == 0x06090031
-    assert aborted(write(node, 0x60FF, -200_000)) == 0x06090032
+    assert aborted(write(node, 0x60FF, 60_000_001)) == 0x06090031
+    assert aborted(write(node, 0x60FF, -60_000_001)) == 0x06090032
     assert aborted(write(node, 0x2000, 10_000_000)) == 0x06090031
     assert aborted(lambda: node.sdo.download(0x6040, 0, b"\x06\x00\x00\x00")) == 0x06070010
     assert node.sdo[0x60FF].raw == 0
@@ -127,7 +127,7 @@ def test_a_fault_latches_until_an_edge_of_the_reset_bit(node: canopen.RemoteNode
     enable(node)
     assert node.sdo[0x6041].raw == 0x218
     assert node.sdo[0x603F].raw == 0xFF00
-    assert node.sdo.upload(0x1001, 0) == b"\x01"
+    assert node.sdo.upload(0x1001, 0) == b"\x81"
     for word in (6, 7, 0xF):
         node.sdo[0x6040].raw = word
         assert node.sdo[0x6041].raw == 0x218
