@@ -233,13 +233,20 @@ class Cia402Node:
         connection.disconnect()
 
     def _give_back(self) -> None:
+        if self.guarding:
+            return
+        try:
+            off = self.power.state() is PowerState.SWITCH_ON_DISABLED
+        except InstrumentError as error:
+            # One that is gone is not waited for object by object.
+            self.objects.trace("error", f"not put back: {error}")
+            return
         if self._process_data is not None:
             self._process_data.give_back()
         self._found.give_back()
         found, self._found_mode = self._found_mode, None
         with suppress(InstrumentError):
             # Never under power: a mode that begins to act would move the shaft.
-            off = found is not None and self.power.state() is PowerState.SWITCH_ON_DISABLED
             if found is not None and off and self.objects.read(MODE, 0, 1, signed=True) != found:
                 self._set_mode(found)
 

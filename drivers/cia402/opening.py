@@ -29,7 +29,15 @@ def open_node(
             connection=place,
             guarding=surroundings.guarding,
         )
-        return make(node, surroundings.clock, options, name=name)
     except BaseException:
         place.disconnect()
+        raise
+    try:
+        return make(node, surroundings.clock, options, name=name)
+    except BaseException:
+        try:
+            # What was set before it was refused is put back.
+            node.close()
+        finally:
+            place.disconnect()
         raise

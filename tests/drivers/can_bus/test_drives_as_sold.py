@@ -190,6 +190,15 @@ def test_what_the_last_user_left_is_set_told_and_given_back(sold: Any, clock: An
     assert [node.values[index, 0] for index in (0x607E, 0x60B1, 0x60B2, 0x6060)] == [0xC0, -5, 7, 8]
 
 
+def test_a_drive_that_is_refused_is_left_as_it_was_found(sold: Any, clock: Any) -> None:
+    own = ELMO_GOLD | {0x607E: (UNSIGNED8, 0xC0), 0x60B2: (INTEGER16, 7)}
+    node = sold(own | {0x6075: (UNSIGNED32, 10_000), 0x6076: (UNSIGNED32, 2_000)}, {})
+    with pytest.raises(ReportedError, match="State velocity_unit"):
+        opened(clock, current_scale=1.0)
+    assert [value for index, value in node.writes if index == 0x607E] == [b"\x00", b"\xc0"]
+    assert [node.values[index, 0] for index in (0x607E, 0x60B2)] == [0xC0, 7]
+
+
 def test_a_contradicted_rating_and_two_motors_ratings(sold: Any, clock: Any) -> None:
     node = sold(ELMO_GOLD | {0x6075: (UNSIGNED32, 10_000), 0x6076: (UNSIGNED32, 2_000)}, {})
     with pytest.raises(ReportedError, match=r"0x6075\) is 10 A, the station file says 12 A"):
@@ -292,21 +301,32 @@ def test_a_node_that_tells_its_state_is_started_and_given_back(sold: Any, clock:
         assert [bytes(one.data) for one in said if one.arbitration_id == 0] == [b"\x01\x05"]
         assert (inverter.found_state[0].found, inverter.found_state[0].changed) == ("pre-operational", True)
         inverter.close()
-    assert node.node.nmt.state == "PRE-OPERATIONAL"
+        assert commands(bus) == [b"\x80\x05"]
 
 
 def test_a_stopped_node_that_says_so_is_woken_and_stopped_again(sold: Any, clock: Any) -> None:
     node = sold(ELMO_GOLD | {0x6075: (UNSIGNED32, 10_000), 0x6076: (UNSIGNED32, 2_000)}, {})
     respond = node.node.sdo.send_response
-    node.node.sdo.send_response = lambda data: respond(data) if node.node.nmt.state != "STOPPED" else None
+
+    def answer(data: bytes) -> None:
+        if node.node.nmt.state != "STOPPED":
+            respond(data)
+        else:
+            # No answer, but its next heartbeat.
+            node.network.send_message(0x700 + NODE, b"\x04")
+
+    node.node.sdo.send_response = answer
     node.node.nmt._state = 4
-    node.node.nmt.start_heartbeat(20)
-    inverter = opened(clock, **STATED)
-    assert (inverter.found_state[0].found, inverter.found_state[0].changed) == ("stopped", True)
-    assert node.node.nmt.state == "OPERATIONAL"
-    inverter.close()
-    node.node.nmt.stop_heartbeat()
-    assert node.node.nmt.state == "STOPPED"
+    with can.Bus(interface="virtual", channel=CHANNEL) as bus:
+        inverter = opened(clock, **STATED)
+        assert (inverter.found_state[0].found, inverter.found_state[0].changed) == ("stopped", True)
+        inverter.close()
+        assert commands(bus) == [b"\x80\x05", b"\x01\x05", b"\x02\x05"]
+
+
+def commands(bus: can.BusABC) -> list[bytes]:
+    """Return what was sent to network management meanwhile."""
+    return [bytes(frame.data) for frame in iter(lambda: bus.recv(0.0), None) if frame.arbitration_id == 0]
 
 
 class Guarded(can.Listener):
