@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import Field
 
 from bench.files.toml_file import Section
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError, InputError
 from bench.plugins.catalogue import Origin, PluginFile, UnloadedDeclaration, reason
 from bench.plugins.catalogues import GROUPS, Catalogues, installed
 from bench.plugins.records import RecordOutput
@@ -66,7 +66,7 @@ def _sha256(content: bytes) -> str:
 
 
 def load_file(path: Path, source: str) -> PluginFile:
-    """Return what a plug-in file declares; one that cannot be imported is told so. Raises InputError where there is none.
+    """Return what a plug-in file declares; one that cannot be imported is told so. Raises FileError where there is none.
 
     It is loaded once a process for each content, as a module with a name of its own: no file or folder beside it can be
     mistaken for a package of motorbench, and none of its names for another's.
@@ -74,7 +74,7 @@ def load_file(path: Path, source: str) -> PluginFile:
     try:
         content = path.read_bytes()
     except (OSError, ValueError) as error:
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: {key}.files: {path} cannot be read: {error}",
                 source=source,

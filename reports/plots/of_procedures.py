@@ -300,7 +300,8 @@ def _torque(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator
 
 def _equivalent(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plot]:
     points = findings.get("points", ())
-    if len(points) < 2:
+    # A figure that is not given is not drawn either.
+    if len(points) < 2 or any(row["answer"] == "withheld" for row in findings.get("misfit", ())):
         return
     speed = _array([p["speed_rpm"] for p in points])
     parts = []

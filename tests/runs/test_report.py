@@ -96,8 +96,8 @@ def test_fits_in_the_findings_are_those_of_the_stored_records(motorbench, tmp_pa
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        (("nowhere",), 1, "there is no run here"),
-        (("latest",), 1, "there is no run"),
+        (("nowhere",), 2, "there is no run here"),
+        (("latest",), 2, "there is no run"),
         (("x", "--format", "docx"), 2, "--format docx: allowed are html, pdf, both"),
         (("x", "--language", "de"), 2, "--language de: allowed are en, zh, both, auto"),
     ],

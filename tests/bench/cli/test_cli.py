@@ -174,6 +174,10 @@ def test_the_summary_of_a_run(call: Call) -> None:
     code, out, _ = call("run", "pole-pairs-static", "--station", "virtual", "--motor", "lg-400w", "--language", "zh")
     assert code == 0
     assert "极对数" in out
+    # Shown again it took as long, and the hands with it.
+    times = next(line for line in out.splitlines() if "其中手工" in line)
+    assert "手工 0 s" not in times
+    assert times in call("results", "latest", "--language", "zh")[1].splitlines()
     assert "测试记录" in out
 
 

@@ -110,7 +110,7 @@ def test_wrong_use(arguments: tuple[str, ...], code: int, message: str, call: Ca
 def test_asking_makes_no_database(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     with pytest.raises(SystemExit) as stop:
         main(["eol", "stats", "--records", str(tmp_path / "none.sqlite")])
-    assert stop.value.code == 1
+    assert stop.value.code == 2
     assert "there are no records here" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
