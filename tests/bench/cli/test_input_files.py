@@ -35,8 +35,10 @@ INPUTS = {
     "sim six-step": ["--motor FILE --load 0.5"],
     "sim serve": ["--motor FILE", "--motor lg-400w --disturbances FILE", "--motor lg-400w --faults FILE"],
     "station check": ["FILE"],
+    "station scan": ["--station FILE"],
     "station drivers": ["--station FILE"],
     "station reset": ["FILE --by me"],
+    "doctor": ["FILE"],
     "eol run": ["FILE --station virtual --motors 1"],
     "eol check": ["FILE"],
     "eol export": ["--format csv --records FILE --out out.csv"],
@@ -44,7 +46,7 @@ INPUTS = {
     "eol stats": ["--records FILE"],
 }
 #: These take no file that has to be there.
-NONE = {"doctor", "results list", "results schema", "eol schema", "user add"}
+NONE = {"station new", "results list", "results schema", "eol schema", "user add"}
 
 
 def commands(app: App, *before: str) -> set[str]:
