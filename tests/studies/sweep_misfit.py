@@ -24,7 +24,8 @@ from procedures.estimation.winding.timed_sweep import fit_timed_sweep
 LIMIT = 0.002
 Random = np.random.Generator
 ROWS = (
-    "hand, steady", "hand ±20 %", "hand ±20 %, two regrips", "hand, maxima cut", "known angle", "run-out", "meter drifts",
+    "hand, steady", "hand ±20 %", "hand ±20 %, two regrips", "hand, maxima cut", "hand, noise after the cut",
+    "known angle", "run-out", "meter drifts",
     "run-out, 0.6 turn", "four-wire", "thermal voltage drifts", "resistance drifts under load",
     "lines stay", "winding cools", "contacts differ", "one reading wrong",
 )  # fmt: skip
@@ -85,10 +86,12 @@ def turned(name: str, random: Random) -> Estimates:
     course = np.cumsum(speed)
     course = course * 8 * np.pi / course[-1] + random.uniform(0, 7)
     amplitude, noise = log(random, 0.005, 0.4), log(random, 2e-4, 5e-3)
-    readings = 1.0 - amplitude * np.cos(course) + random.normal(0, noise, n)
+    true, scatter = 1.0 - amplitude * np.cos(course), random.normal(0, noise, n)
+    readings = true + scatter
     if name.endswith("cut"):
         # A bridge held in a range that ends below the maxima.
-        readings = np.minimum(readings, 1.0 + amplitude * (1.0 - log(random, 0.01, 1.0)))
+        end = 1.0 + amplitude * (1.0 - log(random, 0.01, 1.0))
+        readings = np.minimum(true, end) + scatter if "after" in name else np.minimum(readings, end)
     return axes(fit_timed_sweep(20 * at, readings), amplitude)
 
 

@@ -8,17 +8,23 @@ from procedures.estimation.winding.rotor_sweep import axis_inductances, fit_roto
 from procedures.estimation.winding.timed_sweep import fit_timed_sweep
 
 
-def sweep(*, cut: float = 2.0, step: float = 0.0, noise: float = 1e-3, seed: int = 0):
-    """Return 160 readings over two electrical turns, 1 ± 0.2, cut at this share of the amplitude and rounded to a step."""
+def sweep(*, cut: float = 2.0, step: float = 0.0, noise: float = 1e-3, seed: int = 0, after: bool = False):
+    """Return 160 readings over two electrical turns, 1 ± 0.2, cut at this share of the amplitude and rounded to a step.
+
+    The noise is added before the cut, or `after` it.
+    """
     random = np.random.default_rng(seed)
     angle = np.linspace(0.0, 4.0 * np.pi, 160) + 0.3
-    readings = np.minimum(1.0 - 0.2 * np.cos(2.0 * angle) + noise * random.standard_normal(160), 1.0 + 0.2 * cut)
+    scatter, end = noise * random.standard_normal(160), 1.0 + 0.2 * cut
+    true = 1.0 - 0.2 * np.cos(2.0 * angle)
+    readings = np.minimum(true, end) + scatter if after else np.minimum(true + scatter, end)
     return angle, np.round(readings / step) * step if step else readings
 
 
+@pytest.mark.parametrize("after", [False, True])
 @pytest.mark.parametrize("cut", [0.5, 0.9])
-def test_maxima_at_the_end_of_the_range_give_no_axis(cut: float) -> None:
-    angle, readings = sweep(cut=cut)
+def test_maxima_at_the_end_of_the_range_give_no_axis(cut: float, after: bool) -> None:
+    angle, readings = sweep(cut=cut, after=after)
     for fit in (fit_timed_sweep(angle, readings), fit_rotor_sweep(angle, readings, pole_pairs=1)):
         reason = axis_inductances(fit).misfit.withholding("q_axis_inductance")
         assert reason is not None
