@@ -27,6 +27,10 @@ _PROBES = {
     "phase": text("voltages taken as measured from line to an artificial star point"),
     "neutral": text("voltages taken as measured from line to the winding's own star point"),
 }
+#: Names that phases bear.
+_PHASES = frozenset("ABCUVWRST")
+#: A speed that many standard uncertainties from the record's contradicts it.
+_APART = 3.0
 #: By whether the speed drifts.
 _ESTIMATORS = {True: "voltage integrated over whole periods", False: "least squares of all channels together"}
 
@@ -34,7 +38,7 @@ _ESTIMATORS = {True: "voltage integrated over whole periods", False: "least squa
 def analyze_back_emf(
     files: str | Path | Sequence[str | Path],
     *,
-    connection: ProbeConnection = "line",
+    connection: ProbeConnection | None = None,
     pole_pairs: int | None = None,
     scale: Mapping[str, float] | None = None,
     coupling: Mapping[str, str] | None = None,
@@ -49,14 +53,14 @@ def analyze_back_emf(
 ) -> dict[str, Any]:
     """Return frequency, fundamental, harmonics, phases, drift and flux linkage of a recorded back-EMF (one or more files).
 
-    `connection` says where the probes were; `scale` multiplies channels, by name; `coupling` says "dc" or "ac" by channel, of all under
-    an empty name; with `pole_pairs`, or `speed_rpm` (rpm, mechanical; its uncertainty is taken as 0.5 % where not given) to find them,
+    `connection` says where the probes were, between lines where it is not given; `scale` multiplies channels, by name; `coupling` says
+    "dc" or "ac" by channel, of all under an empty name; with `pole_pairs`, or `speed_rpm` (rpm, mechanical; its uncertainty is taken as 0.5 % where not given) to find them,
     mechanical constants are added. `speeds` is at how many speeds the files were recorded, as many files each, one record after the
     other. Under a drifting speed the flux comes from the integrated voltage. `accuracy` states the errors of voltages and time base;
     with `temperature` flux and constants are referred to 25 °C by the magnets' coefficient; `selection` is the part of each record to
     take. `translate` gives sentences in the reader's language. Raises CaptureError naming file and line.
     """
-    if connection not in _PROBES:
+    if connection is not None and connection not in _PROBES:
         raise CaptureError(
             "connection",
             text(
@@ -79,6 +83,8 @@ def analyze_back_emf(
     ]
     first = records[0]
     fit = first.fit
+    if connection is None:
+        connection = _between_lines(first.names)
     factor = line_to_phase(1.0) if connection == "line" else 1.0
     outcome = AnalysisOutcome("back_emf_constant", "3.4", first.capture, first.applied, translate)
     outcome.assume(_PROBES[connection])
@@ -122,6 +128,19 @@ def analyze_back_emf(
     _constants(outcome, quantity, fit, pole_pairs, misfit, drifting=drifting, cold=temperature is not None)
     detail_record(outcome, first.capture, first.values, fit, first.integrated, factor)
     return outcome.as_dict()
+
+
+def _between_lines(names: Sequence[str]) -> ProbeConnection:
+    """Return that the probes were between lines. Raises UsageError where channels bear the names of phases: √3 hangs on it."""
+    if len(names) > 1 and {name.upper() for name in names} <= _PHASES:
+        raise UsageError(
+            text(
+                "--connection: the channels are named {names}, as phases are; say whether they are voltages between lines (line), to an "
+                "artificial star point (phase) or to the winding's own (neutral): the flux linkage differs by √3",
+                names=list(names),
+            )
+        )
+    return "line"
 
 
 def _by_speed(files: Sequence[Path | str], speeds: int) -> list[Sequence[Path | str]]:
@@ -177,6 +196,17 @@ def _pole_pairs(
             text(
                 "frequency and speed give {ratio:.3f} pole pairs: not certain which integer; measure the speed better",
                 ratio=count.ratio,
+            )
+        )
+    elif abs(count.ratio / count.pole_pairs - 1.0) > _APART * u_speed / abs(speed_rpm):
+        outcome.warn(
+            text(
+                "{pairs} pole pairs at {frequency:.5g} Hz are {found:.5g} rpm, but {given:g} rpm was given: constants are those of the "
+                "record's frequency; look at the tachometer, or at the scope's time base",
+                pairs=count.pole_pairs,
+                frequency=fit.frequency,
+                found=60.0 * fit.frequency / count.pole_pairs,
+                given=speed_rpm,
             )
         )
     if given is None:

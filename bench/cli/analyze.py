@@ -14,7 +14,7 @@ from drivers.interfaces.text import text
 
 def back_emf(
     *files: Path,
-    connection: Literal["line", "phase", "neutral"] = "line",
+    connection: Literal["line", "phase", "neutral"] | None = None,
     pole_pairs: int | None = None,
     speed_rpm: float | None = None,
     speed_uncertainty_rpm: float | None = None,
@@ -44,7 +44,8 @@ def back_emf(
     files
         Captures of one record, or of one a speed: R&S RTB, Tektronix TDS or Siglent CSV, columns of time and volts, or HDF5.
     connection
-        Where the probes were: between two lines, phase to an artificial star point, or phase to the winding's own.
+        Where the probes were: between two lines (taken where not given, and channels are not named as phases), phase to an artificial
+        star point, or phase to the winding's own.
     pole_pairs
         Pole pairs, for the mechanical constants.
     speed_rpm

@@ -1,4 +1,5 @@
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,7 @@ import pytest
 
 from bench.analysis import analyze_back_emf, analyze_coast_down, analyze_rotor_sweep, analyze_step_response
 from bench.captures import CaptureError
+from bench.i18n.errors import UsageError
 from procedures.estimation.winding.connections import ReadingConnection
 from tests.studies import simulated as sim
 
@@ -63,7 +65,8 @@ def test_back_emf_says_what_looks_wrong(tmp_path: Path) -> None:
     time, v = sim.emf_record(np.random.default_rng(1))
     v[2] *= -0.1
     texts = " ".join(
-        w["text"] for w in analyze_back_emf(table(tmp_path, "t (s),a (V),b (V),c (V)", time, *v))["warnings"]
+        w["text"]
+        for w in analyze_back_emf(table(tmp_path, "t (s),a (V),b (V),c (V)", time, *v), connection="line")["warnings"]
     )
     assert "channel c shows 0.0999 times what the others show" in texts
     assert "instead of ±120°" in texts
@@ -73,6 +76,26 @@ def test_back_emf_says_what_looks_wrong(tmp_path: Path) -> None:
         analyze_back_emf(table(tmp_path, "t (s),a (A)", time, v[0]))
     with pytest.raises(CaptureError, match="'star' is not known"):
         analyze_back_emf(tmp_path / "record.csv", connection="star")  # type: ignore[arg-type]
+
+
+def test_channels_named_as_phases_are_not_taken_for_lines(tmp_path: Path) -> None:
+    time, v = sim.emf_record(np.random.default_rng(1))
+    path = table(tmp_path, "t (s),U (V),V (V),W (V)", time, *v)
+    with pytest.raises(UsageError, match="channels are named U, V, W, as phases are"):
+        analyze_back_emf(path)
+    line, phase = (
+        analyze_back_emf(path, connection=each)["parameters"]["flux_linkage"]["value"] for each in ("line", "phase")
+    )
+    assert phase == pytest.approx(math.sqrt(3.0) * line)
+
+
+def test_a_speed_that_is_not_the_records_is_told(tmp_path: Path) -> None:
+    time, v = sim.emf_record(np.random.default_rng(1))
+    path = table(tmp_path, "t (s),ab (V)", time, v[0])
+    frequency = analyze_back_emf(path)["parameters"]["electrical_frequency"]["value"]
+    for off, told in ((1.0, False), (1.03, True)):
+        found = analyze_back_emf(path, pole_pairs=4, speed_rpm=off * 60.0 * frequency / 4)
+        assert told == any("rpm was given" in warning["text"] for warning in found["warnings"])
 
 
 def test_step_response_gives_loop_and_phase(tmp_path: Path) -> None:
