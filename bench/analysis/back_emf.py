@@ -54,11 +54,12 @@ def analyze_back_emf(
     """Return frequency, fundamental, harmonics, phases, drift and flux linkage of a recorded back-EMF (one or more files).
 
     `connection` says where the probes were, between lines where it is not given; `scale` multiplies channels, by name; `coupling` says
-    "dc" or "ac" by channel, of all under an empty name; with `pole_pairs`, or `speed_rpm` (rpm, mechanical; its uncertainty is taken as 0.5 % where not given) to find them,
-    mechanical constants are added. `speeds` is at how many speeds the files were recorded, as many files each, one record after the
-    other. Under a drifting speed the flux comes from the integrated voltage. `accuracy` states the errors of voltages and time base;
-    with `temperature` flux and constants are referred to 25 °C by the magnets' coefficient; `selection` is the part of each record to
-    take. `translate` gives sentences in the reader's language. Raises CaptureError naming file and line.
+    "dc" or "ac" by channel, of all under an empty name; with `pole_pairs`, or `speed_rpm` (rpm, mechanical; its uncertainty is taken as
+    0.5 % where not given) to find them, mechanical constants are added. `speeds` is at how many speeds the files were recorded, as many
+    files each, one record after the other. Under a drifting speed the flux comes from the integrated voltage. `accuracy` states the
+    errors of voltages and time base; with `temperature` flux and constants are referred to 25 °C by the magnets' coefficient;
+    `selection` is the part of each record to take. `translate` gives sentences in the reader's language. Raises CaptureError naming
+    file and line.
     """
     if connection is not None and connection not in _PROBES:
         raise CaptureError(
