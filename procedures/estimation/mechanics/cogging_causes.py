@@ -234,7 +234,7 @@ def _beside(turn: Turn, orders: Orders, solved: OrderFit, power: FloatArray) -> 
     found = float(np.max(np.abs(solved.phasors[stand]))) if np.any(stand) else 0.0
     figures: dict[str, float | str] = {
         "record": "cogging",
-        "order": float(orders.between[strongest]),
+        "order": _finer(turn, solved, float(orders.between[strongest])),
         "amplitude": amplitude,
     }
     score = math.sqrt(2.0 * float(power[strongest]))
@@ -242,6 +242,13 @@ def _beside(turn: Turn, orders: Orders, solved: OrderFit, power: FloatArray) -> 
         return 0.0, [Finding(Cause.UNEXPLAINED, Answer.WIDENED, score=score)]
     answer = Answer.WITHHELD if amplitude > _ANOTHER * found else Answer.WIDENED
     return amplitude, [Finding(Cause.WRONG_PERIOD, answer, score=score, figures=figures)]
+
+
+def _finer(turn: Turn, solved: OrderFit, order: float) -> float:
+    """Return where about an order, within a bin, the residuals' power is largest."""
+    turns = abs(float(turn.angle[-1] - turn.angle[0])) / (2.0 * math.pi)
+    near = order + np.linspace(-1.0, 1.0, 41) / turns
+    return float(near[int(np.argmax(powers(turn, solved, near)))])
 
 
 def _unlike(turn: Turn, orders: Orders, solved: OrderFit, extra: FloatArray | None) -> tuple[float, list[Finding]]:

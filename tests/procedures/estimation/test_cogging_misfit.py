@@ -71,7 +71,7 @@ def test_an_order_that_is_not_the_motors_gives_no_figure() -> None:
     reason = turned(30, actual=42).misfit.withholding("cogging_torque")
     assert reason is not None
     assert reason.cause is Cause.WRONG_PERIOD
-    assert reason.figures["order"] == pytest.approx(42.0, abs=2.0)
+    assert reason.figures["order"] == pytest.approx(42.0, abs=0.7)
 
 
 def test_a_stated_filter_is_undone_until_too_little_is_left() -> None:
