@@ -1,6 +1,7 @@
 """pytest plugin: virtual motors, benches, runs and end-of-line plans as fixtures. Nothing is imported before one is asked for."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from bench.motor.motor_file import MotorFile
     from bench.testing import BenchUnderTest, PlanUnderTest, Ran
     from bench.testing.conformance.kit import Conformance
+    from sim_instruments.server.served_bench import ServedBench
 
 
 @pytest.fixture
@@ -44,6 +46,25 @@ def virtual_bench(own_packages: None) -> "Iterator[Callable[..., BenchUnderTest]
     yield make
     for each in reversed(opened):
         each.close()
+
+
+@pytest.fixture
+def served_bench(own_packages: None) -> "Iterator[Callable[..., ServedBench]]":
+    """Serve a virtual bench on real sockets: `served_bench(motor, seed=1, speedup=20)`, `.addresses()` by role; it is closed after.
+
+    What else it takes are ServedBench's arguments, `hostile=3` or `fixture=True` among them.
+    """
+    from bench.testing import virtual_motor as motor_of
+    from sim_instruments.server.served_bench import ServedBench
+
+    with ExitStack() as opened:
+
+        def make(motor: "MotorFile | str" = "lg-400w", **how: Any) -> ServedBench:
+            file = motor_of(motor) if isinstance(motor, str) else motor
+            how = {"six_step": file.six_step, "speedup": 20.0, **how}
+            return opened.enter_context(ServedBench(file.virtual_motor(), **how))
+
+        yield make
 
 
 @pytest.fixture

@@ -13,6 +13,9 @@ from bench.cli.options import Seed
 from bench.i18n.errors import InputError, UsageError
 from drivers.interfaces.text import reason_of, text
 
+#: At most so many ports are served.
+_PORTS = 100
+
 if TYPE_CHECKING:
     from sim_instruments.server.served_bench import ServedBench
 
@@ -32,7 +35,10 @@ def serve(
     watchdog_relay: bool = False,
     hostile: Seed | None = None,
     disturbances: Path | None = None,
-) -> None:
+    base_port: int | None = None,
+    strict: bool = False,
+    commands: str | None = None,
+) -> int:
     """Serve the virtual bench to other processes until SIGINT or SIGTERM.
 
     Standard output is a ready station file, the addresses being comments in it; it is flushed before anybody is served.
@@ -65,6 +71,12 @@ def serve(
         Begin as a last user may have left the instruments, drawn by this seed.
     disturbances
         A file of what disturbs the virtual bench: probes, shaft sensors, contacts, hands.
+    base_port
+        First of the TCP ports, which then follow each other in the order of the addresses; without one they are the system's.
+    strict
+        End with status 1 at the first error that a SCPI instrument queues, and say which message it came of.
+    commands
+        Serve nothing; print the commands and queries that this role's instrument understands.
 
     """
     from bench.motor.motor_file import load_motor
@@ -91,6 +103,8 @@ def serve(
             )
         )
     _check_host(host)
+    if base_port is not None and not 1024 <= base_port <= 65535 - _PORTS:
+        raise UsageError(text("--base-port {port}: allowed is 1024 to {most}", port=base_port, most=65535 - _PORTS))
     if station is not None and fixture:
         raise UsageError(text("--fixture and --station: the station file says whether there is a fixture"))
     if station is not None and station_file is not None and station.resolve() == station_file.resolve():
@@ -121,16 +135,43 @@ def serve(
         if station is not None:
             own = station_to_serve(station, read)
             more |= {"units": own.units, "fixture": own.fixture}
+        if commands is not None:
+            _print_commands(commands, virtual, more)
+            return 0
+        if base_port is not None:
+            more["base_port"] = base_port
         interrupts = Interrupts()
         with interrupts.raising(), _opened(ServedBench, virtual, speedup, host, seed, told, more) as bench:
             inject(given, bench.bench.injector.add)
             described = describe(bench.preferred(), bench.control, bench.interlocks(), bench.watchdog_relays())
             _tell(bench, told, described if own is None else own.file(described), station_file, json, seed)
             with interrupts.waiting():
-                threading.Event().wait()
+                if not strict:
+                    threading.Event().wait()
+                refusal = bench.refusals.get()
     except Interrupted:
         # That is how serving ends.
-        return
+        return 0
+    raise InputError(
+        text(
+            "{role}: error {error} queued by '{message}'; --strict ends here",
+            role=refusal.role,
+            error=refusal.error,
+            message=refusal.message.strip(),
+        )
+    )
+
+
+def _print_commands(role: str, motor: Any, bench: dict[str, Any]) -> None:
+    """Print what a role's instrument understands. Raises UsageError for a role that is not there or speaks no SCPI."""
+    from sim_instruments.bench import VirtualBench
+
+    bench.pop("watchdog_relay")
+    with VirtualBench(motor, sockets=False, **bench) as virtual:
+        scpi = [name for name in virtual.roles if virtual.transport(name) == "visa"]
+        if role not in scpi:
+            raise UsageError(text("--commands {role}: allowed are {roles}", role=role, roles=sorted(scpi)))
+        print("\n".join(sorted(virtual.instrument(role).tree.headers())))
 
 
 def _opened(

@@ -71,6 +71,8 @@ class MessageExchange:
         self._wake = 0.0
         self._fault: Fault | None = None
         self._text = ""
+        #: The message that is being handled, or was last.
+        self.message = ""
         self._held: bytes | None = None
         self._output: bytes | None = None
         self._position = 0
@@ -226,6 +228,7 @@ class MessageExchange:
 
     def _begin(self, message: Message) -> None:
         steps, text = message
+        self.message = text
         self._mute = False
         if self._output is not None:
             self._output, self._position, self._ready = None, 0, 0.0

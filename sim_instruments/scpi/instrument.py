@@ -1,5 +1,7 @@
 """What every SCPI instrument answers: identity, common commands, status, errors (IEEE 488.2, SCPI-99)."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from sim_instruments.found_state import Leftovers, drawn
@@ -46,6 +48,8 @@ class ScpiInstrument(MessageExchange):
         self._service_enable = 0
         self._opc_armed = False
         self._registers: list[tuple[int, StatusRegister]] = []
+        #: Told of every error, with the message that it came of.
+        self.on_error: Callable[[str, ScpiError], None] | None = None
         self._add_common()
 
     def reset(self) -> None:
@@ -78,6 +82,8 @@ class ScpiInstrument(MessageExchange):
             error = ScpiError(self.unknown_word)
         self._event_status |= error.event_bit
         self.errors.push(error)
+        if self.on_error is not None:
+            self.on_error(self.message, error)
 
     def add_register(self, header: str, register: StatusRegister, summary_bit: int) -> None:
         """Add a status register with its queries below a header; its summary shows in the status byte."""

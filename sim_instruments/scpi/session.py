@@ -29,6 +29,7 @@ class ClientSession(MessageExchange):
 
     def report(self, error: ScpiError) -> None:
         """Put an error into the instrument's queue."""
+        self._instrument.message = self.message
         self._instrument.report(error)
 
     def clear(self) -> None:

@@ -1,8 +1,11 @@
 """The virtual bench behind real endpoints: sockets and pseudo-terminals, for other processes."""
 
 import asyncio
+import itertools
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from queue import SimpleQueue
 from typing import Any, get_args
 
 import numpy as np
@@ -53,11 +56,21 @@ def _naming(name: str) -> Iterator[None]:
         raise UnservedError(name, error) from error
 
 
+@dataclass(frozen=True)
+class Refusal:
+    """An error that an instrument has queued: its `role`, the `message` that it came of and the `error`'s number and text."""
+
+    role: str
+    message: str
+    error: str
+
+
 class ServedBench:
     """Serves a bench until it is closed; a context manager.
 
     `speedup` is how many seconds pass on the bench in one; `host` is where TCP ports listen, the control endpoint's
-    excepted, which stays on loopback; `pages` are objects that it gives besides its own, by path. With
+    excepted, which stays on loopback, one after the other from `base_port` on where that is given; `refusals` are the errors that SCPI
+    instruments have queued. `pages` are objects that it gives besides its own, by path. With
     `watchdog_relay` a relay with a watchdog sits in the supply's inhibit input, whose output is off unless it has picked up.
     What else it takes are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had,
     UnservedError for an instrument that cannot be served.
@@ -70,6 +83,7 @@ class ServedBench:
         speedup: float = 1.0,
         host: str = LOOPBACK,
         seed: int = 0,
+        base_port: int | None = None,
         pages: Mapping[str, Any] | None = None,
         watchdog_relay: bool = False,
         **bench: Any,
@@ -78,6 +92,8 @@ class ServedBench:
         self.host = host
         self._seed = seed
         self._clients = 0
+        self._ports = itertools.repeat(0) if base_port is None else itertools.count(base_port)
+        self.refusals: SimpleQueue[Refusal] = SimpleQueue()
         self._open = ExitStack()
         try:
             self.bench = VirtualBench(motor, seed=seed, clock=self.clock, **bench)
@@ -138,7 +154,7 @@ class ServedBench:
     def _ways(self, loop: LoopThread, name: str) -> dict[str, Address]:
         match self.bench.transport(name):
             case "visa":
-                return loop.run(self._serve_scpi(loop, self.bench.instrument(name)))
+                return loop.run(self._serve_scpi(loop, name, self.bench.instrument(name)))
             case "modbus":
                 return loop.run(self._serve_modbus(loop, self.bench.instrument(name)))
             case "serial":
@@ -148,12 +164,13 @@ class ServedBench:
             case other:
                 raise ValueError(f"transport {other!r} is unknown; there are {', '.join(get_args(Transport))}")
 
-    async def _serve_scpi(self, loop: LoopThread, instrument: ScpiInstrument) -> dict[str, Address]:
+    async def _serve_scpi(self, loop: LoopThread, role: str, instrument: ScpiInstrument) -> dict[str, Address]:
         def converse() -> Conversation:
             self._clients += 1
             generator = np.random.default_rng((self._seed, 0x50C4, self._clients))
             return Conversation(ClientSession(instrument, generator), self.clock)
 
+        instrument.on_error = lambda message, error: self.refusals.put(Refusal(role, message, str(error)))
         socket = await self._listen(loop, ScpiSocket(converse).serve, self.host, instrument.connection)
         hislip = await self._listen(loop, HislipServer(converse).serve, self.host, instrument.connection)
         return {
@@ -209,7 +226,7 @@ class ServedBench:
         self, loop: LoopThread, serve: Serve, host: str, connection: Connection | None = None
     ) -> TcpService:
         service = TcpService(serve, host, most_clients=_MOST_CONNECTIONS, connection=connection)
-        await service.start()
+        await service.start(next(self._ports))
         self._open.callback(lambda: loop.run(service.stop()))
         return service
 

@@ -49,9 +49,11 @@ def served_line(bench: Any) -> Iterator[Callable[[], tuple[Counts, str, dict[str
     station = bench.folder / "station.toml"
     motor = load_motor(str(bench.folder / "motor.toml"))
     with ServedBench(motor.virtual_motor(), speedup=10.0, fixture=True, pages={"/motor": {"truth": {}}}) as served:
-        station.write_text(
-            toml_text(describe(served.preferred(), served.control, served.interlocks())), encoding="utf-8"
-        )
+        described = describe(served.preferred(), served.control, served.interlocks())
+        for entry in described["instruments"].values():
+            # The bench is served by this process, which a busy machine may hold up: that is no instrument's silence here.
+            entry["reply_time"] = 5.0
+        station.write_text(toml_text(described), encoding="utf-8")
 
         def run() -> tuple[Counts, str, dict[str, Any]]:
             counts, stopped = bench.run(station=str(station), serials=str(bench.folder / "serials.txt"), motors=None)

@@ -1,0 +1,48 @@
+"""A served bench for other people's programs: fixed ports, and the errors that their messages queue."""
+
+import os
+import socket
+from collections.abc import Callable
+
+import pytest
+
+from sim_instruments.server.served_bench import ServedBench
+from tests.command_line import Call
+
+
+def test_what_an_instrument_refuses_is_told_with_its_message(served_bench: Callable[..., ServedBench]) -> None:
+    bench = served_bench(seed=1)
+    _, host, port, _ = str(bench.addresses()["supply"]["socket"]).split("::")
+    with socket.create_connection((host, int(port))) as supply:
+        supply.sendall(b"VOLT 3;:VOLT?\n")
+        assert float(supply.recv(100)) == 3.0
+        assert bench.refusals.empty()
+        supply.sendall(b"VOLT:FOO 3\n")
+        refusal = bench.refusals.get(timeout=10.0)
+    assert (refusal.role, refusal.message.strip()) == ("supply", "VOLT:FOO 3")
+    assert refusal.error == "-113,Undefined header"
+
+
+def test_ports_follow_each_other(served_bench: Callable[..., ServedBench]) -> None:
+    # Below the ports that the system gives away, and another in every process.
+    base = 12_000 + 16 * (os.getpid() % 200)
+    bench = served_bench(base_port=base)
+    assert int(bench.control.rpartition(":")[2]) in range(base, base + 100)
+    assert f"::{base + 1}::SOCKET" in str(bench.addresses()["supply"]["socket"])
+
+
+@pytest.mark.parametrize("role", ["supply", "voltmeter"])
+def test_what_an_instrument_understands(call: Call, role: str) -> None:
+    code, out, _ = call("sim", "serve", "--motor", "lg-400w", "--commands", role)
+    assert code == 0
+    assert {"*IDN?", "*RST", ":SYSTEM:ERROR:NEXT?"} <= set(out.upper().split())
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [(("--commands", "tachometer"), "allowed are lcr_meter"), (("--base-port", "80"), "allowed is 1024 to")],
+)
+def test_what_cannot_be_served_is_refused(call: Call, typed: tuple[str, ...], said: str) -> None:
+    code, out, err = call("sim", "serve", "--motor", "lg-400w", *typed)
+    assert (code, out) == (2, "")
+    assert said in err
