@@ -148,16 +148,16 @@ def serve(
             with interrupts.waiting():
                 if not strict:
                     threading.Event().wait()
-                refusal = bench.refusals.get()
+                queued = bench.queued_errors.get()
     except Interrupted:
         # That is how serving ends.
         return 0
     raise InputError(
         text(
             "{role}: error {error} queued by '{message}'; --strict ends here",
-            role=refusal.role,
-            error=refusal.error,
-            message=refusal.message.strip(),
+            role=queued.role,
+            error=queued.error,
+            message=queued.message.strip(),
         )
     )
 

@@ -57,7 +57,7 @@ def _naming(name: str) -> Iterator[None]:
 
 
 @dataclass(frozen=True)
-class Refusal:
+class QueuedError:
     """An error that an instrument has queued: its `role`, the `message` that it came of and the `error`'s number and text."""
 
     role: str
@@ -69,7 +69,7 @@ class ServedBench:
     """Serves a bench until it is closed; a context manager.
 
     `speedup` is how many seconds pass on the bench in one; `host` is where TCP ports listen, the control endpoint's
-    excepted, which stays on loopback, one after the other from `base_port` on where that is given; `refusals` are the errors that SCPI
+    excepted, which stays on loopback, one after the other from `base_port` on where that is given; `queued_errors` are the errors that SCPI
     instruments have queued. `pages` are objects that it gives besides its own, by path. With
     `watchdog_relay` a relay with a watchdog sits in the supply's inhibit input, whose output is off unless it has picked up.
     What else it takes are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had,
@@ -93,7 +93,7 @@ class ServedBench:
         self._seed = seed
         self._clients = 0
         self._ports = itertools.repeat(0) if base_port is None else itertools.count(base_port)
-        self.refusals: SimpleQueue[Refusal] = SimpleQueue()
+        self.queued_errors: SimpleQueue[QueuedError] = SimpleQueue()
         self._open = ExitStack()
         try:
             self.bench = VirtualBench(motor, seed=seed, clock=self.clock, **bench)
@@ -170,7 +170,7 @@ class ServedBench:
             generator = np.random.default_rng((self._seed, 0x50C4, self._clients))
             return Conversation(ClientSession(instrument, generator), self.clock)
 
-        instrument.on_error = lambda message, error: self.refusals.put(Refusal(role, message, str(error)))
+        instrument.on_error = lambda message, error: self.queued_errors.put(QueuedError(role, message, str(error)))
         socket = await self._listen(loop, ScpiSocket(converse).serve, self.host, instrument.connection)
         hislip = await self._listen(loop, HislipServer(converse).serve, self.host, instrument.connection)
         return {

@@ -16,9 +16,9 @@ def test_what_an_instrument_refuses_is_told_with_its_message(served_bench: Calla
     with socket.create_connection((host, int(port))) as supply:
         supply.sendall(b"VOLT 3;:VOLT?\n")
         assert float(supply.recv(100)) == 3.0
-        assert bench.refusals.empty()
+        assert bench.queued_errors.empty()
         supply.sendall(b"VOLT:FOO 3\n")
-        refusal = bench.refusals.get(timeout=10.0)
+        refusal = bench.queued_errors.get(timeout=10.0)
     assert (refusal.role, refusal.message.strip()) == ("supply", "VOLT:FOO 3")
     assert refusal.error == "-113,Undefined header"
 
