@@ -1,7 +1,8 @@
 """What drive and transducer of a dynamometer may have been left with: parameters that decide what a command or a reading means.
 
-Numbers and values of the C2000's are those of Delta's C2000 and CP2000 manuals (chapter 12), one maker and so one source, and
-from memory: the pages of 00-20, 00-21, 11-33 and 11-36 were not opened. Compare them with the drive's manual before its first use.
+Numbers and values of the C2000's are those of Delta's C2000 and CP2000 manuals (chapter 12) as others quote them: a public program
+for a dynamometer with a C2000 (09-30, 11-27, 11-33, 11-34, 11-37), one for a positioner with C2000s (00-10), two public bridges
+(00-20, 00-21). 11-36 has the maker alone, from memory: compare it with the drive's manual before its first use.
 """
 
 from collections.abc import Mapping
@@ -18,6 +19,9 @@ _WRITE = "{value}"
 
 #: What torque control needs besides.
 TORQUE: Mapping[int, WantedSetting] = {
+    0x0B1B: WantedSetting(
+        "11-27 maximum torque (%)", ("100",), text("the torque command of 11-34 is a share of another torque"), _WRITE
+    ),
     0x0B21: WantedSetting(
         "11-33 source of the torque command", ("1",), text("11-34 has no effect on the torque"), _WRITE
     ),
@@ -36,6 +40,9 @@ def drive_rows(options: DeltaDyn200Options) -> Mapping[int, WantedSetting]:
             code,
             text("another drive may answer"),
             remedy=text("Correct address, drive_unit or drive_code"),
+        ),
+        0x091E: WantedSetting(
+            "09-30 decoding of commands", ("0",), text("2000H and 2001H are not where commands are expected"), _WRITE
         ),
         0x0014: WantedSetting(
             "00-20 source of the frequency command",

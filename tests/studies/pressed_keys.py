@@ -36,7 +36,7 @@ _GIVEN_BACK = {
     ),
     "voltmeter": ("VOLT:ZERO:AUTO?", "VOLT:NULL:STAT?", "CALC:SCAL:STAT?"),
 }
-_REGISTERS = (0x0014, 0x0015, 0x0B21, 0x0B24)
+_REGISTERS = (0x091E, 0x0014, 0x0015, 0x0B1B, 0x0B21, 0x0B24)
 
 
 def press_all(bench: VirtualBench, plate: Nameplate) -> None:

@@ -10,8 +10,17 @@ from drivers.delta.dynamometer import DeltaDyn200
 from drivers.interfaces import ReportedError
 from tests.drivers.modbus.units import OPTIONS, TcpServer, Units
 
-KEYPAD = {(1, 0x0014): 0, (1, 0x0015): 0, (1, 0x0B21): 0, (1, 0x0B24): 0}
-OURS = [(1, 0x0014, [1]), (1, 0x0015, [2]), (1, 0x0B21, [1]), (1, 0x0B24, [1])]
+#: 09-30, 00-20, 00-21, 11-27, 11-33, 11-36: what they are left at, and what they are set to.
+PARAMETERS = {
+    0x091E: (1, 0),
+    0x0014: (0, 1),
+    0x0015: (0, 2),
+    0x0B1B: (200, 100),
+    0x0B21: (0, 1),
+    0x0B24: (0, 1),
+}
+KEYPAD = {(1, address): left for address, (left, _) in PARAMETERS.items()}
+OURS = [(1, address, [wanted]) for address, (_, wanted) in PARAMETERS.items()]
 
 
 def opened(server: TcpServer, clock: Any, **options: Any) -> DeltaDyn200:
@@ -26,9 +35,9 @@ def test_a_drive_in_keypad_mode_is_taken_over_and_given_back(server: TcpServer, 
     assert (told["00-20"].found, told["00-20"].wanted, told["00-20"].changed) == ("0", "1", True)
     assert (told["00-00"].found, told["00-00"].wanted) == ("5", "")
     dynamometer.close()
-    assert units.writes[4:] == [(unit, address, [0]) for unit, address, _ in reversed(OURS)]
+    assert units.writes[6:] == [(*key, [left]) for key, left in reversed(KEYPAD.items())]
     dynamometer.close()
-    assert len(units.writes) == 8
+    assert len(units.writes) == 12
 
 
 def test_settings_that_are_right_are_not_written(server: TcpServer, units: Units, clock: Any) -> None:
