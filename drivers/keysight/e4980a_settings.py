@@ -1,4 +1,4 @@
-"""What an E4980A may have been left with (User's Guide E4980-90230, from memory, not checked)."""
+"""What an E4980A may have been left with (User's Guide E4980-90230; public programs, its set-up strings in them)."""
 
 from drivers.bases.found_state import WantedSetting
 from drivers.interfaces.text import text
