@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from drivers.interfaces.text import Text, Translate, text
 from procedures.core.parameter_set import ParameterSet
@@ -70,26 +70,69 @@ def _by(other: Parameter, best: Parameter, translate: Translate) -> str:
     return text("· by another way").render(translate)
 
 
-def table(lines: Sequence[SummaryRow], translate: Translate, *, with_truth: bool) -> "Table":
-    """Return the summary as a table of about 100 columns."""
+@dataclass(frozen=True)
+class _Column:
+    """A column: its heading, what it shows of a line, and the earlier it goes (1 first) where the terminal is narrow; 0 never."""
+
+    heading: Text
+    shows: str
+    leaves: int = 0
+    right: bool = False
+
+
+_COLUMNS = (
+    _Column(text("Parameter"), "name"),
+    _Column(text("Value"), "value", right=True),
+    _Column(text("Unit"), "unit"),
+    _Column(text("u"), "uncertainty", 3, right=True),
+    _Column(text("u, %"), "relative", right=True),
+    _Column(text("Note's formula"), "note", 2, right=True),
+    _Column(text("Truth"), "truth", 4, right=True),
+    _Column(Text("§"), "section", 1),
+)
+
+
+def table(lines: Sequence[SummaryRow], translate: Translate, *, with_truth: bool, width: int) -> "Table":
+    """Return the summary as a table that `width` columns of a terminal hold: fewer columns, never fewer digits."""
+    from rich.cells import cell_len
+
+    columns = [column for column in _COLUMNS if with_truth or column.shows != "truth"]
+    names = max(cell_len(line.name) for line in lines)
+    while True:
+        made = _of_columns(lines, columns, translate)
+        goes = min((column.leaves for column in columns if column.leaves), default=0)
+        if not goes or _width(made) - names + min(names, _LEAST_NAME) <= width:
+            return made
+        columns = [column for column in columns if column.leaves != goes]
+
+
+#: A name may be broken into lines of so many columns.
+_LEAST_NAME = 24
+
+
+def _width(made: "Table") -> int:
+    from rich.console import Console
+    from rich.measure import Measurement
+
+    console = Console(width=1000)
+    return Measurement.get(console, console.options, made).maximum
+
+
+def _of_columns(lines: Sequence[SummaryRow], columns: Sequence[_Column], translate: Translate) -> "Table":
     from rich import box
     from rich.table import Table
 
     made = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
-    made.add_column(text("Parameter").render(translate), no_wrap=True)
-    made.add_column(text("Value").render(translate), justify="right", no_wrap=True)
-    made.add_column(text("Unit").render(translate), no_wrap=True)
-    made.add_column(text("u").render(translate), justify="right", no_wrap=True)
-    made.add_column(text("u, %").render(translate), justify="right", no_wrap=True)
-    made.add_column(text("Note's formula").render(translate), justify="right", max_width=9)
-    if with_truth:
-        made.add_column(text("Truth").render(translate), justify="right", no_wrap=True)
-    made.add_column("§", no_wrap=True)
+    for column in columns:
+        justify: Literal["left", "right"] = "right" if column.right else "left"
+        widest = 9 if column.shows == "note" else None
+        kept = column.shows not in ("name", "note")
+        made.add_column(
+            column.heading.render(translate), justify=justify, no_wrap=kept, overflow="fold", max_width=widest
+        )
     for line in lines:
-        cells = [line.name, line.value, line.unit, line.uncertainty, line.relative, line.note]
-        if with_truth:
-            cells.append(line.truth)
-        made.add_row(*cells, line.section, style="dim" if line.other else None)
+        cells = (getattr(line, column.shows) for column in columns)
+        made.add_row(*cells, style="dim" if line.other else None)
     return made
 
 
@@ -98,16 +141,23 @@ def summary(
     warnings: Sequence[tuple[str, Notice]],
     truth: Mapping[str, float],
     translate: Translate,
+    width: int,
 ) -> "Group":
-    """Return the whole summary: the table, what u means, and the warnings with the procedure each came from."""
+    """Return the whole summary, `width` columns wide: the table, what u means, and the warnings with the procedure each came from."""
     from rich.console import Group
     from rich.padding import Padding
     from rich.text import Text as Words
 
     parts: list[Table | Words | Padding] = []
     if parameters.parameters or parameters.withheld:
-        parts.append(table(rows(parameters, truth, translate), translate, with_truth=bool(truth)))
-        legend = text("u: standard uncertainty. Note's formula: its result on the same readings.")
+        made = table(rows(parameters, truth, translate), translate, with_truth=bool(truth), width=width)
+        parts.append(made)
+        note = text("Note's formula").render(translate)
+        legend = (
+            text("u: standard uncertainty. Note's formula: its result on the same readings.")
+            if note in [column.header for column in made.columns]
+            else text("u: standard uncertainty.")
+        )
         parts.append(Words(legend.render(translate), style="dim"))
     else:
         parts.append(Words(text("No parameter was measured.").render(translate)))
