@@ -66,6 +66,15 @@ def print_summary(view: RunView, folder: RunFolder, translate: Translate) -> Non
     console.print(text("Run: {folder}", folder=str(folder.path)).render(translate), markup=False, soft_wrap=True)
 
 
+def print_what_next(folder: RunFolder, translate: Translate) -> None:
+    """Say which commands make something of a run."""
+    said = text(
+        "Next: motorbench report {folder}; motorbench export {folder} --for vesc (motorbench export --list names all)",
+        folder=str(folder.path),
+    )
+    console_on(sys.stdout).print(said.render(translate), markup=False, soft_wrap=True)
+
+
 def print_page(page: str, folder: RunFolder, translate: Translate) -> None:
     """Say where a run's page is; where it could not be drawn, what says why."""
     said = (

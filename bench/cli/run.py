@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from bench.cli.options import Seed
-from bench.cli.output import print_end, print_json, print_summary, say_broken, say_missing
+from bench.cli.output import print_end, print_json, print_summary, print_what_next, say_broken, say_missing
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from bench.journal.run_folder import existing_run_folder
@@ -161,6 +161,8 @@ def run(
         print_json(done.result)
     else:
         print_summary(done.view, done.folder, translate)
+        if done.view.parameters().parameters:
+            print_what_next(done.folder, translate)
     if done.view.status != "completed":
         print_end(done.view, done.folder, translate)
         return 1
