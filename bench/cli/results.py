@@ -120,7 +120,8 @@ def _print_budgets(view: RunView, names: tuple[str, ...], translate: Translate) 
     wanted: list[Measured] = []
     for name in names or found.parameters:
         wanted += [found.parameters[name], *found.alternatives[name]]
-    console_on(sys.stdout).print(budgets(wanted, translate))
+    console = console_on(sys.stdout)
+    console.print(budgets(wanted, translate, console.width))
 
 
 def schema() -> None:

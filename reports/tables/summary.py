@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from drivers.interfaces.text import Text, Translate, text
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Notice, Parameter, Withheld, said_of
+from reports.tables.fitted import Column, fitted
 from reports.tables.parameter_figures import shown, shown_withheld
 
 if TYPE_CHECKING:
@@ -70,70 +71,31 @@ def _by(other: Parameter, best: Parameter, translate: Translate) -> str:
     return text("· by another way").render(translate)
 
 
-@dataclass(frozen=True)
-class _Column:
-    """A column: its heading, what it shows of a line, and the earlier it goes (1 first) where the terminal is narrow; 0 never."""
-
-    heading: Text
-    shows: str
-    leaves: int = 0
-    right: bool = False
-
-
-_COLUMNS = (
-    _Column(text("Parameter"), "name"),
-    _Column(text("Value"), "value", right=True),
-    _Column(text("Unit"), "unit"),
-    _Column(text("u"), "uncertainty", 3, right=True),
-    _Column(text("u, %"), "relative", right=True),
-    _Column(text("Note's formula"), "note", 2, right=True),
-    _Column(text("Truth"), "truth", 4, right=True),
-    _Column(Text("§"), "section", 1),
-)
-
-
 def table(lines: Sequence[SummaryRow], translate: Translate, *, with_truth: bool, width: int) -> "Table":
-    """Return the summary as a table that `width` columns of a terminal hold: fewer columns, never fewer digits."""
-    from rich.cells import cell_len
+    """Return the summary as a table that `width` columns of a terminal hold."""
 
-    columns = [column for column in _COLUMNS if with_truth or column.shows != "truth"]
-    names = max(cell_len(line.name) for line in lines)
-    while True:
-        made = _of_columns(lines, columns, translate)
-        goes = min((column.leaves for column in columns if column.leaves), default=0)
-        if not goes or _width(made) - names + min(names, _LEAST_NAME) <= width:
-            return made
-        columns = [column for column in columns if column.leaves != goes]
+    def column(heading: Text, leaves: int = 0, *, right: bool = True, breaks: int = 0) -> Column:
+        return Column(heading.render(translate), leaves, right, breaks)
 
-
-#: A name may be broken into lines of so many columns.
-_LEAST_NAME = 24
-
-
-def _width(made: "Table") -> int:
-    from rich.console import Console
-    from rich.measure import Measurement
-
-    console = Console(width=1000)
-    return Measurement.get(console, console.options, made).maximum
-
-
-def _of_columns(lines: Sequence[SummaryRow], columns: Sequence[_Column], translate: Translate) -> "Table":
-    from rich import box
-    from rich.table import Table
-
-    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
-    for column in columns:
-        justify: Literal["left", "right"] = "right" if column.right else "left"
-        widest = 9 if column.shows == "note" else None
-        kept = column.shows not in ("name", "note")
-        made.add_column(
-            column.heading.render(translate), justify=justify, no_wrap=kept, overflow="fold", max_width=widest
+    columns = [
+        column(text("Parameter"), right=False, breaks=24),
+        column(text("Value")),
+        column(text("Unit"), right=False),
+        column(text("u"), 3),
+        column(text("u, %")),
+        column(text("Note's formula"), 2, breaks=9),
+        *([column(text("Truth"), 4)] if with_truth else []),
+        column(Text("§"), 1, right=False),
+    ]
+    rows = [
+        (
+            *(line.name, line.value, line.unit, line.uncertainty, line.relative, line.note),
+            *((line.truth,) if with_truth else ()),
+            line.section,
         )
-    for line in lines:
-        cells = (getattr(line, column.shows) for column in columns)
-        made.add_row(*cells, style="dim" if line.other else None)
-    return made
+        for line in lines
+    ]
+    return fitted(columns, rows, width, ["dim" if line.other else None for line in lines])
 
 
 def summary(
