@@ -26,16 +26,16 @@ def _print_table(made: Mapping[str, Any], translate: Translate, *, budget: bool)
     from bench.journal.stored_result import restore_parameter, restore_withheld
     from procedures.core.result import said_of
     from reports.tables.figures import decimals_for, figure, percent, scale_of
-    from reports.tables.fitted import Column, fitted
+    from reports.tables.fitted import FittedColumn, fitted
 
     columns = [
-        Column(text("Parameter").render(translate), breaks=24),
-        Column(text("Value").render(translate), right=True),
-        Column(text("Unit").render(translate)),
-        Column("u", 2, right=True),
-        Column("u, %", 3, right=True),
-        Column("95 %", right=True),
-        Column("§", 1),
+        FittedColumn(text("Parameter").render(translate), breaks=24),
+        FittedColumn(text("Value").render(translate), right=True),
+        FittedColumn(text("Unit").render(translate)),
+        FittedColumn("u", 2, right=True),
+        FittedColumn("u, %", 3, right=True),
+        FittedColumn("95 %", right=True),
+        FittedColumn("§", 1),
     ]
     parameters = [restore_parameter({"name": name, **entry}) for name, entry in made["parameters"].items()]
     rows = []

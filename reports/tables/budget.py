@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from drivers.interfaces.text import Text, Translate, text
 from procedures.core.result import Parameter
 from reports.tables.figures import decimals_for, figure, percent, scale_of
-from reports.tables.fitted import Column, fitted
+from reports.tables.fitted import FittedColumn, fitted
 
 #: Below this share of the whole a contribution is not written out.
 _NEGLIGIBLE = 1e-6
@@ -79,15 +79,17 @@ def _budget(parameter: Parameter, translate: Translate, width: int) -> "Group":
     total = combined(parameter)
     said_total = figure(total / scale.factor, decimals_for(total / scale.factor, 0.0))
     columns = [
-        Column(
+        FittedColumn(
             text("Source").render(translate), breaks=30, footer=text("all rows, root sum of squares").render(translate)
         ),
-        Column(text("Type").render(translate)),
-        Column(text("Estimate").render(translate), 2, right=True),
-        Column(text("u").render(translate), 3, right=True),
-        Column(text("Sensitivity").render(translate), 1, right=True),
-        Column(text("Contribution, {unit}", unit=scale.unit or "1").render(translate), right=True, footer=said_total),
-        Column(text("Share").render(translate), right=True, footer="100 %"),
+        FittedColumn(text("Type").render(translate)),
+        FittedColumn(text("Estimate").render(translate), 2, right=True),
+        FittedColumn(text("u").render(translate), 3, right=True),
+        FittedColumn(text("Sensitivity").render(translate), 1, right=True),
+        FittedColumn(
+            text("Contribution, {unit}", unit=scale.unit or "1").render(translate), right=True, footer=said_total
+        ),
+        FittedColumn(text("Share").render(translate), right=True, footer="100 %"),
     ]
     made = fitted(columns, budget_rows(parameter, scale.factor), width)
     legend = text(

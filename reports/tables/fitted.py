@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Column:
+class FittedColumn:
     """A column of a table.
 
     Where the terminal is narrow, the one with the smallest `leaves` goes first; 0 stays. The text of one that `breaks` may be
@@ -25,7 +25,7 @@ class Column:
 
 
 def fitted(
-    columns: Sequence[Column], rows: Sequence[Sequence[str]], width: int, styles: Sequence[str | None] = ()
+    columns: Sequence[FittedColumn], rows: Sequence[Sequence[str]], width: int, styles: Sequence[str | None] = ()
 ) -> "Table":
     """Return a table of those columns that `width` columns of a terminal hold; a style for each row, or none."""
     kept = list(range(len(columns)))
@@ -37,7 +37,7 @@ def fitted(
         kept = [k for k in kept if columns[k].leaves != goes]
 
 
-def _of(columns: Sequence[Column], rows: Sequence[Sequence[str]], styles: Sequence[str | None]) -> "Table":
+def _of(columns: Sequence[FittedColumn], rows: Sequence[Sequence[str]], styles: Sequence[str | None]) -> "Table":
     from rich import box
     from rich.table import Table
 
@@ -57,7 +57,7 @@ def _of(columns: Sequence[Column], rows: Sequence[Sequence[str]], styles: Sequen
     return made
 
 
-def _needed(made: "Table", columns: Sequence[Column]) -> int:
+def _needed(made: "Table", columns: Sequence[FittedColumn]) -> int:
     """Return the least width (columns of a terminal) in which nothing is broken that may not be."""
     from rich.console import Console
     from rich.measure import Measurement

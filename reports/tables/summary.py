@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from drivers.interfaces.text import Text, Translate, text
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Notice, Parameter, Withheld, said_of
-from reports.tables.fitted import Column, fitted
+from reports.tables.fitted import FittedColumn, fitted
 from reports.tables.parameter_figures import shown, shown_withheld
 
 if TYPE_CHECKING:
@@ -74,8 +74,8 @@ def _by(other: Parameter, best: Parameter, translate: Translate) -> str:
 def table(lines: Sequence[SummaryRow], translate: Translate, *, with_truth: bool, width: int) -> "Table":
     """Return the summary as a table that `width` columns of a terminal hold."""
 
-    def column(heading: Text, leaves: int = 0, *, right: bool = True, breaks: int = 0) -> Column:
-        return Column(heading.render(translate), leaves, right, breaks)
+    def column(heading: Text, leaves: int = 0, *, right: bool = True, breaks: int = 0) -> FittedColumn:
+        return FittedColumn(heading.render(translate), leaves, right, breaks)
 
     columns = [
         column(text("Parameter"), right=False, breaks=24),
