@@ -59,7 +59,7 @@ def described_at(node: ast.AST) -> Iterator[str]:
 def terms_at(node: ast.AST) -> Iterator[str]:
     """A set point's name and whose limit it passes, which an error takes in by themselves; keys of a file stay as they are."""
     if isinstance(node, ast.Call) and ast.unparse(node.func) in SET_POINTS:
-        for position in (1, 6):
+        for position in [position for position in (1, 6) if position < len(node.args)]:
             yield from (
                 term for term in literals(node.args[position]) if term.islower() and not re.search("_|^0x", term)
             )
