@@ -5,6 +5,7 @@ import itertools
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from queue import SimpleQueue
 from typing import Any, get_args
 
@@ -17,10 +18,11 @@ from sim_instruments.instruments.beckhoff.bk9000 import Bk9000
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.session import ClientSession
-from sim_instruments.server.control.http import JsonService
+from sim_instruments.server.control.http import PATIENCE, JsonService
 from sim_instruments.server.control.routes import control_routes
 from sim_instruments.server.safety_contacts import FRAME, ContactFrames, InputModule, SafetyContacts
 from sim_instruments.transports.can.gateway import CanGateway
+from sim_instruments.transports.client import Patience
 from sim_instruments.transports.connection import Connection
 from sim_instruments.transports.conversation import Conversation
 from sim_instruments.transports.hislip.server import HislipServer
@@ -35,6 +37,8 @@ LOOPBACK = "127.0.0.1"
 #: How often (s) those who follow the time are told of it.
 _PULSE = 0.01
 _MOST_CONNECTIONS = 64
+#: How long a client is waited for.
+PATIENT = Patience()
 
 
 class UnservedError(Exception):
@@ -72,6 +76,7 @@ class ServedBench:
     excepted, which stays on loopback, one after the other from `base_port` on where that is given; `queued_errors` are the errors that SCPI
     instruments have queued. `pages` are objects that it gives besides its own, by path. With
     `watchdog_relay` a relay with a watchdog sits in the supply's inhibit input, whose output is off unless it has picked up.
+    Clients are waited for with `patience`.
     What else it takes are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had,
     UnservedError for an instrument that cannot be served.
     """
@@ -86,11 +91,13 @@ class ServedBench:
         base_port: int | None = None,
         pages: Mapping[str, Any] | None = None,
         watchdog_relay: bool = False,
+        patience: Patience = PATIENT,
         **bench: Any,
     ) -> None:
         self.clock = PacedClock(speedup)
         self.host = host
         self._seed = seed
+        self._patience = patience
         self._clients = 0
         self._ports = itertools.repeat(0) if base_port is None else itertools.count(base_port)
         self.queued_errors: SimpleQueue[QueuedError] = SimpleQueue()
@@ -100,16 +107,26 @@ class ServedBench:
             self._open.callback(self.bench.close)
             loop = LoopThread("virtual-bench")
             self._open.callback(loop.close)
+            # What safety hangs on takes no lock that an instrument holds, and has a thread that runs no instrument.
+            safety = LoopThread("virtual-bench-safety")
+            self._open.callback(safety.close)
             # Whoever sleeps on a thread of its own must wake up before that thread is waited for.
             self._open.callback(self.clock.close)
-            self._can = loop.run(self._serve_can(loop))
+            self._can = safety.run(self._serve_can(safety))
             self._addresses = self._serve(loop)
             #: Emergency stop and door.
             self.contacts = SafetyContacts()
-            self._inputs = loop.run(self._serve_contacts(loop))
-            self._relays = loop.run(self._serve_relay(loop)) if watchdog_relay else {}
-            routes = control_routes(self.bench, self.clock, self._addresses, pages or {}, self.contacts)
-            control = loop.run(self._listen(loop, JsonService(routes).serve, LOOPBACK))
+            self._inputs = safety.run(self._serve_contacts(safety))
+            self._relays = safety.run(self._serve_relay(safety, loop)) if watchdog_relay else {}
+            routes = control_routes(
+                self.bench,
+                self.clock,
+                self._addresses,
+                pages or {},
+                self.contacts,
+                lambda handler: partial(loop.call, handler),
+            )
+            control = safety.run(self._listen(safety, JsonService(routes).serve, LOOPBACK, patience=PATIENCE))
             #: Where the control endpoint is.
             self.control = f"http://{LOOPBACK}:{control.port}"
             self._open.callback(self.clock.close)
@@ -212,20 +229,32 @@ class ServedBench:
             },
         }
 
-    async def _serve_relay(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
+    async def _serve_relay(self, safety: LoopThread, loop: LoopThread) -> dict[str, dict[str, Any]]:
         with _naming("supply"):
             supply = self.bench.instrument("supply")
             supply.inhibit(True)
-        coupler = Bk9000(lambda closed: supply.inhibit(not closed))
+        # The supply is told before any message that comes later; whoever feeds the relay does not wait for it.
+        coupler = Bk9000(lambda closed: loop.soon(supply.inhibit, not closed))
         self._open.callback(coupler.close)
         line = ModbusLine((coupler,), self.clock, np.random.default_rng((self._seed, 0x11)))
-        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host)
+        tcp = await self._listen(safety, ModbusTcpServer(line, self._wait).serve, self.host)
         return {"supply_enable": {"address": f"tcp://{self.host}:{tcp.port}", "output": 0, "roles": ["supply"]}}
 
     async def _listen(
-        self, loop: LoopThread, serve: Serve, host: str, connection: Connection | None = None
+        self,
+        loop: LoopThread,
+        serve: Serve,
+        host: str,
+        connection: Connection | None = None,
+        patience: Patience | None = None,
     ) -> TcpService:
-        service = TcpService(serve, host, most_clients=_MOST_CONNECTIONS, connection=connection)
+        service = TcpService(
+            serve,
+            host,
+            most_clients=_MOST_CONNECTIONS,
+            connection=connection,
+            patience=patience or self._patience,
+        )
         await service.start(next(self._ports))
         self._open.callback(lambda: loop.run(service.stop()))
         return service

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.scpi.errors import ScpiError
-from sim_instruments.scpi.session import ClientSession
+from sim_instruments.scpi.session import ClientSession, Outgoing
 
 #: A wait is looked at again at least so often (s), whatever the clock is promised.
 _LONGEST_WAIT = 1.0
@@ -18,8 +18,8 @@ class Conversation:
         self.session = session
         self._clock = clock
 
-    async def exchange(self, message: bytes, gone: Callable[[], bool]) -> tuple[bytes, bool] | None:
-        """Return the reply to a message and whether it is whole, None for one without; other tasks get their turn.
+    async def exchange(self, message: bytes, gone: Callable[[], bool]) -> Outgoing | None:
+        """Return the reply to a message, None for one without; other tasks get their turn.
 
         Raises ConnectionAbortedError once `gone` says that nobody waits for the reply any more.
         """
