@@ -58,6 +58,8 @@ class MessageExchange:
 
     channels = 1
     terminator = b"\n"
+    #: Whether a message is begun while it is written, where nothing is before it.
+    _at_once = True
 
     def __init__(self, clock: InstrumentClock, generator: np.random.Generator) -> None:
         self.clock = clock
@@ -105,7 +107,7 @@ class MessageExchange:
         messages = self._plans.get(data)
         if messages is None:
             messages = self._compile(data)
-        if self._running is None and len(messages) == 1:
+        if self._at_once and self._running is None and len(messages) == 1:
             self._begin(messages[0])
             if self._running is not None:
                 self.poll()

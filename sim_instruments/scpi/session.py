@@ -33,6 +33,8 @@ class ClientSession(MessageExchange):
     that a client whose messages take long has others served in between.
     """
 
+    _at_once = False
+
     def __init__(self, instrument: "ScpiInstrument", generator: "np.random.Generator") -> None:
         super().__init__(instrument.clock, generator)
         self.tree = instrument.tree
@@ -70,7 +72,9 @@ class ClientSession(MessageExchange):
             return
         self._working = True
         try:
-            self._go_on()
+            # What an instrument has to catch up with is done in pieces before a message asks for all of it.
+            if not self.busy or not self._instrument.catch_up():
+                self._go_on()
         finally:
             self._working = False
 

@@ -99,6 +99,7 @@ class ServedBench:
         self._seed = seed
         self._patience = patience
         self._clients = 0
+        self._scpi: list[ScpiInstrument] = []
         self._ports = itertools.repeat(0) if base_port is None else itertools.count(base_port)
         self.queued_errors: SimpleQueue[QueuedError] = SimpleQueue()
         self._open = ExitStack()
@@ -187,6 +188,7 @@ class ServedBench:
             generator = np.random.default_rng((self._seed, 0x50C4, self._clients))
             return Conversation(ClientSession(instrument, generator), self.clock)
 
+        self._scpi.append(instrument)
         instrument.on_error = lambda message, error: self.queued_errors.put(QueuedError(role, message, str(error)))
         socket = await self._listen(loop, ScpiSocket(converse).serve, self.host, instrument.connection)
         hislip = await self._listen(loop, HislipServer(converse).serve, self.host, instrument.connection)
@@ -266,7 +268,12 @@ class ServedBench:
         self._beat = asyncio.get_running_loop().create_task(self._pulse())
 
     async def _pulse(self) -> None:
+        told = self.clock.now()
         while True:
+            for instrument in self._scpi:
+                while instrument.catch_up() and self.clock.now() - told < _PULSE * self.clock.speedup:
+                    await asyncio.sleep(0)
             # Instruments are served by this thread alone, so what follows the time is told of it here, too.
             self.clock.pulse()
+            told = self.clock.now()
             await asyncio.sleep(_PULSE)

@@ -17,8 +17,8 @@ DIVISIONS = 8
 CLIPPED_LOW, CLIPPED_HIGH = 0x0001, 0xFFFF
 _NOISE_DIVISIONS = 0.02
 _NOISE_FLOOR = 1.5e-4
-#: Samples taken at a time.
-_CHUNK = 1 << 16
+#: Samples taken at a time; where a sample depends on those before it, longer pieces have fewer seams.
+_PIECE, _LONG_PIECE = 1 << 14, 1 << 16
 #: Samples that a record keeps at most, the longest transfer of each of four channels; older ones are taken anew.
 _MOST_KEPT = 16_000_000
 
@@ -84,6 +84,8 @@ class Record:
     seed: tuple[int, ...]
     time_base_error: float
     signal: Signal
+    #: Whether samples depend on others before them.
+    filtered: bool = False
     _samplings: "dict[tuple[int, int], Sampling]" = field(default_factory=dict)
 
     @property
@@ -94,13 +96,6 @@ class Record:
     def points(self, wanted: int) -> int:
         """Return how many points a transfer of at most `wanted` gives."""
         return max(1, min(wanted, self.available))
-
-    def words(self, channel: int, points: int) -> WordArray:
-        """Return the samples of a channel at `points` evenly spaced times, 16 bits left-aligned."""
-        sampling = self.sampling(channel, points)
-        while not sampling.done:
-            sampling.go_on()
-        return sampling.words
 
     def sampling(self, channel: int, points: int) -> "Sampling":
         """Return the samples of a channel at `points` evenly spaced times on their way, or as they were taken before."""
@@ -130,8 +125,9 @@ class Sampling:
     def _sample(self) -> Iterator[bool]:
         record, points = self._record, len(self.words)
         vertical, interval = record.verticals[self._channel], record.span / points
-        for start in range(0, points, _CHUNK):
-            index = np.arange(start, min(start + _CHUNK, points), dtype=np.float64)
+        piece = _LONG_PIECE if record.filtered else _PIECE
+        for start in range(0, points, piece):
+            index = np.arange(start, min(start + piece, points), dtype=np.float64)
             offsets = (record.origin + index * interval) * (1.0 + record.time_base_error)
             signal = np.zeros(len(index))
             for trigger in record.triggers:
