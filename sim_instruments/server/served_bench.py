@@ -1,7 +1,6 @@
 """The virtual bench behind real endpoints: sockets and pseudo-terminals, for other processes."""
 
 import asyncio
-import itertools
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.session import ClientSession
 from sim_instruments.server.control.http import PATIENCE, JsonService
 from sim_instruments.server.control.routes import control_routes
+from sim_instruments.server.port_plan import PortPlan
 from sim_instruments.server.safety_contacts import FRAME, ContactFrames, InputModule, SafetyContacts
 from sim_instruments.transports.can.gateway import CanGateway
 from sim_instruments.transports.client import Patience
@@ -73,12 +73,13 @@ class ServedBench:
     """Serves a bench until it is closed; a context manager.
 
     `speedup` is how many seconds pass on the bench in one; `host` is where TCP ports listen, the control endpoint's
-    excepted, which stays on loopback, one after the other from `base_port` on where that is given; `queued_errors` are the errors that SCPI
+    excepted, which stays on loopback: at `ports` by name and way (`hislip`, `socket`, `tcp`, `http`), the others one after the other
+    from `base_port` on where that is given; `queued_errors` are the errors that SCPI
     instruments have queued. `pages` are objects that it gives besides its own, by path. With
     `watchdog_relay` a relay with a watchdog sits in the supply's inhibit input, whose output is off unless it has picked up.
     Clients are waited for with `patience`.
     What else it takes are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had,
-    UnservedError for an instrument that cannot be served.
+    UnservedError for an instrument that cannot be served, UnknownEndpointError for a port of an endpoint that is not there.
     """
 
     def __init__(
@@ -88,6 +89,7 @@ class ServedBench:
         speedup: float = 1.0,
         host: str = LOOPBACK,
         seed: int = 0,
+        ports: Mapping[str, Mapping[str, int]] | None = None,
         base_port: int | None = None,
         pages: Mapping[str, Any] | None = None,
         watchdog_relay: bool = False,
@@ -100,7 +102,7 @@ class ServedBench:
         self._patience = patience
         self._clients = 0
         self._scpi: list[ScpiInstrument] = []
-        self._ports = itertools.repeat(0) if base_port is None else itertools.count(base_port)
+        self._ports = PortPlan(ports, base_port)
         self.queued_errors: SimpleQueue[QueuedError] = SimpleQueue()
         self._open = ExitStack()
         try:
@@ -127,7 +129,10 @@ class ServedBench:
                 self.contacts,
                 lambda handler: partial(loop.call, handler),
             )
-            control = safety.run(self._listen(safety, JsonService(routes).serve, LOOPBACK, patience=PATIENCE))
+            control = safety.run(
+                self._listen(safety, ("control", "http"), JsonService(routes).serve, LOOPBACK, patience=PATIENCE)
+            )
+            self._ports.check()
             #: Where the control endpoint is.
             self.control = f"http://{LOOPBACK}:{control.port}"
             self._open.callback(self.clock.close)
@@ -174,7 +179,7 @@ class ServedBench:
             case "visa":
                 return loop.run(self._serve_scpi(loop, name, self.bench.instrument(name)))
             case "modbus":
-                return loop.run(self._serve_modbus(loop, self.bench.instrument(name)))
+                return loop.run(self._serve_modbus(loop, name, self.bench.instrument(name)))
             case "serial":
                 return {"serial": self.bench.address(name)}
             case "can":
@@ -190,15 +195,21 @@ class ServedBench:
 
         self._scpi.append(instrument)
         instrument.on_error = lambda message, error: self.queued_errors.put(QueuedError(role, message, str(error)))
-        socket = await self._listen(loop, ScpiSocket(converse).serve, self.host, instrument.connection)
-        hislip = await self._listen(loop, HislipServer(converse).serve, self.host, instrument.connection)
+        socket = await self._listen(
+            loop, (role, "socket"), ScpiSocket(converse).serve, self.host, instrument.connection
+        )
+        hislip = await self._listen(
+            loop, (role, "hislip"), HislipServer(converse).serve, self.host, instrument.connection
+        )
         return {
             "hislip": f"TCPIP0::{self.host}::hislip0,{hislip.port}::INSTR",
             "socket": f"TCPIP0::{self.host}::{socket.port}::SOCKET",
         }
 
-    async def _serve_modbus(self, loop: LoopThread, line: ModbusLine) -> dict[str, Address]:
-        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host, line.connection)
+    async def _serve_modbus(self, loop: LoopThread, role: str, line: ModbusLine) -> dict[str, Address]:
+        tcp = await self._listen(
+            loop, (role, "tcp"), ModbusTcpServer(line, self._wait).serve, self.host, line.connection
+        )
         rtu = ModbusRtuEndpoint(line)
         self._open.callback(rtu.close)
         return {"tcp": f"tcp://{self.host}:{tcp.port}", "rtu": rtu.address}
@@ -207,7 +218,7 @@ class ServedBench:
         gateway = CanGateway(self.bench.can_channel)
         await gateway.start()
         self._open.callback(lambda: loop.run(gateway.stop()))
-        tcp = await self._listen(loop, gateway.serve, self.host)
+        tcp = await self._listen(loop, ("can", "tcp"), gateway.serve, self.host)
         return {"interface": "slcan", "channel": f"socket://{self.host}:{tcp.port}"}
 
     def _on_gateway(self, node: Address) -> Address:
@@ -217,7 +228,7 @@ class ServedBench:
 
     async def _serve_contacts(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
         line = ModbusLine((InputModule(self.contacts),), self.clock, np.random.default_rng((self._seed, 0x10)))
-        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host)
+        tcp = await self._listen(loop, ("emergency_stop", "tcp"), ModbusTcpServer(line, self._wait).serve, self.host)
         frames = ContactFrames(self.contacts, self.bench.can_channel)
         await frames.start()
         self._open.callback(lambda: loop.run(frames.stop()))
@@ -239,12 +250,13 @@ class ServedBench:
         coupler = Bk9000(lambda closed: loop.soon(supply.inhibit, not closed))
         self._open.callback(coupler.close)
         line = ModbusLine((coupler,), self.clock, np.random.default_rng((self._seed, 0x11)))
-        tcp = await self._listen(safety, ModbusTcpServer(line, self._wait).serve, self.host)
+        tcp = await self._listen(safety, ("supply_enable", "tcp"), ModbusTcpServer(line, self._wait).serve, self.host)
         return {"supply_enable": {"address": f"tcp://{self.host}:{tcp.port}", "output": 0, "roles": ["supply"]}}
 
     async def _listen(
         self,
         loop: LoopThread,
+        endpoint: tuple[str, str],
         serve: Serve,
         host: str,
         connection: Connection | None = None,
@@ -257,7 +269,7 @@ class ServedBench:
             connection=connection,
             patience=patience or self._patience,
         )
-        await service.start(next(self._ports))
+        await service.start(self._ports.take(*endpoint))
         self._open.callback(lambda: loop.run(service.stop()))
         return service
 
