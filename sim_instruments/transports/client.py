@@ -75,12 +75,13 @@ class Client:
         return data
 
     async def send(self, *data: bytes) -> None:
-        """Send bytes and wait until there is room for more."""
+        """Send bytes, wait until there is room for more, and let others have their turn."""
         for part in data:
             self._writer.write(part)
         self._sending = self._now()
         try:
             await self._writer.drain()
+            await asyncio.sleep(0)
         finally:
             self._sending = None
 

@@ -1,7 +1,7 @@
 """Messages of one client handled as bench time allows, without holding up anybody else."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 
 from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.scpi.errors import ScpiError
@@ -34,7 +34,19 @@ class Conversation:
             raise
         except Exception as error:  # noqa: BLE001  an instrument whose firmware stumbles says so and lives on
             session.clear()
-            session.report(ScpiError(-310, f"System error;{type(error).__name__}: {error}"))
+            session.report(_stumble(error))
             reply = None
         await asyncio.sleep(0)
-        return reply
+        return None if reply is None else Outgoing(self._made(reply.parts), reply.whole)
+
+    def _made(self, parts: Iterable[bytes]) -> Iterator[bytes]:
+        """Give the parts of a reply; one that cannot be made ends the connection, as nothing else can follow it."""
+        try:
+            yield from parts
+        except Exception as error:
+            self.session.report(_stumble(error))
+            raise ConnectionAbortedError from error
+
+
+def _stumble(error: Exception) -> ScpiError:
+    return ScpiError(-310, f"System error;{type(error).__name__}: {error}")

@@ -36,7 +36,6 @@ class ScpiSocket:
                     reply = await conversation.exchange(message, departure.over)
                     for part in () if reply is None else reply.parts:
                         await client.send(part)
-                        await asyncio.sleep(0)
         finally:
             conversation.session.abandon()
 

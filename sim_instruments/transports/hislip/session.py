@@ -130,7 +130,6 @@ class HislipSession:
         for payload in self._payloads(reply):
             if last:
                 await Message(MessageType.DATA, 0, identifier, last).send(self._client)
-                await asyncio.sleep(0)
             last = payload
         kind = MessageType.DATA_END if reply.whole else MessageType.DATA
         await Message(kind, 0, identifier, last).send(self._client)

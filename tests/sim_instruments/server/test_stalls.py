@@ -73,6 +73,20 @@ def test_a_long_reply_that_nobody_took_is_interrupted(bench: ServedBench) -> Non
     assert b"".join(outgoing.parts).startswith(b"-410")
 
 
+def test_a_long_reply_that_cannot_be_made_ends_its_connection_alone(bench: ServedBench) -> None:
+    def parts() -> Iterator[bytes]:
+        yield b"1,"
+        raise ZeroDivisionError("of no use")
+
+    bench.bench.instrument("supply").tree.add("TEST:BROKen", query=bare(lambda: LongReply(parts())))
+    address = bench.addresses()["supply"]["socket"]
+    with wires.stream(address) as good, wires.stream(address) as bad:
+        bad.sendall(b"*CLS;TEST:BROK?\n")
+        assert (wires.exactly(bad, 2), bad.recv(1)) == (b"1,", b"")
+        good.sendall(b"SYST:ERR?\n")
+        assert good.recv(100) == b'-310,"System error;ZeroDivisionError: of no use"\n'
+
+
 def test_contacts_and_control_do_without_the_instruments(bench: ServedBench) -> None:
     held, release = threading.Event(), threading.Event()
 
