@@ -106,7 +106,7 @@ def test_ten_million_points_into_volts(benchmark: Any, surroundings: Surrounding
         def fetch() -> Any:
             return to_values(codes_from_block(session.query_block("WAV:DATA?")), preamble)
 
-        volts = benchmark.pedantic(fetch, rounds=8)
+        volts = benchmark.pedantic(fetch, rounds=20)
         assert volts.shape == (points,)
         np.testing.assert_allclose(volts[:3], 0.5 - (32768.0 - np.arange(3)) * 1.25e-4)
         if benchmark.enabled:
