@@ -1,10 +1,10 @@
 """The virtual bench behind real endpoints: sockets and pseudo-terminals, for other processes."""
 
 import asyncio
-import itertools
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from queue import SimpleQueue
 from typing import Any, get_args
 
@@ -17,10 +17,12 @@ from sim_instruments.instruments.beckhoff.bk9000 import Bk9000
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.session import ClientSession
-from sim_instruments.server.control.http import JsonService
+from sim_instruments.server.control.http import PATIENCE, JsonService
 from sim_instruments.server.control.routes import control_routes
+from sim_instruments.server.port_plan import PortPlan
 from sim_instruments.server.safety_contacts import FRAME, ContactFrames, InputModule, SafetyContacts
 from sim_instruments.transports.can.gateway import CanGateway
+from sim_instruments.transports.client import Patience
 from sim_instruments.transports.connection import Connection
 from sim_instruments.transports.conversation import Conversation
 from sim_instruments.transports.hislip.server import HislipServer
@@ -35,6 +37,8 @@ LOOPBACK = "127.0.0.1"
 #: How often (s) those who follow the time are told of it.
 _PULSE = 0.01
 _MOST_CONNECTIONS = 64
+#: How long a client is waited for.
+PATIENT = Patience()
 
 
 class UnservedError(Exception):
@@ -69,11 +73,13 @@ class ServedBench:
     """Serves a bench until it is closed; a context manager.
 
     `speedup` is how many seconds pass on the bench in one; `host` is where TCP ports listen, the control endpoint's
-    excepted, which stays on loopback, one after the other from `base_port` on where that is given; `queued_errors` are the errors that SCPI
+    excepted, which stays on loopback: at `ports` by name and way (`hislip`, `socket`, `tcp`, `http`), the others one after the other
+    from `base_port` on where that is given; `queued_errors` are the errors that SCPI
     instruments have queued. `pages` are objects that it gives besides its own, by path. With
     `watchdog_relay` a relay with a watchdog sits in the supply's inhibit input, whose output is off unless it has picked up.
+    Clients are waited for with `patience`.
     What else it takes are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had,
-    UnservedError for an instrument that cannot be served.
+    UnservedError for an instrument that cannot be served, UnknownEndpointError for a port of an endpoint that is not there.
     """
 
     def __init__(
@@ -83,16 +89,20 @@ class ServedBench:
         speedup: float = 1.0,
         host: str = LOOPBACK,
         seed: int = 0,
+        ports: Mapping[str, Mapping[str, int]] | None = None,
         base_port: int | None = None,
         pages: Mapping[str, Any] | None = None,
         watchdog_relay: bool = False,
+        patience: Patience = PATIENT,
         **bench: Any,
     ) -> None:
         self.clock = PacedClock(speedup)
         self.host = host
         self._seed = seed
+        self._patience = patience
         self._clients = 0
-        self._ports = itertools.repeat(0) if base_port is None else itertools.count(base_port)
+        self._scpi: list[ScpiInstrument] = []
+        self._ports = PortPlan(ports, base_port)
         self.queued_errors: SimpleQueue[QueuedError] = SimpleQueue()
         self._open = ExitStack()
         try:
@@ -100,16 +110,29 @@ class ServedBench:
             self._open.callback(self.bench.close)
             loop = LoopThread("virtual-bench")
             self._open.callback(loop.close)
+            # What safety hangs on takes no lock that an instrument holds, and has a thread that runs no instrument.
+            safety = LoopThread("virtual-bench-safety")
+            self._open.callback(safety.close)
             # Whoever sleeps on a thread of its own must wake up before that thread is waited for.
             self._open.callback(self.clock.close)
-            self._can = loop.run(self._serve_can(loop))
+            self._can = safety.run(self._serve_can(safety))
             self._addresses = self._serve(loop)
             #: Emergency stop and door.
             self.contacts = SafetyContacts()
-            self._inputs = loop.run(self._serve_contacts(loop))
-            self._relays = loop.run(self._serve_relay(loop)) if watchdog_relay else {}
-            routes = control_routes(self.bench, self.clock, self._addresses, pages or {}, self.contacts)
-            control = loop.run(self._listen(loop, JsonService(routes).serve, LOOPBACK))
+            self._inputs = safety.run(self._serve_contacts(safety))
+            self._relays = safety.run(self._serve_relay(safety, loop)) if watchdog_relay else {}
+            routes = control_routes(
+                self.bench,
+                self.clock,
+                self._addresses,
+                pages or {},
+                self.contacts,
+                lambda handler: partial(loop.call, handler),
+            )
+            control = safety.run(
+                self._listen(safety, ("control", "http"), JsonService(routes).serve, LOOPBACK, patience=PATIENCE)
+            )
+            self._ports.check()
             #: Where the control endpoint is.
             self.control = f"http://{LOOPBACK}:{control.port}"
             self._open.callback(self.clock.close)
@@ -156,7 +179,7 @@ class ServedBench:
             case "visa":
                 return loop.run(self._serve_scpi(loop, name, self.bench.instrument(name)))
             case "modbus":
-                return loop.run(self._serve_modbus(loop, self.bench.instrument(name)))
+                return loop.run(self._serve_modbus(loop, name, self.bench.instrument(name)))
             case "serial":
                 return {"serial": self.bench.address(name)}
             case "can":
@@ -170,16 +193,23 @@ class ServedBench:
             generator = np.random.default_rng((self._seed, 0x50C4, self._clients))
             return Conversation(ClientSession(instrument, generator), self.clock)
 
+        self._scpi.append(instrument)
         instrument.on_error = lambda message, error: self.queued_errors.put(QueuedError(role, message, str(error)))
-        socket = await self._listen(loop, ScpiSocket(converse).serve, self.host, instrument.connection)
-        hislip = await self._listen(loop, HislipServer(converse).serve, self.host, instrument.connection)
+        socket = await self._listen(
+            loop, (role, "socket"), ScpiSocket(converse).serve, self.host, instrument.connection
+        )
+        hislip = await self._listen(
+            loop, (role, "hislip"), HislipServer(converse).serve, self.host, instrument.connection
+        )
         return {
             "hislip": f"TCPIP0::{self.host}::hislip0,{hislip.port}::INSTR",
             "socket": f"TCPIP0::{self.host}::{socket.port}::SOCKET",
         }
 
-    async def _serve_modbus(self, loop: LoopThread, line: ModbusLine) -> dict[str, Address]:
-        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host, line.connection)
+    async def _serve_modbus(self, loop: LoopThread, role: str, line: ModbusLine) -> dict[str, Address]:
+        tcp = await self._listen(
+            loop, (role, "tcp"), ModbusTcpServer(line, self._wait).serve, self.host, line.connection
+        )
         rtu = ModbusRtuEndpoint(line)
         self._open.callback(rtu.close)
         return {"tcp": f"tcp://{self.host}:{tcp.port}", "rtu": rtu.address}
@@ -188,7 +218,7 @@ class ServedBench:
         gateway = CanGateway(self.bench.can_channel)
         await gateway.start()
         self._open.callback(lambda: loop.run(gateway.stop()))
-        tcp = await self._listen(loop, gateway.serve, self.host)
+        tcp = await self._listen(loop, ("can", "tcp"), gateway.serve, self.host)
         return {"interface": "slcan", "channel": f"socket://{self.host}:{tcp.port}"}
 
     def _on_gateway(self, node: Address) -> Address:
@@ -198,7 +228,7 @@ class ServedBench:
 
     async def _serve_contacts(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
         line = ModbusLine((InputModule(self.contacts),), self.clock, np.random.default_rng((self._seed, 0x10)))
-        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host)
+        tcp = await self._listen(loop, ("emergency_stop", "tcp"), ModbusTcpServer(line, self._wait).serve, self.host)
         frames = ContactFrames(self.contacts, self.bench.can_channel)
         await frames.start()
         self._open.callback(lambda: loop.run(frames.stop()))
@@ -212,21 +242,34 @@ class ServedBench:
             },
         }
 
-    async def _serve_relay(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
+    async def _serve_relay(self, safety: LoopThread, loop: LoopThread) -> dict[str, dict[str, Any]]:
         with _naming("supply"):
             supply = self.bench.instrument("supply")
             supply.inhibit(True)
-        coupler = Bk9000(lambda closed: supply.inhibit(not closed))
+        # The supply is told before any message that comes later; whoever feeds the relay does not wait for it.
+        coupler = Bk9000(lambda closed: loop.soon(supply.inhibit, not closed))
         self._open.callback(coupler.close)
         line = ModbusLine((coupler,), self.clock, np.random.default_rng((self._seed, 0x11)))
-        tcp = await self._listen(loop, ModbusTcpServer(line, self._wait).serve, self.host)
+        tcp = await self._listen(safety, ("supply_enable", "tcp"), ModbusTcpServer(line, self._wait).serve, self.host)
         return {"supply_enable": {"address": f"tcp://{self.host}:{tcp.port}", "output": 0, "roles": ["supply"]}}
 
     async def _listen(
-        self, loop: LoopThread, serve: Serve, host: str, connection: Connection | None = None
+        self,
+        loop: LoopThread,
+        endpoint: tuple[str, str],
+        serve: Serve,
+        host: str,
+        connection: Connection | None = None,
+        patience: Patience | None = None,
     ) -> TcpService:
-        service = TcpService(serve, host, most_clients=_MOST_CONNECTIONS, connection=connection)
-        await service.start(next(self._ports))
+        service = TcpService(
+            serve,
+            host,
+            most_clients=_MOST_CONNECTIONS,
+            connection=connection,
+            patience=patience or self._patience,
+        )
+        await service.start(self._ports.take(*endpoint))
         self._open.callback(lambda: loop.run(service.stop()))
         return service
 
@@ -237,7 +280,12 @@ class ServedBench:
         self._beat = asyncio.get_running_loop().create_task(self._pulse())
 
     async def _pulse(self) -> None:
+        told = self.clock.now()
         while True:
+            for instrument in self._scpi:
+                while instrument.catch_up() and self.clock.now() - told < _PULSE * self.clock.speedup:
+                    await asyncio.sleep(0)
             # Instruments are served by this thread alone, so what follows the time is told of it here, too.
             self.clock.pulse()
+            told = self.clock.now()
             await asyncio.sleep(_PULSE)
