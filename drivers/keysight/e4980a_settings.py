@@ -13,9 +13,11 @@ def found_settings(*, has_bias: bool) -> tuple[WantedSetting, ...]:
     return (
         WantedSetting(
             "DISP:PAGE?",
-            ("MEAS", "MSET", "BNUM"),
+            ("MEAS", "BNUM"),
             text("another page measures a list, or nothing"),
-            remedy=text("Press [Display Format], then MEAS DISPLAY"),
+            "DISP:PAGE {value}",
+            text("Press [Display Format], then MEAS DISPLAY"),
+            busy=("LIST",),
         ),
         WantedSetting("TRIG:SOUR?", ("BUS",), _TRIGGER, "TRIG:SOUR {value}"),
         WantedSetting("INIT:CONT?", ("1",), _TRIGGER, "INIT:CONT {value}"),
