@@ -19,6 +19,7 @@ _WRITE = "{value}"
 #: Levels of a filter that lag by less than a reading takes. What a level is in seconds no source tells: 1 … 99, 20 as delivered
 #: (manual) or 50 (two programs), "the larger, the more obvious the lag"; so it cannot be reckoned with or waited for.
 _SHORTEST = ("1", "0", "2")
+_FILTER_KEYS = text("At the sensor set parameter 02, and the speed's filter, to 1 (K1 held)")
 
 #: What torque control needs besides.
 TORQUE: Mapping[int, WantedSetting] = {
@@ -78,7 +79,7 @@ def transducer_rows(options: DeltaDyn200Options) -> Mapping[int, WantedSetting]:
 
 def _filter(query: str, effect: Text, stated: float) -> WantedSetting:
     """Return the row of a filter: as short as it gets, but one whose time constant (s) is stated stays as it is."""
-    return WantedSetting(query, () if stated else _SHORTEST, effect, _WRITE, optional=True)
+    return WantedSetting(query, () if stated else _SHORTEST, effect, _WRITE, _FILTER_KEYS, optional=True)
 
 
 class FoundDriveSettings:
