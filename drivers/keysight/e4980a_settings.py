@@ -1,4 +1,7 @@
-"""What an E4980A may have been left with (User's Guide E4980-90230, from memory, not checked)."""
+"""What an E4980A may have been left with (User's Guide E4980-90230, from memory, not checked).
+
+That it measures on some pages only is also in two public programs, which go from MEAS SETUP to MEAS DISPLAY before they trigger.
+"""
 
 from drivers.bases.found_state import WantedSetting
 from drivers.interfaces.text import text
