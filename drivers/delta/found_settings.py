@@ -11,11 +11,16 @@ from drivers.bases.found_state import FoundState, WantedSetting
 from drivers.delta.dyn200 import INVERTED
 from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces.found_state import FoundSetting
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from drivers.transport.modbus.line import ModbusLine, signed_32
 
 #: That a register may be written.
 _WRITE = "{value}"
+
+#: Levels of a filter that lag by less than a reading takes. What a level is in seconds no source tells: 1 … 99, 20 as delivered
+#: (manual) or 50 (two programs), "the larger, the more obvious the lag"; so it cannot be reckoned with or waited for.
+_SHORTEST = ("1", "0", "2")
+_FILTER_KEYS = text("At the sensor set parameter 02, and the speed's filter, to 1 (K1 held)")
 
 #: What torque control needs besides.
 TORQUE: Mapping[int, WantedSetting] = {
@@ -74,8 +79,14 @@ def transducer_rows(options: DeltaDyn200Options) -> Mapping[int, WantedSetting]:
                 wanted=wanted,
             ),
         ),
-        0x06: WantedSetting("06H filter of the torque", (), text("a larger one lags behind a torque that changes")),
+        0x06: _filter("06H filter of the torque", text("a torque lags behind what changes it"), options.torque_filter),
+        0x1E: _filter("1EH filter of the speed", text("a speed lags behind what changes it"), options.speed_filter),
     }
+
+
+def _filter(query: str, effect: Text, stated: float) -> WantedSetting:
+    """Return the row of a filter: as short as it gets, but one whose time constant (s) is stated stays as it is."""
+    return WantedSetting(query, () if stated else _SHORTEST, effect, _WRITE, _FILTER_KEYS, optional=True)
 
 
 class FoundDriveSettings:
@@ -86,7 +97,7 @@ class FoundDriveSettings:
         self._options = options
         self._addresses: dict[str, int] = {}
         self._drive = FoundState(line.name, self._ask_drive, self._set_drive)
-        self._transducer = FoundState(line.name, self._ask_transducer)
+        self._transducer = FoundState(line.name, self._ask_transducer, self._set_transducer)
 
     @property
     def found(self) -> tuple[FoundSetting, ...]:
@@ -110,8 +121,9 @@ class FoundDriveSettings:
         self._drive.verify(TORQUE.values())
 
     def give_back(self) -> None:
-        """Set the drive back as it was found; may be called twice."""
+        """Set drive and transducer back as they were found; may be called twice."""
         self._drive.give_back()
+        self._transducer.give_back()
 
     def _ask_drive(self, row: WantedSetting) -> str:
         return str(self._line.read(self._options.drive_unit, self._addresses[row.query], 1, row.query)[0])
@@ -122,3 +134,7 @@ class FoundDriveSettings:
     def _ask_transducer(self, row: WantedSetting) -> str:
         registers = self._line.read(self._options.transducer_unit, self._addresses[row.query], 2, row.query)
         return str(signed_32(*registers))
+
+    def _set_transducer(self, row: WantedSetting, value: str) -> None:
+        words = divmod(int(value), 1 << 16)
+        self._line.write_block(self._options.transducer_unit, self._addresses[row.query], words, row.query)
