@@ -12,7 +12,7 @@ from sim_instruments.faults.line_faults import Fault, FaultKind, Faults, spoil
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.lexer import parse_unit, split_messages, split_units
 from sim_instruments.scpi.mistaken import other_channel, unreadable
-from sim_instruments.scpi.tree import Call, CommandTree, Handler, Handling, Reply
+from sim_instruments.scpi.tree import Call, CommandTree, Handler, Handling, Reply, WholeReply
 from sim_instruments.transports.connection import Connection
 
 _CACHED_MESSAGES = 512
@@ -213,6 +213,8 @@ class MessageExchange:
         return messages
 
     def _steps(self, message: str) -> list[Step]:
+        if (handler := self.tree.whole(message)) is not None:
+            return [(handler, Call((), ()))]
         steps: list[Step] = []
         path: tuple[str, ...] = ()
         for text in split_units(message):
@@ -276,7 +278,9 @@ class MessageExchange:
             self._respond(b";".join(part if isinstance(part, bytes) else part.encode("latin-1") for part in replies))
 
     def _respond(self, reply: str | bytes) -> None:
-        output = (reply if isinstance(reply, bytes) else reply.encode("latin-1")) + self.terminator
+        output = reply if isinstance(reply, bytes) else reply.encode("latin-1")
+        if not isinstance(reply, WholeReply):
+            output += self.terminator
         if self.unasked:
             output = b"".join(self.unasked) + output
             self.unasked.clear()
