@@ -102,9 +102,8 @@ def serve(
                 fastest=FASTEST,
             )
         )
-    _check_host(host)
-    if base_port is not None and not 1024 <= base_port <= 65535 - _PORTS:
-        raise UsageError(text("--base-port {port}: allowed is 1024 to {most}", port=base_port, most=65535 - _PORTS))
+    check_host(host)
+    check_ports(base_port)
     if station is not None and fixture:
         raise UsageError(text("--fixture and --station: the station file says whether there is a fixture"))
     if station is not None and station_file is not None and station.resolve() == station_file.resolve():
@@ -197,7 +196,14 @@ def _opened(
         ) from error
 
 
-def _check_host(host: str) -> None:
+def check_ports(base_port: int | None) -> None:
+    """Raise UsageError for a first port that leaves no room for the others."""
+    if base_port is not None and not 1024 <= base_port <= 65535 - _PORTS:
+        raise UsageError(text("--base-port {port}: allowed is 1024 to {most}", port=base_port, most=65535 - _PORTS))
+
+
+def check_host(host: str) -> None:
+    """Raise UsageError for what is no IPv4 address."""
     try:
         ipaddress.IPv4Address(host)
     except ValueError:

@@ -63,5 +63,5 @@ def call_of(words: str, role: Role) -> Call:
 
 def _typed(hint: Any, value: object) -> Any:
     # pydantic has no word for what may be any collection.
-    wanted = frozenset[get_args(hint)] if get_origin(hint) is Collection else hint  # type: ignore[misc]
+    wanted: Any = frozenset[get_args(hint)] if get_origin(hint) is Collection else hint  # type: ignore[misc]
     return TypeAdapter(wanted).validate_python(value)

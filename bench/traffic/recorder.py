@@ -157,9 +157,9 @@ def _told(outcome: object) -> str:
 
 
 def _rounded(value: Any) -> Any:
-    """Return JSON without the times in it, and with numbers rounded."""
+    """Return JSON without times and accuracies, which no reading gives, and with numbers rounded."""
     if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items() if key != "time"}
+        return {key: _rounded(item) for key, item in value.items() if key != "time" and not key.endswith("accuracy")}
     if isinstance(value, list):
         return [_rounded(item) for item in value]
     return float(f"{value:.{_DIGITS}g}") if isinstance(value, float) else value
