@@ -18,21 +18,27 @@ def session_of(recording: Recording, role: Role, *, tolerant: bool) -> RecordedS
     transport = cast("Transport", carrier.partition(" ")[0])
     node = parse_address(str(recording.tables[role.value]["address"]), role.value)[1] if carrier == "can" else 0
     key = key_for(carrier, tolerant=tolerant)
-    return RecordedSession(transport, list(_exchanges(recording, role, carrier)), key, node)
+    exchanges = list(_exchanges(recording, role, carrier))
+    # What was sent beside the calls took no answer away from them.
+    told = [exchange for exchange, beside in exchanges if not beside] + [one for one, beside in exchanges if beside]
+    return RecordedSession(transport, told, key, node)
 
 
-def _exchanges(recording: Recording, role: Role, carrier: Carrier) -> Iterator[Exchange]:
-    time, message, replies = 0.0, b"", list[bytes]()
-    for line in recording.of(role):
+def _exchanges(recording: Recording, role: Role, carrier: Carrier) -> Iterator[tuple[Exchange, bool]]:
+    """Give each exchange, and whether it was beside the calls."""
+    time, message, replies, kind = 0.0, b"", list[bytes](), ">"
+    for line in (*recording.of(role), None):
+        if line is None or line.kind in ">~":
+            yield from ((exchange, kind == "~") for exchange in _exchange(carrier, time, message, replies))
+        if line is None:
+            return
         if line.kind in ">~":
-            yield from _exchange(carrier, time, message, replies)
-            time, message, replies = line.time, message_of(carrier, line.content), []
+            time, message, replies, kind = line.time, message_of(carrier, line.content), [], line.kind
         elif line.kind == "<":
             time = line.time
             replies.append(line.content)
         elif line.kind == "!" and carrier == "serial":
             replies.append(b"")
-    yield from _exchange(carrier, time, message, replies)
 
 
 def _exchange(carrier: Carrier, time: float, message: bytes, replies: list[bytes]) -> Iterator[Exchange]:
