@@ -20,7 +20,7 @@ from bench.station.station_file import load_station
 from bench.station.visa_library import StationVisa
 from bench.traffic.recorder import TrafficRecorder
 from bench.traffic.sampling import sample
-from bench.traffic.traffic_file import Line, Recording, read_recording, write_recording
+from bench.traffic.traffic_file import Recording, read_recording, write_recording
 from drivers.interfaces.text import english, text
 
 if TYPE_CHECKING:
@@ -97,6 +97,7 @@ def replay(
     serve: bool = False,
     host: str = "127.0.0.1",
     base_port: int | None = None,
+    station: Path | None = None,
     json: bool = False,
 ) -> int:
     """Have today's drivers do again what a recording says, each with its recorded instrument, and say where they do something else.
@@ -115,11 +116,13 @@ def replay(
         With --serve: the IPv4 address that the TCP ports listen on.
     base_port
         With --serve: first of the TCP ports; without it they are the system's.
+    station
+        A station file whose plug-ins the recorded drivers are.
     json
         Print one JSON object and nothing else.
 
     """
-    recording = read_recording(file)
+    recording = read_recording(file, str(station) if station else "")
     if serve:
         return _serve(recording, host, base_port, tolerant=tolerant)
     from bench.traffic.replay import replay as replayed
@@ -187,23 +190,17 @@ def _print_replayed(recording: Recording, done: "Sequence[Replayed]") -> None:
         driver = recording.tables[one.role.value]["driver"]
         mark = "✓" if one.difference is None else "✗"
         console.print(f"  {mark} {one.role.value:<18}{driver:<24}{one.messages} messages sent", markup=False)
-        told = _as_dict(one)["difference"]
-        if told is not None:
-            place = "at the end" if told["line"] is None else f"line {told['line']}"
-            console.print(f"      {place}", markup=False)
-            console.print(f"      recorded: {told['recorded']}", markup=False, soft_wrap=True)
-            console.print(f"      today:    {told['today']}", markup=False, soft_wrap=True)
+        if one.difference is not None:
+            console.print(f"      {one.difference.place}", markup=False)
+            console.print(f"      recorded: {one.difference.before}", markup=False, soft_wrap=True)
+            console.print(f"      today:    {one.difference.now}", markup=False, soft_wrap=True)
 
 
 def _as_dict(one: "Replayed") -> dict[str, Any]:
-    difference = one.difference
-    told = difference and {
-        "line": difference.recorded.number if difference.recorded else None,
-        "recorded": _words(difference.recorded),
-        "today": _words(difference.today),
+    found = one.difference
+    told = found and {
+        "line": found.recorded.number if found.recorded else None,
+        "recorded": found.before,
+        "today": found.now,
     }
     return {"messages": one.messages, "difference": told}
-
-
-def _words(line: Line | None) -> str:
-    return "nothing" if line is None else f"{line.kind} {line.words}"

@@ -50,10 +50,8 @@ def call_of(words: str, role: Role) -> Call:
         if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and not known[tree.func.id].is_property:
             name = tree.func.id
             hints = get_type_hints(getattr(role.interface, name))
-            named = [
-                *zip(known[name].arguments, tree.args, strict=False),
-                *((str(one.arg), one.value) for one in tree.keywords),
-            ]
+            named = list(zip(list(known[name].arguments)[: len(tree.args)], tree.args, strict=True))
+            named += [(str(one.arg), one.value) for one in tree.keywords]
             given = {key: ast.literal_eval(value) for key, value in named}
             return Call(name, {key: _typed(hints[key], one) for key, one in given.items()}, block)
     except (SyntaxError, KeyError, ValueError, RecursionError, MemoryError):

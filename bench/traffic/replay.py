@@ -30,6 +30,21 @@ class Difference:
     recorded: Line | None
     today: Line | None
 
+    @property
+    def place(self) -> str:
+        """Where it is in the file."""
+        return f"line {self.recorded.number}" if self.recorded else "after the last line"
+
+    @property
+    def before(self) -> str:
+        """What was recorded."""
+        return _shown(self.recorded)
+
+    @property
+    def now(self) -> str:
+        """What today's driver does in its place."""
+        return _shown(self.today)
+
 
 @dataclass(frozen=True)
 class Replayed:
@@ -140,3 +155,7 @@ def _compared(line: Line, carrier: Carrier, key: Any) -> bytes:
         return line.content.partition(b"(")[0]
     # Words may be put better; which error it is stays.
     return line.content.partition(b":")[0] if line.content.startswith(b"raised ") else line.content
+
+
+def _shown(line: Line | None) -> str:
+    return "nothing" if line is None else f"{line.kind} {line.words}"

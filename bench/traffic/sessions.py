@@ -1,10 +1,10 @@
 """What simulated instruments need of a recording to answer as it does."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import cast
 
 from bench.traffic.messages import key_for, message_of
-from bench.traffic.traffic_file import Recording
+from bench.traffic.traffic_file import Line, Recording
 from drivers.interfaces import Role
 from drivers.transport.can.addresses import parse_address
 from drivers.transport.wire import Carrier
@@ -26,26 +26,26 @@ def session_of(recording: Recording, role: Role, *, tolerant: bool) -> RecordedS
 
 def _exchanges(recording: Recording, role: Role, carrier: Carrier) -> Iterator[tuple[Exchange, bool]]:
     """Give each exchange, and whether it was beside the calls."""
-    time, message, replies, kind = 0.0, b"", list[bytes](), ">"
-    for line in (*recording.of(role), None):
-        if line is None or line.kind in ">~":
-            yield from ((exchange, kind == "~") for exchange in _exchange(carrier, time, message, replies))
-        if line is None:
-            return
-        if line.kind in ">~":
-            time, message, replies, kind = line.time, message_of(carrier, line.content), [], line.kind
-        elif line.kind == "<":
-            time = line.time
-            replies.append(line.content)
-        elif line.kind == "!" and carrier == "serial":
-            replies.append(b"")
+    opened = Line(0.0, role, ">", b"")
+    lines: list[Line] = []
+    for line in (opened, *recording.of(role), opened):
+        if line.kind in ">~" and lines:
+            yield from ((exchange, lines[0].kind == "~") for exchange in _exchange(carrier, lines))
+            lines = []
+        if line.kind in "><~!":
+            lines.append(line)
 
 
-def _exchange(carrier: Carrier, time: float, message: bytes, replies: list[bytes]) -> Iterator[Exchange]:
+def _exchange(carrier: Carrier, lines: Sequence[Line]) -> Iterator[Exchange]:
+    """Give what a message and the lines after it are; from a serial line, each that came unasked."""
+    message = message_of(carrier, lines[0].content)
+    came = [line for line in lines if line.kind == "<"]
+    replies = [line.content for line in came]
     if carrier.startswith("modbus"):
         # A frame may have come in pieces.
         replies = [whole] if (whole := message_of(carrier, b"".join(replies))) else []
     if message:
-        yield Exchange(time, message, tuple(replies))
+        time = came[-1].time if came else lines[0].time
+        yield Exchange(time, message, tuple(replies), whole=not came or lines[-1] is came[-1])
     elif carrier == "serial":
-        yield from (Exchange(time, b"", (reply,)) for reply in replies)
+        yield from (Exchange(line.time, b"", (line.content if line.kind == "<" else b"",)) for line in lines[1:])

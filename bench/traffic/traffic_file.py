@@ -21,8 +21,9 @@ from typing import Any, Literal, cast, get_args
 
 from tomli_w import dumps
 
-from bench.files.toml_file import parse
+from bench.files.toml_file import parse, read
 from bench.i18n.errors import FileError, InputError
+from bench.plugins.files import KEY as PLUGINS
 from bench.station.station_file import Station, make_station
 from drivers.interfaces import Role
 from drivers.interfaces.text import Text, reason_of, text
@@ -61,13 +62,17 @@ class Line:
 
 @dataclass(frozen=True)
 class Recording:
-    """A session: its instruments as a station file has them, by role, what carries their messages, and the lines."""
+    """A session: its instruments as a station file has them, by role, what carries their messages, and the lines.
+
+    `plugins_of` is a station file whose plug-ins its drivers may be.
+    """
 
     tables: Mapping[str, Mapping[str, Any]]
     carriers: Mapping[Role, Carrier]
     lines: Sequence[Line]
     about: Mapping[str, Any] = field(default_factory=dict)
     source: str = "recording"
+    plugins_of: str = ""
 
     def of(self, role: Role) -> Sequence[Line]:
         """Return the lines of one instrument."""
@@ -76,7 +81,10 @@ class Recording:
     def station(self) -> Station:
         """Return the station of the recording's instruments. Raises InputError as for a station file."""
         made = {"station": {"name": "recording"}, "instruments": self.tables}
-        return make_station(made, self.source, dumps(made).encode())
+        if not self.plugins_of:
+            return make_station(made, self.source, dumps(made).encode())
+        plugins = read(Path(self.plugins_of), text("station file"))[1].get(PLUGINS, {})
+        return make_station({**made, PLUGINS: plugins}, self.plugins_of, dumps(made).encode())
 
     def text(self) -> str:
         """Return the file's content."""
@@ -96,8 +104,8 @@ def write_recording(recording: Recording, path: Path) -> None:
         ) from None
 
 
-def read_recording(path: Path) -> Recording:
-    """Read a file. Raises FileError naming file, line and cause."""
+def read_recording(path: Path, plugins_of: str = "") -> Recording:
+    """Read a file; `plugins_of` is a station file whose plug-ins its drivers may be. Raises FileError naming file, line and cause."""
     try:
         if path.stat().st_size > _LONGEST:
             raise FileError(text("{path}: more than {most} MiB are no recording", path=path, most=_LONGEST // 2**20))
@@ -108,10 +116,10 @@ def read_recording(path: Path) -> Recording:
         ) from None
     except UnicodeDecodeError as error:
         raise FileError(text("{name}: not UTF-8 text (byte {start})", name=path, start=error.start)) from None
-    return parse_recording(content, str(path))
+    return parse_recording(content, str(path), plugins_of)
 
 
-def parse_recording(content: str, source: str) -> Recording:
+def parse_recording(content: str, source: str, plugins_of: str = "") -> Recording:
     """Return the recording in a file's content; raises FileError as `read_recording` does."""
     rows = content.split("\n")
     _check_version(rows[0], source)
@@ -128,7 +136,7 @@ def parse_recording(content: str, source: str) -> Recording:
         carriers = {Role(role): cast("Carrier", carrier) for role, carrier in about.pop("carriers").items()}
         if unknown := set(carriers.values()) - set(get_args(Carrier)):
             raise broken(source, 1, text("unknown carrier {carrier}", carrier=sorted(map(str, unknown))[0]))
-        found = Recording(head.get("instruments", {}), carriers, lines, about, source)
+        found = Recording(head.get("instruments", {}), carriers, lines, about, source, plugins_of)
         if unknown_roles := {line.role for line in lines} - found.station().entries.keys():
             role = min(role.value for role in unknown_roles)
             raise broken(source, 1, text("[instruments.{role}] is missing", role=role))

@@ -12,7 +12,7 @@ from sim_instruments.recorded.replies import RecordedReplies, RecordedSession
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.exchange import InstrumentClock, ReadEnd
 from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.scpi.tree import Call, Handler, WholeReply
+from sim_instruments.scpi.tree import Call, HalfReply, Handler, WholeReply
 from sim_instruments.transports.modbus.unit import ModbusLine
 
 _UNDEFINED_HEADER = -113
@@ -61,11 +61,12 @@ class RecordedScpi(ScpiInstrument):
         def handle(_: Call) -> WholeReply | str | None:
             if asks and (len(self.errors) or not self._replies.knows(text)):
                 return self._next_error()
-            replies = self._replies.answer(text)
+            exchange = self._replies.answer(text)
+            replies = exchange.replies
             if self._apart:
                 self._further.extend(replies[1:])
                 replies = replies[:1]
-            return WholeReply(b"".join(replies)) if replies else None
+            return (WholeReply if exchange.whole else HalfReply)(b"".join(replies)) if replies else None
 
         return handle
 
@@ -83,7 +84,7 @@ class RecordedUnits(ModbusLine):
         message = bytes([unit]) + request
         if not self._replies.knows(message):
             return bytes([request[0] | 0x80, _ILLEGAL_FUNCTION]), None
-        return b"".join(reply[1:] for reply in self._replies.answer(message)), None
+        return b"".join(reply[1:] for reply in self._replies.answer(message).replies), None
 
 
 class RecordedPort:
@@ -104,7 +105,7 @@ class RecordedPort:
     def write(self, data: bytes) -> int:
         """Take a message, which is answered where it is known."""
         if self._replies.knows(data):
-            self._coming.extendleft((0.0, reply) for reply in reversed(self._replies.answer(data)))
+            self._coming.extendleft((0.0, reply) for reply in reversed(self._replies.answer(data).replies))
         return len(data)
 
     def read(self, count: int, timeout: float) -> bytes:
@@ -138,7 +139,7 @@ class RecordedNode(can.Listener):
         data = "R" if msg.is_remote_frame else msg.data.hex().upper()
         frame = f"{msg.arbitration_id:03X}#{data}".encode()
         if self._replies.knows(frame):
-            for reply in self._replies.answer(frame):
+            for reply in self._replies.answer(frame).replies:
                 identifier, _, content = reply.partition(b"#")
                 self._send(
                     can.Message(

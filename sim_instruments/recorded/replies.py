@@ -11,12 +11,13 @@ from sim_instruments.catalogue import Transport
 class Exchange:
     """A message and what came before the next one; `time` (s) is when the last of that was there.
 
-    Where the first exchange has no message, its replies came unasked.
+    Without a message, its replies came unasked. Where it is not `whole`, the rest of the last one never came.
     """
 
     time: float
     message: bytes
     replies: tuple[bytes, ...]
+    whole: bool = True
 
 
 @dataclass(frozen=True)
@@ -55,11 +56,11 @@ class RecordedReplies:
         """Return whether the message is in the recording."""
         return self._key(message) in self._answers
 
-    def answer(self, message: bytes) -> tuple[bytes, ...]:
-        """Return the replies to a known message, in order."""
+    def answer(self, message: bytes) -> Exchange:
+        """Return the exchange that a known message begins."""
         key = self._key(message)
         answers, number = self._answers[key], self._given[key]
         self._given[key] = number + 1
         exchange = answers[min(number, len(answers) - 1)]
         self._reach(exchange.time)
-        return exchange.replies
+        return exchange

@@ -84,7 +84,7 @@ class ServedRecording:
             nonlocal due
             message = terminal.receive()
             if message and replies.knows(message):
-                terminal.send(b"".join(replies.answer(message)))
+                terminal.send(b"".join(replies.answer(message).replies))
             if unasked and now >= due:
                 terminal.send(b"".join(unasked[0].replies))
                 sent = unasked[0].time

@@ -12,7 +12,7 @@ from sim_instruments.faults.line_faults import Fault, FaultKind, Faults, spoil
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.lexer import parse_unit, split_messages, split_units
 from sim_instruments.scpi.mistaken import other_channel, unreadable
-from sim_instruments.scpi.tree import Call, CommandTree, Handler, Handling, Reply, WholeReply
+from sim_instruments.scpi.tree import Call, CommandTree, HalfReply, Handler, Handling, Reply, WholeReply
 from sim_instruments.transports.connection import Connection
 
 _CACHED_MESSAGES = 512
@@ -284,7 +284,7 @@ class MessageExchange:
         if self.unasked:
             output = b"".join(self.unasked) + output
             self.unasked.clear()
-        self._ended = True
+        self._ended = not isinstance(reply, HalfReply)
         if (fault := self._fault) is not None:
             self._fault = None
             output = self._faulty(fault, output)

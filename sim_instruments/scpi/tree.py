@@ -18,6 +18,10 @@ class WholeReply(bytes):
     """A reply with its end in it, or without one."""
 
 
+class HalfReply(WholeReply):
+    """A reply whose rest never comes."""
+
+
 Handling = Generator[float, None, Reply]
 """A handler that takes time: it yields the virtual time (s) at which it wants to go on."""
 

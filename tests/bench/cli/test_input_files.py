@@ -36,7 +36,7 @@ INPUTS = {
     "sim serve": ["--motor FILE", "--motor lg-400w --disturbances FILE", "--motor lg-400w --faults FILE"],
     "station check": ["FILE"],
     "station record": ["FILE --out out.traffic"],
-    "station replay": ["FILE"],
+    "station replay": ["FILE", "FILE --serve"],
     "station scan": ["--station FILE"],
     "station drivers": ["--station FILE"],
     "station reset": ["FILE --by me"],

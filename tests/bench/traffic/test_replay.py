@@ -1,96 +1,145 @@
-"""A session on the virtual bench, recorded and replayed through the same drivers: the same, byte for byte."""
+"""A session on the virtual bench, recorded and replayed through the same drivers: the same, byte for byte; another driver is found."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
-from bench.motor.motor_file import load_motor
-from bench.safety.station_instruments import StationInstruments
-from bench.station.visa_library import StationVisa
-from bench.traffic.recorder import TrafficRecorder
-from bench.traffic.replay import replay
+from bench.i18n.errors import FileError
+from bench.traffic.replay import Difference, replay
 from bench.traffic.traffic_file import Recording, parse_recording
-from bench.virtual.virtual_station import virtual_station
-from drivers.interfaces import Aperture, ChannelSettings, InstrumentError, Role, Trigger
+from drivers.interfaces import InstrumentError, Role
 from sim_instruments.bench import VirtualBench
+from sim_instruments.faults.line_faults import Fault
+from tests.bench.traffic.sessions import Instruments, recorded
 
 
-class Nothing:
-    """Records and stores nothing."""
-
-    def record(self, event: Any) -> None:
-        """Let it go."""
-
-    def store(self, name: str, waveforms: Any) -> str:
-        """Let it go."""
-        return name
+def again(recording: Recording, *changes: tuple[str, str]) -> Recording:
+    """Return a recording written and read, with the first place of each text changed."""
+    content = recording.text()
+    for before, after in changes:
+        assert before in content
+        content = content.replace(before, after, 1)
+    return parse_recording(content, "again.traffic")
 
 
-def measured(instruments: dict[Role, Any]) -> None:
-    """Use every instrument of a bench with a fixture as procedures do; what an open winding refuses is recorded, too."""
-    supply = instruments[Role.SUPPLY]
-    supply.configure(1.0, 0.5)
-    with supply.energised(1.0, current_limit=0.5):
-        supply.measure_current()
-        supply.output_mode()
-    bridge = instruments[Role.LCR_METER]
-    bridge.configure(100.0, aperture=Aperture.LONG)
-    with pytest.raises(InstrumentError):
-        bridge.measure()
-    meter = instruments[Role.VOLTMETER]
-    meter.configure(0.1)
-    meter.measure_voltage()
-    scope, dynamometer = instruments[Role.OSCILLOSCOPE], instruments[Role.DYNAMOMETER]
-    for channel in (1, 2):
-        scope.configure_channel(channel, ChannelSettings(10.0))
-    scope.configure_acquisition(0.02, 1000)
-    scope.configure_trigger(Trigger(None))
-    with pytest.raises(RuntimeError), dynamometer.driving_speed(50.0):
-        dynamometer.measure()
-        instruments[Role.TACHOMETER].measure_speed()
-        scope.initiate()
-        scope.fetch([1, 2], 2.0)
-        raise RuntimeError
-    matrix, inverter = instruments[Role.SWITCH_MATRIX], instruments[Role.INVERTER]
-    matrix.connect(frozenset({"A:inverter_u", "B:inverter_v", "C:inverter_w"}))
-    with inverter.driving_frequency(2.0, 1.0):
-        inverter.measure_frequency()
-        inverter.measure_current()
-    matrix.closed()
-    instruments[Role.ROTOR_ACTUATOR].angle()
-    instruments[Role.INSULATION_TESTER].measure(100.0, 1.0)
+def difference(recording: Recording, role: Role, *, tolerant: bool = False) -> Difference | None:
+    """Return where a role's driver does something else."""
+    return {one.role: one.difference for one in replay(recording, tolerant=tolerant)}[role]
 
 
-@pytest.fixture(scope="module")
-def recording() -> Iterator[Recording]:
-    motor = load_motor("lg-400w")
-    with VirtualBench(motor.virtual_motor(), seed=5, sockets=False, fixture=True) as bench:
-        nothing, recorder = Nothing(), TrafficRecorder(bench.clock.now)
-        station = virtual_station(bench.addresses())
-        instruments = StationInstruments(
-            station,
-            motor.nameplate,
-            bench.clock,
-            nothing,
-            nothing,
-            StationVisa(bench.visa_library),
-            lambda _: None,
-            in_process=bench,
-            traffic_recorder=recorder,
-        )
-        for role in station.entries:
-            instruments.open(role)
-        measured(dict(instruments.opened()))
-        assert not instruments.close()
-        yield recorder.recording(station)
+def test_the_replay_of_every_role_is_the_recording(recording: Recording) -> None:
+    read = again(recording)
+    assert {line.role for line in read.lines} == set(Role) - {Role.DRIVE}
+    for one in replay(read):
+        assert one.difference is None
+        assert [(line.kind, line.words) for line in one.lines] == [
+            (line.kind, line.words) for line in read.of(one.role)
+        ]
 
 
-def test_equal(recording: Recording) -> None:
-    __import__("pathlib").Path("/tmp/rec.traffic").write_text(recording.text())
-    again = parse_recording(recording.text(), "again.traffic")
-    assert {one.role for one in replay(again)} == set(Role) - {Role.DRIVE}
-    for one in replay(again):
-        assert one.difference is None, one.difference
-        said = [(line.kind, line.content) for line in one.lines]
-        assert said == [(line.kind, line.content) for line in again.of(one.role)], one.role
+#: Each role with a call that reads, and what names the message of it that a fault is to strike.
+READ: dict[Role, tuple[str, str]] = {
+    Role.SUPPLY: ("measure_voltage", "MEAS:VOLT"),
+    Role.VOLTMETER: ("measure_voltage", "READ"),
+    Role.DYNAMOMETER: ("measure", "read 2"),
+    Role.INVERTER: ("measure_frequency", "read 606CH"),
+    Role.TACHOMETER: ("measure_speed", "frame"),
+}
+
+
+@pytest.mark.parametrize("kind", ["silence", "half", "garbage", "late", "stale", "not_a_number"])
+@pytest.mark.parametrize("role", READ)
+def test_the_replay_of_a_misbehaving_instrument_is_the_recording(role: Role, kind: str) -> None:
+    call, struck = READ[role]
+
+    def use(bench: VirtualBench, instruments: Instruments) -> None:
+        instrument = instruments[role]
+        if role is Role.VOLTMETER:
+            instrument.configure(0.1)
+        bench.faults(role.value).add(Fault.on(kind, struck, delay=30.0))
+        for _ in range(3):
+            try:
+                getattr(instrument, call)()
+            except InstrumentError:
+                continue
+
+    (replayed,) = replay(again(recorded(use, role)))
+    assert replayed.difference is None
+    assert any(line.words.startswith(("gave", "raised")) for line in replayed.lines)
+
+
+def test_another_message_is_named_with_its_place(recording: Recording) -> None:
+    found = difference(again(recording, ("TRIG:SOUR BUS", "TRIG:SOUR EXT")), Role.LCR_METER)
+    assert found is not None
+    assert (found.before, found.now) == ("> TRIG:SOUR EXT\\n", "> TRIG:SOUR BUS\\n")
+    lines = again(recording, ("TRIG:SOUR BUS", "TRIG:SOUR EXT")).text().splitlines()
+    assert lines[int(found.place.removeprefix("line ")) - 1].endswith("> TRIG:SOUR EXT\\n")
+
+
+def test_a_message_that_is_sent_no_more_or_besides() -> None:
+    def use(_: VirtualBench, instruments: Instruments) -> None:
+        instruments[Role.VOLTMETER].configure(0.1)
+
+    content = recorded(use, Role.VOLTMETER).text()
+    rows = content.splitlines()
+    last = rows[-2]
+    assert last.endswith("> SYST:LOC\\n")
+    count = int(rows[-1].split()[3])
+    less = "\n".join([*rows[:-2], f"--- end of {count - 1} lines", ""])
+    found = difference(parse_recording(less, "less.traffic"), Role.VOLTMETER)
+    assert found is not None
+    assert (found.place, found.before, found.now) == ("after the last line", "nothing", "> SYST:LOC\\n")
+    more = "\n".join([*rows[:-1], last.replace("SYST:LOC", "*RST"), f"--- end of {count + 1} lines", ""])
+    found = difference(parse_recording(more, "more.traffic"), Role.VOLTMETER)
+    assert found is not None
+    assert (found.before, found.now) == ("> *RST\\n", "nothing")
+
+
+def test_another_reading_of_the_same_answer(recording: Recording) -> None:
+    value = next(line.words for line in recording.of(Role.VOLTMETER) if line.words.startswith("gave "))
+    other = again(recording, (value, 'gave {"value":1.0,"unit":"V"}'))
+    found = difference(other, Role.VOLTMETER)
+    assert found is not None
+    assert found.now == f"# {value}"
+    assert difference(other, Role.VOLTMETER, tolerant=True) is None
+
+
+def test_other_numbers_are_tolerated_where_that_is_asked_for(recording: Recording) -> None:
+    role_and_change: dict[Role, tuple[str, str]] = {
+        Role.SUPPLY: ("configure(voltage=1.0, ", "configure(voltage=1.1, "),
+        Role.DYNAMOMETER: ("driving_speed(speed=50.0)", "driving_speed(speed=52.0)"),
+        Role.INVERTER: ("driving_frequency(frequency=2.0", "driving_frequency(frequency=2.5"),
+    }
+    for role, change in role_and_change.items():
+        other = again(recording, change)
+        assert difference(other, role) is not None
+    # The supply reads its set point back: what it is tolerant of is the message, not the answer.
+    sent = again(recording, ("VOLT:PROT 1.6", "VOLT:PROT 1.60"))
+    assert difference(sent, Role.SUPPLY) is not None
+    assert difference(sent, Role.SUPPLY, tolerant=True) is None
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "__init__()",
+        "measure",
+        "brake(1)",
+        "measure_voltage(__import__('os'))",
+        "measure_voltage(1",
+        "configure(full_scale='x')",
+    ],
+)
+def test_what_is_no_call_of_the_role_is_refused(recording: Recording, call: str) -> None:
+    other = again(recording, ("voltmeter = measure_voltage()", f"voltmeter = {call}"))
+    with pytest.raises(FileError, match=r"again\.traffic: line \d+: .* is no call of voltmeter"):
+        replay(other)
+
+
+def test_calls_beside_those_of_a_session_take_no_answers_away(recording: Recording) -> None:
+    rows: list[Any] = recording.text().splitlines()
+    first = next(number for number, row in enumerate(rows) if " dynamometer >x" in row)
+    beside = [rows[first].replace(" >x", " ~x"), rows[first + 1].replace("00 00", "FF FF")]
+    count = int(rows[-1].split()[3])
+    made = [*rows[: first - 1], *beside, *rows[first - 1 : -1], f"--- end of {count + 2} lines", ""]
+    assert difference(parse_recording("\n".join(made), "again.traffic"), Role.DYNAMOMETER) is None
