@@ -137,9 +137,10 @@ def parse_recording(content: str, source: str, plugins_of: str = "") -> Recordin
         if unknown := set(carriers.values()) - set(get_args(Carrier)):
             raise broken(source, 1, text("unknown carrier {carrier}", carrier=sorted(map(str, unknown))[0]))
         found = Recording(head.get("instruments", {}), carriers, lines, about, source, plugins_of)
-        if unknown_roles := {line.role for line in lines} - found.station().entries.keys():
-            role = min(role.value for role in unknown_roles)
-            raise broken(source, 1, text("[instruments.{role}] is missing", role=role))
+        if missing := {line.role.value for line in lines} - {
+            role.value for role in found.station().entries.keys() & carriers
+        }:
+            raise broken(source, 1, text("[instruments.{role}] or its carrier is missing", role=min(missing)))
     except FileError:
         raise
     except (KeyError, ValueError, TypeError, AttributeError, InputError) as error:
@@ -184,25 +185,28 @@ def _shown(line: Line) -> str:
 
 
 def _lines(rows: Sequence[str], source: str, first: int) -> list[Line]:
-    found: list[tuple[re.Match[str], int, list[str]]] = []
+    found: list[tuple[int, str, list[str]]] = []
     for number, row in enumerate(rows, first):
-        match = _LINE.fullmatch(row)
-        if match is not None:
-            found.append((match, number, [match["content"] or ""]))
-        elif found and row.startswith(_CONTINUED):
+        if found and row.startswith(_CONTINUED):
             found[-1][2].append(row.removeprefix(_CONTINUED))
         else:
-            raise broken(source, number, text("no line of a recording: {row}", row=repr(row[:60])))
+            found.append((number, row, []))
     lines = []
-    for match, number, parts in found:
+    for number, row, more in found:
         try:
-            content = _bytes(
-                cast("Kind", match["kind"]), "".join(f"{part} " for part in parts)[:-1], bool(match["hexadecimal"])
-            )
-            lines.append(Line(float(match["time"]), Role(match["role"]), cast("Kind", match["kind"]), content, number))
-        except ValueError as error:
-            raise broken(source, number, text("{error}", error=error)) from None
+            lines.append(_line(number, row, more))
+        except ValueError:
+            raise broken(source, number, text("no line of a recording: {row}", row=repr(row[:60]))) from None
     return lines
+
+
+def _line(number: int, row: str, more: Sequence[str]) -> Line:
+    match = _LINE.fullmatch(row)
+    if match is None:
+        raise ValueError(row)
+    kind = cast("Kind", match["kind"])
+    content = _bytes(kind, " ".join([match["content"] or "", *more]), bool(match["hexadecimal"]))
+    return Line(float(match["time"]), Role(match["role"]), kind, content, number)
 
 
 def _bytes(kind: Kind, said: str, hexadecimal: bool) -> bytes:
