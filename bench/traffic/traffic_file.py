@@ -124,7 +124,7 @@ def parse_recording(content: str, source: str, plugins_of: str = "") -> Recordin
     rows = content.split("\n")
     _check_version(rows[0], source)
     if _TRAFFIC not in rows or not rows[-1] == "":
-        raise broken(source, len(rows), text("the file ends early; have it sent again"))
+        raise broken(source, len(rows), text("the file ends early, or lines are missing; have it sent again"))
     start = rows.index(_TRAFFIC)
     body = rows[start + 1 : -2]
     try:
@@ -143,11 +143,10 @@ def parse_recording(content: str, source: str, plugins_of: str = "") -> Recordin
             raise broken(source, 1, text("[instruments.{role}] or its carrier is missing", role=min(missing)))
     except FileError:
         raise
-    except (KeyError, ValueError, TypeError, AttributeError, InputError) as error:
-        said = error.text if isinstance(error, InputError) else text("{key} is missing or wrong", key="[recording]")
-        raise FileError(
-            said if isinstance(error, InputError) else text("{path}: {said}", path=source, said=said)
-        ) from None
+    except InputError as error:
+        raise FileError(error.text) from None
+    except (KeyError, ValueError, TypeError, AttributeError):
+        raise broken(source, 1, text("[recording] or [recording.carriers] is missing or wrong")) from None
     return found
 
 

@@ -65,7 +65,7 @@ GOOD = recording_of(Line(0.0, Role.VOLTMETER, "=", b"open()"), Line(0.0, Role.VO
         (GOOD.replace("*IDN?\\n", "*IDN\\x"), "line 14:"),
         (GOOD.replace('"visa"', '"pigeon"'), "unknown carrier pigeon"),
         (GOOD.replace('voltmeter = "visa"', ""), "[instruments.voltmeter] or its carrier is missing"),
-        (GOOD.replace("[recording.carriers]", "[recording.carrier]"), "[recording] is missing or wrong"),
+        (GOOD.replace("[recording.carriers]", "[recording.carrier]"), "is missing or wrong"),
         (GOOD.replace("keysight-34461a", "acme"), "is no driver for this role"),
         (GOOD.replace("[instruments.voltmeter]", "[instruments.supply]"), "keysight-34461a"),
         (GOOD.replace('"today"', "today"), "not valid TOML"),
