@@ -20,7 +20,7 @@ from bench.station.station_file import load_station
 from bench.station.visa_library import StationVisa
 from bench.traffic.recorder import TrafficRecorder
 from bench.traffic.sampling import sample
-from bench.traffic.traffic_file import Recording, read_recording, write_recording
+from bench.traffic.traffic_file import SessionRecording, read_recording, write_recording
 from drivers.interfaces.text import english, text
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def replay(
     return 0 if good else 1
 
 
-def _serve(recording: Recording, host: str, base_port: int | None, *, tolerant: bool) -> int:
+def _serve(recording: SessionRecording, host: str, base_port: int | None, *, tolerant: bool) -> int:
     from tomli_w import dumps
 
     from bench.cli.sim_serve import check_host, check_ports
@@ -182,7 +182,7 @@ def _print_recorded(out: Path, found: dict[str, dict[str, Any]], counts: dict[st
     console.print(f"{out}: {sum(counts.values())} messages", markup=False, soft_wrap=True)
 
 
-def _print_replayed(recording: Recording, done: "Sequence[Replayed]") -> None:
+def _print_replayed(recording: SessionRecording, done: "Sequence[Replayed]") -> None:
     console = console_on(sys.stdout)
     made = f", made {recording.about['made']}" if "made" in recording.about else ""
     console.print(f"{recording.source}{made}", style="bold", markup=False, soft_wrap=True)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from bench.traffic.traffic_file import Line, Recording
+from bench.traffic.traffic_file import SessionRecording, TrafficLine
 from drivers.interfaces import Role
 
 #: Options that say which piece it is.
@@ -17,7 +17,7 @@ _THIRD_FIELD = re.compile(rb"[^,]*,[^,]*,\s*([^,\s]{4,})\s*,")
 _SERIAL_OBJECT = re.compile(rb"(#43181004)[0-9A-F]{8}")
 
 
-def anonymous(recording: Recording) -> Recording:
+def anonymous(recording: SessionRecording) -> SessionRecording:
     """Return a recording whose hosts are called by their roles, and whose serial numbers are crossed out, byte for byte."""
     tables = {
         role: {**_bare(table), **({"address": address_of(role, table["address"])} if "address" in table else {})}
@@ -42,7 +42,7 @@ def _bare(table: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _numbers(recording: Recording, role: Role) -> set[bytes]:
+def _numbers(recording: SessionRecording, role: Role) -> set[bytes]:
     found, asked = set(), False
     for line in recording.of(role):
         if line.kind == ">":
@@ -52,7 +52,7 @@ def _numbers(recording: Recording, role: Role) -> set[bytes]:
     return found
 
 
-def _crossed_out(line: Line, numbers: set[bytes]) -> Line:
+def _crossed_out(line: TrafficLine, numbers: set[bytes]) -> TrafficLine:
     content = _SERIAL_OBJECT.sub(rb"\g<1>00000000", line.content)
     for number in numbers:
         content = content.replace(number, b"X" * len(number))

@@ -16,7 +16,7 @@ OPEN, WITH, END, FAIL = "open()", "with ", "end", "fail"
 
 
 @dataclass(frozen=True)
-class Call:
+class RecordedCall:
     """A property that is asked, or with `arguments` a method that is called, `block` for one that energises as long as its block lasts."""
 
     name: str
@@ -39,21 +39,25 @@ def flat(value: object) -> Any:
     return sorted(map(plain, value)) if isinstance(value, set | frozenset) else plain(value)
 
 
-def call_of(words: str, role: Role) -> Call:
+def call_of(words: str, role: Role) -> RecordedCall:
     """Return the call in a line that is neither the opening nor a block's end. Raises ValueError where it is none of the role's."""
     block = words.startswith(WITH)
     try:
         tree = ast.parse(words.removeprefix(WITH), mode="eval").body
         known = declarations(role.interface)
         if isinstance(tree, ast.Name) and known[tree.id].is_property:
-            return Call(tree.id)
-        if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and not known[tree.func.id].is_property:
+            return RecordedCall(tree.id)
+        if (
+            isinstance(tree, ast.RecordedCall)
+            and isinstance(tree.func, ast.Name)
+            and not known[tree.func.id].is_property
+        ):
             name = tree.func.id
             hints = get_type_hints(getattr(role.interface, name))
             named = list(zip(list(known[name].arguments)[: len(tree.args)], tree.args, strict=True))
             named += [(str(one.arg), one.value) for one in tree.keywords]
             given = {key: ast.literal_eval(value) for key, value in named}
-            return Call(name, {key: _typed(hints[key], one) for key, one in given.items()}, block)
+            return RecordedCall(name, {key: _typed(hints[key], one) for key, one in given.items()}, block)
     except (SyntaxError, KeyError, ValueError, RecursionError, MemoryError):
         pass
     raise ValueError(text("'{words}' is no call of {role}", words=words[:80], role=role.value))

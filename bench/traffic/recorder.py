@@ -13,7 +13,7 @@ from bench.journal.encoding import dumps
 from bench.station.station_file import Station
 from bench.traffic.anonymity import anonymous
 from bench.traffic.calls import END, FAIL, OPEN, WITH, flat, words_of
-from bench.traffic.traffic_file import Kind, Line, Recording
+from bench.traffic.traffic_file import Kind, SessionRecording, TrafficLine
 from drivers.interfaces import Instrument, Role
 from drivers.interfaces.declarations import Declaration, Effect, Lasting, declarations
 from drivers.transport.wire import Carrier, Direction, Wire
@@ -31,7 +31,7 @@ class TrafficRecorder:
         self._now = now
         self._lock = threading.Lock()
         self._begin: float | None = None
-        self._lines: list[Line] = []
+        self._lines: list[TrafficLine] = []
         self._carriers: dict[Role, Carrier] = {}
         self._calling: dict[tuple[Role, int], str | None] = {}
 
@@ -55,12 +55,12 @@ class TrafficRecorder:
             instrument = opener()
         return cast("Instrument", _RecordedCalls(instrument, role, self))
 
-    def lines(self, role: Role) -> Sequence[Line]:
+    def lines(self, role: Role) -> Sequence[TrafficLine]:
         """Return what was recorded so far of one instrument."""
         with self._lock:
             return [line for line in self._lines if line.role is role]
 
-    def recording(self, station: Station, *, identifiable: bool = False) -> Recording:
+    def recording(self, station: Station, *, identifiable: bool = False) -> SessionRecording:
         """Return what was recorded so far, of the instruments that have said or been told anything.
 
         Network addresses and serial numbers are left out unless it is to be `identifiable`.
@@ -69,7 +69,7 @@ class TrafficRecorder:
             lines, carriers = tuple(self._lines), dict(self._carriers)
         tables = {role.value: station.entries[role].table for role in carriers}
         about = {"made": datetime.now(UTC).isoformat(timespec="seconds"), "motorbench": version("motorbench")}
-        made = Recording(tables, carriers, [line for line in lines if line.role in carriers], about)
+        made = SessionRecording(tables, carriers, [line for line in lines if line.role in carriers], about)
         return made if identifiable else anonymous(made)
 
     @contextmanager
@@ -98,7 +98,7 @@ class TrafficRecorder:
         with self._lock:
             now = self._now()
             self._begin = now if self._begin is None else self._begin
-            self._lines.append(Line(now - self._begin, role, kind, content))
+            self._lines.append(TrafficLine(now - self._begin, role, kind, content))
 
 
 class _RecordedCalls:

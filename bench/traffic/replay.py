@@ -9,11 +9,11 @@ from typing import Any
 from pyvisa import ResourceManager
 
 from bench.station.station_file import Entry
-from bench.traffic.calls import END, FAIL, OPEN, Call, call_of
+from bench.traffic.calls import END, FAIL, OPEN, RecordedCall, call_of
 from bench.traffic.messages import key_for, message_of
 from bench.traffic.recorder import TrafficRecorder
 from bench.traffic.sessions import session_of
-from bench.traffic.traffic_file import Line, Recording, broken
+from bench.traffic.traffic_file import SessionRecording, TrafficLine, broken
 from drivers.catalogue import Surroundings
 from drivers.interfaces import Instrument, Role
 from drivers.interfaces.text import text_of
@@ -27,8 +27,8 @@ from sim_instruments.recorded.bench import RecordedBench
 class Difference:
     """The first line of a recording that today's driver does not repeat: None stands for nothing."""
 
-    recorded: Line | None
-    today: Line | None
+    recorded: TrafficLine | None
+    today: TrafficLine | None
 
     @property
     def place(self) -> str:
@@ -53,10 +53,10 @@ class Replayed:
     role: Role
     messages: int
     difference: Difference | None
-    lines: Sequence[Line]
+    lines: Sequence[TrafficLine]
 
 
-def replay(recording: Recording, *, tolerant: bool = False) -> Sequence[Replayed]:
+def replay(recording: SessionRecording, *, tolerant: bool = False) -> Sequence[Replayed]:
     """Have the drivers do again what the recording says was done, each with its recorded instrument.
 
     `tolerant` of numbers in messages, and of what came of calls. Raises InputError where a driver is not to be had.
@@ -65,7 +65,7 @@ def replay(recording: Recording, *, tolerant: bool = False) -> Sequence[Replayed
     return [_replayed(recording, entries[role], tolerant) for role in recording.carriers]
 
 
-def _replayed(recording: Recording, entry: Entry, tolerant: bool) -> Replayed:
+def _replayed(recording: SessionRecording, entry: Entry, tolerant: bool) -> Replayed:
     role, clock = entry.role, VirtualClock()
     calls = list(_calls(recording, role))
     bench = RecordedBench({role.value: session_of(recording, role, tolerant=tolerant)}, clock)
@@ -99,7 +99,7 @@ class _Session:
         self._instrument: Instrument | None = None
         self._blocks: list[AbstractContextManager[Any]] = []
 
-    def repeat(self, words: str, call: Call | None) -> None:
+    def repeat(self, words: str, call: RecordedCall | None) -> None:
         """Make a call as it was recorded. Raises what the driver raises."""
         if call is not None:
             outcome = call.made(self._instrument)
@@ -123,7 +123,7 @@ class _Session:
                 self._instrument.close()
 
 
-def _calls(recording: Recording, role: Role) -> Iterator[tuple[Line, Call | None]]:
+def _calls(recording: SessionRecording, role: Role) -> Iterator[tuple[TrafficLine, RecordedCall | None]]:
     """Give the calls of one instrument; None for those of the recording's own: opening, and the end of a block."""
     for line in recording.of(role):
         if line.kind == "=":
@@ -134,7 +134,7 @@ def _calls(recording: Recording, role: Role) -> Iterator[tuple[Line, Call | None
 
 
 def _first_difference(
-    recorded: Sequence[Line], today: Sequence[Line], carrier: Carrier, tolerant: bool
+    recorded: Sequence[TrafficLine], today: Sequence[TrafficLine], carrier: Carrier, tolerant: bool
 ) -> Difference | None:
     kinds = "=>" if tolerant else "=>#"
     before, now = ([line for line in lines if line.kind in kinds] for lines in (recorded, today))
@@ -147,7 +147,7 @@ def _first_difference(
     return Difference(None, now[len(before)]) if len(now) > len(before) else None
 
 
-def _compared(line: Line, carrier: Carrier, key: Any) -> bytes:
+def _compared(line: TrafficLine, carrier: Carrier, key: Any) -> bytes:
     if line.kind == ">":
         return bytes(key(message_of(carrier, line.content)))
     if line.kind == "=":
@@ -157,5 +157,5 @@ def _compared(line: Line, carrier: Carrier, key: Any) -> bytes:
     return line.content.partition(b":")[0] if line.content.startswith(b"raised ") else line.content
 
 
-def _shown(line: Line | None) -> str:
+def _shown(line: TrafficLine | None) -> str:
     return "nothing" if line is None else f"{line.kind} {line.words}"

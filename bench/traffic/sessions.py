@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import cast
 
 from bench.traffic.messages import key_for, message_of
-from bench.traffic.traffic_file import Line, Recording
+from bench.traffic.traffic_file import SessionRecording, TrafficLine
 from drivers.interfaces import Role
 from drivers.transport.can.addresses import parse_address
 from drivers.transport.wire import Carrier
@@ -12,7 +12,7 @@ from sim_instruments.catalogue import Transport
 from sim_instruments.recorded.replies import Exchange, RecordedSession
 
 
-def session_of(recording: Recording, role: Role, *, tolerant: bool) -> RecordedSession:
+def session_of(recording: SessionRecording, role: Role, *, tolerant: bool) -> RecordedSession:
     """Return the exchanges with one instrument; `tolerant` of numbers in what it is sent."""
     carrier = recording.carriers[role]
     transport = cast("Transport", carrier.partition(" ")[0])
@@ -24,10 +24,10 @@ def session_of(recording: Recording, role: Role, *, tolerant: bool) -> RecordedS
     return RecordedSession(transport, told, key, node)
 
 
-def _exchanges(recording: Recording, role: Role, carrier: Carrier) -> Iterator[tuple[Exchange, bool]]:
+def _exchanges(recording: SessionRecording, role: Role, carrier: Carrier) -> Iterator[tuple[Exchange, bool]]:
     """Give each exchange, and whether it was beside the calls."""
-    opened = Line(0.0, role, ">", b"")
-    lines: list[Line] = []
+    opened = TrafficLine(0.0, role, ">", b"")
+    lines: list[TrafficLine] = []
     for line in (opened, *recording.of(role), opened):
         if line.kind in ">~" and lines:
             yield from ((exchange, lines[0].kind == "~") for exchange in _exchange(carrier, lines))
@@ -36,7 +36,7 @@ def _exchanges(recording: Recording, role: Role, carrier: Carrier) -> Iterator[t
             lines.append(line)
 
 
-def _exchange(carrier: Carrier, lines: Sequence[Line]) -> Iterator[Exchange]:
+def _exchange(carrier: Carrier, lines: Sequence[TrafficLine]) -> Iterator[Exchange]:
     """Give what a message and the lines after it are; from a serial line, each that came unasked."""
     message = message_of(carrier, lines[0].content)
     came = [line for line in lines if line.kind == "<"]

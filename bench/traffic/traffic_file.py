@@ -45,7 +45,7 @@ _LONGEST = 256 * 1024 * 1024
 
 
 @dataclass(frozen=True)
-class Line:
+class TrafficLine:
     """One line: bench `time` (s), `role`, what it is, and its bytes, UTF-8 for calls and outcomes; `number` in the file from 1."""
 
     time: float
@@ -61,7 +61,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Recording:
+class SessionRecording:
     """A session: its instruments as a station file has them, by role, what carries their messages, and the lines.
 
     `plugins_of` is a station file whose plug-ins its drivers may be.
@@ -69,12 +69,12 @@ class Recording:
 
     tables: Mapping[str, Mapping[str, Any]]
     carriers: Mapping[Role, Carrier]
-    lines: Sequence[Line]
+    lines: Sequence[TrafficLine]
     about: Mapping[str, Any] = field(default_factory=dict)
     source: str = "recording"
     plugins_of: str = ""
 
-    def of(self, role: Role) -> Sequence[Line]:
+    def of(self, role: Role) -> Sequence[TrafficLine]:
         """Return the lines of one instrument."""
         return [line for line in self.lines if line.role is role]
 
@@ -94,7 +94,7 @@ class Recording:
         return "\n".join([f"{_FIRST}{VERSION}", head, _TRAFFIC, *body, _END.format(len(body)), ""])
 
 
-def write_recording(recording: Recording, path: Path) -> None:
+def write_recording(recording: SessionRecording, path: Path) -> None:
     """Write the file. Raises FileError where that cannot be."""
     try:
         path.write_text(recording.text(), encoding="utf-8")
@@ -104,7 +104,7 @@ def write_recording(recording: Recording, path: Path) -> None:
         ) from None
 
 
-def read_recording(path: Path, plugins_of: str = "") -> Recording:
+def read_recording(path: Path, plugins_of: str = "") -> SessionRecording:
     """Read a file; `plugins_of` is a station file whose plug-ins its drivers may be. Raises FileError naming file, line and cause."""
     try:
         if path.stat().st_size > _LONGEST:
@@ -119,7 +119,7 @@ def read_recording(path: Path, plugins_of: str = "") -> Recording:
     return parse_recording(content, str(path), plugins_of)
 
 
-def parse_recording(content: str, source: str, plugins_of: str = "") -> Recording:
+def parse_recording(content: str, source: str, plugins_of: str = "") -> SessionRecording:
     """Return the recording in a file's content; raises FileError as `read_recording` does."""
     rows = content.split("\n")
     _check_version(rows[0], source)
@@ -136,7 +136,7 @@ def parse_recording(content: str, source: str, plugins_of: str = "") -> Recordin
         carriers = {Role(role): cast("Carrier", carrier) for role, carrier in about.pop("carriers").items()}
         if unknown := set(carriers.values()) - set(get_args(Carrier)):
             raise broken(source, 1, text("unknown carrier {carrier}", carrier=sorted(map(str, unknown))[0]))
-        found = Recording(head.get("instruments", {}), carriers, lines, about, source, plugins_of)
+        found = SessionRecording(head.get("instruments", {}), carriers, lines, about, source, plugins_of)
         if missing := {line.role.value for line in lines} - {
             role.value for role in found.station().entries.keys() & carriers
         }:
@@ -173,7 +173,7 @@ def _check_version(first: str, source: str) -> None:
         )
 
 
-def _shown(line: Line) -> str:
+def _shown(line: TrafficLine) -> str:
     if line.kind in "=#":
         return f" {line.words}"
     said = escaped(line.content)
@@ -183,7 +183,7 @@ def _shown(line: Line) -> str:
     return "x " + f"\n{_CONTINUED}".join(rows)
 
 
-def _lines(rows: Sequence[str], source: str, first: int) -> list[Line]:
+def _lines(rows: Sequence[str], source: str, first: int) -> list[TrafficLine]:
     found: list[tuple[int, str, list[str]]] = []
     for number, row in enumerate(rows, first):
         if found and row.startswith(_CONTINUED):
@@ -199,13 +199,13 @@ def _lines(rows: Sequence[str], source: str, first: int) -> list[Line]:
     return lines
 
 
-def _line(number: int, row: str, more: Sequence[str]) -> Line:
+def _line(number: int, row: str, more: Sequence[str]) -> TrafficLine:
     match = _LINE.fullmatch(row)
     if match is None:
         raise ValueError(row)
     kind = cast("Kind", match["kind"])
     content = _bytes(kind, " ".join([match["content"] or "", *more]), bool(match["hexadecimal"]))
-    return Line(float(match["time"]), Role(match["role"]), kind, content, number)
+    return TrafficLine(float(match["time"]), Role(match["role"]), kind, content, number)
 
 
 def _bytes(kind: Kind, said: str, hexadecimal: bool) -> bytes:

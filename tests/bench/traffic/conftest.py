@@ -2,10 +2,10 @@
 
 import pytest
 
-from bench.traffic.traffic_file import Recording
+from bench.traffic.traffic_file import SessionRecording
 from tests.bench.traffic.sessions import everything, recorded
 
 
 @pytest.fixture(scope="session")
-def recording() -> Recording:
+def recording() -> SessionRecording:
     return recorded(everything)

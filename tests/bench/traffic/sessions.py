@@ -9,7 +9,7 @@ from bench.motor.motor_file import load_motor
 from bench.safety.station_instruments import StationInstruments
 from bench.station.visa_library import StationVisa
 from bench.traffic.recorder import TrafficRecorder
-from bench.traffic.traffic_file import Recording
+from bench.traffic.traffic_file import SessionRecording
 from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import Aperture, ChannelSettings, InstrumentError, Role, Trigger
 from sim_instruments.bench import VirtualBench
@@ -17,7 +17,9 @@ from sim_instruments.bench import VirtualBench
 Instruments = dict[Role, Any]
 
 
-def recorded(use: Callable[[VirtualBench, Instruments], None], *roles: Role, identifiable: bool = False) -> Recording:
+def recorded(
+    use: Callable[[VirtualBench, Instruments], None], *roles: Role, identifiable: bool = False
+) -> SessionRecording:
     """Return the recording of what `use` does with the instruments of a bench with a fixture, all of them where no roles are given."""
     motor = load_motor("lg-400w")
     with VirtualBench(motor.virtual_motor(), seed=5, sockets=False, fixture=True) as bench:

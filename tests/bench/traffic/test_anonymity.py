@@ -4,7 +4,7 @@ import pytest
 
 from bench.traffic.anonymity import address_of, anonymous
 from bench.traffic.replay import replay
-from bench.traffic.traffic_file import Line, Recording
+from bench.traffic.traffic_file import SessionRecording, TrafficLine
 from drivers.interfaces import Role
 from tests.bench.traffic.sessions import everything, recorded
 
@@ -28,7 +28,7 @@ def test_addresses_keep_their_kind(address: str, shown: str) -> None:
     assert address_of("lcr_meter", address) == shown
 
 
-def test_serial_numbers_are_crossed_out_and_the_replay_is_the_same(recording: Recording) -> None:
+def test_serial_numbers_are_crossed_out_and_the_replay_is_the_same(recording: SessionRecording) -> None:
     known = recorded(everything, identifiable=True)
     assert "MY54101234" in known.text()
     assert "MY54101234" not in recording.text()
@@ -39,11 +39,11 @@ def test_serial_numbers_are_crossed_out_and_the_replay_is_the_same(recording: Re
 
 def test_a_serial_number_of_a_canopen_node() -> None:
     lines = [
-        Line(0.0, Role.INVERTER, ">", b"605#4018100400000000"),
-        Line(0.0, Role.INVERTER, "<", b"585#43181004A1B2C3D4"),
-        Line(0.0, Role.INVERTER, "<", b"585#43181003A1B2C3D4"),
+        TrafficLine(0.0, Role.INVERTER, ">", b"605#4018100400000000"),
+        TrafficLine(0.0, Role.INVERTER, "<", b"585#43181004A1B2C3D4"),
+        TrafficLine(0.0, Role.INVERTER, "<", b"585#43181003A1B2C3D4"),
     ]
     table = {"driver": "cia402-inverter", "address": "can://socketcan/can0?node=5", "serial_number": "3569595041"}
-    made = anonymous(Recording({"inverter": table}, {Role.INVERTER: "can"}, lines))
+    made = anonymous(SessionRecording({"inverter": table}, {Role.INVERTER: "can"}, lines))
     assert [line.words for line in made.lines[1:]] == ["585#4318100400000000", "585#43181003A1B2C3D4"]
     assert "serial_number" not in made.tables["inverter"]

@@ -6,14 +6,14 @@ import pytest
 
 from bench.i18n.errors import FileError
 from bench.traffic.replay import Difference, replay
-from bench.traffic.traffic_file import Recording, parse_recording
+from bench.traffic.traffic_file import SessionRecording, parse_recording
 from drivers.interfaces import InstrumentError, Role
 from sim_instruments.bench import VirtualBench
 from sim_instruments.faults.line_faults import Fault
 from tests.bench.traffic.sessions import Instruments, recorded
 
 
-def again(recording: Recording, *changes: tuple[str, str]) -> Recording:
+def again(recording: SessionRecording, *changes: tuple[str, str]) -> SessionRecording:
     """Return a recording written and read, with the first place of each text changed."""
     content = recording.text()
     for before, after in changes:
@@ -22,12 +22,12 @@ def again(recording: Recording, *changes: tuple[str, str]) -> Recording:
     return parse_recording(content, "again.traffic")
 
 
-def difference(recording: Recording, role: Role, *, tolerant: bool = False) -> Difference | None:
+def difference(recording: SessionRecording, role: Role, *, tolerant: bool = False) -> Difference | None:
     """Return where a role's driver does something else."""
     return {one.role: one.difference for one in replay(recording, tolerant=tolerant)}[role]
 
 
-def test_the_replay_of_every_role_is_the_recording(recording: Recording) -> None:
+def test_the_replay_of_every_role_is_the_recording(recording: SessionRecording) -> None:
     read = again(recording)
     assert {line.role for line in read.lines} == set(Role) - {Role.DRIVE}
     for one in replay(read):
@@ -68,7 +68,7 @@ def test_the_replay_of_a_misbehaving_instrument_is_the_recording(role: Role, kin
     assert any(line.words.startswith(("gave", "raised")) for line in replayed.lines)
 
 
-def test_another_message_is_named_with_its_place(recording: Recording) -> None:
+def test_another_message_is_named_with_its_place(recording: SessionRecording) -> None:
     found = difference(again(recording, ("TRIG:SOUR BUS", "TRIG:SOUR EXT")), Role.LCR_METER)
     assert found is not None
     assert (found.before, found.now) == ("> TRIG:SOUR EXT\\n", "> TRIG:SOUR BUS\\n")
@@ -95,7 +95,7 @@ def test_a_message_that_is_sent_no_more_or_besides() -> None:
     assert (found.before, found.now) == ("> *RST\\n", "nothing")
 
 
-def test_another_reading_of_the_same_answer(recording: Recording) -> None:
+def test_another_reading_of_the_same_answer(recording: SessionRecording) -> None:
     value = next(line.words for line in recording.of(Role.VOLTMETER) if line.words.startswith("gave "))
     other = again(recording, (value, 'gave {"value":1.0,"unit":"V"}'))
     found = difference(other, Role.VOLTMETER)
@@ -104,7 +104,7 @@ def test_another_reading_of_the_same_answer(recording: Recording) -> None:
     assert difference(other, Role.VOLTMETER, tolerant=True) is None
 
 
-def test_other_numbers_are_tolerated_where_that_is_asked_for(recording: Recording) -> None:
+def test_other_numbers_are_tolerated_where_that_is_asked_for(recording: SessionRecording) -> None:
     role_and_change: dict[Role, tuple[str, str]] = {
         Role.SUPPLY: ("configure(voltage=1.0, ", "configure(voltage=1.1, "),
         Role.DYNAMOMETER: ("driving_speed(speed=50.0)", "driving_speed(speed=52.0)"),
@@ -130,13 +130,13 @@ def test_other_numbers_are_tolerated_where_that_is_asked_for(recording: Recordin
         "configure(full_scale='x')",
     ],
 )
-def test_what_is_no_call_of_the_role_is_refused(recording: Recording, call: str) -> None:
+def test_what_is_no_call_of_the_role_is_refused(recording: SessionRecording, call: str) -> None:
     other = again(recording, ("voltmeter = measure_voltage()", f"voltmeter = {call}"))
     with pytest.raises(FileError, match=r"again\.traffic: line \d+: .* is no call of voltmeter"):
         replay(other)
 
 
-def test_calls_beside_those_of_a_session_take_no_answers_away(recording: Recording) -> None:
+def test_calls_beside_those_of_a_session_take_no_answers_away(recording: SessionRecording) -> None:
     rows: list[Any] = recording.text().splitlines()
     first = next(number for number, row in enumerate(rows) if " dynamometer >x" in row)
     beside = [rows[first].replace(" >x", " ~x"), rows[first + 1].replace("00 00", "FF FF")]

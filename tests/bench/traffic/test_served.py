@@ -14,7 +14,7 @@ from pyvisa import ResourceManager
 from bench.station.clock import SystemClock
 from bench.traffic.recorder import TrafficRecorder
 from bench.traffic.sessions import session_of
-from bench.traffic.traffic_file import Line, Recording
+from bench.traffic.traffic_file import SessionRecording, TrafficLine
 from bench.virtual.virtual_station import as_text
 from drivers.catalogue import Surroundings
 from drivers.interfaces import ChannelSettings, Role, Trigger
@@ -23,7 +23,7 @@ from sim_instruments.recorded.served import ServedRecording
 
 
 @pytest.fixture(scope="module")
-def served(recording: Recording) -> Iterator[ServedRecording]:
+def served(recording: SessionRecording) -> Iterator[ServedRecording]:
     sessions = {role.value: session_of(recording, role, tolerant=False) for role in recording.carriers}
     with ServedRecording(sessions) as made:
         yield made
@@ -66,7 +66,7 @@ def measure(role: Role, instrument: Any) -> None:
                 instrument.measure_frequency()
 
 
-def figure(lines: Sequence[Line]) -> str:
+def figure(lines: Sequence[TrafficLine]) -> str:
     """Return the first thing that an instrument gave, a waveform with its hash."""
     return next(line.words for line in lines if line.words.startswith("gave "))
 
@@ -81,7 +81,7 @@ def figure(lines: Sequence[Line]) -> str:
         (Role.INVERTER, "can"),
     ],
 )
-def test_the_same_figures(recording: Recording, manager: ResourceManager, role: Role, way: str) -> None:
+def test_the_same_figures(recording: SessionRecording, manager: ResourceManager, role: Role, way: str) -> None:
     entry, clock = recording.station().entries[role], SystemClock()
     recorder = TrafficRecorder(clock.now)
     with ServedRecording({role.value: session_of(recording, role, tolerant=False)}) as served:
@@ -131,7 +131,7 @@ def test_what_streams_streams_on(served: ServedRecording) -> None:
         assert port.read_until(b"\r") == b"\x0241220100000000\r"
 
 
-def test_a_port_that_is_taken(recording: Recording) -> None:
+def test_a_port_that_is_taken(recording: SessionRecording) -> None:
     sessions = {"supply": session_of(recording, Role.SUPPLY, tolerant=False)}
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

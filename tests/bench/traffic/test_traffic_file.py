@@ -7,20 +7,27 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.i18n.errors import FileError
-from bench.traffic.traffic_file import Kind, Line, Recording, parse_recording, read_recording, write_recording
+from bench.traffic.traffic_file import (
+    Kind,
+    SessionRecording,
+    TrafficLine,
+    parse_recording,
+    read_recording,
+    write_recording,
+)
 from drivers.interfaces import Role
 
 TABLES = {"voltmeter": {"driver": "keysight-34461a", "address": "TCPIP0::voltmeter::inst0::INSTR"}}
 KINDS: list[Kind] = [">", "<", "~", "!"]
 
 
-def recording_of(*lines: Line) -> Recording:
-    return Recording(TABLES, {Role.VOLTMETER: "visa"}, lines, {"made": "today"})
+def recording_of(*lines: TrafficLine) -> SessionRecording:
+    return SessionRecording(TABLES, {Role.VOLTMETER: "visa"}, lines, {"made": "today"})
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 1e6), st.sampled_from(KINDS), st.binary(max_size=200))))
 def test_any_bytes_come_back(lines: list[tuple[float, Kind, bytes]]) -> None:
-    made = recording_of(*(Line(time, Role.VOLTMETER, kind, data) for time, kind, data in lines))
+    made = recording_of(*(TrafficLine(time, Role.VOLTMETER, kind, data) for time, kind, data in lines))
     read = parse_recording(made.text(), "any.traffic")
     assert [(line.kind, line.content) for line in read.lines] == [(kind, data) for _, kind, data in lines]
     assert read.text() == made.text()
@@ -29,9 +36,9 @@ def test_any_bytes_come_back(lines: list[tuple[float, Kind, bytes]]) -> None:
 def test_how_it_looks() -> None:
     block = b"#800000100" + bytes(range(128, 228)) + b"\n"
     made = recording_of(
-        Line(0.0, Role.VOLTMETER, "=", b"configure(full_scale=0.1)"),
-        Line(0.0104, Role.VOLTMETER, ">", b"CONF:VOLT:DC 0.1\r\n"),
-        Line(12.0, Role.VOLTMETER, "<", block),
+        TrafficLine(0.0, Role.VOLTMETER, "=", b"configure(full_scale=0.1)"),
+        TrafficLine(0.0104, Role.VOLTMETER, ">", b"CONF:VOLT:DC 0.1\r\n"),
+        TrafficLine(12.0, Role.VOLTMETER, "<", block),
     )
     rows = made.text().splitlines()
     assert rows[0] == "# motorbench traffic 1"
@@ -44,7 +51,9 @@ def test_how_it_looks() -> None:
     ]
 
 
-GOOD = recording_of(Line(0.0, Role.VOLTMETER, "=", b"open()"), Line(0.0, Role.VOLTMETER, ">", b"*IDN?\n")).text()
+GOOD = recording_of(
+    TrafficLine(0.0, Role.VOLTMETER, "=", b"open()"), TrafficLine(0.0, Role.VOLTMETER, ">", b"*IDN?\n")
+).text()
 
 
 @pytest.mark.parametrize(
