@@ -47,11 +47,7 @@ def call_of(words: str, role: Role) -> RecordedCall:
         known = declarations(role.interface)
         if isinstance(tree, ast.Name) and known[tree.id].is_property:
             return RecordedCall(tree.id)
-        if (
-            isinstance(tree, ast.RecordedCall)
-            and isinstance(tree.func, ast.Name)
-            and not known[tree.func.id].is_property
-        ):
+        if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and not known[tree.func.id].is_property:
             name = tree.func.id
             hints = get_type_hints(getattr(role.interface, name))
             named = list(zip(list(known[name].arguments)[: len(tree.args)], tree.args, strict=True))
