@@ -1,7 +1,7 @@
 """What simulated instruments need of a recording to answer as it does."""
 
 from collections.abc import Iterator, Sequence
-from typing import cast
+from typing import Literal, cast
 
 from bench.traffic.messages import key_for, message_of
 from bench.traffic.traffic_file import SessionRecording, TrafficLine
@@ -46,6 +46,14 @@ def _exchange(carrier: Carrier, lines: Sequence[TrafficLine]) -> Iterator[Exchan
         replies = [whole] if (whole := message_of(carrier, b"".join(replies))) else []
     if message:
         time = came[-1].time if came else lines[0].time
-        yield Exchange(time, message, tuple(replies), whole=not came or lines[-1] is came[-1])
+        ended = not came or lines[-1] is came[-1]
+        yield Exchange(time, message, tuple(replies), ended, _broken(lines[-1]) if carrier == "visa" else "")
     elif carrier == "serial":
         yield from (Exchange(line.time, b"", (line.content if line.kind == "<" else b"",)) for line in lines[1:])
+
+
+def _broken(last: TrafficLine) -> Literal["", "write", "read"]:
+    """Return in what a VISA connection failed; a time-out is none."""
+    if last.kind != "!" or last.content.endswith(b"VI_ERROR_TMO"):
+        return ""
+    return "write" if last.content.startswith(b"write") else "read"

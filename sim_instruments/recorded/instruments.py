@@ -31,6 +31,7 @@ class RecordedScpi(ScpiInstrument):
         self._replies = replies
         self._apart = apart
         self._further: deque[bytes] = deque()
+        self._broken = ""
         self.tree.whole = self._recorded
 
     def reset(self) -> None:
@@ -41,8 +42,17 @@ class RecordedScpi(ScpiInstrument):
         if error.number == _UNDEFINED_HEADER:
             super().report(error)
 
+    def write(self, data: bytes, end: bool = True) -> None:
+        """Take bytes of a message. Raises ConnectionResetError where the connection failed then."""
+        self._broken = ""
+        super().write(data, end)
+        if self._broken == "write":
+            raise ConnectionResetError("the connection failed here")
+
     def read(self, count: int, timeout: float | None, termination: int | None = None) -> tuple[bytes, ReadEnd]:
-        """Return bytes of the next reply."""
+        """Return bytes of the next reply. Raises ConnectionResetError where the connection failed then."""
+        if self._broken and self._output is None and not self._further:
+            raise ConnectionResetError("the connection failed here")
         if self._output is None and self._further:
             self._output = self._further.popleft()
         return super().read(count, timeout, termination)
@@ -62,7 +72,7 @@ class RecordedScpi(ScpiInstrument):
             if asks and (len(self.errors) or not self._replies.knows(text)):
                 return self._next_error()
             exchange = self._replies.answer(text)
-            replies = exchange.replies
+            replies, self._broken = exchange.replies, exchange.broken
             if self._apart:
                 self._further.extend(replies[1:])
                 replies = replies[:1]

@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from sim_instruments.catalogue import Transport
 
@@ -11,13 +12,15 @@ from sim_instruments.catalogue import Transport
 class Exchange:
     """A message and what came before the next one; `time` (s) is when the last of that was there.
 
-    Without a message, its replies came unasked. Where it is not `whole`, the rest of the last one never came.
+    Without a message, its replies came unasked. Where it is not `whole`, the rest of the last one never came;
+    where it is `broken`, the connection failed when the message was sent, or when the reply was read.
     """
 
     time: float
     message: bytes
     replies: tuple[bytes, ...]
     whole: bool = True
+    broken: Literal["", "write", "read"] = ""
 
 
 @dataclass(frozen=True)

@@ -45,13 +45,15 @@ class _TappedLibrary:
         try:
             return self._library.write(session, data)
         except (VisaIOError, OSError) as error:
-            raise self._failed(error) from None
+            self._failed("write", error)
+            raise
 
     def read(self, session: int, count: int) -> Any:
         try:
             data, status = self._library.read(session, count)
         except (VisaIOError, OSError) as error:
-            raise self._failed(error) from None
+            self._failed("read", error)
+            raise
         self._received += data
         if status != StatusCode.success_max_count_read:
             self._tell()
@@ -66,8 +68,7 @@ class _TappedLibrary:
             data, self._received = bytes(self._received), bytearray()
             self._wire("visa", "<", data)
 
-    def _failed(self, error: VisaIOError | OSError) -> VisaIOError | OSError:
+    def _failed(self, what: str, error: VisaIOError | OSError) -> None:
         self._tell()
         said = error.abbreviation if isinstance(error, VisaIOError) else type(error).__name__
-        self._wire("visa", "!", said.encode())
-        return error
+        self._wire("visa", "!", f"{what}: {said}".encode())

@@ -10,7 +10,7 @@ from bench.traffic.traffic_file import SessionRecording, parse_recording
 from drivers.interfaces import InstrumentError, Role
 from sim_instruments.bench import VirtualBench
 from sim_instruments.faults.line_faults import Fault
-from tests.bench.traffic.sessions import Instruments, recorded
+from tests.bench.traffic.sessions import Instruments, failing, recorded
 
 
 def again(recording: SessionRecording, *changes: tuple[str, str]) -> SessionRecording:
@@ -66,6 +66,27 @@ def test_the_replay_of_a_misbehaving_instrument_is_the_recording(role: Role, kin
     (replayed,) = replay(again(recorded(use, role)))
     assert replayed.difference is None
     assert any(line.words.startswith(("gave", "raised")) for line in replayed.lines)
+
+
+@pytest.mark.parametrize("struck", ["*IDN?", "READ?"])
+def test_a_connection_that_breaks(struck: str) -> None:
+    def use(bench: VirtualBench, instruments: Instruments) -> None:
+        meter = instruments[Role.VOLTMETER]
+        meter.configure(0.1)
+        # Pulled before the next message, or while its reply is waited for.
+        pull = bench.connection("voltmeter").pull
+        if struck == "READ?":
+            bench.clock.call_at(bench.clock.now() + 1e-3, pull)
+        else:
+            pull()
+        for _ in range(2):
+            with failing():
+                meter.measure_voltage()
+
+    made = recorded(use, Role.VOLTMETER)
+    assert any(line.kind == "!" for line in made.lines)
+    (replayed,) = replay(again(made))
+    assert replayed.difference is None
 
 
 def test_another_message_is_named_with_its_place(recording: SessionRecording) -> None:
