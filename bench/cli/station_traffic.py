@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bench.cli.output import print_json
 from bench.cli.station import NO_MOTOR, Nobody, held, look
+from bench.cli.station_scan import refuse_existing
 from bench.i18n.errors import InputError, message
 from bench.i18n.language import language_of, translator
 from bench.journal.unrecorded import Unrecorded
@@ -27,7 +28,15 @@ if TYPE_CHECKING:
     from bench.traffic.replay import Replayed
 
 
-def record(station: Path, *, out: Path, identifiable: bool = False, language: str = "auto", json: bool = False) -> int:
+def record(
+    station: Path,
+    *,
+    out: Path,
+    force: bool = False,
+    identifiable: bool = False,
+    language: str = "auto",
+    json: bool = False,
+) -> int:
     """Open every instrument of a station file, ask who it is and how it is set, take a reading, and write down every byte.
 
     Nothing is energised. Exit status 1 where an instrument could not be opened; what it said is in the file all the same.
@@ -38,6 +47,8 @@ def record(station: Path, *, out: Path, identifiable: bool = False, language: st
         The station file.
     out
         The file to write, like bench1.traffic.
+    force
+        Overwrite that file.
     identifiable
         Keep network addresses and serial numbers in the file.
     language
@@ -47,6 +58,7 @@ def record(station: Path, *, out: Path, identifiable: bool = False, language: st
 
     """
     translate = english if json and language == "auto" else translator(language_of(language))
+    refuse_existing(out, force=force)
     read = load_station(station)
     clock, nowhere = SystemClock(), Unrecorded()
     recorder = TrafficRecorder(clock.now)

@@ -6,6 +6,7 @@ from dataclasses import replace
 from datetime import date
 from typing import TYPE_CHECKING
 
+from bench.i18n.errors import UsageError
 from bench.i18n.language import translator
 from bench.journal.disk import Reserve
 from bench.journal.encoding import plain
@@ -233,6 +234,8 @@ def _recorder(request: RunRequest, context: RunContext, leaving: ExitStack) -> T
     if file is None:
         return None
     recorder = TrafficRecorder(context.clock.now)
+    if file.exists():
+        raise UsageError(text("--record {file}: it is there already; name another file", file=file))
     # A file that cannot be written is found out before anything is measured.
     write_recording(recorder.recording(context.station), file)
     leaving.callback(lambda: write_recording(recorder.recording(context.station), file))

@@ -36,7 +36,7 @@ def words_of(name: str, arguments: Mapping[str, Any]) -> str:
 
 def flat(value: object) -> Any:
     """Return a value in JSON's types; a set is sorted."""
-    return sorted(map(plain, value)) if isinstance(value, set | frozenset) else plain(value)
+    return sorted(map(plain, value), key=str) if isinstance(value, set | frozenset) else plain(value)
 
 
 def call_of(words: str, role: Role) -> RecordedCall:

@@ -81,18 +81,18 @@ class TrafficRecorder:
             self._add(role, "=", words.encode())
         self._calling[caller] = words if lazy else None
         try:
-            yield lambda outcome: self._tell(role, caller, outcome)
+            yield lambda outcome: None if outcome is None else self._came(role, caller, f"gave {_told(outcome)}")
         except BaseException as error:
-            self._add(role, "#", f"raised {type(error).__name__}: {' '.join(str(error).split())}".encode())
+            self._came(role, caller, f"raised {type(error).__name__}: {' '.join(str(error).split())}")
             raise
         finally:
             del self._calling[caller]
             if was_calling:
                 self._calling[caller] = outer
 
-    def _tell(self, role: Role, caller: tuple[Role, int], outcome: object) -> None:
-        if outcome is not None and self._calling.get(caller) is None:
-            self._add(role, "#", f"gave {_told(outcome)}".encode())
+    def _came(self, role: Role, caller: tuple[Role, int], words: str) -> None:
+        if self._calling.get(caller) is None:
+            self._add(role, "#", words.encode())
 
     def _add(self, role: Role, kind: Kind, content: bytes) -> None:
         with self._lock:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 from pyvisa.constants import StatusCode
 from pyvisa.errors import VisaIOError
 
+from drivers.transport.visa.session import RESOURCE_ERRORS
 from drivers.transport.wire import Wire
 
 if TYPE_CHECKING:
@@ -44,14 +45,14 @@ class _TappedLibrary:
         self._wire("visa", ">", bytes(data))
         try:
             return self._library.write(session, data)
-        except (VisaIOError, OSError) as error:
+        except RESOURCE_ERRORS as error:
             self._failed("write", error)
             raise
 
     def read(self, session: int, count: int) -> Any:
         try:
             data, status = self._library.read(session, count)
-        except (VisaIOError, OSError) as error:
+        except RESOURCE_ERRORS as error:
             self._failed("read", error)
             raise
         self._received += data
@@ -68,7 +69,7 @@ class _TappedLibrary:
             data, self._received = bytes(self._received), bytearray()
             self._wire("visa", "<", data)
 
-    def _failed(self, what: str, error: VisaIOError | OSError) -> None:
+    def _failed(self, what: str, error: Exception) -> None:
         self._tell()
         said = error.abbreviation if isinstance(error, VisaIOError) else type(error).__name__
         self._wire("visa", "!", f"{what}: {said}".encode())

@@ -45,7 +45,10 @@ def test_from_an_instrument_to_a_file_and_through_the_driver(call: Call, station
     code, out, err = call("station", "replay", str(file))
     assert (code, err) == (0, "")
     assert "✓ voltmeter" in out
-    code, out, _ = call("station", "record", str(station), "--out", str(file), "--identifiable", "--json")
+    code, _, err = call("station", "record", str(station), "--out", str(file))
+    assert code == 2
+    assert "overwrite it with --force" in err
+    code, out, _ = call("station", "record", str(station), "--out", str(file), "--force", "--identifiable", "--json")
     assert json.loads(out)["instruments"]["voltmeter"]["messages"] == 19
     assert code == 0
     assert "MY53201234" in file.read_text()
@@ -105,7 +108,7 @@ def test_a_file_that_is_no_recording(call: Call, tmp_path: Path, content: str, s
 def test_a_place_that_cannot_be_written(call: Call, station: Path, tmp_path: Path) -> None:
     code, _, err = call("station", "record", str(station), "--out", str(tmp_path / "nowhere" / "one.traffic"))
     assert code == 2
-    assert "cannot be written" in err
+    assert "there is no folder" in err
 
 
 def test_serve_ends_with_a_signal(tmp_path: Path) -> None:
@@ -138,4 +141,7 @@ def test_a_run_is_recorded_and_replayed(call: Call, tmp_path: Path) -> None:
     assert "supply = with energised(" in content
     code, out, _ = call("station", "replay", str(file))
     assert code == 0, out
-    assert call("run", *run, "--record", str(tmp_path))[0] == 2
+    for taken, said in ((file, "it is there already"), (tmp_path / "nowhere" / "run.traffic", "cannot be written")):
+        code, _, err = call("run", *run, "--record", str(taken))
+        assert code == 2
+        assert said in err
