@@ -1,15 +1,20 @@
 """What simulated instruments need of a recording to answer as it does."""
 
+import re
 from collections.abc import Iterator, Sequence
 from typing import Literal, cast
 
 from bench.traffic.messages import key_for, message_of
-from bench.traffic.traffic_file import SessionRecording, TrafficLine
+from bench.traffic.traffic_file import SessionRecording, TrafficLine, broken
 from drivers.interfaces import Role
+from drivers.interfaces.text import text
 from drivers.transport.can.addresses import parse_address
 from drivers.transport.wire import Carrier
 from sim_instruments.catalogue import Transport
 from sim_instruments.recorded.replies import Exchange, RecordedSession
+
+#: A CAN frame as candump writes it.
+_FRAME = re.compile(rb"[0-7][0-9A-F]{2}#(?:R|(?:[0-9A-F]{2}){0,8})")
 
 
 def session_of(recording: SessionRecording, role: Role, *, tolerant: bool) -> RecordedSession:
@@ -34,6 +39,10 @@ def _exchanges(recording: SessionRecording, role: Role, carrier: Carrier) -> Ite
             lines = []
         if line.kind in "><~!":
             lines.append(line)
+        if carrier == "can" and line.number and line.kind in "><~" and not _FRAME.fullmatch(line.content):
+            raise broken(
+                recording.source, line.number, text("no line of a recording: {row}", row=repr(line.words[:60]))
+            )
 
 
 def _exchange(carrier: Carrier, lines: Sequence[TrafficLine]) -> Iterator[Exchange]:

@@ -36,7 +36,7 @@ _TRAFFIC, _END = "--- traffic", "--- end of {} lines"
 #: or came, and what came of the call.
 Kind = Literal["=", ">", "<", "~", "!", "#"]
 _LINE = re.compile(
-    r" *(?P<time>[0-9]+\.[0-9]+) (?P<role>[a-z_]+) (?P<kind>[=><~!#])(?P<hexadecimal>x?)(?: (?P<content>.*))?"
+    r" *(?P<time>[0-9]{1,12}\.[0-9]{1,9}) (?P<role>[a-z_]+) (?P<kind>[=><~!#])(?P<hexadecimal>x?)(?: (?P<content>.*))?"
 )
 #: So many bytes stand on a line of hexadecimal numbers; those that continue it begin with a mark.
 _WIDTH, _CONTINUED = 64, "| "

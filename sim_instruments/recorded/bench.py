@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from contextlib import ExitStack
 from functools import cached_property
+from threading import get_ident
 
 from sim_instruments.bench import direct_address, visa_address
 from sim_instruments.catalogue import Transport
@@ -15,11 +16,15 @@ from sim_instruments.transports.visa.library import InProcessVisaLibrary
 
 
 class RecordedBench:
-    """Recorded instruments by role, reached as those of a virtual bench in process; each answer comes when it did."""
+    """Recorded instruments by role, reached as those of a virtual bench in process; each answer comes when it did.
+
+    The session is repeated on the thread that makes this.
+    """
 
     def __init__(self, sessions: Mapping[str, RecordedSession], clock: VirtualClock) -> None:
         self._sessions = sessions
         self._clock = clock
+        self._caller = get_ident()
         self._open = ExitStack()
 
     def address(self, role: str) -> str:
@@ -80,7 +85,7 @@ class RecordedBench:
         return {role: session for role, session in self._sessions.items() if session.transport == transport}
 
     def _replies(self, session: RecordedSession) -> RecordedReplies:
-        return RecordedReplies(session, self._reach)
+        return RecordedReplies(session, self._reach, caller=self._caller)
 
     def _reach(self, time: float) -> None:
         self._clock.sleep(max(0.0, time - self._clock.now()))

@@ -1,5 +1,6 @@
 """A session on the virtual bench, recorded and replayed through the same drivers: the same, byte for byte; another driver is found."""
 
+import threading
 from typing import Any
 
 import pytest
@@ -10,6 +11,7 @@ from bench.traffic.traffic_file import SessionRecording, parse_recording
 from drivers.interfaces import InstrumentError, Role
 from sim_instruments.bench import VirtualBench
 from sim_instruments.faults.line_faults import Fault
+from sim_instruments.recorded.replies import Exchange, RecordedReplies, RecordedSession
 from tests.bench.traffic.sessions import Instruments, failing, recorded
 
 
@@ -155,6 +157,25 @@ def test_what_is_no_call_of_the_role_is_refused(recording: SessionRecording, cal
     other = again(recording, ("voltmeter = measure_voltage()", f"voltmeter = {call}"))
     with pytest.raises(FileError, match=r"again\.traffic: line \d+: .* is no call of voltmeter"):
         replay(other)
+
+
+def test_what_is_no_frame_of_a_bus_is_refused(recording: SessionRecording) -> None:
+    with pytest.raises(FileError, match=r"again\.traffic: line \d+: no line of a recording: '585#43GG"):
+        replay(again(recording, ("585#43", "585#43GG")))
+
+
+def test_what_feeds_a_watchdog_takes_no_answers_away() -> None:
+    exchanges = [Exchange(0.0, b"1", (str(number).encode(),)) for number in range(3)]
+    replies = RecordedReplies(RecordedSession("modbus", exchanges), caller=threading.get_ident())
+    beside: list[Exchange] = []
+    given = []
+    for _ in range(4):
+        thread = threading.Thread(target=lambda: beside.append(replies.answer(b"1")))
+        thread.start()
+        thread.join()
+        given.append(replies.answer(b"1").replies)
+    assert given == [(b"0",), (b"1",), (b"2",), (b"2",)]
+    assert [one.replies for one in beside] == [(b"0",), (b"0",), (b"1",), (b"2",)]
 
 
 def test_calls_beside_those_of_a_session_take_no_answers_away(recording: SessionRecording) -> None:
