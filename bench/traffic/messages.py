@@ -16,9 +16,11 @@ _DOWNLOAD = re.compile(rb"(6[0-9A-F]{2}#)(?:(2[0-9A-F]{7})|([01][0-9A-F]))[0-9A-
 def message_of(carrier: Carrier, data: bytes) -> bytes:
     """Return what a transmission says without what only frames it: Modbus as unit and PDU, text without its end.
 
-    Empty for a Modbus frame that is none.
+    Of several Modbus TCP frames the last one counts, the others having come late. Empty for a Modbus frame that is none.
     """
     if carrier == "modbus tcp":
+        while len(data) > (end := 6 + int.from_bytes(data[4:6])) > 6:
+            data = data[end:]
         return data[6:] if len(data) > 7 else b""
     if carrier == "modbus rtu":
         return data[:-2] if len(data) > 3 else b""

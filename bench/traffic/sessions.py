@@ -4,10 +4,11 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Literal, cast
 
+from bench.i18n.errors import FileError, at
 from bench.traffic.messages import key_for, message_of
 from bench.traffic.traffic_file import SessionRecording, TrafficLine, broken
-from drivers.interfaces import Role
-from drivers.interfaces.text import text
+from drivers.interfaces import CommunicationError, Role
+from drivers.interfaces.text import text, text_of
 from drivers.transport.can.addresses import parse_address
 from drivers.transport.wire import Carrier
 from sim_instruments.catalogue import Transport
@@ -21,7 +22,10 @@ def session_of(recording: SessionRecording, role: Role, *, tolerant: bool) -> Re
     """Return the exchanges with one instrument; `tolerant` of numbers in what it is sent."""
     carrier = recording.carriers[role]
     transport = cast("Transport", carrier.partition(" ")[0])
-    node = parse_address(str(recording.tables[role.value]["address"]), role.value)[1] if carrier == "can" else 0
+    try:
+        node = parse_address(str(recording.tables[role.value]["address"]), role.value)[1] if carrier == "can" else 0
+    except CommunicationError as error:
+        raise FileError(at(recording.source, text_of(error))) from None
     key = key_for(carrier, tolerant=tolerant)
     exchanges = list(_exchanges(recording, role, carrier))
     # What was sent beside the calls took no answer away from them.

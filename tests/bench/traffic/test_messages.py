@@ -53,3 +53,9 @@ def test_not_the_same_even_then(carrier: Carrier, one: bytes, other: bytes) -> N
 def test_one_request_in_every_framing(carrier: Carrier, frame: bytes) -> None:
     assert message_of(carrier, frame) == bytes.fromhex("01 03 21 00 00 01")
     assert message_of(carrier, frame[:3]) == b""
+
+
+def test_of_frames_that_came_late_the_last_one_counts() -> None:
+    late, asked = bytes.fromhex("00 01 00 00 00 05 01 03 02 00 07"), bytes.fromhex("00 02 00 00 00 05 01 03 02 00 08")
+    assert message_of("modbus tcp", late + asked) == bytes.fromhex("01 03 02 00 08")
+    assert message_of("modbus tcp", late + asked[:9]) == bytes.fromhex("01 03 02")

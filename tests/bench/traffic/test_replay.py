@@ -159,6 +159,11 @@ def test_what_is_no_call_of_the_role_is_refused(recording: SessionRecording, cal
         replay(other)
 
 
+def test_a_node_without_a_number_is_refused(recording: SessionRecording) -> None:
+    with pytest.raises(FileError, match=r"again\.traffic: .*is no CAN address"):
+        replay(again(recording, ("?node=5", "?knot=5")))
+
+
 def test_what_is_no_frame_of_a_bus_is_refused(recording: SessionRecording) -> None:
     with pytest.raises(FileError, match=r"again\.traffic: line \d+: no line of a recording: '585#43GG"):
         replay(again(recording, ("585#43", "585#43GG")))
