@@ -6,7 +6,7 @@ Drivers are found by the entry-point group `motorbench.drivers`; an entry names 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import TYPE_CHECKING, Any, cast, get_type_hints
 
 from drivers.interfaces import UNWATCHED, Calls, Clock, Instrument, InstrumentError, Role, Traffic
 from drivers.interfaces.text import Text, text
@@ -14,6 +14,7 @@ from drivers.manual.prompt import Prompt
 from drivers.recognition import Recognition
 from drivers.transport.can.buses import CanBuses
 from drivers.transport.in_process import InProcess
+from drivers.transport.wire import Wire
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
@@ -39,7 +40,7 @@ class Surroundings:
     `visa` is called when the first VISA instrument is opened, so that a bench without one needs no VISA. `calls` watches over each
     exchange. Instruments on one CAN bus that are handed the same `can_buses` share the connection to it. `in_process` opens
     the addresses of instruments that this process itself plays. With `guarding`, a second process holds the connection for
-    the shutdown only: nothing that the first one could notice is asked when it is opened.
+    the shutdown only: nothing that the first one could notice is asked when it is opened. `wire` receives every byte both ways.
     """
 
     clock: Clock
@@ -50,12 +51,18 @@ class Surroundings:
     can_buses: CanBuses = field(default_factory=CanBuses)
     in_process: InProcess | None = None
     guarding: bool = False
+    wire: Wire | None = None
 
     def manager(self) -> "ResourceManager":
         """Return the VISA manager; raises ValueError where none was handed in."""
         if self.visa is None:
             raise ValueError("a VISA instrument needs a VISA resource manager")
-        return self.visa()
+        manager = self.visa()
+        if self.wire is None:
+            return manager
+        from drivers.transport.visa.tapped import TappedManager
+
+        return cast("ResourceManager", TappedManager(manager, self.wire))
 
     def person(self) -> Prompt:
         """Return the way to the person; raises ValueError where none was handed in."""

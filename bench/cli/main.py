@@ -79,6 +79,14 @@ def make_app() -> App:
     station.command(
         "bench.cli.station_new:new", name="new", help="Find the instruments, ask for the rest, write the file."
     )
+    station.command(
+        "bench.cli.station_traffic:record",
+        name="record",
+        help="Record what each instrument says, byte by byte, to be sent.",
+    )
+    station.command(
+        "bench.cli.station_traffic:replay", name="replay", help="Replay a recording through the drivers, or serve it."
+    )
     station.command("bench.cli.station:reset", name="reset", help="Allow runs again after an interlock was open.")
     app.command(station)
     eol = App(name="eol", help="End of line: batches of motors, their records and statistics.", default_parameter=lists)

@@ -39,6 +39,7 @@ def run(
     resume: str | None = None,
     repeat: tuple[str, ...] = (),
     trace: bool = False,
+    record: Path | None = None,
     seed: Seed | None = None,
     faults: Path | None = None,
     fault: tuple[str, ...] = (),
@@ -82,6 +83,8 @@ def run(
         With --resume: a procedure to run again although it is finished; may be given several times.
     trace
         Record every exchange with the instruments in the journal.
+    record
+        Record every call of the drivers and every byte in this file, for `motorbench station replay`.
     seed
         Seed of the virtual bench.
     faults
@@ -145,6 +148,7 @@ def run(
         assignments=set_,
         seed=seed or 0,
         trace=trace,
+        record=record,
         faults=given_faults_of(faults, fault, catalogues),
         disturbances=disturbances,
         probe_verification=probe_verification,

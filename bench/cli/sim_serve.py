@@ -102,7 +102,7 @@ def serve(
     from procedures.known_parameters import known_parameters
     from sim_instruments.bench import BenchSetting
     from sim_instruments.clock.paced_clock import FASTEST, SLOWEST
-    from sim_instruments.server.served_bench import PATIENT
+    from sim_instruments.server.endpoints import PATIENT
 
     if not SLOWEST <= speedup <= FASTEST:
         raise UsageError(
@@ -113,9 +113,8 @@ def serve(
                 fastest=FASTEST,
             )
         )
-    _check_host(host)
-    if base_port is not None and not 1024 <= base_port <= 65535 - _PORTS:
-        raise UsageError(text("--base-port {port}: allowed is 1024 to {most}", port=base_port, most=65535 - _PORTS))
+    check_host(host)
+    check_ports(base_port)
     if idle is not None and not _SHORTEST_IDLE <= idle <= _LONGEST_IDLE:
         raise UsageError(
             text(
@@ -231,7 +230,14 @@ def _opened(
         ) from error
 
 
-def _check_host(host: str) -> None:
+def check_ports(base_port: int | None) -> None:
+    """Raise UsageError for a first port that leaves no room for the others."""
+    if base_port is not None and not 1024 <= base_port <= 65535 - _PORTS:
+        raise UsageError(text("--base-port {port}: allowed is 1024 to {most}", port=base_port, most=65535 - _PORTS))
+
+
+def check_host(host: str) -> None:
+    """Raise UsageError for what is no IPv4 address."""
     try:
         ipaddress.IPv4Address(host)
     except ValueError:

@@ -29,8 +29,11 @@ from drivers.manual.prompt import Prompt
 from procedures.core.bench import Role
 from procedures.core.nameplate import Nameplate, WindingConnection
 
+#: Nothing is energised, so that no limit of a motor counts.
+NO_MOTOR = Nameplate("none", WindingConnection.WYE, rated_current=1e-3)
 
-class _Nobody:
+
+class Nobody:
     """Stands for a person where nothing is measured."""
 
     def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
@@ -59,21 +62,20 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
     translate = english if json and language == "auto" else translator(language_of(language))
     read = load_station(station)
     overdue = [notice.message.render(translate) for notice in read.check_calibrations(wall_date(), read.entries)]
-    plate = Nameplate("none", WindingConnection.WYE, rated_current=1e-3)
-    prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, _Nobody())
+    prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, Nobody())
     nowhere = Unrecorded()
     state = state_folder()
     with owning(state, "motorbench station check") as owner:
         instruments = StationInstruments(
-            read, plate, SystemClock(), nowhere, nowhere, StationVisa(read.visa_library), prompts.get, owner=owner
+            read, NO_MOTOR, SystemClock(), nowhere, nowhere, StationVisa(read.visa_library), prompts.get, owner=owner
         )
-        found = {role.value: _held(read, entry, owner, translate) for role, entry in read.entries.items()}
+        found = {role.value: held(read, entry, owner, translate) for role, entry in read.entries.items()}
         contacts = _look_at_contacts(read, owner, translate)
         relays = _look_at_relays(read, owner, translate)
         try:
             for role, entry in read.entries.items():
                 if found[role.value]["error"] is None:
-                    _look(instruments, entry, found[role.value], translate)
+                    look(instruments, entry, found[role.value], translate)
             errors = {role: str(found[role.value]["error"]) for role in read.entries if found[role.value]["error"]}
             watchdogs = armed_watchdogs(read, instruments.opened(), errors)
         finally:
@@ -155,7 +157,7 @@ def _reset(state: StateFolder, station: Station, by: str) -> Trip | None:
     return latch.reset(by)
 
 
-def _held(station: Station, entry: Entry, owner: Ownership, translate: Translate) -> dict[str, Any]:
+def held(station: Station, entry: Entry, owner: Ownership, translate: Translate) -> dict[str, Any]:
     """Have an instrument for the check, or say who has it."""
     told: dict[str, Any] = {
         "driver": entry.driver.name,
@@ -172,7 +174,8 @@ def _held(station: Station, entry: Entry, owner: Ownership, translate: Translate
     return told
 
 
-def _look(instruments: StationInstruments, entry: Entry, told: dict[str, Any], translate: Translate) -> None:
+def look(instruments: StationInstruments, entry: Entry, told: dict[str, Any], translate: Translate) -> None:
+    """Open an instrument, and tell who answers and what it is found set to."""
     try:
         instrument = instruments.get(entry.role)
         identity = instrument.identity

@@ -26,7 +26,7 @@ class RunRequest:
     `station` is a file or `virtual`, `operator` one of OPERATORS or empty for the usual one; `faults` are injected on a
     virtual bench, and `disturbances` is a file of what disturbs it.
     `probe_verification` is an earlier run whose verification of the probes holds for this one;
-    `probes` are limits of probes that the station file leaves open.
+    `probes` are limits of probes that the station file leaves open. `record` is the file that the instruments' traffic goes to.
     """
 
     procedures: Sequence[str]
@@ -48,6 +48,7 @@ class RunRequest:
     resume: RunFolder | None = None
     repeat: Sequence[str] = ()
     guardian: bool = True
+    record: Path | None = None
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import replace
 from datetime import date
 from typing import TYPE_CHECKING
 
+from bench.i18n.errors import UsageError
 from bench.i18n.language import translator
 from bench.journal.disk import Reserve
 from bench.journal.encoding import plain
@@ -41,6 +42,8 @@ from bench.station.clock import wall_date
 from bench.station.library_logs import quieten_libraries
 from bench.station.shutdown_sequence import OFF_BY, Do
 from bench.station.station_file import VIRTUAL, Station
+from bench.traffic.recorder import TrafficRecorder
+from bench.traffic.traffic_file import write_recording
 from bench.virtual.fault_hooks import StepReporter, recording
 from drivers.interfaces import InstrumentError
 from drivers.interfaces.text import Text, text
@@ -177,6 +180,7 @@ def carry_out(
             pole_pairs=lambda: known_pole_pairs(request.motor.nameplate, view.parameters().parameters),
             calls=calls,
             owner=context.owner,
+            traffic_recorder=_recorder(request, context, leaving),
         )
         context.operator.equip(instruments.available())
         runner = Runner(
@@ -224,6 +228,20 @@ def carry_out(
             context.simulation.actual_state(),
             tuple(fault.source for fault in request.faults if fault.described.told() in unfelt),
         )
+
+
+def _recorder(request: RunRequest, context: RunContext, leaving: ExitStack) -> TrafficRecorder | None:
+    """Return what takes down the traffic of a run that is to be recorded; the file is written when the run is left, however it ends."""
+    file = request.record
+    if file is None:
+        return None
+    recorder = TrafficRecorder(context.clock.now)
+    if file.exists():
+        raise UsageError(text("--record {file}: it is there already; name another file", file=file))
+    # A file that cannot be written is found out before anything is measured.
+    write_recording(recorder.recording(context.station), file)
+    leaving.callback(lambda: write_recording(recorder.recording(context.station), file))
+    return recorder
 
 
 def _check_instruments(

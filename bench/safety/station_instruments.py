@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from bench.journal.errors import RecordError
@@ -15,6 +16,7 @@ from bench.safety.ownership.owner import HeldError, HeldInstrumentError, Ownersh
 from bench.safety.watchdogs import watchdog_of
 from bench.station.station_file import Entry, Station
 from bench.station.visa_library import StationVisa
+from bench.traffic.recorder import TrafficRecorder
 from drivers.catalogue import Surroundings
 from drivers.interfaces import UNWATCHED, Clock, Instrument, InstrumentError, Traffic
 from drivers.interfaces.text import text
@@ -38,7 +40,7 @@ class StationInstruments:
     a bench in this process has. With `trace`, every exchange of the drivers is an event too. Nobody gets an instrument
     without the motor's and the station's limits in front of it; `pole_pairs` gives what is known of them, `observe` hears
     every set point, `calls` watches over each exchange. `owner` has the instruments already; here it also gets them by their
-    serial numbers.
+    serial numbers. `traffic_recorder` takes down every call and every byte.
     """
 
     def __init__(
@@ -57,6 +59,7 @@ class StationInstruments:
         observe: Observer = nobody,
         calls: CallWatches | None = None,
         owner: Ownership | None = None,
+        traffic_recorder: TrafficRecorder | None = None,
     ) -> None:
         self._owner = owner or Unowned()
         self._station = station
@@ -71,6 +74,7 @@ class StationInstruments:
         self._observe = observe
         self._calls = calls
         self._in_process = in_process
+        self._traffic_recorder = traffic_recorder
         self._can_buses = CanBuses(in_process)
         self._opened: dict[Role, Instrument] = {}
         self._limited = {role: self._limit(role) for role in station.entries}
@@ -125,6 +129,7 @@ class StationInstruments:
         return self._opened[role]
 
     def _open(self, entry: Entry) -> Instrument:
+        recorder = self._traffic_recorder
         said: dict[str, Any] = {"instrument": entry.role.value, "driver": entry.driver.name, "address": entry.address}
         surroundings = Surroundings(
             self._clock,
@@ -134,9 +139,11 @@ class StationInstruments:
             self._calls.of(entry.role) if self._calls else UNWATCHED,
             self._can_buses,
             self._in_process,
+            wire=recorder.wire(entry.role) if recorder else None,
         )
+        opener = partial(entry.driver.open, entry.address, entry.options, surroundings, name=entry.name)
         try:
-            instrument = entry.driver.open(entry.address, entry.options, surroundings, name=entry.name)
+            instrument = recorder.opened(entry.role, opener) if recorder else opener()
         except Exception as error:
             self._recorder.record(InstrumentFailed(**said, call="open", error=f"{type(error).__name__}: {error}"))
             if not isinstance(error, ValueError | OSError | ImportError):

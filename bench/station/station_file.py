@@ -79,7 +79,7 @@ class _File(Section):
 class Entry:
     """One instrument of a station: `name` stands for it in messages, `limits` are the station's, by key (SI units).
 
-    While it is energised it has `reply_time` (s) for an answer.
+    While it is energised it has `reply_time` (s) for an answer. `table` is what the file says of it.
     """
 
     role: Role
@@ -90,6 +90,7 @@ class Entry:
     calibration: Calibration | None = None
     limits: Mapping[str, float] = field(default_factory=dict)
     reply_time: float = REPLY_TIME
+    table: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -241,7 +242,7 @@ def _entry(role: Role, table: Mapping[str, Any], source: str, catalogues: Catalo
         )
     options = read_options(driver.options, given, source, prefix)
     name, reply_time = common.name or role.value, common.reply_time or driver.reply_time
-    return Entry(role, driver, common.address, options, name, calibrated, limits, reply_time)
+    return Entry(role, driver, common.address, options, name, calibrated, limits, reply_time, table)
 
 
 def _no_driver(name: str, role: Role, prefix: str, catalogues: Catalogues) -> Text:

@@ -17,7 +17,7 @@ def open_node(
     Nodes of one bus share the connection to it. Raises CommunicationError where the bus cannot be opened or the node does not
     answer, IdentityError where it is another one.
     """
-    place = surroundings.can_buses.node(address, name)
+    place = surroundings.can_buses.node(address, name, surroundings.wire)
     try:
         node = Cia402Node(
             place.client,

@@ -88,6 +88,7 @@ class DeltaDyn200(Dynamometer):
             calls=surroundings.calls,
             in_process=surroundings.in_process,
             clock=surroundings.clock,
+            wire=surroundings.wire,
         )
         try:
             return cls(line, surroundings.clock, options, name=name, guarding=surroundings.guarding)

@@ -23,6 +23,7 @@ from drivers.lutron.options import LutronTachometerOptions
 from drivers.transport.in_process import is_in_process, open_stream
 from drivers.transport.serial.line_settings import open_port
 from drivers.transport.serial.stream_port import StreamPort
+from drivers.transport.serial.tapped_port import TappedPort
 
 RPM = 2 * math.pi / 60
 #: Limit of error of handheld tachometers of this class.
@@ -88,6 +89,8 @@ class LutronTachometer(Tachometer):
                 text("cannot be opened at {address} ({error})", address=address, error=error),
                 remedy=text("Check the address and the cable"),
             ) from error
+        if surroundings.wire is not None:
+            port = TappedPort(port, surroundings.wire)
         return cls(port, surroundings.clock, options, name=name, traffic=surroundings.traffic, calls=surroundings.calls)
 
     @property

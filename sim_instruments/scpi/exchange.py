@@ -13,7 +13,7 @@ from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.lexer import parse_unit, split_messages, split_units
 from sim_instruments.scpi.long_reply import LongReply, joined
 from sim_instruments.scpi.mistaken import other_channel, unreadable
-from sim_instruments.scpi.tree import Call, CommandTree, Handler, Handling, Reply
+from sim_instruments.scpi.tree import Call, CommandTree, HalfReply, Handler, Handling, Reply, WholeReply
 from sim_instruments.transports.connection import Connection
 
 _CACHED_MESSAGES = 512
@@ -223,6 +223,8 @@ class MessageExchange:
         return messages
 
     def _steps(self, message: str) -> list[Step]:
+        if (handler := self.tree.whole(message)) is not None:
+            return [(handler, Call((), ()))]
         steps: list[Step] = []
         path: tuple[str, ...] = ()
         for text in split_units(message):
@@ -297,11 +299,13 @@ class MessageExchange:
             if undisturbed and self._streams(reply):
                 return
             reply = bytes(reply)
-        output = (reply if isinstance(reply, bytes) else reply.encode("latin-1")) + self.terminator
+        output = reply if isinstance(reply, bytes) else reply.encode("latin-1")
+        if not isinstance(reply, WholeReply):
+            output += self.terminator
         if self.unasked:
             output = b"".join(self.unasked) + output
             self.unasked.clear()
-        self._ended = True
+        self._ended = not isinstance(reply, HalfReply)
         if (fault := self._fault) is not None:
             self._fault = None
             output = self._faulty(fault, output)

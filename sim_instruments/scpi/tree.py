@@ -13,6 +13,16 @@ from sim_instruments.scpi.long_reply import LongReply
 from sim_instruments.scpi.parameters import exactly, forms
 
 Reply = str | bytes | LongReply | None
+
+
+class WholeReply(bytes):
+    """A reply with its end in it, or without one."""
+
+
+class HalfReply(WholeReply):
+    """A reply whose rest never comes."""
+
+
 Handling = Generator[float, None, Reply]
 """A handler that takes time: it yields the virtual time (s) at which it wants to go on, a past one to let others have their turn."""
 
@@ -64,6 +74,8 @@ class CommandTree:
     def __init__(self) -> None:
         self._root = _Node()
         self._common: dict[tuple[str, bool], Handler] = {}
+        #: Gives the handler of a message that is not taken apart; None for one that is, and then its units are looked up here.
+        self.whole: Callable[[str], Handler | None] = lambda _: None
 
     def add(self, pattern: str, *, command: Handler | None = None, query: Handler | None = None) -> None:
         """Register handlers for a header. Raises ValueError for one registered twice or not understood."""

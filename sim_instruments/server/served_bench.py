@@ -1,6 +1,5 @@
 """The virtual bench behind real endpoints: sockets and pseudo-terminals, for other processes."""
 
-import asyncio
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -16,29 +15,14 @@ from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.instruments.beckhoff.bk9000 import Bk9000
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.scpi.session import ClientSession
 from sim_instruments.server.control.http import PATIENCE, JsonService
 from sim_instruments.server.control.routes import control_routes
+from sim_instruments.server.endpoints import LOOPBACK, PATIENT, Endpoints
 from sim_instruments.server.port_plan import PortPlan
 from sim_instruments.server.safety_contacts import FRAME, ContactFrames, InputModule, SafetyContacts
-from sim_instruments.transports.can.gateway import CanGateway
 from sim_instruments.transports.client import Patience
-from sim_instruments.transports.connection import Connection
-from sim_instruments.transports.conversation import Conversation
-from sim_instruments.transports.hislip.server import HislipServer
 from sim_instruments.transports.loop_thread import LoopThread
-from sim_instruments.transports.modbus.rtu import ModbusRtuEndpoint
-from sim_instruments.transports.modbus.server import ModbusTcpServer
 from sim_instruments.transports.modbus.unit import ModbusLine
-from sim_instruments.transports.scpi_socket import ScpiSocket
-from sim_instruments.transports.tcp_service import Serve, TcpService
-
-LOOPBACK = "127.0.0.1"
-#: How often (s) those who follow the time are told of it.
-_PULSE = 0.01
-_MOST_CONNECTIONS = 64
-#: How long a client is waited for.
-PATIENT = Patience()
 
 
 class UnservedError(Exception):
@@ -99,10 +83,6 @@ class ServedBench:
         self.clock = PacedClock(speedup)
         self.host = host
         self._seed = seed
-        self._patience = patience
-        self._clients = 0
-        self._scpi: list[ScpiInstrument] = []
-        self._ports = PortPlan(ports, base_port)
         self.queued_errors: SimpleQueue[QueuedError] = SimpleQueue()
         self._open = ExitStack()
         try:
@@ -115,12 +95,15 @@ class ServedBench:
             self._open.callback(safety.close)
             # Whoever sleeps on a thread of its own must wake up before that thread is waited for.
             self._open.callback(self.clock.close)
-            self._can = safety.run(self._serve_can(safety))
+            plan = PortPlan(ports, base_port)
+            about = (self.clock, self._open, host, plan, seed, patience)
+            self._endpoints, self._safe = Endpoints(loop, *about), Endpoints(safety, *about)
+            self._can = safety.run(self._safe.can(self.bench.can_channel))
             self._addresses = self._serve(loop)
             #: Emergency stop and door.
             self.contacts = SafetyContacts()
             self._inputs = safety.run(self._serve_contacts(safety))
-            self._relays = safety.run(self._serve_relay(safety, loop)) if watchdog_relay else {}
+            self._relays = safety.run(self._serve_relay(loop)) if watchdog_relay else {}
             routes = control_routes(
                 self.bench,
                 self.clock,
@@ -129,10 +112,9 @@ class ServedBench:
                 self.contacts,
                 lambda handler: partial(loop.call, handler),
             )
-            control = safety.run(
-                self._listen(safety, ("control", "http"), JsonService(routes).serve, LOOPBACK, patience=PATIENCE)
-            )
-            self._ports.check()
+            serve = JsonService(routes).serve
+            control = safety.run(self._safe.listen(("control", "http"), serve, LOOPBACK, patience=PATIENCE))
+            plan.check()
             #: Where the control endpoint is.
             self.control = f"http://{LOOPBACK}:{control.port}"
             self._open.callback(self.clock.close)
@@ -171,55 +153,25 @@ class ServedBench:
         for name in self.bench.roles:
             with _naming(name):
                 ways[name] = self._ways(loop, name)
-        loop.run(self._begin_pulse())
+        loop.run(self._endpoints.begin_pulse())
         return ways
 
     def _ways(self, loop: LoopThread, name: str) -> dict[str, Address]:
         match self.bench.transport(name):
             case "visa":
-                return loop.run(self._serve_scpi(loop, name, self.bench.instrument(name)))
+                instrument: ScpiInstrument = self.bench.instrument(name)
+                instrument.on_error = lambda message, error: self.queued_errors.put(
+                    QueuedError(name, message, str(error))
+                )
+                return dict(loop.run(self._endpoints.scpi(name, instrument)))
             case "modbus":
-                return loop.run(self._serve_modbus(loop, name, self.bench.instrument(name)))
+                return dict(loop.run(self._endpoints.modbus(name, self.bench.instrument(name))))
             case "serial":
                 return {"serial": self.bench.address(name)}
             case "can":
                 return {"can": self._on_gateway(self.bench.address(name))}
             case other:
                 raise ValueError(f"transport {other!r} is unknown; there are {', '.join(get_args(Transport))}")
-
-    async def _serve_scpi(self, loop: LoopThread, role: str, instrument: ScpiInstrument) -> dict[str, Address]:
-        def converse() -> Conversation:
-            self._clients += 1
-            generator = np.random.default_rng((self._seed, 0x50C4, self._clients))
-            return Conversation(ClientSession(instrument, generator), self.clock)
-
-        self._scpi.append(instrument)
-        instrument.on_error = lambda message, error: self.queued_errors.put(QueuedError(role, message, str(error)))
-        socket = await self._listen(
-            loop, (role, "socket"), ScpiSocket(converse).serve, self.host, instrument.connection
-        )
-        hislip = await self._listen(
-            loop, (role, "hislip"), HislipServer(converse).serve, self.host, instrument.connection
-        )
-        return {
-            "hislip": f"TCPIP0::{self.host}::hislip0,{hislip.port}::INSTR",
-            "socket": f"TCPIP0::{self.host}::{socket.port}::SOCKET",
-        }
-
-    async def _serve_modbus(self, loop: LoopThread, role: str, line: ModbusLine) -> dict[str, Address]:
-        tcp = await self._listen(
-            loop, (role, "tcp"), ModbusTcpServer(line, self._wait).serve, self.host, line.connection
-        )
-        rtu = ModbusRtuEndpoint(line)
-        self._open.callback(rtu.close)
-        return {"tcp": f"tcp://{self.host}:{tcp.port}", "rtu": rtu.address}
-
-    async def _serve_can(self, loop: LoopThread) -> dict[str, str]:
-        gateway = CanGateway(self.bench.can_channel)
-        await gateway.start()
-        self._open.callback(lambda: loop.run(gateway.stop()))
-        tcp = await self._listen(loop, ("can", "tcp"), gateway.serve, self.host)
-        return {"interface": "slcan", "channel": f"socket://{self.host}:{tcp.port}"}
 
     def _on_gateway(self, node: Address) -> Address:
         if isinstance(node, str):
@@ -228,12 +180,12 @@ class ServedBench:
 
     async def _serve_contacts(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
         line = ModbusLine((InputModule(self.contacts),), self.clock, np.random.default_rng((self._seed, 0x10)))
-        tcp = await self._listen(loop, ("emergency_stop", "tcp"), ModbusTcpServer(line, self._wait).serve, self.host)
+        address = await self._safe.modbus_tcp("emergency_stop", line)
         frames = ContactFrames(self.contacts, self.bench.can_channel)
         await frames.start()
         self._open.callback(lambda: loop.run(frames.stop()))
         return {
-            "emergency_stop": {"address": f"tcp://{self.host}:{tcp.port}", "number": 0, "unit": 1},
+            "emergency_stop": {"address": address, "number": 0, "unit": 1},
             "door": {
                 "address": f"can://{self._can['interface']}/{self._can['channel']}",
                 "frame": FRAME,
@@ -242,7 +194,7 @@ class ServedBench:
             },
         }
 
-    async def _serve_relay(self, safety: LoopThread, loop: LoopThread) -> dict[str, dict[str, Any]]:
+    async def _serve_relay(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
         with _naming("supply"):
             supply = self.bench.instrument("supply")
             supply.inhibit(True)
@@ -250,42 +202,5 @@ class ServedBench:
         coupler = Bk9000(lambda closed: loop.soon(supply.inhibit, not closed))
         self._open.callback(coupler.close)
         line = ModbusLine((coupler,), self.clock, np.random.default_rng((self._seed, 0x11)))
-        tcp = await self._listen(safety, ("supply_enable", "tcp"), ModbusTcpServer(line, self._wait).serve, self.host)
-        return {"supply_enable": {"address": f"tcp://{self.host}:{tcp.port}", "output": 0, "roles": ["supply"]}}
-
-    async def _listen(
-        self,
-        loop: LoopThread,
-        endpoint: tuple[str, str],
-        serve: Serve,
-        host: str,
-        connection: Connection | None = None,
-        patience: Patience | None = None,
-    ) -> TcpService:
-        service = TcpService(
-            serve,
-            host,
-            most_clients=_MOST_CONNECTIONS,
-            connection=connection,
-            patience=patience or self._patience,
-        )
-        await service.start(self._ports.take(*endpoint))
-        self._open.callback(lambda: loop.run(service.stop()))
-        return service
-
-    async def _wait(self, seconds: float) -> None:
-        await asyncio.sleep(seconds / self.clock.speedup)
-
-    async def _begin_pulse(self) -> None:
-        self._beat = asyncio.get_running_loop().create_task(self._pulse())
-
-    async def _pulse(self) -> None:
-        told = self.clock.now()
-        while True:
-            for instrument in self._scpi:
-                while instrument.catch_up() and self.clock.now() - told < _PULSE * self.clock.speedup:
-                    await asyncio.sleep(0)
-            # Instruments are served by this thread alone, so what follows the time is told of it here, too.
-            self.clock.pulse()
-            told = self.clock.now()
-            await asyncio.sleep(_PULSE)
+        address = await self._safe.modbus_tcp("supply_enable", line)
+        return {"supply_enable": {"address": address, "output": 0, "roles": ["supply"]}}

@@ -2,7 +2,6 @@
 
 import contextlib
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -22,9 +21,9 @@ from drivers.interfaces import (
     ReportedError,
     SetpointError,
 )
+from tests.drivers.dialogue import played
 
 ADDRESS = "TCPIP0::tester::inst0::INSTR"
-DIALOGUE = Path(__file__).parent / "dialogues" / "gwinstek_gpt9803.yaml"
 PREPARED = [
     "FUNC:TEST OFF",
     "MAIN:FUNC MANU",
@@ -118,16 +117,15 @@ def test_no_reference_in_any_form(tester: GwInstekGpt9800, device: Device, refer
 
 
 def test_dialogue(clock: Any) -> None:
-    manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
-    tester = GwInstekGpt9800.open(
-        ADDRESS, Gpt9800Options(serial_number="GES123456789"), Surroundings(clock, lambda: manager), "insulation_tester"
-    )
-    assert (tester.identity.manufacturer, tester.identity.model) == ("GW Instek", "GPT-9803")
-    reading = tester.measure(500.0, 1.0)
-    assert (reading.resistance.value, reading.resistance.unit, reading.voltage) == (2.0e9, "Ω", 500.0)
-    assert not reading.beyond_range
-    tester.close()
-    manager.close()
+    with played("gwinstek_gpt9803", clock) as (surroundings, address):
+        tester = GwInstekGpt9800.open(
+            address, Gpt9800Options(serial_number="GES123456789"), surroundings, "insulation_tester"
+        )
+        assert (tester.identity.manufacturer, tester.identity.model) == ("GW Instek", "GPT-9803")
+        reading = tester.measure(500.0, 1.0)
+        assert (reading.resistance.value, reading.resistance.unit, reading.voltage) == (2.0e9, "Ω", 500.0)
+        assert not reading.beyond_range
+        tester.close()
 
 
 def test_the_messages_of_a_test(tester: GwInstekGpt9800, wire: Any, clock: Any, device: Device) -> None:

@@ -1,10 +1,8 @@
 """34461A: dialogue, ranges, overload, and accuracy by the data sheet."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
-import pyvisa
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,33 +19,32 @@ from drivers.interfaces import (
 from drivers.keysight import dmm_34461a_data as data
 from drivers.keysight.dmm_34461a import Keysight34461A
 from drivers.keysight.options import Keysight34461AOptions
+from tests.drivers.dialogue import played
 
 ADDRESS = "TCPIP0::voltmeter::inst0::INSTR"
 #: A 34461A as it should have been left.
 RIGHT = {"VOLT:DC:ZERO:AUTO?": "1", "VOLT:DC:NULL:STAT?": "0", "CALC:SCAL:STAT?": "0"}
-DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_34461a.yaml"
 IDENTITY = "Agilent Technologies,34461A,MY53200001,A.01.10-02.25-01.10-00.35-01-01"
 CERTIFICATE = Accuracy(gain=1e-5, offset=1e-6, source="certificate")
 
 
 def test_dialogue(clock: Any) -> None:
-    manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
-    meter = Keysight34461A.open(
-        ADDRESS, Keysight34461AOptions(serial_number="MY53201234"), Surroundings(clock, lambda: manager), "voltmeter"
-    )
-    assert meter.identity.model == "34461A"
-    meter.configure(0.05, power_line_cycles=20.0)
-    clock.time = 3.0
-    reading = meter.measure_voltage()
-    assert (reading.value, reading.unit, reading.time) == (0.0320012345, "V", 3.0)
-    # 0.0050 % of the reading and 0.0035 % of 100 mV; 0.3 ppm of the range over 100 cycles.
-    assert reading.accuracy.gain == pytest.approx(50e-6)
-    assert reading.accuracy.offset == pytest.approx(3.5e-6)
-    assert reading.accuracy.resolution == pytest.approx(30e-9)
-    assert reading.accuracy.source == data.SOURCE
-    meter.make_safe()
-    meter.close()
-    manager.close()
+    with played("keysight_34461a", clock) as (surroundings, address):
+        meter = Keysight34461A.open(
+            address, Keysight34461AOptions(serial_number="MY53201234"), surroundings, "voltmeter"
+        )
+        assert meter.identity.model == "34461A"
+        meter.configure(0.05, power_line_cycles=20.0)
+        clock.time = 3.0
+        reading = meter.measure_voltage()
+        assert (reading.value, reading.unit, reading.time) == (0.0320012345, "V", 3.0)
+        # 0.0050 % of the reading and 0.0035 % of 100 mV; 0.3 ppm of the range over 100 cycles.
+        assert reading.accuracy.gain == pytest.approx(50e-6)
+        assert reading.accuracy.offset == pytest.approx(3.5e-6)
+        assert reading.accuracy.resolution == pytest.approx(30e-9)
+        assert reading.accuracy.source == data.SOURCE
+        meter.make_safe()
+        meter.close()
 
 
 @pytest.fixture

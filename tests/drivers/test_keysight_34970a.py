@@ -2,11 +2,9 @@
 
 import re
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
-import pyvisa
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -22,9 +20,9 @@ from drivers.interfaces import (
 from drivers.keysight.options import Keysight34970AOptions
 from drivers.keysight.switch_unit_34970a import Keysight34970A
 from procedures.core.actions import Node, Socket, Terminal
+from tests.drivers.dialogue import played
 
 ADDRESS = "TCPIP0::matrix::inst0::INSTR"
-DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_34972a.yaml"
 SOCKETS = [
     f"{terminal.value}:{socket.value}" for terminal in Terminal for socket in Socket if socket is not Socket.OPEN
 ]
@@ -90,18 +88,17 @@ def matrix(manager: Any, wire: Any, clock: Any) -> Iterator[Keysight34970A]:
 
 
 def test_dialogue(clock: Any) -> None:
-    manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
-    matrix = Keysight34970A.open(
-        ADDRESS,
-        Keysight34970AOptions(CHANNELS, serial_number="MY49001234"),
-        Surroundings(clock, lambda: manager),
-        "switch_matrix",
-    )
-    assert matrix.identity.model == "34972A"
-    matrix.connect(["A:supply+", "B:supply-"])
-    assert matrix.closed() == {"A:supply+", "B:supply-"}
-    matrix.close()
-    manager.close()
+    with played("keysight_34972a", clock) as (surroundings, address):
+        matrix = Keysight34970A.open(
+            address,
+            Keysight34970AOptions(CHANNELS, serial_number="MY49001234"),
+            surroundings,
+            "switch_matrix",
+        )
+        assert matrix.identity.model == "34972A"
+        matrix.connect(["A:supply+", "B:supply-"])
+        assert matrix.closed() == {"A:supply+", "B:supply-"}
+        matrix.close()
 
 
 def test_a_change_is_one_opening_one_closing_and_one_look(matrix: Keysight34970A, wire: Any, clock: Any) -> None:

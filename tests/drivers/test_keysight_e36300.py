@@ -1,10 +1,8 @@
 """E36300 supply: dialogue, limits, and the output that is off at the end whatever happens."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
-import pyvisa
 
 from drivers.catalogue import Surroundings
 from drivers.interfaces import (
@@ -19,54 +17,29 @@ from drivers.interfaces import (
 )
 from drivers.keysight.e36300 import KeysightE36300, decode_regulation
 from drivers.keysight.options import E36300Options
+from tests.drivers.dialogue import played
 
 ADDRESS = "TCPIP0::supply::inst0::INSTR"
 IDENTITY = "Keysight Technologies,E36313A,MY61005055,2.1.0"
-DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_e36313a.yaml"
 
 
 def test_dialogue_of_output_2(clock: Any) -> None:
-    manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
-    traffic: list[str] = []
-    supply = KeysightE36300.open(
-        ADDRESS,
-        E36300Options(channel=2, serial_number="MY61005055"),
-        Surroundings(
-            clock,
-            lambda: manager,
-            traffic=lambda direction, text: traffic.append(text) if direction == "write" else None,
-        ),
-        "supply",
-    )
-    assert supply.identity.model == "E36313A"
-    assert (supply.maximum_voltage, supply.maximum_current) == (25.75, 2.06)
-    clock.time = 7.0
-    supply.configure(1.2, 0.5)
-    assert [text for text in traffic[8:] if text != "SYST:ERR?"] == [
-        "CURR:PROT:DEL 0.05,(@2)",
-        "CURR:PROT:DEL:STAR CCTR,(@2)",
-        "CURR:PROT:STAT ON,(@2)",
-        "CURR 0.5,(@2)",
-        "VOLT:PROT 1.82,(@2)",
-        "VOLT 1.2,(@2)",
-        "CURR? (@2)",
-        "VOLT:PROT? (@2)",
-        "VOLT? (@2)",
-        "CURR:PROT:DEL? (@2)",
-        "CURR:PROT:STAT? (@2)",
-        "CURR:PROT:DEL:STAR? (@2)",
-    ]
-    reading = supply.measure_voltage()
-    assert (reading.value, reading.unit, reading.time) == (1.1999, "V", 7.0)
-    assert reading.accuracy.gain == 3e-4
-    assert "typical of its class" in reading.accuracy.source
-    assert supply.output_mode() is OutputMode.CONSTANT_VOLTAGE  # 386 = 2 + bits of lists and logs
-    with pytest.raises(MeasurementError, match="no value"):
-        supply.measure_current()
-    supply._clear_protection()
-    supply.make_safe()
-    supply.close()
-    manager.close()
+    with played("keysight_e36313a", clock) as (surroundings, address):
+        options = E36300Options(channel=2, serial_number="MY61005055")
+        supply = KeysightE36300.open(address, options, surroundings, "supply")
+        assert supply.identity.model == "E36313A"
+        assert (supply.maximum_voltage, supply.maximum_current) == (25.75, 2.06)
+        clock.time = 7.0
+        supply.configure(1.2, 0.5)
+        reading = supply.measure_voltage()
+        assert (reading.value, reading.unit, reading.time) == (1.1999, "V", 7.0)
+        assert reading.accuracy.gain == 3e-4
+        assert "typical of its class" in reading.accuracy.source
+        assert supply.output_mode() is OutputMode.CONSTANT_VOLTAGE  # 386 = 2 + bits of lists and logs
+        with pytest.raises(MeasurementError, match="no value"):
+            supply.measure_current()
+        supply.make_safe()
+        supply.close()
 
 
 #: An output as it should have been left.

@@ -1,11 +1,9 @@
 """E4980A: dialogue, status of readings, and accuracy by the data sheet's formula."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import pytest
-import pyvisa
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -23,6 +21,7 @@ from drivers.interfaces import (
 from drivers.keysight import e4980a_data as data
 from drivers.keysight.e4980a import KeysightE4980A
 from drivers.keysight.options import E4980AOptions, ImpedanceCalibration
+from tests.drivers.dialogue import played
 
 ADDRESS = "TCPIP0::lcr-meter::inst0::INSTR"
 #: An E4980A as it should have been left.
@@ -38,22 +37,20 @@ RIGHT = {
     "CORR:LENG?": "+1.00000E+00",
     "BIAS:STAT?": "0",
 }
-DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_e4980al.yaml"
 
 
 def test_dialogue(clock: Any) -> None:
-    manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
-    meter = KeysightE4980A.open(ADDRESS, E4980AOptions(), Surroundings(clock, lambda: manager), "lcr_meter")
-    assert meter.maximum_frequency == 300e3
-    meter.configure(20.0, aperture=Aperture.LONG)
-    meter.correct_short()
-    clock.time = 3.0
-    reading = meter.measure()
-    assert (reading.resistance, reading.inductance, reading.frequency, reading.time) == (0.032, 146e-6, 20.0, 3.0)
-    assert reading.resistance_accuracy.resolution == pytest.approx(1e-7)
-    assert reading.inductance_accuracy.resolution == pytest.approx(1e-9)
-    meter.close()
-    manager.close()
+    with played("keysight_e4980al", clock) as (surroundings, address):
+        meter = KeysightE4980A.open(address, E4980AOptions(), surroundings, "lcr_meter")
+        assert meter.maximum_frequency == 300e3
+        meter.configure(20.0, aperture=Aperture.LONG)
+        meter.correct_short()
+        clock.time = 3.0
+        reading = meter.measure()
+        assert (reading.resistance, reading.inductance, reading.frequency, reading.time) == (0.032, 146e-6, 20.0, 3.0)
+        assert reading.resistance_accuracy.resolution == pytest.approx(1e-7)
+        assert reading.inductance_accuracy.resolution == pytest.approx(1e-9)
+        meter.close()
 
 
 @pytest.fixture

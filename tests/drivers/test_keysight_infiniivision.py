@@ -1,11 +1,9 @@
 """InfiniiVision: dialogue, arming and waiting, records, clipping, screen readings."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import pyvisa
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -26,6 +24,7 @@ from drivers.keysight.infiniivision import KeysightInfiniiVision
 from drivers.keysight.infiniivision_accuracy import trace_accuracy
 from drivers.keysight.options import InfiniiVisionOptions, Probe
 from drivers.keysight.waveform import Preamble, parse_preamble, to_time, to_values
+from tests.drivers.dialogue import played
 
 ADDRESS = "TCPIP0::oscilloscope::inst0::INSTR"
 IDENTITY = "KEYSIGHT TECHNOLOGIES,DSOX3024T,MY1,07.50"
@@ -40,7 +39,6 @@ RIGHT = {
     ":TRIG:NREJ?": "0",
     ":TRIG:HOLD?": "+6.0E-08",
 }
-DIALOGUE = Path(__file__).parent / "dialogues" / "keysight_dsox3024t.yaml"
 OPTIONS = InfiniiVisionOptions(
     probes={
         4: Probe(ProbeKind.CURRENT, 10.0, gain=0.01, offset=0.01, source="1146B manual"),
@@ -52,29 +50,30 @@ OPTIONS = InfiniiVisionOptions(
 
 
 def test_dialogue(clock: Any) -> None:
-    manager = pyvisa.ResourceManager(f"{DIALOGUE}@sim")
-    scope = KeysightInfiniiVision.open(ADDRESS, OPTIONS, Surroundings(clock, lambda: manager), "oscilloscope")
-    assert scope.channels(ProbeKind.VOLTAGE) == (1, 2)
-    assert scope.channels(ProbeKind.CURRENT) == (4,)
-    scope.configure_channel(4, ChannelSettings(8.0, 1.0))
-    scope.configure_acquisition(0.01, 1000, pre_trigger=0.2)
-    scope.configure_trigger(Trigger(4, 0.5, Slope.FALLING))
-    scope.initiate()
-    assert clock.slept == [pytest.approx(0.002)]  # the part before the trigger has to fill first
-    with pytest.raises(MeasurementError, match=r"no trigger: channel 4 did not cross 0\.5 A \(falling\) within 0\.1 s"):
-        scope.fetch([4], timeout=0.1)
-    assert clock.now() == pytest.approx(0.102, abs=2e-3)
-    frequency = scope.measure_frequency(4)
-    assert (frequency.value, frequency.unit) == (53.76, "Hz")
-    assert "not compared with the data sheet" in frequency.accuracy.source
-    amplitude = scope.measure_amplitude(4)
-    assert (amplitude.value, amplitude.unit) == (3.0, "A")
-    # 2 % of 8 A on a trace of 6 A, and the probe's 1 %.
-    assert amplitude.accuracy.gain == pytest.approx(0.02 * 8 / 6 + 0.01)
-    assert amplitude.accuracy.resolution == pytest.approx(8 / 256)
-    scope.make_safe()
-    scope.close()
-    manager.close()
+    with played("keysight_dsox3024t", clock) as (surroundings, address):
+        scope = KeysightInfiniiVision.open(address, OPTIONS, surroundings, "oscilloscope")
+        assert scope.channels(ProbeKind.VOLTAGE) == (1, 2)
+        assert scope.channels(ProbeKind.CURRENT) == (4,)
+        scope.configure_channel(4, ChannelSettings(8.0, 1.0))
+        scope.configure_acquisition(0.01, 1000, pre_trigger=0.2)
+        scope.configure_trigger(Trigger(4, 0.5, Slope.FALLING))
+        scope.initiate()
+        assert clock.slept == [pytest.approx(0.002)]  # the part before the trigger has to fill first
+        with pytest.raises(
+            MeasurementError, match=r"no trigger: channel 4 did not cross 0\.5 A \(falling\) within 0\.01 s"
+        ):
+            scope.fetch([4], timeout=0.01)
+        assert clock.now() == pytest.approx(0.012, abs=2e-3)
+        frequency = scope.measure_frequency(4)
+        assert (frequency.value, frequency.unit) == (53.76, "Hz")
+        assert "not compared with the data sheet" in frequency.accuracy.source
+        amplitude = scope.measure_amplitude(4)
+        assert (amplitude.value, amplitude.unit) == (3.0, "A")
+        # 2 % of 8 A on a trace of 6 A, and the probe's 1 %.
+        assert amplitude.accuracy.gain == pytest.approx(0.02 * 8 / 6 + 0.01)
+        assert amplitude.accuracy.resolution == pytest.approx(8 / 256)
+        scope.make_safe()
+        scope.close()
 
 
 class Scope:

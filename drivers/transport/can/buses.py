@@ -10,6 +10,7 @@ from drivers.transport.can.addresses import BusAddress, parse_address
 from drivers.transport.can.network_management import NMT_COMMANDS, Emergency, NmtState
 from drivers.transport.can.sockets import keep_to_own_group, leaving
 from drivers.transport.in_process import IN_PROCESS, HandingOver, InProcess, open_can_bus
+from drivers.transport.wire import Wire
 
 if TYPE_CHECKING:
     import can
@@ -33,10 +34,11 @@ class CanBuses:
         self._open: dict[tuple[str, str], SharedBus] = {}
         self._in_process = in_process
 
-    def node(self, address: str, name: str) -> "BusNode":
+    def node(self, address: str, name: str, wire: Wire | None = None) -> "BusNode":
         """Return a node's place on the bus at `can://interface/channel?node=5&bitrate=500000`, opened where it is not.
 
-        Raises CommunicationError where the bus cannot be opened, has another bit rate, or the node is taken.
+        `wire` receives the node's frames both ways. Raises CommunicationError where the bus cannot be
+        opened, has another bit rate, or the node is taken.
         """
         wanted, node_id = parse_address(address, name)
         key = wanted.interface, wanted.channel
@@ -66,7 +68,7 @@ class CanBuses:
                 text("node {node_id} at {address} is in use", node_id=node_id, address=address),
                 remedy=text("Give each instrument its own node id"),
             )
-        return BusNode(self, bus, node_id, name)
+        return BusNode(self, bus, node_id, name, wire)
 
     def release(self, bus: "SharedBus") -> None:
         """Disconnect a bus that no node uses any more."""
@@ -79,14 +81,13 @@ class SharedBus:
     """One connected bus; raises CommunicationError in the name of the instrument that needs it."""
 
     def __init__(self, address: BusAddress, name: str, in_process: InProcess | None = None) -> None:
-        import canopen
-
         from drivers.transport.can.listening import BrokenLine
+        from drivers.transport.can.tapped import TellingNetwork
 
         self.address = address
         self._in_process = in_process
         self.nodes: set[int] = set()
-        self.network: canopen.Network = canopen.Network()
+        self.network: TellingNetwork = TellingNetwork()
         self.network.NOTIFIER_CYCLE = LISTENING_TIME
         self._leaving = threading.Event()
         cast("list[can.Listener]", self.network.listeners).append(BrokenLine(self._leaving))
@@ -139,8 +140,10 @@ class SharedBus:
 class BusNode:
     """One node's place on a shared bus."""
 
-    def __init__(self, buses: CanBuses, bus: SharedBus, node_id: int, name: str) -> None:
+    def __init__(self, buses: CanBuses, bus: SharedBus, node_id: int, name: str, wire: Wire | None = None) -> None:
         import canopen
+
+        from drivers.transport.can.tapped import NodeTap
 
         self._buses = buses
         self._bus = bus
@@ -148,6 +151,7 @@ class BusNode:
         self._name = name
         self._heartbeat: HeartbeatProducer | None = None
         self._connected = True
+        self._tap = None if wire is None else NodeTap(bus.network, node_id, wire)
         node = bus.network.add_node(node_id, canopen.ObjectDictionary())  # type: ignore[no-untyped-call]
         if bus.answers_at_once:
             node.sdo.RESPONSE_TIMEOUT = 0.0
@@ -183,12 +187,14 @@ class BusNode:
         frame = can.Message(
             arbitration_id=_ERROR_CONTROL + self._node_id, is_extended_id=False, is_remote_frame=True, dlc=1
         )
+        if self._tap is not None:
+            self._tap.sent(frame.arbitration_id, remote=True)
         self._send(lambda: cast("can.BusABC", self._bus.network.bus).send(frame), "node guarding")
 
     def command_node(self, state: NmtState) -> None:
         """Have the node go to a state by NMT (CiA 301); nobody confirms that. Raises CommunicationError for a dead bus."""
         frame = bytes((NMT_COMMANDS[state], self._node_id))
-        self._send(lambda: self._bus.network.send_message(_NMT, frame), f"NMT {state.words}")
+        self._send(lambda: self._told(_NMT, frame), f"NMT {state.words}")
         if self._nmt_state is not None:
             self._nmt_state = state
 
@@ -207,12 +213,19 @@ class BusNode:
             take(bytes(data))
 
         network = self._bus.network
+        if self._tap is not None:
+            self._tap.hear(identifier)
         network.subscribe(identifier, heard)
         return lambda: network.unsubscribe(identifier, heard)
 
     def synchronise(self) -> None:
         """Send a SYNC. Raises CommunicationError for a dead bus."""
-        self._send(lambda: self._bus.network.send_message(_SYNC, b""), "SYNC")
+        self._send(lambda: self._told(_SYNC, b""), "SYNC")
+
+    def _told(self, identifier: int, data: bytes) -> None:
+        if self._tap is not None:
+            self._tap.sent(identifier, data)
+        self._bus.network.send_message(identifier, data)
 
     def _take_state(self, state: int) -> None:
         # After boot-up a node is pre-operational by itself.
@@ -240,6 +253,8 @@ class BusNode:
         self._connected = False
         if self._heartbeat is not None:
             self._heartbeat.stop()
+        if self._tap is not None:
+            self._tap.end()
         del self._bus.network[self._node_id]
         self._bus.nodes.discard(self._node_id)
         self._buses.release(self._bus)

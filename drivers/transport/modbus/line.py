@@ -9,7 +9,6 @@ from urllib.parse import urlsplit
 
 from pymodbus import FramerType
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
-from pymodbus.client.base import ModbusBaseSyncClient
 from pymodbus.exceptions import ModbusException
 from pymodbus.pdu import ModbusPDU
 from pymodbus.transport import CommParams
@@ -18,8 +17,10 @@ from drivers.interfaces import UNWATCHED, Calls, Clock, CommunicationError, Repo
 from drivers.interfaces.text import Text, text
 from drivers.transport.in_process import InProcess, is_in_process, open_stream
 from drivers.transport.modbus.stream_client import ModbusStreamClient
+from drivers.transport.modbus.tapped_client import TappedClient
 from drivers.transport.parameters import one_of, parameters_of, refuse_unknown
 from drivers.transport.serial.line_settings import LINE_KEYS, LineSettings, line_settings
+from drivers.transport.wire import Wire
 
 #: RTU frames over TCP are what a plain serial gateway carries.
 _FRAMERS = {"tcp": FramerType.SOCKET, "rtu": FramerType.RTU, "ascii": FramerType.ASCII}
@@ -283,18 +284,20 @@ def open_line(
     calls: Calls = UNWATCHED,
     in_process: InProcess | None = None,
     clock: Clock | None = None,
+    wire: Wire | None = None,
 ) -> ModbusLine:
     """Open `tcp://host:port?framer=tcp` or `rtu:///dev/ttyUSB0?baudrate=9600&parity=N&stopbits=1`; `timeout` is in s.
 
-    With a `clock`, frames on a serial line are more than 10 ms apart.
+    With a `clock`, frames on a serial line are more than 10 ms apart. `wire` receives the frames.
     `in-process://…` is opened through `in_process`. Raises CommunicationError where the address cannot be opened or is malformed.
     """
-    client: ModbusBaseSyncClient
+    client: TappedClient
     try:
         if is_in_process(address):
             client = ModbusStreamClient(lambda: open_stream(address, in_process, name), address, timeout)
         else:
             client = client_for(address, timeout)
+        client.wire = wire
         connected = client.connect()
     except ValueError as error:
         raise CommunicationError(
@@ -309,7 +312,7 @@ def open_line(
     return ModbusLine(client, name, traffic=traffic, calls=calls, clock=clock if serial else None)
 
 
-def client_for(address: str, timeout: float) -> ModbusTcpClient | ModbusSerialClient:
+def client_for(address: str, timeout: float) -> "TcpClient | SettledSerialClient":
     """Return a client, not connected yet, for `tcp://…` or `rtu:///…`; raises ValueError for another address, and for a key that is not
     known.
     """
@@ -319,7 +322,7 @@ def client_for(address: str, timeout: float) -> ModbusTcpClient | ModbusSerialCl
     if parts.scheme == "tcp" and parts.hostname:
         refuse_unknown(given, ("framer",))
         framer = cast("FramerType", one_of(given, "framer", _FRAMERS, FramerType.SOCKET))
-        return ModbusTcpClient(parts.hostname, port=parts.port or 502, framer=framer, timeout=timeout, retries=0)
+        return TcpClient(parts.hostname, port=parts.port or 502, framer=framer, timeout=timeout, retries=0)
     if parts.scheme == "rtu" and parts.path:
         refuse_unknown(given, ("framer", *LINE_KEYS))
         framer = cast("FramerType", one_of(given, "framer", _SERIAL_FRAMERS, FramerType.RTU))
@@ -327,7 +330,11 @@ def client_for(address: str, timeout: float) -> ModbusTcpClient | ModbusSerialCl
     raise ValueError(text("neither tcp://host:port nor rtu:///path?baudrate=…"))
 
 
-class SettledSerialClient(ModbusSerialClient):
+class TcpClient(TappedClient, ModbusTcpClient):
+    """A client over TCP."""
+
+
+class SettledSerialClient(TappedClient, ModbusSerialClient):
     """A serial client whose port also has the flow control and the RS-485 direction of its address."""
 
     def __init__(self, path: str, settings: LineSettings, framer: FramerType, timeout: float) -> None:

@@ -9,14 +9,13 @@ from pymodbus.transport import CommParams, CommType
 
 from drivers.interfaces import CommunicationError
 from drivers.transport.in_process import ByteStream
+from drivers.transport.modbus.tapped_client import TappedClient
 
 #: No Modbus TCP frame is longer.
 _LONGEST_FRAME = 260
 
 
-class ModbusStreamClient(ModbusBaseSyncClient):
-    """Modbus TCP frames through a stream that `connect` opens; `timeout` is in s of bench time."""
-
+class _StreamClient(ModbusBaseSyncClient):
     def __init__(self, open_stream: Callable[[], ByteStream], address: str, timeout: float) -> None:
         parameters = CommParams(comm_type=CommType.TCP, comm_name="comm", host=address, timeout_connect=timeout)
         # pymodbus would repeat writes too: its own retries stay off.
@@ -60,3 +59,7 @@ class ModbusStreamClient(ModbusBaseSyncClient):
         if self._stream is None:
             raise ConnectionException(str(self))
         return self._stream
+
+
+class ModbusStreamClient(TappedClient, _StreamClient):
+    """Modbus TCP frames through a stream that `connect` opens; `timeout` is in s of bench time."""

@@ -51,6 +51,8 @@ class ModbusFrames:
         """Return the response to a request, empty where none comes, and the fault that is to strike its frame."""
         function = request[0]
         try:
+            if (given := self._line.recorded(unit, request)) is not None:
+                return given
             if unit not in self._line.units:
                 raise _RefusedError(_NO_SUCH_UNIT)  # noqa: TRY301  one place makes exceptions of refusals
             return self._execute(unit, function, request[1:])

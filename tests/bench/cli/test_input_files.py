@@ -35,6 +35,8 @@ INPUTS = {
     "sim six-step": ["--motor FILE --load 0.5"],
     "sim serve": ["--motor FILE", "--motor lg-400w --disturbances FILE", "--motor lg-400w --faults FILE"],
     "station check": ["FILE"],
+    "station record": ["FILE --out out.traffic"],
+    "station replay": ["FILE", "FILE --serve"],
     "station scan": ["--station FILE"],
     "station drivers": ["--station FILE"],
     "station reset": ["FILE --by me"],

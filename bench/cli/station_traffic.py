@@ -1,0 +1,218 @@
+"""`motorbench station record` and `replay`: what instruments say, byte by byte, as a file; and whether today's drivers do the same."""
+
+import sys
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bench.cli.output import print_json
+from bench.cli.station import NO_MOTOR, Nobody, held, look
+from bench.cli.station_scan import refuse_existing
+from bench.i18n.errors import InputError, message
+from bench.i18n.language import language_of, translator
+from bench.journal.unrecorded import Unrecorded
+from bench.run.console import console_on
+from bench.safety.ownership.owner import owning
+from bench.safety.ownership.state_folder import state_folder
+from bench.safety.station_instruments import StationInstruments
+from bench.station.clock import SystemClock
+from bench.station.station_file import load_station
+from bench.station.visa_library import StationVisa
+from bench.traffic.recorder import TrafficRecorder
+from bench.traffic.sampling import sample
+from bench.traffic.traffic_file import SessionRecording, read_recording, write_recording
+from drivers.interfaces.text import english, text
+
+if TYPE_CHECKING:
+    from bench.traffic.replay import Replayed
+
+
+def record(
+    station: Path,
+    *,
+    out: Path,
+    force: bool = False,
+    identifiable: bool = False,
+    language: str = "auto",
+    json: bool = False,
+) -> int:
+    """Open every instrument of a station file, ask who it is and how it is set, take a reading, and write down every byte.
+
+    Nothing is energised. Exit status 1 where an instrument could not be opened; what it said is in the file all the same.
+
+    Parameters
+    ----------
+    station
+        The station file.
+    out
+        The file to write, like bench1.traffic.
+    force
+        Overwrite that file.
+    identifiable
+        Keep network addresses and serial numbers in the file.
+    language
+        en, zh, or auto by the locale; JSON is English where none is asked for.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    translate = english if json and language == "auto" else translator(language_of(language))
+    refuse_existing(out, force=force)
+    read = load_station(station)
+    clock, nowhere = SystemClock(), Unrecorded()
+    recorder = TrafficRecorder(clock.now)
+    # A file that cannot be written is found out before anything is asked.
+    write_recording(recorder.recording(read), out)
+    with owning(state_folder(), "motorbench station record") as owner:
+        instruments = StationInstruments(
+            read,
+            NO_MOTOR,
+            clock,
+            nowhere,
+            nowhere,
+            StationVisa(read.visa_library),
+            dict.fromkeys(read.entries, Nobody()).get,
+            owner=owner,
+            traffic_recorder=recorder,
+        )
+        found: dict[str, dict[str, Any]] = {}
+        try:
+            for role, entry in read.entries.items():
+                if not entry.driver.needs_address:
+                    continue
+                told = found[role.value] = held(read, entry, owner, translate) | {"readings": {}}
+                if told["error"] is None:
+                    look(instruments, entry, told, translate)
+                if told["error"] is None:
+                    told["readings"] = {
+                        name: None if error is None else message(error, translate)
+                        for name, error in sample(instruments.opened()[role], role)
+                    }
+        finally:
+            instruments.close()
+            made = recorder.recording(read, identifiable=identifiable)
+            write_recording(made, out)
+    counts = {role.value: sum(line.kind in "><" for line in made.of(role)) for role in made.carriers}
+    if json:
+        about = {role: {**told, "messages": counts.get(role, 0)} for role, told in found.items()}
+        print_json({"file": str(out), "instruments": about})
+    else:
+        _print_recorded(out, found, counts)
+    return 0 if all(told["error"] is None for told in found.values()) else 1
+
+
+def replay(
+    file: Path,
+    *,
+    tolerant: bool = False,
+    serve: bool = False,
+    host: str = "127.0.0.1",
+    base_port: int | None = None,
+    station: Path | None = None,
+    json: bool = False,
+) -> int:
+    """Have today's drivers do again what a recording says, each with its recorded instrument, and say where they do something else.
+
+    Exit status 1 where one does.
+
+    Parameters
+    ----------
+    file
+        A recording, as `motorbench station record` and `motorbench run --record` write it.
+    tolerant
+        Numbers in messages may be others, and what the driver makes of the answers.
+    serve
+        Serve the recorded instruments to any client until SIGINT or SIGTERM instead; standard output is a station file.
+    host
+        With --serve: the IPv4 address that the TCP ports listen on.
+    base_port
+        With --serve: first of the TCP ports; without it they are the system's.
+    station
+        A station file whose plug-ins the recorded drivers are.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    recording = read_recording(file, str(station) if station else "")
+    if serve:
+        return _serve(recording, host, base_port, tolerant=tolerant)
+    from bench.traffic.replay import replay as replayed
+
+    done = replayed(recording, tolerant=tolerant)
+    good = all(one.difference is None for one in done)
+    if json:
+        print_json({"file": str(file), "instruments": {one.role.value: _as_dict(one) for one in done}, "good": good})
+    else:
+        _print_replayed(recording, done)
+    return 0 if good else 1
+
+
+def _serve(recording: SessionRecording, host: str, base_port: int | None, *, tolerant: bool) -> int:
+    from tomli_w import dumps
+
+    from bench.cli.sim_serve import check_host, check_ports
+    from bench.safety.interrupts import Interrupted, Interrupts
+    from bench.traffic.sessions import session_of
+    from bench.virtual.virtual_station import as_text
+    from sim_instruments.recorded.served import ServedRecording
+
+    check_host(host)
+    check_ports(base_port)
+    sessions = {role.value: session_of(recording, role, tolerant=tolerant) for role in recording.carriers}
+    interrupts = Interrupts()
+    try:
+        with interrupts.raising(), ServedRecording(sessions, host=host, base_port=base_port) as served:
+            for role, ways in served.addresses.items():
+                for way, address in ways.items():
+                    print(f"# {role:<18}{way:<8}{as_text(address)}")
+            tables = {
+                role: {**recording.tables[role], "address": as_text(next(iter(ways.values())))}
+                for role, ways in served.addresses.items()
+            }
+            print(dumps({"station": {"name": "recording"}, "instruments": tables}), flush=True)
+            print(f"motorbench: {recording.source} is served; Ctrl-C ends it", file=sys.stderr)
+            with interrupts.waiting():
+                threading.Event().wait()
+    except Interrupted:
+        # That is how serving ends.
+        return 0
+    except OSError as error:
+        raise InputError(text("the recording cannot be served on {host}: {error}", host=host, error=error)) from error
+    return 0
+
+
+def _print_recorded(out: Path, found: dict[str, dict[str, Any]], counts: dict[str, int]) -> None:
+    console = console_on(sys.stdout)
+    for role, told in found.items():
+        mark, words = ("✓", told["identity"]) if told["error"] is None else ("✗", told["error"])
+        console.print(f"  {mark} {role:<18}{told['driver']:<24}{counts.get(role, 0)} messages", markup=False)
+        console.print(f"      {words}", markup=False, soft_wrap=True)
+        for name, error in told["readings"].items():
+            if error is not None:
+                console.print(f"      {name}: {error}", markup=False, soft_wrap=True)
+    console.print(f"{out}: {sum(counts.values())} messages", markup=False, soft_wrap=True)
+
+
+def _print_replayed(recording: SessionRecording, done: "Sequence[Replayed]") -> None:
+    console = console_on(sys.stdout)
+    made = f", made {recording.about['made']}" if "made" in recording.about else ""
+    console.print(f"{recording.source}{made}", style="bold", markup=False, soft_wrap=True)
+    for one in done:
+        driver = recording.tables[one.role.value]["driver"]
+        mark = "✓" if one.difference is None else "✗"
+        console.print(f"  {mark} {one.role.value:<18}{driver:<24}{one.messages} messages sent", markup=False)
+        if one.difference is not None:
+            console.print(f"      {one.difference.place}", markup=False)
+            console.print(f"      recorded: {one.difference.before}", markup=False, soft_wrap=True)
+            console.print(f"      today:    {one.difference.now}", markup=False, soft_wrap=True)
+
+
+def _as_dict(one: "Replayed") -> dict[str, Any]:
+    found = one.difference
+    told = found and {
+        "line": found.recorded.number if found.recorded else None,
+        "recorded": found.before,
+        "today": found.now,
+    }
+    return {"messages": one.messages, "difference": told}

@@ -1,0 +1,1 @@
+"""Instruments that answer as a recording has them answer."""

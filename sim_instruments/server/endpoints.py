@@ -1,0 +1,132 @@
+"""What each transport's instruments are reached by from other processes: ports, pseudo-terminals, a CAN gateway."""
+
+import asyncio
+from contextlib import ExitStack
+
+import numpy as np
+
+from sim_instruments.clock.paced_clock import PacedClock
+from sim_instruments.scpi.instrument import ScpiInstrument
+from sim_instruments.scpi.session import ClientSession
+from sim_instruments.server.port_plan import PortPlan
+from sim_instruments.transports.can.gateway import CanGateway
+from sim_instruments.transports.client import Patience
+from sim_instruments.transports.connection import Connection
+from sim_instruments.transports.conversation import Conversation
+from sim_instruments.transports.hislip.server import HislipServer
+from sim_instruments.transports.loop_thread import LoopThread
+from sim_instruments.transports.modbus.rtu import ModbusRtuEndpoint
+from sim_instruments.transports.modbus.server import ModbusTcpServer
+from sim_instruments.transports.modbus.unit import ModbusLine
+from sim_instruments.transports.scpi_socket import ScpiSocket
+from sim_instruments.transports.tcp_service import Serve, TcpService
+
+LOOPBACK = "127.0.0.1"
+#: How long a client is waited for.
+PATIENT = Patience()
+#: How often (s) those who follow the time are told of it.
+_PULSE = 0.01
+_MOST_CONNECTIONS = 64
+
+
+class Endpoints:
+    """Opens endpoints on a loop's thread, each of which `leaving` closes.
+
+    TCP ports listen on `host`, where `ports` says. Clients are waited for with `patience`. Coroutines run on the loop. Raise OSError
+    where a port or a terminal cannot be had.
+    """
+
+    def __init__(
+        self,
+        loop: LoopThread,
+        clock: PacedClock,
+        leaving: ExitStack,
+        host: str,
+        ports: PortPlan,
+        seed: int,
+        patience: Patience = PATIENT,
+    ) -> None:
+        self._loop = loop
+        self._clock = clock
+        self._leaving = leaving
+        self._host = host
+        self._ports = ports
+        self._seed = seed
+        self._patience = patience
+        self._clients = 0
+        self._scpi: list[ScpiInstrument] = []
+
+    async def scpi(self, name: str, instrument: ScpiInstrument) -> dict[str, str]:
+        """Serve an instrument over HiSLIP and a raw socket; return its addresses by way."""
+
+        def converse() -> Conversation:
+            self._clients += 1
+            generator = np.random.default_rng((self._seed, 0x50C4, self._clients))
+            return Conversation(ClientSession(instrument, generator), self._clock)
+
+        self._scpi.append(instrument)
+        connection = instrument.connection
+        socket = await self.listen((name, "socket"), ScpiSocket(converse).serve, connection=connection)
+        hislip = await self.listen((name, "hislip"), HislipServer(converse).serve, connection=connection)
+        return {
+            "hislip": f"TCPIP0::{self._host}::hislip0,{hislip.port}::INSTR",
+            "socket": f"TCPIP0::{self._host}::{socket.port}::SOCKET",
+        }
+
+    async def modbus(self, name: str, line: ModbusLine) -> dict[str, str]:
+        """Serve a line of units over TCP and a pseudo-terminal; return its addresses by way."""
+        tcp = await self.modbus_tcp(name, line)
+        rtu = ModbusRtuEndpoint(line)
+        self._leaving.callback(rtu.close)
+        return {"tcp": tcp, "rtu": rtu.address}
+
+    async def modbus_tcp(self, name: str, line: ModbusLine) -> str:
+        """Serve a line of units over TCP only; return its address."""
+        tcp = await self.listen((name, "tcp"), ModbusTcpServer(line, self._wait).serve, connection=line.connection)
+        return f"tcp://{self._host}:{tcp.port}"
+
+    async def can(self, channel: str) -> dict[str, str]:
+        """Serve a CAN bus; return python-can's interface and channel of it."""
+        gateway = CanGateway(channel)
+        await gateway.start()
+        self._leaving.callback(lambda: self._loop.run(gateway.stop()))
+        tcp = await self.listen(("can", "tcp"), gateway.serve)
+        return {"interface": "slcan", "channel": f"socket://{self._host}:{tcp.port}"}
+
+    async def listen(
+        self,
+        endpoint: tuple[str, str],
+        serve: Serve,
+        host: str = "",
+        connection: Connection | None = None,
+        patience: Patience | None = None,
+    ) -> TcpService:
+        """Listen on the port of an endpoint, by name and way; of another `host` or `patience` where one is given."""
+        service = TcpService(
+            serve,
+            host or self._host,
+            most_clients=_MOST_CONNECTIONS,
+            connection=connection,
+            patience=patience or self._patience,
+        )
+        await service.start(self._ports.take(*endpoint))
+        self._leaving.callback(lambda: self._loop.run(service.stop()))
+        return service
+
+    async def begin_pulse(self) -> None:
+        """Begin to tell those who follow the time of it."""
+        self._beat = asyncio.get_running_loop().create_task(self._pulse())
+
+    async def _pulse(self) -> None:
+        told = self._clock.now()
+        while True:
+            for instrument in self._scpi:
+                while instrument.catch_up() and self._clock.now() - told < _PULSE * self._clock.speedup:
+                    await asyncio.sleep(0)
+            # Instruments are served by this thread alone, so what follows the time is told of it here, too.
+            self._clock.pulse()
+            told = self._clock.now()
+            await asyncio.sleep(_PULSE)
+
+    async def _wait(self, seconds: float) -> None:
+        await asyncio.sleep(seconds / self._clock.speedup)
