@@ -7,7 +7,7 @@ from typing import Any
 from bench.cli.analyze_speeds import speeds_table
 from bench.cli.output import print_json
 from bench.run.console import console_on
-from drivers.interfaces.text import Translate, text, word
+from drivers.interfaces.text import Translate, text
 
 
 def print_analysis(made: Mapping[str, Any], translate: Translate, *, json: bool, budget: bool) -> int:
@@ -23,47 +23,40 @@ def print_analysis(made: Mapping[str, Any], translate: Translate, *, json: bool,
 
 
 def _print_table(made: Mapping[str, Any], translate: Translate, *, budget: bool) -> None:
-    from rich import box
-    from rich.table import Table
-
     from bench.journal.stored_result import restore_parameter, restore_withheld
     from procedures.core.result import said_of
     from reports.tables.figures import decimals_for, figure, percent, scale_of
+    from reports.tables.fitted import FittedColumn, fitted
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for name, justify in (
-        (text("Parameter"), "left"),
-        (text("Value"), "right"),
-        (text("Unit"), "left"),
-        ("u", "right"),
-        ("u, %", "right"),
-        ("95 %", "right"),
-    ):
-        table.add_column(word(name).render(translate), justify="right" if justify == "right" else "left", no_wrap=True)
-    table.add_column("§", no_wrap=True)
+    columns = [
+        FittedColumn(text("Parameter").render(translate), breaks=24),
+        FittedColumn(text("Value").render(translate), right=True),
+        FittedColumn(text("Unit").render(translate)),
+        FittedColumn("u", 2, right=True),
+        FittedColumn("u, %", 3, right=True),
+        FittedColumn("95 %", right=True),
+        FittedColumn("§", 1),
+    ]
     parameters = [restore_parameter({"name": name, **entry}) for name, entry in made["parameters"].items()]
+    rows = []
     for each in parameters:
         scale = scale_of(each.value, each.reader_unit)
         value, spread = each.value / scale.factor, each.standard_uncertainty / scale.factor
         decimals = decimals_for(spread, value)
-        table.add_row(
-            each.label.render(translate),
-            figure(value, decimals),
-            scale.unit,
-            figure(spread, decimals),
-            percent(abs(spread / value)) if value else "–",
-            " … ".join(figure(bound / scale.factor, decimals) for bound in each.coverage_interval) if spread else "–",
-            each.section,
+        interval = " … ".join(figure(bound / scale.factor, decimals) for bound in each.coverage_interval)
+        rows.append(
+            (
+                *(each.label.render(translate), figure(value, decimals), scale.unit, figure(spread, decimals)),
+                *(percent(abs(spread / value)) if value else "–", interval if spread else "–", each.section),
+            )
         )
     withheld = {name: restore_withheld({"name": name, **entry}) for name, entry in made["withheld"].items()}
-    for reason in withheld.values():
-        table.add_row(
-            reason.label.render(translate), text("not given").render(translate), "", "–", "–", "–", reason.section
-        )
+    not_given = text("not given").render(translate)
+    rows += [(r.label.render(translate), not_given, "", "–", "–", "–", r.section) for r in withheld.values()]
     told = {(entry["cause"], entry["message"]) for entry in made["withheld"].values()}
     warnings = [w for w in made["warnings"] if (w["id"], w["text"]) not in told]
     console = console_on(sys.stdout)
-    console.print(table)
+    console.print(fitted(columns, rows, console.width))
     if speeds := made["details"].get("speeds"):
         console.print(speeds_table(speeds, translate))
     for title, lines in (
@@ -79,4 +72,4 @@ def _print_table(made: Mapping[str, Any], translate: Translate, *, budget: bool)
         from reports.tables.budget import budgets
 
         console.print()
-        console.print(budgets(parameters, translate))
+        console.print(budgets(parameters, translate, console.width))

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from bench.cli.options import Seed
-from bench.cli.output import print_end, print_json, print_page, print_summary, say_withheld
+from bench.cli.output import print_end, print_json, print_page, print_summary, say_missing
 from bench.cli.run import given_faults_of
 from bench.i18n.language import language_of, translator
 from bench.motor.motor_file import load_motor
@@ -43,7 +43,7 @@ def demo(
     faults
         A file of faults to inject.
     fault
-        One fault in a few words, like "supply: silence at step 3.2.2/3"; may be given several times.
+        One fault in a few words, like "lcr_meter: silence at step 3.2.2/3"; may be given several times.
     disturbances
         A file of what disturbs the virtual bench: probes, shaft sensors, contacts, hands.
 
@@ -68,7 +68,7 @@ def demo(
     if done.view.status != "completed":
         print_end(done.view, done.folder, translate)
         return 1
-    return say_withheld(done.view, translate)
+    return say_missing(done, translate)
 
 
 def _shown(request: RunRequest) -> Finished:

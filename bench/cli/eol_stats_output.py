@@ -3,7 +3,7 @@
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from bench.eol.line_statistics import LineStatistics, ParameterStatistics
 from bench.eol.statistics.gauge import GaugeStudy
@@ -138,7 +138,8 @@ def _table(translate: Translate, *headings: Text, left: int = 1) -> "Table":
 
     made = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
     for n, heading in enumerate(headings):
-        made.add_column(heading.render(translate), justify="left" if n < left else "right", no_wrap=True)
+        justify: Literal["left", "right"] = "left" if n < left else "right"
+        made.add_column(heading.render(translate), justify=justify, no_wrap=n > 0, overflow="ellipsis" if n else "fold")
     return made
 
 

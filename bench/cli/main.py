@@ -14,11 +14,19 @@ from drivers.interfaces.text import text
 FAILED, USAGE = 1, 2
 
 
+_BEGINNING = """\
+To begin, without any instrument: motorbench demo, then motorbench report latest
+One step after the other: motorbench run all --station virtual --motor lg-400w
+What stands on your bench: motorbench station scan, then motorbench station new
+"""
+
+
 def make_app() -> App:
     """Return the application with all its commands."""
     app = App(
         name="motorbench",
         help="A test bench for permanent-magnet motors, real or virtual.",
+        help_epilogue=_BEGINNING,
         version=_version,
         default_parameter=Parameter(negative=()),
         result_action="return_value",

@@ -3,7 +3,7 @@
 import json
 import sys
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bench.journal.encoding import plain
 from bench.journal.run_folder import RunFolder
@@ -12,6 +12,9 @@ from bench.plugins.catalogue import BrokenPlugin, Catalogue
 from bench.plugins.catalogues import Catalogues
 from bench.run.console import console_on
 from drivers.interfaces.text import Translate, text
+
+if TYPE_CHECKING:
+    from bench.run.request import Finished
 
 
 def print_json(made: Mapping[str, Any]) -> None:
@@ -42,7 +45,7 @@ def print_summary(view: RunView, folder: RunFolder, translate: Translate) -> Non
     from reports.tables.summary import summary
 
     console = console_on(sys.stdout)
-    console.print(summary(view.parameters(), view.warnings(), view.truth, translate))
+    console.print(summary(view.parameters(), view.warnings(), view.truth, translate, console.width))
     console.print()
     if view.wall_time > 0.0 and view.truth:
         # A run of an older version does not say how long its hands took.
@@ -61,6 +64,15 @@ def print_summary(view: RunView, folder: RunFolder, translate: Translate) -> Non
         )
         console.print((by_hand if view.hand_time else times).render(translate), markup=False)
     console.print(text("Run: {folder}", folder=str(folder.path)).render(translate), markup=False, soft_wrap=True)
+
+
+def print_what_next(folder: RunFolder, translate: Translate) -> None:
+    """Say which commands make something of a run."""
+    said = text(
+        "Next: motorbench report {folder}; motorbench export {folder} --for vesc (motorbench export --list names all)",
+        folder=str(folder.path),
+    )
+    console_on(sys.stdout).print(said.render(translate), markup=False, soft_wrap=True)
 
 
 def print_page(page: str, folder: RunFolder, translate: Translate) -> None:
@@ -84,14 +96,21 @@ def print_end(view: RunView, folder: RunFolder, translate: Translate) -> None:
     print(f"motorbench: {words.render(translate)}", file=sys.stderr)
 
 
-def say_withheld(view: RunView, translate: Translate) -> int:
-    """Return the exit status of a run that completed: 1, said on standard error, where a figure of it is withheld."""
-    withheld = view.parameters().withheld
-    if not withheld:
-        return 0
-    names = [reasons[0].label for reasons in withheld.values()]
-    print(f"motorbench: {text('not given: {names}', names=names).render(translate)}", file=sys.stderr)
-    return 1
+def say_missing(done: "Finished", translate: Translate) -> int:
+    """Return the exit status of a run that completed: 1, said on standard error, where something asked for is not there.
+
+    That is a figure that is withheld, and a fault that never took effect.
+    """
+    said = []
+    if withheld := done.view.parameters().withheld:
+        said.append(text("not given: {names}", names=[reasons[0].label for reasons in withheld.values()]))
+    said += [
+        text("{source}: nothing has felt it; see that its instrument is used then, or its step comes", source=source)
+        for source in done.unfelt
+    ]
+    for sentence in said:
+        print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
+    return 1 if said else 0
 
 
 STATUS_WORDS = {

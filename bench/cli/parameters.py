@@ -46,7 +46,7 @@ def parameters(*, station: str = "virtual", json: bool = False, markdown: bool =
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for heading in (text("Parameter"), text("Unit"), text("Meaning"), text("Convention")):
-        table.add_column(heading.render(translate))
+        table.add_column(heading.render(translate), overflow="fold")
     for name, row in known.items():
         table.add_row(name, row.unit, row.label.render(translate), translate(row.convention) if row.convention else "")
     console_on(sys.stdout).print(table)

@@ -55,8 +55,10 @@ def procedures(*, station: str = "virtual", json: bool = False, markdown: bool =
         console.print(f"[bold]{name}[/bold]  §{entry['section']}  {entry['title']}{origin}")
         if entry["roles"]:
             console.print(f"  [dim]{', '.join(entry['roles'])}[/dim]")
-        for step in entry["steps"]:
-            console.print(f"  {step['id']:<12}{'✋ ' if step['by_hand'] else '   '}{step['text']}", markup=False)
+        defaults = found[name].settings_type()().model_dump()
+        for step in found[name].steps():
+            said = step.words(defaults).render(translate)
+            console.print(f"  {step.identifier:<12}{'✋ ' if step.by_hand else '   '}{said}", markup=False)
         for setting, told in entry["settings"].items():
             said = translate(told["description"])
             console.print(f"  --set {setting}={told['default']}  ({said})", markup=False, style="dim")

@@ -27,7 +27,7 @@ _NAMED = 3
 
 
 def results(
-    run: str,
+    run: str = "",
     *,
     budget: Annotated[tuple[str, ...] | None, Parameter(consume_multiple=True)] = None,
     json: bool = False,
@@ -39,7 +39,7 @@ def results(
     Parameters
     ----------
     run
-        The run's folder, its name under `--runs`, or `latest`.
+        The run's folder, its name under `--runs`, or `latest`; without one, the runs are listed.
     budget
         Print the uncertainty budgets of these parameters, of all where none is named.
     json
@@ -50,6 +50,8 @@ def results(
         Folder of the runs.
 
     """
+    if not run:
+        return list_runs(json=json, runs=runs)
     folder = existing_run_folder(run, runs)
     translate = translator(language_of(language))
     journal = read_journal(folder.journal)
@@ -118,7 +120,8 @@ def _print_budgets(view: RunView, names: tuple[str, ...], translate: Translate) 
     wanted: list[Measured] = []
     for name in names or found.parameters:
         wanted += [found.parameters[name], *found.alternatives[name]]
-    console_on(sys.stdout).print(budgets(wanted, translate))
+    console = console_on(sys.stdout)
+    console.print(budgets(wanted, translate, console.width))
 
 
 def schema() -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from bench.cli.options import Seed
-from bench.cli.output import print_end, print_json, print_summary, say_broken, say_withheld
+from bench.cli.output import print_end, print_json, print_summary, print_what_next, say_broken, say_missing
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from bench.journal.run_folder import existing_run_folder
@@ -90,7 +90,7 @@ def run(
     faults
         A file of faults for the virtual bench.
     fault
-        One fault in a few words, like "supply: silence at step 3.2.2/3"; may be given several times.
+        One fault in a few words, like "lcr_meter: silence at step 3.2.2/3"; may be given several times.
     disturbances
         A file of what disturbs the virtual bench: probes, shaft sensors, contacts, hands.
     probe_verification
@@ -165,10 +165,12 @@ def run(
         print_json(done.result)
     else:
         print_summary(done.view, done.folder, translate)
+        if done.view.parameters().parameters:
+            print_what_next(done.folder, translate)
     if done.view.status != "completed":
         print_end(done.view, done.folder, translate)
         return 1
-    return say_withheld(done.view, translate)
+    return say_missing(done, translate)
 
 
 def _rehearse(request: RunRequest, catalogues: Catalogues, *, json: bool) -> int:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from bench.files.toml_file import read
 from bench.i18n.errors import InputError, UsageError
+from bench.station.station_file import VIRTUAL
 from drivers.interfaces.text import reason_of, text
 
 #: Largest message (bytes) from a browser, the same that NiceGUI's pages keep to.
@@ -39,9 +40,9 @@ def serve(
     Parameters
     ----------
     station
-        The station's file.
+        The station's file, or virtual for the virtual bench.
     virtual
-        The virtual bench in place of a station.
+        The virtual bench in place of a station, as --station virtual.
     host
         The address to listen on; any other than loopback asks for a login and needs --people.
     port
@@ -70,9 +71,10 @@ def serve(
         Hours after which a login ends in any case.
 
     """
-    if virtual == bool(station):
+    station = VIRTUAL if virtual and not station else station
+    if not station or (virtual and station != VIRTUAL):
         raise UsageError(text("give --station FILE, or --virtual for the virtual bench"))
-    if station:
+    if station != VIRTUAL:
         read(Path(station), text("station file"))
     if not _is_loopback(host) and people is None:
         raise UsageError(
@@ -87,7 +89,7 @@ def serve(
     for address in trusted_proxy:
         _check_address(address)
     _check_free(host, port)
-    from nicegui import ui
+    from nicegui import app, ui
 
     from bench.panel.access import Access
     from bench.panel.app import build
@@ -97,9 +99,11 @@ def serve(
 
     # Without a login there is nothing to end: the next request would begin the same again.
     times = SessionTimes(60.0 * session_idle, 3600.0 * session_length) if people else SessionTimes()
-    panel = Panel(runs, station or "virtual", motors, plans, records, Sessions(times))
+    panel = Panel(runs, station, motors, plans, records, Sessions(times))
     build(panel, AllowedHosts(host, allow_host), Access(people) if people else None)
     logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
+    scheme, name = "https" if certificate else "http", _reached_by(host)
+    app.on_startup(lambda: print(f"The panel: {scheme}://{name}:{port} (Ctrl-C ends it; a run goes on)", flush=True))
     ui.run(
         host=host,
         port=port,
@@ -121,6 +125,14 @@ def serve(
         ssl_keyfile=key,
     )
     return 0
+
+
+def _reached_by(host: str) -> str:
+    """Return what a browser calls the panel by; of every address at once, the computer's name."""
+    everywhere = host in ("", "0.0.0.0", "::")  # noqa: S104  it is asked, not bound
+    if everywhere:
+        return socket.gethostname()
+    return f"[{host}]" if ":" in host else host
 
 
 def _check_times(idle: float, length: float) -> None:

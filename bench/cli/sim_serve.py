@@ -1,11 +1,13 @@
 """`motorbench sim serve`: the virtual bench on real sockets, in a process of its own."""
 
+import gc
 import ipaddress
 import json as json_format
 import logging
 import os
 import sys
 import threading
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +17,8 @@ from drivers.interfaces.text import reason_of, text
 
 #: At most so many ports are served.
 _PORTS = 100
+#: How long (s) a client may be idle.
+_SHORTEST_IDLE, _LONGEST_IDLE = 1.0, 1.0e6
 
 if TYPE_CHECKING:
     from sim_instruments.server.served_bench import ServedBench
@@ -36,6 +40,8 @@ def serve(
     hostile: Seed | None = None,
     disturbances: Path | None = None,
     base_port: int | None = None,
+    ports: Path | None = None,
+    idle: float | None = None,
     strict: bool = False,
     commands: str | None = None,
 ) -> int:
@@ -73,6 +79,10 @@ def serve(
         A file of what disturbs the virtual bench: probes, shaft sensors, contacts, hands.
     base_port
         First of the TCP ports, which then follow each other in the order of the addresses; without one they are the system's.
+    ports
+        A TOML file of TCP ports by endpoint; those that it leaves out are chosen as without it.
+    idle
+        How many seconds a client may say nothing before it is hung up on, 1 to 1000000; without it 7200.
     strict
         End with status 1 at the first error that a SCPI instrument queues, and say which message it came of.
     commands
@@ -85,13 +95,14 @@ def serve(
     from bench.virtual.disturbance_file import load_disturbances
     from bench.virtual.fault_file import given_faults
     from bench.virtual.fault_hooks import inject
+    from bench.virtual.port_file import load_ports
     from bench.virtual.served_station import station_to_serve
     from bench.virtual.true_values import true_values
     from bench.virtual.virtual_station import describe
     from procedures.known_parameters import known_parameters
     from sim_instruments.bench import BenchSetting
     from sim_instruments.clock.paced_clock import FASTEST, SLOWEST
-    from sim_instruments.server.served_bench import ServedBench
+    from sim_instruments.server.endpoints import PATIENT
 
     if not SLOWEST <= speedup <= FASTEST:
         raise UsageError(
@@ -104,6 +115,12 @@ def serve(
         )
     check_host(host)
     check_ports(base_port)
+    if idle is not None and not _SHORTEST_IDLE <= idle <= _LONGEST_IDLE:
+        raise UsageError(
+            text(
+                "--idle {idle:g}: allowed is {least:g} to {most:g}", idle=idle, least=_SHORTEST_IDLE, most=_LONGEST_IDLE
+            )
+        )
     if station is not None and fixture:
         raise UsageError(text("--fixture and --station: the station file says whether there is a fixture"))
     if station is not None and station_file is not None and station.resolve() == station_file.resolve():
@@ -139,11 +156,17 @@ def serve(
             return 0
         if base_port is not None:
             more["base_port"] = base_port
+        if ports is not None:
+            more["ports"] = load_ports(ports)
+        if idle is not None:
+            more["patience"] = replace(PATIENT, idle=idle)
         interrupts = Interrupts()
-        with interrupts.raising(), _opened(ServedBench, virtual, speedup, host, seed, told, more) as bench:
+        with interrupts.raising(), _opened(virtual, speedup, host, seed, told, more, ports) as bench:
             inject(given, bench.bench.injector.add)
             described = describe(bench.preferred(), bench.control, bench.interlocks(), bench.watchdog_relays())
             _tell(bench, told, described if own is None else own.file(described), station_file, json, seed)
+            # Looked through for what could be freed, all that is loaded holds everybody up for 40 ms.
+            gc.freeze()
             with interrupts.waiting():
                 if not strict:
                     threading.Event().wait()
@@ -174,20 +197,31 @@ def _print_commands(role: str, motor: Any, bench: dict[str, Any]) -> None:
 
 
 def _opened(
-    kind: "type[ServedBench]",
     motor: Any,
     speedup: float,
     host: str,
     seed: int,
     told: dict[str, Any],
     more: dict[str, Any],
+    ports: Path | None,
 ) -> "ServedBench":
     from bench.plugins.catalogue import reason
     from bench.virtual.served_station import unserved
-    from sim_instruments.server.served_bench import UnservedError
+    from sim_instruments.server.port_plan import UnknownEndpointError
+    from sim_instruments.server.served_bench import ServedBench, UnservedError
 
     try:
-        return kind(motor, speedup=speedup, host=host, seed=seed, pages={"/motor": told}, **more)
+        return ServedBench(motor, speedup=speedup, host=host, seed=seed, pages={"/motor": told}, **more)
+    except UnknownEndpointError as error:
+        raise InputError(
+            text(
+                "{file}: {name}.{way} is no endpoint of this bench; there are {known}",
+                file=ports,
+                name=error.name,
+                way=error.way,
+                known=", ".join(error.known),
+            )
+        ) from error
     except UnservedError as error:
         raise unserved(error.name, reason(error.__cause__ or error)) from error
     except OSError as error:

@@ -1,6 +1,8 @@
 """Tries a plan on the twin and gives the script; nothing of the station is opened."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,9 +28,9 @@ from bench.safety.interrupts import Interrupts
 from bench.safety.limits.bounds import NO_LIMIT, Limit, known_pole_pairs
 from bench.safety.station_instruments import StationInstruments
 from bench.safety.watchdogs import RoleWatchdog, planned_watchdogs
-from bench.station.station_file import VIRTUAL, Station, load_station
+from bench.station.station_file import VIRTUAL, Entry, Station, load_station
 from bench.virtual.virtual_station import virtual_station
-from drivers.interfaces.declarations import declarations
+from drivers.interfaces.declarations import Amount, declarations
 from drivers.interfaces.text import Translate, english, text
 from procedures.core.bench import Role
 
@@ -133,7 +135,8 @@ def rehearse(request: RunRequest, catalogue: Catalogue, console: "Console") -> R
             return _own_limit(station, instruments, name, parameter)
 
         names = {role.value: entry.name for role, entry in context.station.entries.items()}
-        script = Script(context.clock.now, lambda: context.operator.hand_time, own, names, translate)
+        offered = partial(_offered, station)
+        script = Script(context.clock.now, lambda: context.operator.hand_time, own, offered, names, translate)
         journal.listen(view.apply)
         journal.listen(script.hear)
         journal.listen(Progress(console, [planned.name for planned in plan], live=True).hear)
@@ -181,15 +184,31 @@ def rehearse(request: RunRequest, catalogue: Catalogue, console: "Console") -> R
 
 def _own_limit(station: Station, instruments: StationInstruments, name: str, parameter: str) -> Limit:
     """Return what an instrument itself takes of a parameter, which its driver's options may have lowered."""
-    entry = next(entry for entry in station.entries.values() if entry.name == name)
-    amounts = (one for each in declarations(entry.role.interface).values() for one in each.amounts.values())
-    key = next((one.own for one in amounts if one.label == parameter), "")
+    entry = _entry(station, name)
+    amount = _amount(entry, parameter)
+    key = amount.own if amount else ""
     if not key:
         return NO_LIMIT
     bound = getattr(instruments.get(entry.role), key)
     if bound == getattr(entry.options, key, None):
         return Limit(bound, f"the station (instruments.{entry.role.value}.{key})")
     return Limit(bound, "the model")
+
+
+def _offered(station: Station, name: str, parameter: str) -> Sequence[float]:
+    """Return the only values that an instrument takes of a parameter, by its entry in the station file."""
+    entry = _entry(station, name)
+    amount = _amount(entry, parameter)
+    return getattr(entry.options, amount.offered, ()) if amount and amount.offered else ()
+
+
+def _entry(station: Station, name: str) -> Entry:
+    return next(entry for entry in station.entries.values() if entry.name == name)
+
+
+def _amount(entry: Entry, parameter: str) -> Amount | None:
+    amounts = (one for each in declarations(entry.role.interface).values() for one in each.amounts.values())
+    return next((one for one in amounts if one.label == parameter), None)
 
 
 def _station(request: RunRequest) -> Station:

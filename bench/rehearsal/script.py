@@ -1,14 +1,14 @@
 """What a rehearsal did, in order: procedure, step, then every action, set point and energised block, each against its limit."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from bench.journal.events.instruments import DeEnergised, Energised, InstrumentFailed, ReadingTaken, SettingDone
 from bench.journal.events.run import ProcedureFailed, ProcedureFinished, ProcedureStarted
 from bench.safety.limits.bounds import Limit, SetPoint
-from drivers.interfaces import Role
+from drivers.interfaces import NotOfferedError, Role
 from drivers.interfaces.declarations import quantities
 from drivers.interfaces.text import Translate
 from procedures.core.events import ActionStarted, Event, StepFailed, StepFinished, StepStarted, UnknownAction
@@ -19,6 +19,8 @@ _LIMITED = frozenset(role.value for role in Role if quantities(role.interface))
 
 #: Gives the largest value that an instrument by its name takes of a parameter by itself.
 Own = Callable[[str, str], Limit]
+#: Gives the only values that it takes of a parameter; none where it takes any.
+Offered = Callable[[str, str], Sequence[float]]
 
 
 @dataclass(frozen=True)
@@ -83,15 +85,18 @@ class Script:
         now: Callable[[], float],
         hand_time: Callable[[], float],
         own: Own,
+        offered: Offered,
         names: Mapping[str, str],
         translate: Translate,
     ) -> None:
         self._now = now
         self._hand_time = hand_time
         self._own = own
+        self._offered = offered
         self._names = names
         self._translate = translate
         self._sentences: Mapping[str, str] = {}
+        self._settings: Mapping[str, Any] = {}
         self._open: list[StepScript] = []
         self.procedures: list[ProcedureScript] = []
         #: The largest set point by instrument and parameter.
@@ -105,7 +110,7 @@ class Script:
         """Take an event of the journal."""
         match event:
             case ProcedureStarted():
-                self._sentences = event.steps
+                self._sentences, self._settings = event.steps, event.settings
                 self.procedures.append(ProcedureScript(event.procedure, event.section, self._now(), self._hand_time()))
             case ProcedureFinished():
                 self._end()
@@ -138,6 +143,12 @@ class Script:
         own = self._own(point.instrument, point.parameter)
         if own.value < point.bound:
             point = replace(point, bound=own.value, owner=own.owner)
+        offered = self._offered(point.instrument, point.parameter)
+        # Other values are tried to verify a connection, which goes on without them.
+        asked_for = self._settings.get(point.parameter) == point.value
+        if offered and asked_for and not any(math.isclose(point.value, one, rel_tol=1e-6) for one in offered):
+            error = NotOfferedError(point.instrument, point.parameter, point.value, point.unit, offered)
+            self.violations.append((self._where(), error.text.render(self._translate)))
         self._add(ScriptLine("set point", point.instrument, point.call, set_point=point))
         key = (point.instrument, point.parameter)
         before = self.highest.get(key)

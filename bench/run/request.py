@@ -88,7 +88,7 @@ class Finished:
     """A run that has ended: its folder, what it came to, and that as JSON.
 
     `journal_sha256` is the hash of the journal's last event. `left` is the actual state of a virtual bench after the
-    shutdown, empty for a real one.
+    shutdown, empty for a real one; `unfelt` says where its faults were given that never began or struck no message.
     """
 
     folder: RunFolder
@@ -96,3 +96,4 @@ class Finished:
     result: dict[str, Any]
     journal_sha256: str = ""
     left: Mapping[str, Any] = field(default_factory=dict)
+    unfelt: tuple[str, ...] = ()

@@ -219,12 +219,14 @@ def carry_out(
             warnings=options.warnings,
             unsafe_before=previous is not None and left_unsafe(previous.events),
         )
+        unfelt = context.simulation.unfelt_faults() if request.faults else []
         return Finished(
             folder,
             view,
             conclude(folder, view, translate) if options.write_result else {},
             journal.last_hash,
             context.simulation.actual_state(),
+            tuple(fault.source for fault in request.faults if fault.described.told() in unfelt),
         )
 
 

@@ -32,6 +32,10 @@ class Simulation:
     def listen_to_faults(self, listener: FaultListener) -> None:
         """Have `listener` told of the faults that begin and mend, where they do in this process."""
 
+    def unfelt_faults(self) -> list[dict[str, Any]]:
+        """Return the faults, as they were given, that never began or struck no message."""
+        return []
+
     def actual_state(self) -> dict[str, Any]:
         """Return the state of the bench, whatever its instruments say; empty where nobody knows."""
         return {}
@@ -57,6 +61,10 @@ class InProcessSimulation(Simulation):
         """Have `listener` told of the faults that begin and mend."""
         self.bench.injector.listen(listener)
 
+    def unfelt_faults(self) -> list[dict[str, Any]]:
+        """Return those of its faults that nothing has felt."""
+        return self.bench.injector.unfelt()
+
     def actual_state(self) -> dict[str, Any]:
         """Return the state of its world."""
         return self.bench.world.truth()
@@ -75,6 +83,10 @@ class ServedSimulation(Simulation):
     def step_started(self, step: str, procedure: str) -> None:
         """Tell its faults which step begins."""
         self._world.step_started(step, procedure)
+
+    def unfelt_faults(self) -> list[dict[str, Any]]:
+        """Return those of its faults that nothing has felt."""
+        return self._world.unfelt_faults()
 
     def actual_state(self) -> dict[str, Any]:
         """Return the state of its world."""

@@ -12,6 +12,7 @@ from pydantic import Strict, create_model
 from bench.files.toml_file import Section, validate
 from bench.i18n.errors import InputError, at
 from drivers.catalogue import RATING_UNITS
+from drivers.interfaces import Accuracy
 
 T = TypeVar("T")
 _OTHER_UNITS = {"maximum_resistance": "Ω", "maximum_inductance": "H", "rated_torque": "N·m"}
@@ -36,20 +37,22 @@ def unit_of_option(name: str) -> str | None:
 def _model(options: type[Any]) -> type[Section]:
     hints = get_type_hints(options)
     members: dict[str, Any] = {
-        field.name: (_annotation(hints[field.name]), _field(field, hints[field.name]))
+        field.name: (_annotation(hints[field.name]), _field(field, hints[field.name], options))
         for field in fields(options)
         if field.init
     }
     return create_model(options.__name__, __base__=Section, **members)
 
 
-def _field(field: "Field[Any]", hint: Any) -> Any:
-    """Return a field with its default, and of a largest value that it is above zero, and its unit."""
+def _field(field: "Field[Any]", hint: Any, options: type[Any]) -> Any:
+    """Return a field with its default, of a largest value that it is above zero, of a limit of error that it is not below, and its unit."""
     number = float in (hint, *get_args(hint))
     unit = unit_of_option(field.name) if number else None
     about: dict[str, Any] = {"json_schema_extra": {"unit": unit}} if unit else {}
     if number and field.name.startswith("maximum_"):
         about["gt"] = 0.0
+    if number and options is Accuracy:
+        about["ge"] = 0.0
     # Defaults are checked by nobody: the dataclass fills them in itself.
     required = field.default is MISSING and field.default_factory is MISSING
     return ModelField(..., **about) if required else ModelField(None, validate_default=False, **about)

@@ -48,6 +48,11 @@ class ServedWorld:
         """Have the bench take a fault, for at once or for its time."""
         self._ask("POST", "/faults", fault)
 
+    def unfelt_faults(self) -> list[dict[str, Any]]:
+        """Return the faults, as they were given, that never began or struck no message."""
+        injected = self._ask("GET", "/faults")["injected"]
+        return [{k: v for k, v in one.items() if k not in ("state", "felt")} for one in injected if not one["felt"]]
+
     def mend(self) -> dict[str, Any]:
         """Have the bench take all faults away; return what is left."""
         return self._ask("DELETE", "/faults")

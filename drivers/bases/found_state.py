@@ -16,7 +16,8 @@ class WantedSetting:
     """One row of a driver's table: a `query`, the answers that are right, and what another does to a figure.
 
     The first of `wanted` is what is set, by `command` with `{value}` in it; without a command it may not be set, and `remedy`
-    says what a person does. Without `wanted` it is told only. An `optional` one that the instrument refuses to tell it has not.
+    says what a person does, as where it is one of `busy`: somebody is at work there. Without `wanted` it is told only. An `optional`
+    one that the instrument refuses to tell it has not.
     """
 
     query: str
@@ -25,6 +26,7 @@ class WantedSetting:
     command: str = ""
     remedy: Text | str = ""
     optional: bool = False
+    busy: tuple[str, ...] = ()
 
 
 class FoundState:
@@ -84,7 +86,7 @@ class FoundState:
         if right:
             self._found.append(FoundSetting(row.query, shown, wanted, row.effect))
             return
-        if not row.command:
+        if not row.command or matches(found, row.busy):
             raise self._refused(row, found, row.remedy)
         self._changed.append((row, found))
         self._put(row, wanted)

@@ -6,6 +6,7 @@ savakrstovic/dyn200-logger, v0lker/dyn200-python and samuelknowles923/DYN200 (J.
 - 00H torque, 08H its decimals, 02H speed: all four. The speed has no sign: the pulse disc does not tell a direction.
 - 20H decimals of the speed: two programs; the manual does not have it, and one sensor's display proved 0.1 rpm, fixed.
 - 04H power: "10 W" and "kW" in the manual, whole watts in all three programs, of which one compared the display.
+- 06H level of the torque's filter, 1 … 99: the manual and three programs. 1EH that of the speed: two programs, not the manual.
 - 12H *setting*: torque direction as it is (0) or inverted (1): the manual and all three programs.
 - Zero: FC05, coil 0 (the manual, and one program on a real sensor). By FC16 at 00H the manual writes 1, two programs 0 and
   FF00H, one of them doubting that it works.

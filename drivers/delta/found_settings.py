@@ -1,7 +1,8 @@
 """What drive and transducer of a dynamometer may have been left with: parameters that decide what a command or a reading means.
 
-Numbers and values of the C2000's are those of Delta's C2000 and CP2000 manuals (chapter 12), one maker and so one source, and
-from memory: the pages of 00-20, 00-21, 11-33 and 11-36 were not opened. Compare them with the drive's manual before its first use.
+Numbers and values of the C2000's are those of Delta's C2000 and CP2000 manuals (chapter 12) as others quote them: a public program
+for a dynamometer with a C2000 (09-30, 11-27, 11-33, 11-34, 11-37), one for a positioner with C2000s (00-10), two public bridges
+(00-20, 00-21). 11-36 has the maker alone, from memory: compare it with the drive's manual before its first use.
 """
 
 from collections.abc import Mapping
@@ -10,14 +11,22 @@ from drivers.bases.found_state import FoundState, WantedSetting
 from drivers.delta.dyn200 import INVERTED
 from drivers.delta.options import DeltaDyn200Options
 from drivers.interfaces.found_state import FoundSetting
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from drivers.transport.modbus.line import ModbusLine, signed_32
 
 #: That a register may be written.
 _WRITE = "{value}"
 
+#: Levels of a filter that lag by less than a reading takes. What a level is in seconds no source tells: 1 … 99, 20 as delivered
+#: (manual) or 50 (two programs), "the larger, the more obvious the lag"; so it cannot be reckoned with or waited for.
+_SHORTEST = ("1", "0", "2")
+_FILTER_KEYS = text("At the sensor set parameter 02, and the speed's filter, to 1 (K1 held)")
+
 #: What torque control needs besides.
 TORQUE: Mapping[int, WantedSetting] = {
+    0x0B1B: WantedSetting(
+        "11-27 maximum torque (%)", ("100",), text("the torque command of 11-34 is a share of another torque"), _WRITE
+    ),
     0x0B21: WantedSetting(
         "11-33 source of the torque command", ("1",), text("11-34 has no effect on the torque"), _WRITE
     ),
@@ -36,6 +45,9 @@ def drive_rows(options: DeltaDyn200Options) -> Mapping[int, WantedSetting]:
             code,
             text("another drive may answer"),
             remedy=text("Correct address, drive_unit or drive_code"),
+        ),
+        0x091E: WantedSetting(
+            "09-30 decoding of commands", ("0",), text("2000H and 2001H are not where commands are expected"), _WRITE
         ),
         0x0014: WantedSetting(
             "00-20 source of the frequency command",
@@ -67,8 +79,14 @@ def transducer_rows(options: DeltaDyn200Options) -> Mapping[int, WantedSetting]:
                 wanted=wanted,
             ),
         ),
-        0x06: WantedSetting("06H filter of the torque", (), text("a larger one lags behind a torque that changes")),
+        0x06: _filter("06H filter of the torque", text("a torque lags behind what changes it"), options.torque_filter),
+        0x1E: _filter("1EH filter of the speed", text("a speed lags behind what changes it"), options.speed_filter),
     }
+
+
+def _filter(query: str, effect: Text, stated: float) -> WantedSetting:
+    """Return the row of a filter: as short as it gets, but one whose time constant (s) is stated stays as it is."""
+    return WantedSetting(query, () if stated else _SHORTEST, effect, _WRITE, _FILTER_KEYS, optional=True)
 
 
 class FoundDriveSettings:
@@ -79,7 +97,7 @@ class FoundDriveSettings:
         self._options = options
         self._addresses: dict[str, int] = {}
         self._drive = FoundState(line.name, self._ask_drive, self._set_drive)
-        self._transducer = FoundState(line.name, self._ask_transducer)
+        self._transducer = FoundState(line.name, self._ask_transducer, self._set_transducer)
 
     @property
     def found(self) -> tuple[FoundSetting, ...]:
@@ -103,8 +121,9 @@ class FoundDriveSettings:
         self._drive.verify(TORQUE.values())
 
     def give_back(self) -> None:
-        """Set the drive back as it was found; may be called twice."""
+        """Set drive and transducer back as they were found; may be called twice."""
         self._drive.give_back()
+        self._transducer.give_back()
 
     def _ask_drive(self, row: WantedSetting) -> str:
         return str(self._line.read(self._options.drive_unit, self._addresses[row.query], 1, row.query)[0])
@@ -115,3 +134,7 @@ class FoundDriveSettings:
     def _ask_transducer(self, row: WantedSetting) -> str:
         registers = self._line.read(self._options.transducer_unit, self._addresses[row.query], 2, row.query)
         return str(signed_32(*registers))
+
+    def _set_transducer(self, row: WantedSetting, value: str) -> None:
+        words = divmod(int(value), 1 << 16)
+        self._line.write_block(self._options.transducer_unit, self._addresses[row.query], words, row.query)

@@ -5,7 +5,7 @@ P is torque times speed, and the drive knows its own frequency: what contradicts
 
 import math
 
-from drivers.delta.dyn200 import RPM, ShaftReading
+from drivers.delta.dyn200 import HIGHEST_DECIMALS, RPM, ShaftReading
 from drivers.interfaces import MeasurementError
 from drivers.interfaces.text import Text, text
 
@@ -95,10 +95,12 @@ class SpeedScale:
         Raises MeasurementError where their ratio is not `within`, so many `readings` one after the other.
         """
         shown, driven = abs(shown), abs(driven)
-        # While it changes, the slow beginning settles nothing.
-        if max(shown, driven) < _SLOWEST or (readings > 1 and min(shown, driven) < _SLOWEST):
-            return
         ratio = max(shown, 1e-9) / max(driven, 1e-9)
+        # While it changes, the slow beginning settles nothing. Later slip may, but it makes no powers of ten.
+        if (readings > 1 and min(shown, driven) < _SLOWEST) or (
+            max(shown, driven) < _SLOWEST and not self._decades(ratio)
+        ):
+            return
         if 1 / STEADY <= ratio <= STEADY:
             self.settled, self._against = True, 0
             return
@@ -106,10 +108,14 @@ class SpeedScale:
         if self._against >= readings:
             raise self._contradiction(shown, driven, ratio)
 
+    def _decades(self, ratio: float) -> int:
+        """Return by how many decimals sensor over drive is off; 0 where no other number of decimals explains it."""
+        decades = round(math.log10(ratio))
+        near = abs(math.log10(ratio) - decades) < math.log10(STEADY)
+        return decades if near and 0 <= self._decimals + decades <= HIGHEST_DECIMALS else 0
+
     def _contradiction(self, shown: float, driven: float, ratio: float) -> MeasurementError:
-        decade = round(math.log10(ratio))
-        decimals = self._decimals + decade
-        right = decade and decimals >= 0 and abs(math.log10(ratio) - decade) < math.log10(STEADY)
+        decades = self._decades(ratio)
         return MeasurementError(
             self._name,
             text(
@@ -119,8 +125,8 @@ class SpeedScale:
                 driven=driven / RPM,
             ),
             command="02H",
-            remedy=text("Set speed_decimals = {decimals} in the station file", decimals=decimals)
-            if right
+            remedy=text("Set speed_decimals = {decimals} in the station file", decimals=self._decimals + decades)
+            if decades
             else text("Check pole_pairs of the dynamometer, its coupling, and speed_decimals"),
         )
 

@@ -57,8 +57,9 @@ class Amount:
     """What an argument sets, or a reading shows: quantity and unit.
 
     It is held against the limit of its quantity and those in `also`. `own` is the property of the instrument that says how
-    much it takes itself. A `signed` one may be as large in either direction. A `ceiling` is kept by the instrument itself:
-    the limits of readings bound it, and where it is left out the least of them and `own` is set. `label` stands for it in messages.
+    much it takes itself, `offered` the option that names the only values it takes. A `signed` one may be as large in either
+    direction. A `ceiling` is kept by the instrument itself: the limits of readings bound it, and where it is left out the least
+    of them and `own` is set. `label` stands for it in messages.
     """
 
     quantity: Quantity
@@ -68,6 +69,7 @@ class Amount:
     ceiling: bool = False
     also: tuple[Converted, ...] = ()
     label: str = ""
+    offered: str = ""
 
 
 #: Declares an argument that sets no quantity: a choice, a duration, an angle.

@@ -1,6 +1,7 @@
 """What can go wrong with an instrument, always with the instrument and the command in the message."""
 
 import math
+from collections.abc import Sequence
 
 from drivers.interfaces.text import Text, text, word
 
@@ -77,6 +78,33 @@ class SetpointError(InstrumentError):
                 low=low,
                 high=high,
                 whose=word(whose),
+            ),
+        )
+
+
+class NotOfferedError(SetpointError):
+    """A set point that is none of the few that an instrument offers; nothing was sent."""
+
+    def __init__(
+        self, instrument: str, parameter: Text | str, value: float, unit: str, offered: Sequence[float]
+    ) -> None:
+        self.parameter, self.value = parameter, value
+        self.low, self.high, self.whose = min(offered), max(offered), "the instrument"
+        nearest = min(offered, key=lambda one: abs(one - value))
+        InstrumentError.__init__(
+            self,
+            instrument,
+            text(
+                "{parameter} = {value:g} {unit} is none of those that it offers, {offered} {unit}; nothing was sent",
+                parameter=word(parameter),
+                value=value,
+                unit=unit,
+                offered=[f"{one:g}" for one in offered],
+            ),
+            remedy=text(
+                "Choose one of them with --set {parameter}={nearest:g}, or take an instrument that offers it",
+                parameter=parameter,
+                nearest=nearest,
             ),
         )
 

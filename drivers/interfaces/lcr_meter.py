@@ -50,7 +50,7 @@ class ImpedanceReading:
     time: float
 
 
-FREQUENCY = Amount(Quantity.FREQUENCY, "Hz", own="maximum_frequency")
+FREQUENCY = Amount(Quantity.FREQUENCY, "Hz", own="maximum_frequency", offered="frequencies")
 LEVEL = Amount(
     Quantity.LEVEL,
     "V rms",

@@ -22,7 +22,7 @@ from drivers.transport.visa.session import ScpiSession
 
 READING_QUERY = "READ?"
 
-#: What it may have been left with (Truevolt Operating and Service Guide; one source).
+#: What it may have been left with (Truevolt Operating and Service Guide; public programs).
 FOUND_SETTINGS = (
     WantedSetting(
         "VOLT:DC:ZERO:AUTO?", ("1",), text("the offset drifts with the temperature"), "VOLT:DC:ZERO:AUTO {value}"

@@ -1,7 +1,7 @@
 """Keysight E4980A and E4980AL LCR meters, series R and L.
 
 Sources: the maker's User's Guide (E4980-90230), and for trigger, function and level pymeasure's agilentE4980, which was used
-with one and sends INIT:CONT ON before TRIG:IMM. The table of what it was left with has one source, the User's Guide.
+with one and sends INIT:CONT ON before TRIG:IMM. What it may have been left with is in public programs, too.
 """
 
 import math

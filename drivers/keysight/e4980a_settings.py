@@ -1,4 +1,7 @@
-"""What an E4980A may have been left with (User's Guide E4980-90230, from memory, not checked)."""
+"""What an E4980A may have been left with (User's Guide E4980-90230; public programs, its set-up strings in them).
+
+That it measures on some pages only is in two public programs, which go from MEAS SETUP to MEAS DISPLAY before they trigger.
+"""
 
 from drivers.bases.found_state import WantedSetting
 from drivers.interfaces.text import text
@@ -13,9 +16,11 @@ def found_settings(*, has_bias: bool) -> tuple[WantedSetting, ...]:
     return (
         WantedSetting(
             "DISP:PAGE?",
-            ("MEAS", "MSET", "BNUM"),
+            ("MEAS", "BNUM"),
             text("another page measures a list, or nothing"),
-            remedy=text("Press [Display Format], then MEAS DISPLAY"),
+            "DISP:PAGE {value}",
+            text("Press [Display Format], then MEAS DISPLAY"),
+            busy=("LIST",),
         ),
         WantedSetting("TRIG:SOUR?", ("BUS",), _TRIGGER, "TRIG:SOUR {value}"),
         WantedSetting("INIT:CONT?", ("1",), _TRIGGER, "INIT:CONT {value}"),

@@ -168,7 +168,8 @@ E36300 = Driver(
     "drivers.keysight.e36300:KeysightE36300.open",
     simulated="keysight-e36313a",
     sources=(
-        "Keysight's Programming Guide E36311-90008 and its relatives' (one source); its found state from memory, not checked",
+        "Keysight's Programming Guide E36311-90008 and its relatives'",
+        "public programs for E36312A and E36313A (channel lists, protection, OUTP:PAIR, OUTP:TRAC, VOLT:SENS, VOLT:MODE LIST)",
     ),
     recognised_by=(E36300_IDENTITY,),
 )
@@ -179,8 +180,9 @@ E4980A = Driver(
     "drivers.keysight.e4980a:KeysightE4980A.open",
     simulated="keysight-e4980a",
     sources=(
-        "the User's Guide E4980-90230 (one source); its found state from memory, not checked",
+        "the User's Guide E4980-90230",
         "pymeasure's agilentE4980 (function, level, trigger)",
+        "public programs that set or log all of its found state; that only some pages measure, from memory, not checked",
     ),
     recognised_by=(E4980A_IDENTITY,),
 )
@@ -191,7 +193,8 @@ INFINIIVISION = Driver(
     "drivers.keysight.infiniivision:KeysightInfiniiVision.open",
     simulated="keysight-infiniivision",
     sources=(
-        "Keysight's Programmer's Guide and data sheet 5992-0140 (one source); its found state from memory, not checked",
+        "Keysight's Programmer's Guide and data sheet 5992-0140 (accuracy: one source)",
+        "python-ivi's InfiniiVision base and public programs (inversion, limits, impedance, skew, trigger, acquisition)",
     ),
     recognised_by=(INFINIIVISION_IDENTITY,),
 )
@@ -202,7 +205,8 @@ DMM_34461A = Driver(
     "drivers.keysight.dmm_34461a:Keysight34461A.open",
     simulated="keysight-34461a",
     sources=(
-        "Keysight's Truevolt Operating and Service Guide and data sheet (one source); its found state from memory, not checked",
+        "Keysight's Truevolt Operating and Service Guide and data sheet (accuracy: one source)",
+        "public programs for 34410A to 34465A (auto zero, null, scaling, trigger)",
     ),
     recognised_by=(DMM_34461A_IDENTITY,),
 )

@@ -10,7 +10,7 @@ from drivers.interfaces import (
     ImpedanceReading,
     LcrMeter,
     MeasurementError,
-    SetpointError,
+    NotOfferedError,
     Wanted,
 )
 from drivers.interfaces.text import text
@@ -48,9 +48,9 @@ class ManualLcrMeter(InstrumentByHand[ManualLcrMeterOptions], LcrMeter):
             self._questions.confirm(text("Set the meter to resistance."))
             return
         offered = self._options.frequencies
-        check_setpoint(self._name, "frequency", frequency, "Hz", 0.0, max(offered, default=1e9), "the meter")
+        check_setpoint(self._name, "frequency", frequency, "Hz", 0.0, 1e9, "the meter")
         if offered and not any(math.isclose(frequency, one, rel_tol=1e-6) for one in offered):
-            raise SetpointError(self._name, "frequency", frequency, "Hz", min(offered), max(offered), "the meter")
+            raise NotOfferedError(self._name, "frequency", frequency, "Hz", offered)
         self._frequency = frequency
         self._questions.confirm(
             text("Set the meter to series R and L (Ls, Rs) at {frequency:g} Hz.", frequency=frequency)

@@ -13,7 +13,6 @@ from procedures.core.actions import INVERTER, CoupleDynamometer, ReleaseRotor
 from procedures.core.bench import Role
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from procedures.estimation.mechanics.torque_constant import fit_torque_constant
 from procedures.techniques.driven_shaft import driving_speed_rad
 from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
 from procedures.techniques.temperature_settings import (
@@ -22,6 +21,7 @@ from procedures.techniques.temperature_settings import (
     MagnetsTemperature,
     TemperatureUncertainty,
 )
+from procedures.techniques.torque_levels import torque_at_levels
 from procedures.verification.settings import DrivenWiringSettings
 
 #: Estimator of the figure that is not measured on the shaft.
@@ -41,6 +41,12 @@ class TorqueConstantSettings(DrivenWiringSettings):
     levels: int = Field(default=4, ge=2, le=50, description="current levels in each direction")
     readings: int = Field(default=10, ge=1, le=1000, description="torque readings at each level")
     interval: float = Field(default=0.05, gt=0.0, le=10.0, description="time between readings, s")
+    settling: float = Field(
+        default=0.1,
+        gt=0.0,
+        le=60.0,
+        description="time from a change of current to its readings, s; up to 16 times as long where the torque is seen to lag",
+    )
     winding_temperature: MagnetsTemperature = None
     temperature_uncertainty: TemperatureUncertainty = 2.0
     magnet_coefficient: MagnetCoefficient = -0.001
@@ -97,29 +103,23 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         largest = self._largest_current(float(derived.x) if derived is not None else None)
         levels = np.concatenate([-np.linspace(largest, 0.0, self.settings.levels, endpoint=False), [0.0],
                                  np.linspace(0.0, largest, self.settings.levels + 1)[1:]])  # fmt: skip
-        currents, torques = [], []
-        torque_accuracy = current_accuracy = Accuracy()
         speed = driving_speed_rad(bench, self.nameplate, self.settings.speed_share)
         bench.thermometer.warmed()
         with ExitStack() as running:
             running.enter_context(bench.dynamometer.driving_speed(speed))
             running.enter_context(bench.inverter.driving_current(float(levels[0])))
-            for level in levels:
-                bench.inverter.set_current(float(level))
-                for _ in range(self.settings.readings):
-                    bench.clock.sleep(self.settings.interval)
-                    reading = bench.dynamometer.measure()
-                    current = bench.inverter.measure_current()
-                    torques.append(-reading.torque)
-                    currents.append(current.value)
-                    torque_accuracy, current_accuracy = reading.torque_accuracy, current.accuracy
-        fit = fit_torque_constant(np.array(currents), np.array(torques))
+            taken = torque_at_levels(
+                bench, levels.tolist(), self.settings.readings, self.settings.interval, self.settings.settling
+            )
+        currents, torques = taken.currents.ravel(), taken.torques.ravel()
+        fit = taken.fit()
         self.wiring.inverter.judge_slope(INVERTER, fit)
         self.findings |= {
-            "currents": currents,
-            "torques": torques,
+            "currents": currents.tolist(),
+            "torques": torques.tolist(),
+            "settling": taken.settling,
             "friction_torque": -fit.value("offset"),
-            "residuals": fit.residuals.tolist(),
+            "residuals": (torques - fit.value("offset") - fit.value("torque_constant") * currents).tolist(),
             "speed": speed,
             "winding_temperature": float(temperature.x),
         }
@@ -132,8 +132,8 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         # The fit takes out an offset. Where only a share of full scale is stated, it may be a slope all the same: it then
         # tilts the line by as much at its ends.
         for name, accuracy, reach in (
-            ("dynamometer, torque", torque_accuracy, float(np.max(np.abs(torques)))),
-            ("inverter, current", current_accuracy, float(np.max(np.abs(currents)))),
+            ("dynamometer, torque", taken.torque_accuracy, float(np.max(np.abs(torques)))),
+            ("inverter, current", taken.current_accuracy, float(np.max(np.abs(currents)))),
         ):
             gain = Accuracy(gain=accuracy.gain or accuracy.offset / reach, source=accuracy.source)
             slope = bench.uncertainties.instrument(name, slope, gain)
@@ -149,7 +149,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             slope,
             section="2.4",
             estimator="slope of shaft torque over the inverter's current, both directions",
-            note_value=(torques[-1] - torques[0]) / (currents[-1] - currents[0]),
+            note_value=float((torques[-1] - torques[0]) / (currents[-1] - currents[0])),
         )
         if derived is not None and abs(float(slope.x) / float(derived.x) - 1.0) > 0.1:
             self.notice(

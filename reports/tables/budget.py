@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from drivers.interfaces.text import Text, Translate, text
 from procedures.core.result import Parameter
 from reports.tables.figures import decimals_for, figure, percent, scale_of
+from reports.tables.fitted import FittedColumn, fitted
 
 #: Below this share of the whole a contribution is not written out.
 _NEGLIGIBLE = 1e-6
@@ -17,11 +18,11 @@ if TYPE_CHECKING:
     from rich.console import Group
 
 
-def budgets(parameters: Sequence[Parameter], translate: Translate) -> "Group":
-    """Return one table a parameter, in the order given."""
+def budgets(parameters: Sequence[Parameter], translate: Translate, width: int) -> "Group":
+    """Return one table a parameter, in the order given, for a terminal of `width` columns."""
     from rich.console import Group
 
-    return Group(*(_budget(parameter, translate) for parameter in parameters))
+    return Group(*(_budget(parameter, translate, width) for parameter in parameters))
 
 
 def combined(parameter: Parameter) -> float:
@@ -65,10 +66,8 @@ def freedom(parameter: Parameter) -> str:
     )
 
 
-def _budget(parameter: Parameter, translate: Translate) -> "Group":
-    from rich import box
+def _budget(parameter: Parameter, translate: Translate, width: int) -> "Group":
     from rich.console import Group
-    from rich.table import Table
     from rich.text import Text as Words
 
     head = Words(f"{parameter.label.render(translate)} ", style="bold")
@@ -78,23 +77,21 @@ def _budget(parameter: Parameter, translate: Translate) -> "Group":
         return Group(head, Words(text("It has no uncertainty, and so no budget.").render(translate)), Words(""))
     scale = scale_of(parameter.value, parameter.reader_unit)
     total = combined(parameter)
-    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), show_footer=True)
-    made.add_column(
-        text("Source").render(translate), footer=text("all rows, root sum of squares").render(translate), ratio=1
-    )
-    made.add_column(text("Type").render(translate), no_wrap=True)
-    for name in (text("Estimate"), text("u"), text("Sensitivity")):
-        made.add_column(name.render(translate), justify="right", no_wrap=True)
-    decimals = decimals_for(total / scale.factor, 0.0)
-    made.add_column(
-        text("Contribution, {unit}", unit=scale.unit or "1").render(translate),
-        justify="right",
-        no_wrap=True,
-        footer=figure(total / scale.factor, decimals),
-    )
-    made.add_column(text("Share").render(translate), justify="right", no_wrap=True, footer="100 %")
-    for cells in budget_rows(parameter, scale.factor):
-        made.add_row(*cells)
+    said_total = figure(total / scale.factor, decimals_for(total / scale.factor, 0.0))
+    columns = [
+        FittedColumn(
+            text("Source").render(translate), breaks=30, footer=text("all rows, root sum of squares").render(translate)
+        ),
+        FittedColumn(text("Type").render(translate)),
+        FittedColumn(text("Estimate").render(translate), 2, right=True),
+        FittedColumn(text("u").render(translate), 3, right=True),
+        FittedColumn(text("Sensitivity").render(translate), 1, right=True),
+        FittedColumn(
+            text("Contribution, {unit}", unit=scale.unit or "1").render(translate), right=True, footer=said_total
+        ),
+        FittedColumn(text("Share").render(translate), right=True, footer="100 %"),
+    ]
+    made = fitted(columns, budget_rows(parameter, scale.factor), width)
     legend = text(
         "Type A: from statistics; B: from a specification, a certificate or what was entered. u: standard uncertainty."
     )

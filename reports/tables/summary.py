@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from drivers.interfaces.text import Text, Translate, text
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Notice, Parameter, Withheld, said_of
+from reports.tables.fitted import FittedColumn, fitted
 from reports.tables.parameter_figures import shown, shown_withheld
 
 if TYPE_CHECKING:
@@ -70,27 +71,31 @@ def _by(other: Parameter, best: Parameter, translate: Translate) -> str:
     return text("· by another way").render(translate)
 
 
-def table(lines: Sequence[SummaryRow], translate: Translate, *, with_truth: bool) -> "Table":
-    """Return the summary as a table of about 100 columns."""
-    from rich import box
-    from rich.table import Table
+def table(lines: Sequence[SummaryRow], translate: Translate, *, with_truth: bool, width: int) -> "Table":
+    """Return the summary as a table that `width` columns of a terminal hold."""
 
-    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
-    made.add_column(text("Parameter").render(translate), no_wrap=True)
-    made.add_column(text("Value").render(translate), justify="right", no_wrap=True)
-    made.add_column(text("Unit").render(translate), no_wrap=True)
-    made.add_column(text("u").render(translate), justify="right", no_wrap=True)
-    made.add_column(text("u, %").render(translate), justify="right", no_wrap=True)
-    made.add_column(text("Note's formula").render(translate), justify="right", max_width=9)
-    if with_truth:
-        made.add_column(text("Truth").render(translate), justify="right", no_wrap=True)
-    made.add_column("§", no_wrap=True)
-    for line in lines:
-        cells = [line.name, line.value, line.unit, line.uncertainty, line.relative, line.note]
-        if with_truth:
-            cells.append(line.truth)
-        made.add_row(*cells, line.section, style="dim" if line.other else None)
-    return made
+    def column(heading: Text, leaves: int = 0, *, right: bool = True, breaks: int = 0) -> FittedColumn:
+        return FittedColumn(heading.render(translate), leaves, right, breaks)
+
+    columns = [
+        column(text("Parameter"), right=False, breaks=24),
+        column(text("Value")),
+        column(text("Unit"), right=False),
+        column(text("u"), 3),
+        column(text("u, %")),
+        column(text("Note's formula"), 2, breaks=9),
+        *([column(text("Truth"), 4)] if with_truth else []),
+        column(Text("§"), 1, right=False),
+    ]
+    rows = [
+        (
+            *(line.name, line.value, line.unit, line.uncertainty, line.relative, line.note),
+            *((line.truth,) if with_truth else ()),
+            line.section,
+        )
+        for line in lines
+    ]
+    return fitted(columns, rows, width, ["dim" if line.other else None for line in lines])
 
 
 def summary(
@@ -98,16 +103,23 @@ def summary(
     warnings: Sequence[tuple[str, Notice]],
     truth: Mapping[str, float],
     translate: Translate,
+    width: int,
 ) -> "Group":
-    """Return the whole summary: the table, what u means, and the warnings with the procedure each came from."""
+    """Return the whole summary, `width` columns wide: the table, what u means, and the warnings with the procedure each came from."""
     from rich.console import Group
     from rich.padding import Padding
     from rich.text import Text as Words
 
     parts: list[Table | Words | Padding] = []
     if parameters.parameters or parameters.withheld:
-        parts.append(table(rows(parameters, truth, translate), translate, with_truth=bool(truth)))
-        legend = text("u: standard uncertainty. Note's formula: its result on the same readings.")
+        made = table(rows(parameters, truth, translate), translate, with_truth=bool(truth), width=width)
+        parts.append(made)
+        note = text("Note's formula").render(translate)
+        legend = (
+            text("u: standard uncertainty. Note's formula: its result on the same readings.")
+            if note in [column.header for column in made.columns]
+            else text("u: standard uncertainty.")
+        )
         parts.append(Words(legend.render(translate), style="dim"))
     else:
         parts.append(Words(text("No parameter was measured.").render(translate)))

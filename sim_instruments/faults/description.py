@@ -3,6 +3,7 @@
 import re
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
@@ -18,6 +19,14 @@ Count = Annotated[int, Field(ge=1, le=1_000_000)]
 #: The same where it may be left out.
 MaybeSeconds = Annotated[float | None, Field(ge=0.0, le=_LONGEST, json_schema_extra={"unit": "s"})]
 MaybeCount = Annotated[int | None, Field(ge=1, le=1_000_000)]
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A fault that is there: what mends it, and whether anything has felt it yet."""
+
+    mend: Mend
+    was_felt: Callable[[], bool] = lambda: True
 
 
 def pattern_checked(pattern: str | None) -> str | None:
@@ -92,8 +101,8 @@ class Description(Strict):
         if self.message is not None:
             bench.faults(self.message.role)
 
-    def begin(self, bench: "FaultTarget") -> Mend:
-        """Bring it onto the bench and return what mends it."""
+    def begin(self, bench: "FaultTarget") -> Begun:
+        """Bring it onto the bench."""
         raise NotImplementedError
 
     def told(self) -> dict[str, Any]:

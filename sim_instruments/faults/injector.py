@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from sim_instruments.faults.description import Description, Mend
+from sim_instruments.faults.description import Begun, Description, Mend
 from sim_instruments.faults.line_faults import MessageWatch
 
 if TYPE_CHECKING:
@@ -22,7 +22,15 @@ class _Entry:
     state: State = "waiting"
     starts: int = 0
     due: Mend | None = None
-    mend: Mend | None = None
+    begun: Begun | None = None
+
+    @property
+    def felt(self) -> bool:
+        return self.begun is not None and self.begun.was_felt()
+
+    def mend(self) -> None:
+        if self.state == "present" and self.begun is not None:
+            self.begun.mend()
 
 
 class Injector:
@@ -66,9 +74,14 @@ class Injector:
                     self._begin_at(entry, self._bench.clock.now() + described.after)
 
     def listed(self) -> list[dict[str, Any]]:
-        """Return every fault as it was given, with its state: waiting, present or over."""
+        """Return every fault as it was given, with its state (waiting, present or over) and whether it was felt."""
         with self._lock:
-            return [{**entry.described.told(), "state": entry.state} for entry in self._entries]
+            return [{**entry.described.told(), "state": entry.state, "felt": entry.felt} for entry in self._entries]
+
+    def unfelt(self) -> list[dict[str, Any]]:
+        """Return those as they were given that never began, or struck no message."""
+        with self._lock:
+            return [entry.described.told() for entry in self._entries if not entry.felt]
 
     def clear(self) -> None:
         """Mend what is there and forget what waits."""
@@ -76,8 +89,7 @@ class Injector:
             for entry in self._entries:
                 if entry.due is not None:
                     entry.due()
-                if entry.mend is not None:
-                    entry.mend()
+                entry.mend()
             self._entries.clear()
 
     def _watch(self, entry: _Entry) -> None:
@@ -108,7 +120,7 @@ class Injector:
     def _begin(self, entry: _Entry) -> None:
         with self._lock:
             entry.due, entry.state = None, "present"
-            entry.mend = entry.described.begin(self._bench)
+            entry.begun = entry.described.begin(self._bench)
             duration = entry.described.duration
             if duration is not None:
                 end = self._bench.clock.now() + duration
@@ -117,10 +129,9 @@ class Injector:
 
     def _end(self, entry: _Entry) -> None:
         with self._lock:
-            entry.due, entry.state = None, "over"
-            if entry.mend is not None:
-                entry.mend()
-            entry.mend = None
+            entry.due = None
+            entry.mend()
+            entry.state = "over"
         self._tell("fault_mended", entry)
 
     def _tell(self, kind: str, entry: _Entry) -> None:

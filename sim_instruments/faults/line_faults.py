@@ -55,6 +55,7 @@ class Fault:
     code: int = 4
     memory: dict[str, bytes] = field(default_factory=dict)
     seen: int = 0
+    struck: bool = False
 
     @classmethod
     def at(cls, kind: FaultKind | str, count: int, *, delay: float = 0.0, reply: bytes = b"", code: int = 4) -> "Fault":
@@ -153,6 +154,7 @@ class Faults:
                 if fault.times is not None:
                     fault.times -= 1
                 struck = fault
+                fault.struck = True
         return struck
 
 

@@ -11,6 +11,7 @@ from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.recorded.instruments import RecordedNode, RecordedScpi, RecordedUnits
 from sim_instruments.recorded.replies import RecordedReplies, RecordedSession
 from sim_instruments.server.endpoints import LOOPBACK, Endpoints
+from sim_instruments.server.port_plan import PortPlan
 from sim_instruments.transports.can.buses import fresh_channel, open_bus
 from sim_instruments.transports.loop_thread import LoopThread
 from sim_instruments.transports.serial.pty import PseudoTerminal
@@ -38,12 +39,12 @@ class ServedRecording:
             loop = LoopThread("recording")
             self._open.callback(loop.close)
             self._open.callback(self._clock.close)
-            self._endpoints = Endpoints(loop, self._clock, self._open, host, base_port, 0)
+            self._endpoints = Endpoints(loop, self._clock, self._open, host, PortPlan(base=base_port))
             gateway = any(session.transport == "can" for session in sessions.values())
-            self._can = loop.run(self._endpoints.can(self._channel)) if gateway else {}
+            self._can = self._endpoints.can(self._channel) if gateway else {}
             #: By role every way to reach its instrument; the first one is the one to prefer.
-            self.addresses = {role: self._ways(loop, session) for role, session in sessions.items()}
-            loop.run(self._endpoints.begin_pulse())
+            self.addresses = {role: self._ways(role, session) for role, session in sessions.items()}
+            self._endpoints.begin_pulse()
         except BaseException:
             self._open.close()
             raise
@@ -58,13 +59,13 @@ class ServedRecording:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _ways(self, loop: LoopThread, session: RecordedSession) -> dict[str, Address]:
+    def _ways(self, role: str, session: RecordedSession) -> dict[str, Address]:
         replies = RecordedReplies(session)
         match session.transport:
             case "visa":
-                return dict(loop.run(self._endpoints.scpi(RecordedScpi(replies, self._clock))))
+                return dict(self._endpoints.scpi(role, RecordedScpi(replies, self._clock)))
             case "modbus":
-                return dict(loop.run(self._endpoints.modbus(RecordedUnits(replies, self._clock))))
+                return dict(self._endpoints.modbus(role, RecordedUnits(replies, self._clock)))
             case "serial":
                 return {"serial": self._terminal(session, replies)}
             case "can":

@@ -11,6 +11,7 @@ import numpy as np
 from sim_instruments.faults.line_faults import Fault, FaultKind, Faults, spoil
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.lexer import parse_unit, split_messages, split_units
+from sim_instruments.scpi.long_reply import LongReply, joined
 from sim_instruments.scpi.mistaken import other_channel, unreadable
 from sim_instruments.scpi.tree import Call, CommandTree, HalfReply, Handler, Handling, Reply, WholeReply
 from sim_instruments.transports.connection import Connection
@@ -18,6 +19,8 @@ from sim_instruments.transports.connection import Connection
 _CACHED_MESSAGES = 512
 _CACHED_LENGTH = 256
 _INPUT_BUFFER = 1 << 20
+#: After so many units of one message others have their turn.
+_UNITS_IN_A_TURN = 32
 
 Step = tuple[Handler, Call]
 Message = tuple[tuple[Step, ...], str]
@@ -55,6 +58,8 @@ class MessageExchange:
 
     channels = 1
     terminator = b"\n"
+    #: Whether a message is begun while it is written, where nothing is before it.
+    _at_once = True
 
     def __init__(self, clock: InstrumentClock, generator: np.random.Generator) -> None:
         self.clock = clock
@@ -102,7 +107,7 @@ class MessageExchange:
         messages = self._plans.get(data)
         if messages is None:
             messages = self._compile(data)
-        if self._running is None and len(messages) == 1:
+        if self._at_once and self._running is None and len(messages) == 1:
             self._begin(messages[0])
             if self._running is not None:
                 self.poll()
@@ -163,17 +168,22 @@ class MessageExchange:
             return
         self._working = True
         try:
-            while True:
-                if self._running is None:
-                    if not self._backlog:
-                        return
-                    self._begin(self._backlog.popleft())
-                elif self._wake <= self.clock.now():
-                    self._step(self._running)
-                else:
-                    return
+            while self._go_on():
+                continue
         finally:
             self._working = False
+
+    def _go_on(self) -> bool:
+        """Do the next thing that is due by now; return whether there was one."""
+        if self._running is None:
+            if not self._backlog:
+                return False
+            self._begin(self._backlog.popleft())
+        elif self._wake <= self.clock.now():
+            self._step(self._running)
+        else:
+            return False
+        return True
 
     def _step(self, running: Generator[float, None, None]) -> None:
         try:
@@ -250,7 +260,7 @@ class MessageExchange:
                 return
             if type(reply) is not GeneratorType:
                 if reply is not None:
-                    self._respond(cast("str | bytes", reply))
+                    self._respond(cast("str | bytes | LongReply", reply))
                 return
             self._running = self._run(steps[1:], cast("Handling", reply))
         else:
@@ -258,9 +268,11 @@ class MessageExchange:
         self._wake = 0.0
 
     def _run(self, steps: tuple[Step, ...], first: Handling | None = None) -> Generator[float, None, None]:
-        replies: list[str | bytes] = []
+        replies: list[str | bytes | LongReply] = []
         pending: list[Handling | Step] = [*([first] if first is not None else []), *steps]
-        for item in pending:
+        for place, item in enumerate(pending, 1):
+            if place % _UNITS_IN_A_TURN == 0:
+                yield 0.0
             try:
                 reply: Reply | Handling = item[0](item[1]) if isinstance(item, tuple) else item
                 if isinstance(reply, GeneratorType):
@@ -271,13 +283,22 @@ class MessageExchange:
                     break
                 continue
             if reply is not None:
-                replies.append(cast("str | bytes", reply))
+                replies.append(cast("str | bytes | LongReply", reply))
         if len(replies) == 1:
             self._respond(replies[0])
         elif replies:
-            self._respond(b";".join(part if isinstance(part, bytes) else part.encode("latin-1") for part in replies))
+            self._respond(joined(replies))
 
-    def _respond(self, reply: str | bytes) -> None:
+    def _streams(self, reply: LongReply) -> bool:
+        """Return whether a long reply has been taken over, to be made while it is sent."""
+        return False
+
+    def _respond(self, reply: str | bytes | LongReply) -> None:
+        if isinstance(reply, LongReply):
+            undisturbed = self._fault is None and self._held is None and not self.unasked
+            if undisturbed and self._streams(reply):
+                return
+            reply = bytes(reply)
         output = reply if isinstance(reply, bytes) else reply.encode("latin-1")
         if not isinstance(reply, WholeReply):
             output += self.terminator

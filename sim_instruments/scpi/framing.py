@@ -16,6 +16,11 @@ class MessageSplitter:
         self._scanned = 0
         self._dropping = False
 
+    @property
+    def begun(self) -> bool:
+        """Whether a part of a message is there."""
+        return bool(self._buffer) or self._dropping
+
     def feed(self, data: bytes) -> Iterator[bytes | None]:
         """Give the messages that are complete with `data`, newline included; None for one that was too long."""
         if self._dropping:

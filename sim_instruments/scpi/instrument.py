@@ -64,6 +64,10 @@ class ScpiInstrument(MessageExchange):
         self._clear_status()
         return sent
 
+    def catch_up(self) -> bool:
+        """Do a piece of what time has left to do, where that is much; return whether there is more."""
+        return False
+
     def pending(self) -> float | None:
         """Return the virtual time at which to look again whether overlapped operations are done; None: they are."""
         return None

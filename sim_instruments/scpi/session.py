@@ -1,9 +1,12 @@
 """One client's dialogue with an instrument that several clients talk to."""
 
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from sim_instruments.scpi.errors import ScpiError
-from sim_instruments.scpi.exchange import MessageExchange, ReadEnd
+from sim_instruments.scpi.exchange import Message, MessageExchange, ReadEnd
+from sim_instruments.scpi.long_reply import LongReply
 
 if TYPE_CHECKING:
     import numpy as np
@@ -11,11 +14,26 @@ if TYPE_CHECKING:
     from sim_instruments.scpi.instrument import ScpiInstrument
 
 
+#: A reply that is there as a whole is sent in parts of so many bytes.
+_PART = 1 << 17
+
+
+@dataclass(frozen=True)
+class Outgoing:
+    """A reply on its way: its bytes in `parts`, to be gone through once, and whether they are the `whole` of it."""
+
+    parts: Iterable[bytes]
+    whole: bool
+
+
 class ClientSession(MessageExchange):
     """Input and output of one client; settings, status and error queue are the instrument's, shared by all.
 
-    A server that may not block asks `next_wake` how long to wait, and `take` for the reply.
+    A server that may not block asks `next_wake` how long to wait, and `take` for the reply. Either does one thing at most, so
+    that a client whose messages take long has others served in between.
     """
+
+    _at_once = False
 
     def __init__(self, instrument: "ScpiInstrument", generator: "np.random.Generator") -> None:
         super().__init__(instrument.clock, generator)
@@ -26,6 +44,7 @@ class ClientSession(MessageExchange):
         self.terminator = instrument.terminator
         self.unasked = instrument.unasked
         self._instrument = instrument
+        self._long: LongReply | None = None
 
     def report(self, error: ScpiError) -> None:
         """Put an error into the instrument's queue."""
@@ -35,16 +54,29 @@ class ClientSession(MessageExchange):
     def clear(self) -> None:
         """Device clear: forget this client's messages, and have the instrument give up what it waits for."""
         busy = self.busy
-        super().clear()
+        self.abandon()
         self._instrument.give_up(busy)
 
     def abandon(self) -> None:
         """Forget this client's messages: it has gone; what it has set going goes on."""
         super().clear()
+        self._long = None
 
     def status_byte(self, available: bool) -> int:
         """Return the instrument's status byte; `available` says whether this client has a reply to fetch."""
         return self._instrument.status_byte(available)
+
+    def poll(self) -> None:
+        """Do one thing that is due by now."""
+        if self._working:
+            return
+        self._working = True
+        try:
+            # What an instrument has to catch up with is done in pieces before a message asks for all of it.
+            if not self.busy or not self._instrument.catch_up():
+                self._go_on()
+        finally:
+            self._working = False
 
     def next_wake(self) -> float | None:
         """Return the bench time (s) at which there is something to do or to send; None where nothing is to come."""
@@ -53,12 +85,36 @@ class ClientSession(MessageExchange):
             return self._ready
         if self._running is not None:
             return self._wake
-        return None
+        return self.clock.now() if self._backlog or self._long is not None else None
 
-    def take(self) -> tuple[bytes, bool] | None:
-        """Return the reply that is ready and whether it is whole; None where there is none."""
+    def take(self) -> Outgoing | None:
+        """Return the reply that is ready; None where there is none."""
         self.poll()
+        if self._long is not None:
+            long, self._long = self._long, None
+            return Outgoing(_ended(long.parts, self.terminator), True)
         if self._output is None or self._ready > self.clock.now():
             return None
         output, reason = self.read(len(self._output), 0.0)
-        return output, reason is ReadEnd.MESSAGE
+        return Outgoing(_cut(output), reason is ReadEnd.MESSAGE)
+
+    def _begin(self, message: Message) -> None:
+        if self._long is not None:
+            self._long = None
+            self.report(ScpiError(-410))
+        super()._begin(message)
+
+    def _streams(self, reply: LongReply) -> bool:
+        self._ended, self._long = True, reply
+        return True
+
+
+def _ended(parts: Iterable[bytes], end: bytes) -> Iterator[bytes]:
+    yield from parts
+    yield end
+
+
+def _cut(output: bytes) -> Iterable[bytes]:
+    if len(output) <= _PART:
+        return (output,)
+    return (output[start : start + _PART] for start in range(0, len(output), _PART))

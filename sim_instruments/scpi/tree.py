@@ -9,9 +9,10 @@ from typing import TypeVar
 
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.lexer import Argument, Unit
+from sim_instruments.scpi.long_reply import LongReply
 from sim_instruments.scpi.parameters import exactly, forms
 
-Reply = str | bytes | None
+Reply = str | bytes | LongReply | None
 
 
 class WholeReply(bytes):
@@ -23,7 +24,7 @@ class HalfReply(WholeReply):
 
 
 Handling = Generator[float, None, Reply]
-"""A handler that takes time: it yields the virtual time (s) at which it wants to go on."""
+"""A handler that takes time: it yields the virtual time (s) at which it wants to go on, a past one to let others have their turn."""
 
 #: The mnemonics of a header: short form, long form, and whether a numeric suffix follows.
 _Path = tuple[tuple[str, str, bool], ...]

@@ -1,7 +1,6 @@
 """What each transport's instruments are reached by from other processes: ports, pseudo-terminals, a CAN gateway."""
 
 import asyncio
-import itertools
 from contextlib import ExitStack
 
 import numpy as np
@@ -9,7 +8,9 @@ import numpy as np
 from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.session import ClientSession
+from sim_instruments.server.port_plan import PortPlan
 from sim_instruments.transports.can.gateway import CanGateway
+from sim_instruments.transports.client import Patience
 from sim_instruments.transports.connection import Connection
 from sim_instruments.transports.conversation import Conversation
 from sim_instruments.transports.hislip.server import HislipServer
@@ -21,30 +22,42 @@ from sim_instruments.transports.scpi_socket import ScpiSocket
 from sim_instruments.transports.tcp_service import Serve, TcpService
 
 LOOPBACK = "127.0.0.1"
+#: How long a client is waited for.
+PATIENT = Patience()
 #: How often (s) those who follow the time are told of it.
 _PULSE = 0.01
 _MOST_CONNECTIONS = 64
 
 
 class Endpoints:
-    """Opens endpoints on a loop's thread, each of which `leaving` closes.
+    """Opens endpoints on one loop's thread, each of which `leaving` closes.
 
-    TCP ports listen on `host`, one after the other from `base_port` on where that is given. Coroutines run on the loop. Raise OSError
-    where a port or a terminal cannot be had.
+    TCP ports listen on `host`, each at its port of the plan by name and way. What opens runs on the caller's thread and waits for the
+    loop's. Raises OSError where a port or a terminal cannot be had.
     """
 
     def __init__(
-        self, loop: LoopThread, clock: PacedClock, leaving: ExitStack, host: str, base_port: int | None, seed: int
+        self,
+        loop: LoopThread,
+        clock: PacedClock,
+        leaving: ExitStack,
+        host: str,
+        ports: PortPlan,
+        *,
+        patience: Patience = PATIENT,
+        seed: int = 0,
     ) -> None:
         self._loop = loop
         self._clock = clock
         self._leaving = leaving
         self._host = host
-        self._ports = itertools.repeat(0) if base_port is None else itertools.count(base_port)
+        self._ports = ports
+        self._patience = patience
         self._seed = seed
         self._clients = 0
+        self._scpi: list[ScpiInstrument] = []
 
-    async def scpi(self, instrument: ScpiInstrument) -> dict[str, str]:
+    def scpi(self, name: str, instrument: ScpiInstrument) -> dict[str, str]:
         """Serve an instrument over HiSLIP and a raw socket; return its addresses by way."""
 
         def converse() -> Conversation:
@@ -52,48 +65,71 @@ class Endpoints:
             generator = np.random.default_rng((self._seed, 0x50C4, self._clients))
             return Conversation(ClientSession(instrument, generator), self._clock)
 
-        socket = await self.listen(ScpiSocket(converse).serve, connection=instrument.connection)
-        hislip = await self.listen(HislipServer(converse).serve, connection=instrument.connection)
+        self._scpi.append(instrument)
+        socket = self.listen((name, "socket"), ScpiSocket(converse).serve, connection=instrument.connection)
+        hislip = self.listen((name, "hislip"), HislipServer(converse).serve, connection=instrument.connection)
         return {
             "hislip": f"TCPIP0::{self._host}::hislip0,{hislip.port}::INSTR",
             "socket": f"TCPIP0::{self._host}::{socket.port}::SOCKET",
         }
 
-    async def modbus(self, line: ModbusLine) -> dict[str, str]:
+    def modbus(self, name: str, line: ModbusLine) -> dict[str, str]:
         """Serve a line of units over TCP and a pseudo-terminal; return its addresses by way."""
-        tcp = await self.modbus_tcp(line)
+        tcp = self.modbus_tcp(name, line)
         rtu = ModbusRtuEndpoint(line)
         self._leaving.callback(rtu.close)
         return {"tcp": tcp, "rtu": rtu.address}
 
-    async def modbus_tcp(self, line: ModbusLine) -> str:
+    def modbus_tcp(self, name: str, line: ModbusLine) -> str:
         """Serve a line of units over TCP only; return its address."""
-        tcp = await self.listen(ModbusTcpServer(line, self._wait).serve, connection=line.connection)
+        tcp = self.listen((name, "tcp"), ModbusTcpServer(line, self._wait).serve, connection=line.connection)
         return f"tcp://{self._host}:{tcp.port}"
 
-    async def can(self, channel: str) -> dict[str, str]:
+    def can(self, channel: str) -> dict[str, str]:
         """Serve a CAN bus; return python-can's interface and channel of it."""
         gateway = CanGateway(channel)
-        await gateway.start()
+        self._loop.run(gateway.start())
         self._leaving.callback(lambda: self._loop.run(gateway.stop()))
-        tcp = await self.listen(gateway.serve)
+        tcp = self.listen(("can", "tcp"), gateway.serve)
         return {"interface": "slcan", "channel": f"socket://{self._host}:{tcp.port}"}
 
-    async def listen(self, serve: Serve, host: str = "", connection: Connection | None = None) -> TcpService:
-        """Listen on the next port, of another `host` where one is given."""
-        service = TcpService(serve, host or self._host, most_clients=_MOST_CONNECTIONS, connection=connection)
-        await service.start(next(self._ports))
+    def listen(
+        self,
+        endpoint: tuple[str, str],
+        serve: Serve,
+        *,
+        host: str = "",
+        connection: Connection | None = None,
+        patience: Patience | None = None,
+    ) -> TcpService:
+        """Listen at an endpoint's port, of another `host` and with another `patience` where they are given."""
+        service = TcpService(
+            serve,
+            host or self._host,
+            most_clients=_MOST_CONNECTIONS,
+            connection=connection,
+            patience=patience or self._patience,
+        )
+        self._loop.run(service.start(self._ports.take(*endpoint)))
         self._leaving.callback(lambda: self._loop.run(service.stop()))
         return service
 
-    async def begin_pulse(self) -> None:
+    def begin_pulse(self) -> None:
         """Begin to tell those who follow the time of it."""
+        self._loop.run(self._begin_pulse())
+
+    async def _begin_pulse(self) -> None:
         self._beat = asyncio.get_running_loop().create_task(self._pulse())
 
     async def _pulse(self) -> None:
+        told = self._clock.now()
         while True:
+            for instrument in self._scpi:
+                while instrument.catch_up() and self._clock.now() - told < _PULSE * self._clock.speedup:
+                    await asyncio.sleep(0)
             # Instruments are served by this thread alone, so what follows the time is told of it here, too.
             self._clock.pulse()
+            told = self._clock.now()
             await asyncio.sleep(_PULSE)
 
     async def _wait(self, seconds: float) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from queue import SimpleQueue
 from typing import Any, get_args
 
@@ -14,10 +15,12 @@ from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.instruments.beckhoff.bk9000 import Bk9000
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.server.control.http import JsonService
+from sim_instruments.server.control.http import PATIENCE, JsonService
 from sim_instruments.server.control.routes import control_routes
-from sim_instruments.server.endpoints import LOOPBACK, Endpoints
+from sim_instruments.server.endpoints import LOOPBACK, PATIENT, Endpoints
+from sim_instruments.server.port_plan import PortPlan
 from sim_instruments.server.safety_contacts import FRAME, ContactFrames, InputModule, SafetyContacts
+from sim_instruments.transports.client import Patience
 from sim_instruments.transports.loop_thread import LoopThread
 from sim_instruments.transports.modbus.unit import ModbusLine
 
@@ -54,11 +57,13 @@ class ServedBench:
     """Serves a bench until it is closed; a context manager.
 
     `speedup` is how many seconds pass on the bench in one; `host` is where TCP ports listen, the control endpoint's
-    excepted, which stays on loopback, one after the other from `base_port` on where that is given; `queued_errors` are the errors that SCPI
+    excepted, which stays on loopback: at `ports` by name and way (`hislip`, `socket`, `tcp`, `http`), the others one after the other
+    from `base_port` on where that is given; `queued_errors` are the errors that SCPI
     instruments have queued. `pages` are objects that it gives besides its own, by path. With
     `watchdog_relay` a relay with a watchdog sits in the supply's inhibit input, whose output is off unless it has picked up.
+    Clients are waited for with `patience`.
     What else it takes are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had,
-    UnservedError for an instrument that cannot be served.
+    UnservedError for an instrument that cannot be served, UnknownEndpointError for a port of an endpoint that is not there.
     """
 
     def __init__(
@@ -68,9 +73,11 @@ class ServedBench:
         speedup: float = 1.0,
         host: str = LOOPBACK,
         seed: int = 0,
+        ports: Mapping[str, Mapping[str, int]] | None = None,
         base_port: int | None = None,
         pages: Mapping[str, Any] | None = None,
         watchdog_relay: bool = False,
+        patience: Patience = PATIENT,
         **bench: Any,
     ) -> None:
         self.clock = PacedClock(speedup)
@@ -83,17 +90,31 @@ class ServedBench:
             self._open.callback(self.bench.close)
             loop = LoopThread("virtual-bench")
             self._open.callback(loop.close)
+            # What safety hangs on takes no lock that an instrument holds, and has a thread that runs no instrument.
+            safety = LoopThread("virtual-bench-safety")
+            self._open.callback(safety.close)
             # Whoever sleeps on a thread of its own must wake up before that thread is waited for.
             self._open.callback(self.clock.close)
-            self._endpoints = Endpoints(loop, self.clock, self._open, host, base_port, seed)
-            self._can = loop.run(self._endpoints.can(self.bench.can_channel))
-            self._addresses = self._serve(loop)
+            plan = PortPlan(ports, base_port)
+            given: dict[str, Any] = {"patience": patience, "seed": seed}
+            self._endpoints = Endpoints(loop, self.clock, self._open, host, plan, **given)
+            guarded = Endpoints(safety, self.clock, self._open, host, plan, **given)
+            self._can = guarded.can(self.bench.can_channel)
+            self._addresses = self._serve()
             #: Emergency stop and door.
             self.contacts = SafetyContacts()
-            self._inputs = loop.run(self._serve_contacts(loop))
-            self._relays = loop.run(self._serve_relay()) if watchdog_relay else {}
-            routes = control_routes(self.bench, self.clock, self._addresses, pages or {}, self.contacts)
-            control = loop.run(self._endpoints.listen(JsonService(routes).serve, LOOPBACK))
+            self._inputs = self._serve_contacts(guarded, safety)
+            self._relays = self._serve_relay(guarded, loop) if watchdog_relay else {}
+            routes = control_routes(
+                self.bench,
+                self.clock,
+                self._addresses,
+                pages or {},
+                self.contacts,
+                lambda handler: partial(loop.call, handler),
+            )
+            control = guarded.listen(("control", "http"), JsonService(routes).serve, host=LOOPBACK, patience=PATIENCE)
+            plan.check()
             #: Where the control endpoint is.
             self.control = f"http://{LOOPBACK}:{control.port}"
             self._open.callback(self.clock.close)
@@ -127,24 +148,24 @@ class ServedBench:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _serve(self, loop: LoopThread) -> dict[str, dict[str, Address]]:
+    def _serve(self) -> dict[str, dict[str, Address]]:
         ways: dict[str, dict[str, Address]] = {}
         for name in self.bench.roles:
             with _naming(name):
-                ways[name] = self._ways(loop, name)
-        loop.run(self._endpoints.begin_pulse())
+                ways[name] = self._ways(name)
+        self._endpoints.begin_pulse()
         return ways
 
-    def _ways(self, loop: LoopThread, name: str) -> dict[str, Address]:
+    def _ways(self, name: str) -> dict[str, Address]:
         match self.bench.transport(name):
             case "visa":
                 instrument: ScpiInstrument = self.bench.instrument(name)
                 instrument.on_error = lambda message, error: self.queued_errors.put(
                     QueuedError(name, message, str(error))
                 )
-                return dict(loop.run(self._endpoints.scpi(instrument)))
+                return dict(self._endpoints.scpi(name, instrument))
             case "modbus":
-                return dict(loop.run(self._endpoints.modbus(self.bench.instrument(name))))
+                return dict(self._endpoints.modbus(name, self.bench.instrument(name)))
             case "serial":
                 return {"serial": self.bench.address(name)}
             case "can":
@@ -157,11 +178,11 @@ class ServedBench:
             raise TypeError(f"{node} is no CAN node")
         return {**node, **self._can}
 
-    async def _serve_contacts(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
+    def _serve_contacts(self, guarded: Endpoints, loop: LoopThread) -> dict[str, dict[str, Any]]:
         line = ModbusLine((InputModule(self.contacts),), self.clock, np.random.default_rng((self._seed, 0x10)))
-        address = await self._endpoints.modbus_tcp(line)
+        address = guarded.modbus_tcp("emergency_stop", line)
         frames = ContactFrames(self.contacts, self.bench.can_channel)
-        await frames.start()
+        loop.run(frames.start())
         self._open.callback(lambda: loop.run(frames.stop()))
         return {
             "emergency_stop": {"address": address, "number": 0, "unit": 1},
@@ -173,12 +194,13 @@ class ServedBench:
             },
         }
 
-    async def _serve_relay(self) -> dict[str, dict[str, Any]]:
+    def _serve_relay(self, guarded: Endpoints, loop: LoopThread) -> dict[str, dict[str, Any]]:
         with _naming("supply"):
             supply = self.bench.instrument("supply")
             supply.inhibit(True)
-        coupler = Bk9000(lambda closed: supply.inhibit(not closed))
+        # The supply is told before any message that comes later; whoever feeds the relay does not wait for it.
+        coupler = Bk9000(lambda closed: loop.soon(supply.inhibit, not closed))
         self._open.callback(coupler.close)
         line = ModbusLine((coupler,), self.clock, np.random.default_rng((self._seed, 0x11)))
-        address = await self._endpoints.modbus_tcp(line)
+        address = guarded.modbus_tcp("supply_enable", line)
         return {"supply_enable": {"address": address, "output": 0, "roles": ["supply"]}}

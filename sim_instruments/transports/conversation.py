@@ -1,11 +1,11 @@
 """Messages of one client handled as bench time allows, without holding up anybody else."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 
 from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.scpi.errors import ScpiError
-from sim_instruments.scpi.session import ClientSession
+from sim_instruments.scpi.session import ClientSession, Outgoing
 
 #: A wait is looked at again at least so often (s), whatever the clock is promised.
 _LONGEST_WAIT = 1.0
@@ -18,8 +18,8 @@ class Conversation:
         self.session = session
         self._clock = clock
 
-    async def exchange(self, message: bytes, gone: Callable[[], bool]) -> tuple[bytes, bool] | None:
-        """Return the reply to a message and whether it is whole, None for one without; other tasks get their turn.
+    async def exchange(self, message: bytes, gone: Callable[[], bool]) -> Outgoing | None:
+        """Return the reply to a message, None for one without; other tasks get their turn.
 
         Raises ConnectionAbortedError once `gone` says that nobody waits for the reply any more.
         """
@@ -34,7 +34,19 @@ class Conversation:
             raise
         except Exception as error:  # noqa: BLE001  an instrument whose firmware stumbles says so and lives on
             session.clear()
-            session.report(ScpiError(-310, f"System error;{type(error).__name__}: {error}"))
+            session.report(_stumble(error))
             reply = None
         await asyncio.sleep(0)
-        return reply
+        return None if reply is None else Outgoing(self._made(reply.parts), reply.whole)
+
+    def _made(self, parts: Iterable[bytes]) -> Iterator[bytes]:
+        """Give the parts of a reply; one that cannot be made ends the connection, as nothing else can follow it."""
+        try:
+            yield from parts
+        except Exception as error:
+            self.session.report(_stumble(error))
+            raise ConnectionAbortedError from error
+
+
+def _stumble(error: Exception) -> ScpiError:
+    return ScpiError(-310, f"System error;{type(error).__name__}: {error}")

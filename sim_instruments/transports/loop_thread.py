@@ -2,7 +2,7 @@
 
 import asyncio
 import threading
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -19,6 +19,19 @@ class LoopThread:
     def run(self, work: Coroutine[Any, Any, T], timeout: float = 10.0) -> T:
         """Return what a coroutine returns. Raises TimeoutError where it takes longer than `timeout` (s)."""
         return asyncio.run_coroutine_threadsafe(work, self._loop).result(timeout)
+
+    async def call(self, function: Callable[..., T], *arguments: Any) -> T:
+        """Return what a function returns that is called on this loop's thread; for coroutines of other loops."""
+
+        async def called() -> T:
+            return function(*arguments)
+
+        return await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(called(), self._loop))
+
+    def soon(self, function: Callable[..., object], *arguments: Any) -> None:
+        """Have a function called on this loop's thread, after what is already to be called; a closed loop calls nothing."""
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(function, *arguments)
 
     def close(self) -> None:
         """End the loop and its tasks; again is allowed."""

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.framing import MessageSplitter
+from sim_instruments.transports.client import Client
 from sim_instruments.transports.conversation import Conversation
 
 _CHUNK = 1 << 13
@@ -20,22 +21,21 @@ class ScpiSocket:
     def __init__(self, converse: Callable[[], Conversation]) -> None:
         self._converse = converse
 
-    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def serve(self, client: Client) -> None:
         """Answer one client until it hangs up."""
         conversation = self._converse()
         splitter = MessageSplitter(INPUT_BUFFER)
-        departure = _Departure(reader, writer)
+        departure = _Departure(client)
         try:
-            while data := await reader.read(_CHUNK):
+            while data := await client.read(_CHUNK, begun=splitter.begun):
                 for message in splitter.feed(data):
                     if message is None:
                         conversation.session.report(ScpiError(-363))
                         await asyncio.sleep(0)
                         continue
                     reply = await conversation.exchange(message, departure.over)
-                    if reply is not None:
-                        writer.write(reply[0])
-                        await writer.drain()
+                    for part in () if reply is None else reply.parts:
+                        await client.send(part)
         finally:
             conversation.session.abandon()
 
@@ -43,16 +43,15 @@ class ScpiSocket:
 class _Departure:
     """Tells whether a client is gone for good: one that has merely finished sending still wants its replies."""
 
-    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        self._reader = reader
-        self._writer = writer
+    def __init__(self, client: Client) -> None:
+        self._client = client
         self._since: float | None = None
 
     def over(self) -> bool:
         """Return whether nobody waits for replies any more."""
-        if self._writer.is_closing():
+        if self._client.gone:
             return True
-        if not self._reader.at_eof():
+        if not self._client.finished:
             return False
         now = asyncio.get_running_loop().time()
         if self._since is None:

@@ -4,29 +4,42 @@ import asyncio
 import contextlib
 from collections.abc import Awaitable, Callable
 
+from sim_instruments.transports.client import Client, Patience
 from sim_instruments.transports.connection import Connection
 
 #: Bytes that wait unread from a client before its connection is held up.
 _READ_LIMIT = 1 << 16
 _MOST_CLIENTS = 32
+#: How often (s) clients that keep the server waiting are looked for.
+_ROUND = 1.0
+_NEVER_TOO_LONG = Patience()
 
-Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
+Serve = Callable[[Client], Awaitable[None]]
 
 
 class TcpService:
     """Serves connections to a port of `host` until it is stopped; above `most_clients` at once, new ones are hung up on.
 
+    Clients that keep it waiting beyond `patience` are hung up on.
     With `connection` all are hung up on when its cable is pulled out, and new ones while it is.
     """
 
     def __init__(
-        self, serve: Serve, host: str, *, most_clients: int = _MOST_CLIENTS, connection: Connection | None = None
+        self,
+        serve: Serve,
+        host: str,
+        *,
+        most_clients: int = _MOST_CLIENTS,
+        connection: Connection | None = None,
+        patience: Patience = _NEVER_TOO_LONG,
     ) -> None:
         self._serve = serve
         self._host = host
         self._connection = connection
         self._most = most_clients
-        self._clients: dict[asyncio.Task[None], asyncio.StreamWriter] = {}
+        self._patience = patience
+        self._clients: dict[asyncio.Task[None], Client] = {}
+        self._rounds: asyncio.Task[None] | None = None
         self._server: asyncio.Server | None = None
         self._stopped = False
         #: The port, once started.
@@ -40,12 +53,12 @@ class TcpService:
             self._connection.listen(lambda up: None if up else _soon(loop, self.hang_up))
         self._server = await asyncio.start_server(self._accept, self._host, port, limit=_READ_LIMIT)
         self.port = int(self._server.sockets[0].getsockname()[1])
+        self._rounds = loop.create_task(self._look_round())
 
     def hang_up(self) -> None:
         """Hang up on everybody at once, as a cable that is pulled out does."""
-        for client, writer in tuple(self._clients.items()):
-            writer.transport.abort()
-            client.cancel()
+        for task in tuple(self._clients):
+            self._end(task)
 
     async def stop(self) -> None:
         """Stop listening and hang up on everybody."""
@@ -53,6 +66,8 @@ class TcpService:
         if self._server is None:
             return
         server, self._server = self._server, None
+        if self._rounds is not None:
+            self._rounds.cancel()
         # A connection that is half accepted when the server is closed is lost in Python 3.11: it is taken first.
         for listener in server.sockets:
             asyncio.get_running_loop().remove_reader(listener.fileno())
@@ -67,19 +82,30 @@ class TcpService:
         if self._stopped or unplugged or len(self._clients) >= self._most:
             writer.transport.abort()
             return
-        client = asyncio.get_running_loop().create_task(self._client(reader, writer))
-        self._clients[client] = writer
+        client = Client(reader, writer)
+        task = asyncio.get_running_loop().create_task(self._client(client))
+        self._clients[task] = client
         # A task that is cancelled before its first step runs nothing of its own, no `finally` either.
-        client.add_done_callback(self._left)
+        task.add_done_callback(self._left)
 
-    async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _client(self, client: Client) -> None:
         # A client that leaves in the middle of a message has nothing more to be told.
         with contextlib.suppress(ConnectionError, asyncio.IncompleteReadError, TimeoutError):
-            await self._serve(reader, writer)
-            await writer.drain()
+            await self._serve(client)
 
-    def _left(self, client: asyncio.Task[None]) -> None:
-        self._clients.pop(client).close()
+    async def _look_round(self) -> None:
+        while True:
+            await asyncio.sleep(min(_ROUND, self._patience.idle, self._patience.half, self._patience.stalled))
+            for task, client in tuple(self._clients.items()):
+                if client.overdue(self._patience):
+                    self._end(task)
+
+    def _end(self, task: asyncio.Task[None]) -> None:
+        self._clients[task].abort()
+        task.cancel()
+
+    def _left(self, task: asyncio.Task[None]) -> None:
+        self._clients.pop(task).close()
 
 
 def _soon(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:

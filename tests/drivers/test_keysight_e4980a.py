@@ -95,6 +95,7 @@ def test_an_ignored_trigger_gives_no_reading(bench: Any) -> None:
 
 
 HOSTILE = {
+    "DISP:PAGE?": ("MSET", "MEAS"),
     "TRIG:SOUR?": ("HOLD", "BUS"),
     "INIT:CONT?": ("0", "1"),
     "FUNC:DEV1:MODE?": ("PERC", "OFF"),

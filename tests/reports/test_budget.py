@@ -18,7 +18,7 @@ def parameter(*rows: Contribution) -> Parameter:
 
 def shown(made: Parameter) -> str:
     stream = io.StringIO()
-    Console(file=stream, width=120).print(budgets([made], english))
+    Console(file=stream, width=120).print(budgets([made], english, 120))
     return stream.getvalue()
 
 

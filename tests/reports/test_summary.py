@@ -85,7 +85,9 @@ def test_the_table_fits_and_says_everything() -> None:
     merged = merge(results)
     said = io.StringIO()
     Console(file=said, width=110, color_system=None).print(
-        summary(merged, [("dq-inductance-extremes", results[0].warnings[0])], {"d_axis_inductance": 73e-6}, english)
+        summary(
+            merged, [("dq-inductance-extremes", results[0].warnings[0])], {"d_axis_inductance": 73e-6}, english, 110
+        )
     )
     lines = said.getvalue().splitlines()
     assert max(map(len, lines)) <= 110
@@ -102,17 +104,35 @@ def test_the_table_fits_and_says_everything() -> None:
         assert part in whole
 
 
+@pytest.mark.parametrize("width", [50, 60, 72, 80, 100, 120])
+def test_a_narrow_terminal_has_fewer_columns_and_every_digit(width: int) -> None:
+    given = (
+        parameter("d_axis_inductance", 73.016e-6, "H", 0.043e-6),
+        parameter("viscous_friction", 20.0049e-6, "N·m·s/rad", 3e-8),
+    )
+    merged = merge([ProcedureResult("dq-inductance-time-constant", "3.3", given)])
+    said = io.StringIO()
+    truth = {"d_axis_inductance": 73e-6, "viscous_friction": 20e-6}
+    Console(file=said, width=width, color_system=None).print(summary(merged, [], truth, english, width))
+    whole = said.getvalue()
+    assert max(map(len, whole.splitlines())) <= width
+    assert "…" not in whole
+    for digits in ("73.016", "µH", "0.059", "20.005", "µN·m·s/rad", "0.15"):
+        assert digits in whole
+    assert ("73.000" in whole) == (width >= 60)
+
+
 def test_without_truth_there_is_no_column_for_it() -> None:
     merged = merge([ProcedureResult("p", "3", (parameter("inertia", 1.0, "kg·m²", 0.1),))])
     said = io.StringIO()
-    Console(file=said, width=110, color_system=None).print(summary(merged, [], {}, english))
+    Console(file=said, width=110, color_system=None).print(summary(merged, [], {}, english, 110))
     assert "Truth" not in said.getvalue()
     assert "Warnings" not in said.getvalue()
 
 
 def test_a_run_without_a_figure_says_so() -> None:
     said = io.StringIO()
-    Console(file=said, width=110, color_system=None).print(summary(merge([]), [], {}, english))
+    Console(file=said, width=110, color_system=None).print(summary(merge([]), [], {}, english, 110))
     assert said.getvalue() == "No parameter was measured.\n"
 
 

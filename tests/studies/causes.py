@@ -9,6 +9,7 @@ from tests.studies.dirt import CURRENT, VOLTAGES, Dirt
 STEP = ("dq-inductance-time-constant",)
 EMF = ("back-emf-constant",)
 RAMPS = ("inertia",)
+LEVELS = ("torque-constant",)
 SWEEP = ("dq-inductance-extremes",)
 BRIDGE_AND_WIRES = ("stator-resistance", "stator-resistance-dc")
 WIRES = ("stator-resistance-dc",)
@@ -155,8 +156,8 @@ def _speed_filter(dirt: Dirt) -> None:
     dirt.sensors(speed_filter=dirt.log(0.002, 0.2))
 
 
-def _torque_filter(dirt: Dirt) -> None:
-    dirt.sensors(torque_filter=dirt.log(0.002, 0.2))
+def _torque_filter(longest: float) -> Callable[[Dirt], None]:
+    return lambda dirt: dirt.sensors(torque_filter=dirt.log(0.002, longest))
 
 
 def _dropouts(dirt: Dirt) -> None:
@@ -272,7 +273,8 @@ LISTED = (
     Cause("stribeck", RAMPS, _stribeck),
     Cause("cogging", RAMPS, _cogging),
     Cause("speed-filter", RAMPS, _speed_filter),
-    Cause("torque-filter", RAMPS, _torque_filter),
+    Cause("torque-filter", RAMPS, _torque_filter(0.2)),
+    Cause("torque-filter", LEVELS, _torque_filter(2.0)),
     Cause("dropouts", RAMPS, _dropouts),
     Cause("eccentricity", RAMPS, _runout),
     Cause("regrip", SWEEP, _regrips),

@@ -31,7 +31,7 @@ def main(target: Path) -> None:
         finished = run(wishes, installed().procedures, Console(quiet=True))
     console = Console(record=True, width=112, file=io.StringIO())
     console.print("$ motorbench demo")
-    console.print(summary(finished.view.parameters(), (), finished.view.truth, translate))
+    console.print(summary(finished.view.parameters(), (), finished.view.truth, translate, console.width))
     target.parent.mkdir(parents=True, exist_ok=True)
     # The picture must not fetch a font from somewhere when it is looked at.
     picture = re.sub(r"@font-face \{.*?\}", "", console.export_svg(title="motorbench"), flags=re.DOTALL)

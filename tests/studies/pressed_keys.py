@@ -27,7 +27,7 @@ _DRIVE, _TRANSDUCER, _INVERTED = 1, 2, 0x12
 _GIVEN_BACK = {
     "supply": tuple(f"{quantity}:MODE? (@1)" for quantity in ("VOLT", "CURR")),
     "lcr_meter": (
-        *("INIT:CONT?", "TRIG:SOUR?", "FUNC:DEV1:MODE?", "FUNC:DEV2:MODE?", "AMPL:ALC?"),
+        *("DISP:PAGE?", "INIT:CONT?", "TRIG:SOUR?", "FUNC:DEV1:MODE?", "FUNC:DEV2:MODE?", "AMPL:ALC?"),
         *("CORR:OPEN:STAT?", "CORR:LOAD:STAT?", "CORR:LENG?"),
     ),
     "oscilloscope": (
@@ -36,7 +36,7 @@ _GIVEN_BACK = {
     ),
     "voltmeter": ("VOLT:ZERO:AUTO?", "VOLT:NULL:STAT?", "CALC:SCAL:STAT?"),
 }
-_REGISTERS = (0x0014, 0x0015, 0x0B21, 0x0B24)
+_REGISTERS = {_DRIVE: (0x091E, 0x0014, 0x0015, 0x0B1B, 0x0B21, 0x0B24), _TRANSDUCER: (0x07, 0x1F)}
 
 
 def press_all(bench: VirtualBench, plate: Nameplate) -> None:
@@ -79,5 +79,9 @@ def settings_of(bench: VirtualBench) -> dict[str, str]:
         for query in queries:
             instrument.write(query.encode() + b"\n")
             told[f"{role} {query}"] = instrument.read(200, 1.0)[0].decode().strip()
-    drive = bench.instrument("dynamometer").units[_DRIVE]
-    return told | {f"dynamometer {number:04X}H": str(drive.read(number, 1)[0]) for number in _REGISTERS}
+    units = bench.instrument("dynamometer").units
+    return told | {
+        f"dynamometer unit {unit} {number:04X}H": str(units[unit].read(number, 1)[0])
+        for unit, numbers in _REGISTERS.items()
+        for number in numbers
+    }

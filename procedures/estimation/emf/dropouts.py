@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from procedures.estimation.emf.harmonics import HarmonicModel, waveform_basis
 from procedures.estimation.emf.record import DigitizedChannel
@@ -105,14 +104,25 @@ def _found(v: FloatArray, wave: FloatArray, channels: Sequence[DigitizedChannel]
         moves = max(_MOVES_STEPS * channel.resolution + _MOVES_NOISE * noise, _MOVES_SHARE * swing)
         frozen[k] = _standing_still(v[k], wave[k], moves)
         left = v[k] - wave[k]
-        beside = np.abs(left - ndimage.median_filter(left, _NEIGHBOURS, mode="nearest"))
+        at_least = max(_SPIKE_NOISE * noise + _SPIKE_STEPS * channel.resolution, _SPIKE_SHARE * swing)
+        # No residual is further from its neighbours' median than this.
+        if 2.0 * np.abs(left).max() <= at_least:
+            continue
+        beside = np.abs(left - _median_of_neighbours(left))
         usual = 1.4826 * float(np.median(beside))
-        limit = max(_SPIKE_NOISE * max(usual, noise) + _SPIKE_STEPS * channel.resolution, _SPIKE_SHARE * swing)
+        limit = max(_SPIKE_NOISE * usual + _SPIKE_STEPS * channel.resolution, at_least)
         out = (beside > limit) & ~frozen[k]
         # The first and last reading of a stretch that stands still are beside the rest, too.
         if np.mean(out) <= _MOST_SPIKES:
             spikes[k] = out
     return frozen, spikes
+
+
+def _median_of_neighbours(row: FloatArray) -> FloatArray:
+    # Most records have no spike, and this takes as long to import as they take to fit.
+    from scipy import ndimage
+
+    return np.asarray(ndimage.median_filter(row, _NEIGHBOURS, mode="nearest"), dtype=np.float64)
 
 
 def _standing_still(row: FloatArray, wave: FloatArray, moves: float) -> BoolArray:

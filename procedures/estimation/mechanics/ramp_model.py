@@ -193,7 +193,7 @@ class RampModel:
         scale = self.scale(start)
         found = minimise(self.evaluate, start, scale, least=1e-9, floor=1.0, rounds=100)
         if not (found.settled and np.all(np.isfinite(found.values))):
-            raise EstimationError(f"the fit of {what} does not converge; check that the record shows what it should")
+            raise EstimationError(f"the fit of {what} does not converge; {self._suspected()}")
         residuals, slopes = self.evaluate(found.values)
         _, r = np.linalg.qr((slopes * scale[:, None]).T)
         sizes = np.linalg.svd(r, compute_uv=False)
@@ -235,6 +235,15 @@ class RampModel:
     def inertia(self, p: FloatArray) -> float:
         """Return the inertia (kg·m²), 1 where torques are those over it."""
         return self._friction(p)[0]
+
+    def _suspected(self) -> str:
+        """Return what to look at where no motion fits the records."""
+        lagging = [number for number, run in enumerate(self.runs, 1) if run.varies]
+        if not lagging:
+            return "check that the record shows what it should"
+        return (
+            f"the torque of ramp {lagging[0]} keeps changing, as behind a slow filter: shorten the torque transducer's"
+        )
 
     def _friction(self, p: FloatArray) -> tuple[float, tuple[float, float, float]]:
         shared = p[: self._shared]

@@ -1,11 +1,35 @@
 """Torque constant from torque over current (§2.4)."""
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from procedures.estimation.fitting.checks import same_length, series
 from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.linear import least_squares
+from procedures.estimation.fitting.noise import white_noise
+
+#: A change is one beyond so many standard deviations of its mean over few levels.
+_CLEAR = 5.0
+
+
+def drift_within_levels(torque: ArrayLike, resolution: float = 0.0) -> float:
+    """Return by how much torque (N·m), shape (levels, readings), moves from the first to the second half of a level's readings; 0 where
+    chance explains it.
+
+    The levels must rise, or fall, in even steps: what lags behind them moves alike at each but the first, which is left out.
+    """
+    t = np.asarray(torque, dtype=np.float64)
+    half = t.shape[1] // 2
+    if not half or t.shape[0] < 3:
+        return 0.0
+    moved = t[1:, -half:].mean(axis=1) - t[1:, :half].mean(axis=1)
+    # What lags far behind moves more from level to level: that is no scatter. Of two means of readings that stay within one step,
+    # each is off by any part of it.
+    scatter = white_noise(moved, math.sqrt(2.0) * resolution)
+    drift = float(np.mean(moved))
+    return drift if abs(drift) > _CLEAR * scatter / math.sqrt(moved.size) else 0.0
 
 
 def fit_torque_constant(

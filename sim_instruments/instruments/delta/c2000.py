@@ -1,9 +1,9 @@
 """Delta C2000 drive as the dynamometer's controller (C2000 user manual, parameter group 09, communication addresses).
 
-Sources (C2000 and CP2000 user manuals): the frequency of 2001H acts with 00-20 = 1 alone, the word of 2000H with 00-21 = 2, the torque
-of 11-34 with 11-33 = 1; a source that is another one is acknowledged and does nothing. In torque mode the speed is limited by 11-37 and
-11-38 (% of 01-00), with 11-36 = 1 by the frequency command in the direction of the torque. A limit that has been reached is kept until the
-next command. A request is heard as one after more than 10 ms of silence on the line.
+Sources (C2000 and CP2000 user manuals): the frequency of 2001H acts with 00-20 = 1 alone, the word of 2000H with 00-21 = 2, both with
+09-30 = 0, the torque of 11-34 (a share of 11-27) with 11-33 = 1; what has another source is acknowledged and does nothing. In torque
+mode the speed is limited by 11-37 and 11-38 (% of 01-00), with 11-36 = 1 by the frequency command in the direction of the torque. A
+limit that has been reached is kept until the next command. A request is heard as one after more than 10 ms of silence on the line.
 
 Lost communication (09-02, 09-03, cE10) is as the manuals of its sisters VFD-B and VFD-S tell it: each valid message starts the time
 anew, and a drive that has heard none for so long warns and goes on, ramps or coasts to a stop, or does nothing.
@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
 _IDENTITY, _CONTROL_MODE, _STOP_METHOD = 0x0000, 0x000A, 0x0016
 _FREQUENCY_SOURCE, _COMMAND_SOURCE = 0x0014, 0x0015
-_ADDRESS, _SPEED, _PROTOCOL = 0x0900, 0x0901, 0x0904
+_ADDRESS, _SPEED, _PROTOCOL, _DECODING = 0x0900, 0x0901, 0x0904, 0x091E
+_MAXIMUM_TORQUE = 0x0B1B
 _TORQUE_SOURCE, _SPEED_LIMIT_BY, _FORWARD_LIMIT, _REVERSE_LIMIT = 0x0B21, 0x0B24, 0x0B25, 0x0B26
 #: 230 V, 1.5 kW.
 _CODE = 6
@@ -71,6 +72,8 @@ _DEFAULTS = {
     _REVERSE_LIMIT: 100,
     _SPEED: 96,
     _PROTOCOL: 13,
+    _DECODING: 0,
+    _MAXIMUM_TORQUE: 100,
 }
 _LIMITS = {
     _CONTROL_MODE: (0, 2),
@@ -89,6 +92,8 @@ _LIMITS = {
     _REVERSE_LIMIT: (0, 120),
     _SPEED: (48, 1152),
     _PROTOCOL: (1, 17),
+    _DECODING: (0, 1),
+    _MAXIMUM_TORQUE: (0, 500),
 }
 
 
@@ -102,6 +107,8 @@ class DeltaDrive:
         (0x0100, 1),
         (0x010C, 2),
         (0x0900, 5),
+        (0x091E, 1),
+        (0x0B1B, 1),
         (0x0B21, 6),
         (0x2000, 3),
         (0x2100, 12),
@@ -162,6 +169,8 @@ class DeltaDrive:
             _FREQUENCY_SOURCE: drawn(generator, (0, 1)),
             _COMMAND_SOURCE: drawn(generator, (0, 2)),
             _TORQUE_SOURCE: drawn(generator, (0, 1)),
+            _DECODING: drawn(generator, (0, 1)),
+            _MAXIMUM_TORQUE: drawn(generator, (50, 100, 200)),
             _SPEED_LIMIT_BY: drawn(generator, (0, 1)),
             _FORWARD_LIMIT: drawn(generator, (10, 100)),
             _REVERSE_LIMIT: drawn(generator, (10, 100)),
@@ -179,6 +188,8 @@ class DeltaDrive:
         self._watch.heard()
 
     def _write(self, number: int, value: int) -> None:
+        if self._registers[_DECODING] and number in (_COMMAND, _FREQUENCY, _RESET):
+            return
         if number == _COMMAND:
             if self._registers[_COMMAND_SOURCE] == _RUN_BY_MODBUS:
                 self._act(value)
@@ -274,7 +285,8 @@ class DeltaDrive:
         if self._torque_mode:
             followed = self._registers[_TORQUE_SOURCE] == _TORQUE_BY_MODBUS
             command = signed(self._registers[_TORQUE_COMMAND]) if followed else 0
-            torque = sign * command / 1000.0 * self._rated_torque
+            share = 0.01 * self._registers[_MAXIMUM_TORQUE]
+            torque = sign * command / 1000.0 * share * self._rated_torque
             machine.set_mode("torque")
             machine.command(torque)
             if self._registers[_SPEED_LIMIT_BY] == 1 or self._narrow:

@@ -8,9 +8,10 @@ import numpy as np
 
 from sim_instruments.disturbances.channel import ChannelPath
 from sim_instruments.instruments.errors import ScopeErrors
-from sim_instruments.instruments.keysight.infiniivision_acquisition import AC_CORNER, Acquisition, Setup
+from sim_instruments.instruments.keysight.infiniivision_acquisition import AC_CORNER, Acquisition
 from sim_instruments.instruments.keysight.infiniivision_measure import MeasureSubsystem
 from sim_instruments.instruments.keysight.infiniivision_record import DIVISIONS, Vertical
+from sim_instruments.instruments.keysight.infiniivision_setup import Setup
 from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, Slope
 from sim_instruments.instruments.keysight.infiniivision_waveform import WaveformSubsystem
 from sim_instruments.scpi.errors import ScpiError
@@ -121,6 +122,10 @@ class KeysightInfiniiVision(ScpiInstrument):
         if busy:
             self.acquisition.stop()
         super().give_up(busy)
+
+    def catch_up(self) -> bool:
+        """Look for the trigger a little further; return whether there is more to look through."""
+        return self.acquisition.catch_up()
 
     def pending(self) -> float | None:
         """Return when to look again whether the single acquisition is done."""

@@ -1,13 +1,14 @@
 """Acquisition of the oscilloscope: armed, triggered, recorded, in the order of virtual time."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, Protocol
 
 import numpy as np
 
 from sim_instruments.disturbances.channel import CLEAR, ChannelPath
 from sim_instruments.instruments.keysight.infiniivision_record import FloatArray, Record, Signal, Vertical
+from sim_instruments.instruments.keysight.infiniivision_setup import Setup
 from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, EdgeFinder
 
 #: Corner (Hz) of the input's own AC coupling.
@@ -15,6 +16,8 @@ AC_CORNER = 10.0
 _AUTO_WAIT = 0.05
 _REMEMBERED = 100.0
 _BACKLOG = 0.25
+#: Samples in which a trigger is looked for at a time, where others wait meanwhile.
+_PIECE = 1 << 13
 
 
 class HeldSignals(Protocol):
@@ -26,41 +29,6 @@ class HeldSignals(Protocol):
 
 #: Keeps what the probes have sensed from one time (s) to another.
 Hold = Callable[[float, float], HeldSignals]
-
-
-@dataclass(frozen=True)
-class Setup:
-    """What an acquisition is armed with: `origin`, `span` and `holdoff` in s, `source` None where no channel triggers.
-
-    `trigger_path` is what coupling and rejection of the trigger let through to it.
-    """
-
-    origin: float
-    span: float
-    available: int
-    verticals: dict[int, Vertical]
-    source: Vertical | None
-    source_channel: int
-    edge: Edge
-    automatic: bool
-    averages: int
-    holdoff: float = 0.0
-    trigger_path: ChannelPath = CLEAR
-
-    @property
-    def before(self) -> float:
-        """Time (s) recorded before the trigger."""
-        return max(0.0, -self.origin)
-
-    @property
-    def after(self) -> float:
-        """Time (s) from the trigger to the end of the record."""
-        return max(0.0, self.origin + self.span)
-
-    @property
-    def search_step(self) -> float:
-        """Spacing (s) at which crossings are looked for."""
-        return min(max(self.span / 400.0, 5.0e-6), 1.0e-3)
 
 
 class Acquisition:
@@ -89,6 +57,8 @@ class Acquisition:
         self._forced = False
         self._triggered = False
         self._record: Record | None = None
+        self._in_pieces = False
+        self._seen: float | None = None
 
     @property
     def state(self) -> Literal["STOP", "SING", "RUN"]:
@@ -150,12 +120,47 @@ class Acquisition:
 
     def on_advance(self, time: float) -> None:
         """Keep up with time, so that nothing is looked for in a past that is forgotten."""
-        if self._state == "SING" and self._finder is not None and time - self._finder.searched > _BACKLOG:
+        if (
+            not self._in_pieces
+            and self._state == "SING"
+            and self._finder is not None
+            and time - self._finder.searched > _BACKLOG
+        ):
             self.update()
+
+    def catch_up(self) -> bool:
+        """Look for triggers a little further; return whether there is more to look through.
+
+        What goes on so need not be done all at once when time goes on. A past that is forgotten before it is reached is left out.
+        """
+        self._in_pieces = True
+        setup, finder = self._setup, self._finder
+        if setup is None or finder is None:
+            return False
+        if self._state == "RUN" and not setup.automatic:
+            end = self._now() - setup.after
+        elif self._state == "SING" and len(self._triggers) < setup.averages:
+            end = self._now()
+        else:
+            return False
+        if end - finder.searched > _REMEMBERED:
+            self._finder = self._new_finder(setup, end)
+            return False
+        reached = finder.searched + _PIECE * setup.search_step
+        if reached >= end:
+            return False
+        if self._state == "RUN":
+            self._look_back(reached)
+        else:
+            self._look(reached)
+        return True
 
     def update(self) -> None:
         """Look for triggers up to now and finish a single acquisition that has ended."""
-        setup, now = self._setup, self._now()
+        self._look(self._now())
+
+    def _look(self, now: float) -> None:
+        setup = self._setup
         if self._state != "SING" or setup is None:
             return
         while len(self._triggers) < setup.averages:
@@ -171,7 +176,7 @@ class Acquisition:
     def _arm(self, state: Literal["SING", "RUN"], setup: Setup) -> None:
         self._state, self._setup = state, setup
         self._armed_at = self._now()
-        self._triggers, self._forced, self._triggered = [], False, False
+        self._triggers, self._forced, self._triggered, self._seen = [], False, False, None
         self._finder = self._new_finder(setup, self._armed_at)
 
     def _new_finder(self, setup: Setup, start: float) -> EdgeFinder | None:
@@ -225,6 +230,12 @@ class Acquisition:
         end, start = now - setup.after, self._armed_at + setup.before
         if end < start:
             return
+        if self._in_pieces and not setup.automatic:
+            self._look_back(end)
+            if self._seen is not None and self._seen >= start:
+                self._record, self._seen = self._make(setup, (self._seen,)), None
+                self._triggered = True
+            return
         window = max(2.0 * setup.span, 2.0 * _AUTO_WAIT)
         while True:
             begin = max(start, end - window)
@@ -238,6 +249,11 @@ class Acquisition:
         if trigger is not None:
             self._record = self._make(setup, (trigger,))
             self._triggered = True
+
+    def _look_back(self, end: float) -> None:
+        """Keep the last trigger of a running acquisition up to a time (s), from where it was looked for last."""
+        if self._finder is not None and (found := self._finder.last(end)) is not None:
+            self._seen = found
 
     def _make(self, setup: Setup, triggers: tuple[float, ...]) -> Record:
         seed = (int(self._random.integers(1 << 62)),)
@@ -263,6 +279,7 @@ class Acquisition:
             seed,
             self._time_base_error,
             signal,
+            not all(path.clear for path in paths.values()),
         )
 
     def _input(self, channel: int, vertical: Vertical) -> ChannelPath:

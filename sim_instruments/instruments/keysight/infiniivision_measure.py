@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.parameters import choice, choices, exactly
-from sim_instruments.scpi.tree import Call, CommandTree, bare
+from sim_instruments.scpi.tree import Call, CommandTree, Handling, bare
 
 _SOURCES = {name: f"CHAN{n}" for n in range(1, 5) for name in (f"CHAN{n}", f"CHANNEL{n}")}
 _INTERVALS, _TYPES = choices(("CYCLe", "DISPlay")), choices(("AC", "DC"))
@@ -81,15 +81,19 @@ class MeasureSubsystem:
 
         return install
 
-    def _answer(self, function: _Function) -> Callable[[Call], str]:
-        def answer(call: Call) -> str:
+    def _answer(self, function: _Function) -> Callable[[Call], Handling]:
+        def answer(call: Call) -> Handling:
             asked = self._asked(call, function)
             record = self._acquisition.record()
             if record is None:
                 return f"{_NOT_MEASURABLE:+.5E}"
             points = record.points(_POINTS)
             vertical = record.verticals[asked.channel]
-            codes = record.words(asked.channel, points).astype(np.float64) / 256.0 - 128.0
+            sampling = record.sampling(asked.channel, points)
+            while not sampling.done:
+                sampling.go_on()
+                yield 0.0
+            codes = sampling.words.astype(np.float64) / 256.0 - 128.0
             signal = codes * vertical.step + vertical.offset
             if asked.cycles:
                 rising = _rising(signal)

@@ -1,7 +1,7 @@
 """A record of the oscilloscope: what its converter made of the true signals."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,7 +17,10 @@ DIVISIONS = 8
 CLIPPED_LOW, CLIPPED_HIGH = 0x0001, 0xFFFF
 _NOISE_DIVISIONS = 0.02
 _NOISE_FLOOR = 1.5e-4
-_CHUNK = 1 << 18
+#: Samples taken at a time; where a sample depends on those before it, longer pieces have fewer seams.
+_PIECE, _LONG_PIECE = 1 << 14, 1 << 16
+#: Samples that a record keeps at most, the longest transfer of each of four channels; older ones are taken anew.
+_MOST_KEPT = 16_000_000
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,9 @@ class Record:
     seed: tuple[int, ...]
     time_base_error: float
     signal: Signal
-    _words: dict[tuple[int, int], WordArray] = field(default_factory=dict)
+    #: Whether samples depend on others before them.
+    filtered: bool = False
+    _samplings: "dict[tuple[int, int], Sampling]" = field(default_factory=dict)
 
     @property
     def end(self) -> float:
@@ -92,23 +97,41 @@ class Record:
         """Return how many points a transfer of at most `wanted` gives."""
         return max(1, min(wanted, self.available))
 
-    def words(self, channel: int, points: int) -> WordArray:
-        """Return the samples of a channel at `points` evenly spaced times, 16 bits left-aligned."""
-        cached = self._words.get((channel, points))
-        if cached is None:
-            cached = self._sample(channel, points)
-            self._words[channel, points] = cached
-        return cached
+    def sampling(self, channel: int, points: int) -> "Sampling":
+        """Return the samples of a channel at `points` evenly spaced times on their way, or as they were taken before."""
+        sampling = self._samplings.get((channel, points))
+        if sampling is None:
+            kept = self._samplings
+            while kept and sum(count for _, count in kept) + points > _MOST_KEPT:
+                del kept[next(iter(kept))]
+            sampling = kept[channel, points] = Sampling(self, channel, points)
+        return sampling
 
-    def _sample(self, channel: int, points: int) -> WordArray:
-        vertical = self.verticals[channel]
-        generator = np.random.default_rng((*self.seed, channel, points))
-        interval = self.span / points
-        signal = np.zeros(points)
-        for trigger in self.triggers:
-            for start in range(0, points, _CHUNK):
-                index = np.arange(start, min(start + _CHUNK, points), dtype=np.float64)
-                times = trigger + (self.origin + index * interval) * (1.0 + self.time_base_error)
-                signal[start : start + len(index)] += self.signal(channel, times)
-        signal /= len(self.triggers)
-        return vertical.words(vertical.displayed(signal), generator)
+
+class Sampling:
+    """Samples of a channel, 16 bits left-aligned, taken piece by piece; `words` holds them once it is `done`."""
+
+    def __init__(self, record: Record, channel: int, points: int) -> None:
+        self.words: WordArray = np.zeros(points, dtype=np.uint16)
+        self._record, self._channel = record, channel
+        self._generator = np.random.default_rng((*record.seed, channel, points))
+        self._pieces = self._sample()
+        self.done = False
+
+    def go_on(self) -> None:
+        """Do a piece of the work."""
+        self.done = next(self._pieces, True)
+
+    def _sample(self) -> Iterator[bool]:
+        record, points = self._record, len(self.words)
+        vertical, interval = record.verticals[self._channel], record.span / points
+        piece = _LONG_PIECE if record.filtered else _PIECE
+        for start in range(0, points, piece):
+            index = np.arange(start, min(start + piece, points), dtype=np.float64)
+            offsets = (record.origin + index * interval) * (1.0 + record.time_base_error)
+            signal = np.zeros(len(index))
+            for trigger in record.triggers:
+                signal += record.signal(self._channel, trigger + offsets)
+                yield False
+            signal /= len(record.triggers)
+            self.words[start : start + len(index)] = vertical.words(vertical.displayed(signal), self._generator)

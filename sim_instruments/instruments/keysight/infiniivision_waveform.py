@@ -2,10 +2,17 @@
 
 from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition
 from sim_instruments.instruments.keysight.infiniivision_record import Record, Vertical
+from sim_instruments.instruments.keysight.infiniivision_transfer import (
+    TEXT_WIDTH,
+    as_bytes,
+    as_text,
+    as_words,
+    block,
+)
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.parameters import choice, exactly, integer
 from sim_instruments.scpi.settings import ScpiSettings
-from sim_instruments.scpi.tree import Call, CommandTree, bare
+from sim_instruments.scpi.tree import Call, CommandTree, Handling, bare
 
 _SOURCES = {name: f"CHAN{n}" for n in range(1, 5) for name in (f"CHAN{n}", f"CHANNEL{n}")}
 _FORMAT_CODES = {"BYTE": 0, "WORD": 1, "ASC": 4}
@@ -99,20 +106,20 @@ class WaveformSubsystem:
             f"{self._step():+.8E},{self._vertical().offset:+.8E},{self._reference():+d}"
         )
 
-    def _data(self) -> bytes:
-        record, vertical = self._record(), self._vertical()
-        words = record.words(int(self._source[-1]), self._transferred())
-        settings = self._settings
-        unsigned = settings.flag("wav_unsigned")
-        match settings.word("wav_format"):
+    def _data(self) -> Handling:
+        record, vertical, channel = self._record(), self._vertical(), int(self._source[-1])
+        points, settings = self._transferred(), self._settings
+        form, unsigned = settings.word("wav_format"), settings.flag("wav_unsigned")
+        least_first = settings.word("wav_order") == "LSBF"
+        sampling = record.sampling(channel, points)
+        while not sampling.done:
+            sampling.go_on()
+            yield 0.0
+        words = sampling.words
+        match form:
             case "WORD":
-                samples = words if unsigned else (words ^ 0x8000)
-                data = samples.astype("<u2" if settings.word("wav_order") == "LSBF" else ">u2").tobytes()
+                return block(2 * points, as_words(words, unsigned=unsigned, least_first=least_first))
             case "BYTE":
-                # Code 0 stands for a hole, so what is clipped low becomes 1.
-                codes = ((words >> 8) | (words < 0x100)).astype("u1")
-                data = (codes if unsigned else codes ^ 0x80).tobytes()
+                return block(points, as_bytes(words, unsigned=unsigned))
             case _:
-                values = (words.astype(float) / 256.0 - 128.0) * vertical.step + vertical.offset
-                data = ",".join(f"{value:+.5E}" for value in values.tolist()).encode("ascii")
-        return b"#8%08d" % len(data) + data
+                return block(TEXT_WIDTH * points - 1, as_text(words, vertical))

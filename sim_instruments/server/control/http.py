@@ -1,6 +1,6 @@
 """The control endpoint on loopback: JSON in, JSON out, over HTTP/1.1 as h11 reads and writes it."""
 
-import asyncio
+import inspect
 import json
 from collections.abc import Callable, Mapping
 from http import HTTPStatus
@@ -8,13 +8,16 @@ from typing import Any
 
 import h11
 
+from sim_instruments.transports.client import Client, Patience
+
 _LARGEST_HEAD = _LARGEST_BODY = 1 << 16
 _CHUNK = 1 << 12
-_IDLE_TIME = 300.0
-_REQUEST_TIME = 10.0
+#: How long a client is waited for.
+PATIENCE = Patience(idle=300.0, half=10.0)
 _OWN_NAMES = ("127.0.0.1", "localhost", "[::1]")
 
 #: Does what a request wants and returns what JSON can carry; the argument is the request's object, None for GET and DELETE.
+#: One that has to wait for somebody gives a coroutine, and only its own client waits for that.
 Handler = Callable[[Any], Any]
 #: Handlers by path, then method.
 Routes = Mapping[str, Mapping[str, Handler]]
@@ -33,33 +36,32 @@ class _BodyUnreadError(RequestError):
 
 
 class JsonService:
-    """Serves connections that a TcpService hands over. Handlers run one at a time, so they must not wait."""
+    """Serves connections that a TcpService hands over. Handlers run one at a time, so they must not block."""
 
     def __init__(self, routes: Routes) -> None:
         self._routes = routes
 
-    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Answer requests of one client until it leaves or has been idle for five minutes."""
+    async def serve(self, client: Client) -> None:
+        """Answer requests of one client until it leaves."""
         http = h11.Connection(h11.SERVER, max_incomplete_event_size=_LARGEST_HEAD)
         while http.our_state is h11.IDLE:
             lasting: list[tuple[str, str]] = []
             try:
-                request = await _event(http, reader, _IDLE_TIME)
+                request = await _event(http, client)
                 if not isinstance(request, h11.Request):
                     return
-                status, answer = 200, self._answer(request, await _body(http, reader, request))
+                status, answer = 200, await self._answer(request, await _body(http, client, request))
             except h11.RemoteProtocolError as error:
                 status, answer = error.error_status_hint, {"error": f"this is no request of HTTP/1.1: {error}"}
             except RequestError as error:
                 status, answer = error.status, {"error": str(error)}
                 if isinstance(error, _BodyUnreadError):
                     lasting = [("Connection", "close")]
-            writer.write(_encoded(http, status, answer, lasting))
-            await writer.drain()
+            await client.send(_encoded(http, status, answer, lasting))
             if http.states == {h11.CLIENT: h11.DONE, h11.SERVER: h11.DONE}:
                 http.start_next_cycle()
 
-    def _answer(self, request: h11.Request, body: bytes) -> Any:
+    async def _answer(self, request: h11.Request, body: bytes) -> Any:
         path, method = request.target.decode("latin-1"), request.method.decode("latin-1")
         methods = self._routes.get(path)
         if methods is None:
@@ -69,7 +71,8 @@ class JsonService:
             raise RequestError(405, f"{method} {path} is not allowed; use {', '.join(methods)}")
         given = _json(request, body) if method == "POST" else None
         try:
-            return handler(given)
+            answer = handler(given)
+            return await answer if inspect.isawaitable(answer) else answer
         except RequestError:
             raise
         except (ValueError, RuntimeError) as error:
@@ -78,14 +81,14 @@ class JsonService:
             raise RequestError(500, f"{type(error).__name__}: {error}") from error
 
 
-async def _event(http: h11.Connection, reader: asyncio.StreamReader, patience: float) -> Any:
+async def _event(http: h11.Connection, client: Client) -> Any:
     while (event := http.next_event()) is h11.NEED_DATA:
-        async with asyncio.timeout(patience):
-            http.receive_data(await reader.read(_CHUNK))
+        begun = http.their_state is not h11.IDLE or bool(http.trailing_data[0])
+        http.receive_data(await client.read(_CHUNK, begun=begun))
     return event
 
 
-async def _body(http: h11.Connection, reader: asyncio.StreamReader, request: h11.Request) -> bytes:
+async def _body(http: h11.Connection, client: Client, request: h11.Request) -> bytes:
     # A web page that a browser shows must not reach the bench under a name of its own.
     if _header(request, b"host").rsplit(":", 1)[0] not in _OWN_NAMES:
         raise _BodyUnreadError(403, f"the host must be one of {', '.join(_OWN_NAMES)}")
@@ -94,7 +97,7 @@ async def _body(http: h11.Connection, reader: asyncio.StreamReader, request: h11
     if int(_header(request, b"content-length") or 0) > _LARGEST_BODY:
         raise _BodyUnreadError(413, f"the body may have up to {_LARGEST_BODY} bytes")
     body = b""
-    while isinstance(event := await _event(http, reader, _REQUEST_TIME), h11.Data):
+    while isinstance(event := await _event(http, client), h11.Data):
         body += event.data
     return body
 

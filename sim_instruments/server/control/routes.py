@@ -1,6 +1,6 @@
 """The paths of the control endpoint."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Literal
 
@@ -10,7 +10,7 @@ from sim_instruments.bench import Address, VirtualBench
 from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.server.control import faults
 from sim_instruments.server.control.actions import ACTION
-from sim_instruments.server.control.http import Routes
+from sim_instruments.server.control.http import Handler, Routes
 from sim_instruments.server.control.request import Request, checked
 from sim_instruments.server.safety_contacts import SafetyContacts
 
@@ -21,8 +21,12 @@ def control_routes(
     addresses: Mapping[str, Mapping[str, Address]],
     pages: Mapping[str, Any],
     contacts: SafetyContacts,
+    on_bench: Callable[[Handler], Handler],
 ) -> Routes:
-    """Return what answers each request; `pages` are paths that give the same object at any time."""
+    """Return what answers each request; `pages` are paths that give the same object at any time.
+
+    `on_bench` has a handler run where the instruments are served; whatever else there is answers without them.
+    """
 
     def time(_: Any = None) -> dict[str, float]:
         return {"time": clock.now(), "speedup": clock.speedup}
@@ -36,11 +40,15 @@ def control_routes(
         return faults.listed(bench)
 
     return {
-        "/actions": {"POST": act},
-        "/truth": {"GET": lambda _: bench.world.truth()},
-        "/faults": {"GET": lambda _: faults.listed(bench), "POST": partial(faults.inject, bench), "DELETE": clear},
+        "/actions": {"POST": on_bench(act)},
+        "/truth": {"GET": on_bench(lambda _: bench.world.truth())},
+        "/faults": {
+            "GET": on_bench(lambda _: faults.listed(bench)),
+            "POST": on_bench(partial(faults.inject, bench)),
+            "DELETE": on_bench(clear),
+        },
         "/interlocks": {"GET": lambda _: contacts.states(), "POST": partial(_set_contact, contacts)},
-        "/steps": {"POST": partial(faults.step_started, bench)},
+        "/steps": {"POST": on_bench(partial(faults.step_started, bench))},
         "/addresses": {"GET": lambda _: addresses},
         "/clock": {"GET": time},
         **{path: {"GET": partial(_unchanged, page)} for path, page in pages.items()},

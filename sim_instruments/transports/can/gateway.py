@@ -6,20 +6,22 @@ import can
 
 from sim_instruments.transports.can.buses import open_bus
 from sim_instruments.transports.can.slcan import Adapter, LineSplitter, line_of
+from sim_instruments.transports.client import Client
 
 _CHUNK = 1 << 12
 #: How long (s) the listening thread waits for a frame before it looks whether it should end.
 _LISTENING_TIME = 0.05
-#: Bytes that wait for a client which does not read before frames are lost to it, as a full adapter loses them.
-_BACKLOG = 1 << 16
 
 
 class CanGateway:
-    """Joins TCP clients to the bus of a channel; each has its own adapter, and all hear each other."""
+    """Joins TCP clients to the bus of a channel; each has its own adapter, and all hear each other.
+
+    A client that does not read loses frames, as a full adapter loses them.
+    """
 
     def __init__(self, channel: str) -> None:
         self._bus = open_bus(channel)
-        self._clients: dict[asyncio.StreamWriter, Adapter] = {}
+        self._clients: dict[Client, Adapter] = {}
         self._notifier: can.Notifier | None = None
 
     async def start(self) -> None:
@@ -34,26 +36,25 @@ class CanGateway:
             self._notifier = None
             self._bus.shutdown()
 
-    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def serve(self, client: Client) -> None:
         """Serve one client until it hangs up."""
         adapter, splitter = Adapter(), LineSplitter()
-        self._clients[writer] = adapter
+        self._clients[client] = adapter
+        # Who listens need not speak.
+        client.lasting = True
         try:
-            while data := await reader.read(_CHUNK):
+            while data := await client.read(_CHUNK, begun=splitter.begun):
                 for line in splitter.feed(data):
                     answer = adapter.take(line)
-                    writer.write(answer.reply)
                     if answer.frame is not None:
                         self._bus.send(answer.frame)
-                        self._spread(answer.frame, writer)
-                await writer.drain()
+                        self._spread(answer.frame, client)
+                    await client.send(answer.reply)
         finally:
-            del self._clients[writer]
+            del self._clients[client]
 
-    def _spread(self, frame: can.Message, sender: asyncio.StreamWriter | None = None) -> None:
+    def _spread(self, frame: can.Message, sender: Client | None = None) -> None:
         line = line_of(frame)
-        for writer, adapter in self._clients.items():
-            if writer is sender or not adapter.open or writer.is_closing():
-                continue
-            if writer.transport.get_write_buffer_size() < _BACKLOG:
-                writer.write(line)
+        for client, adapter in self._clients.items():
+            if client is not sender and adapter.open:
+                client.offer(line)

@@ -21,6 +21,11 @@ class LineSplitter:
         self._rest = b""
         self._dropping = False
 
+    @property
+    def begun(self) -> bool:
+        """Whether a part of a line is there."""
+        return bool(self._rest) or self._dropping
+
     def feed(self, data: bytes) -> list[bytes | None]:
         """Return the lines that are complete with `data`, None for one that was too long."""
         *ends, self._rest = (self._rest + data).split(END)

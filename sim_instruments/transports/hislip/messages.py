@@ -5,10 +5,14 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
+from sim_instruments.transports.client import Client
+
 _HEADER = struct.Struct("!2sBBIQ")
 HEADER_SIZE = _HEADER.size
 _PROLOGUE = b"HS"
 _CHUNK = 1 << 16
+#: A payload of fewer bytes costs less to copy than to send by itself.
+_SMALL = 1 << 12
 
 #: The payload that is accepted, and sent, at most.
 MAXIMUM_MESSAGE = 1 << 20
@@ -76,25 +80,29 @@ class Message:
     payload: bytes = b""
     too_large: bool = False
 
-    def encoded(self) -> bytes:
-        """Return the bytes of the message."""
-        return _HEADER.pack(_PROLOGUE, self.kind, self.control, self.parameter, len(self.payload)) + self.payload
+    async def send(self, client: Client) -> None:
+        """Send the message, and wait until there is room for more."""
+        header = _HEADER.pack(_PROLOGUE, self.kind, self.control, self.parameter, len(self.payload))
+        if len(self.payload) < _SMALL:
+            await client.send(header + self.payload)
+        else:
+            await client.send(header, self.payload)
 
 
-async def receive(reader: asyncio.StreamReader) -> Message:
+async def receive(client: Client) -> Message:
     """Read a message. Raises FatalError for bytes that are none, IncompleteReadError where the connection ends."""
-    prologue, kind, control, parameter, length = _HEADER.unpack(await reader.readexactly(HEADER_SIZE))
+    prologue, kind, control, parameter, length = _HEADER.unpack(await client.exactly(HEADER_SIZE))
     if prologue != _PROLOGUE:
         raise FatalError(Fatal.BAD_HEADER, "Poorly formed message header")
     if length > MAXIMUM_MESSAGE:
-        await _discard(reader, length)
+        await _discard(client, length)
         return Message(kind, control, parameter, too_large=True)
-    return Message(kind, control, parameter, await reader.readexactly(length) if length else b"")
+    return Message(kind, control, parameter, await client.exactly(length, begun=True) if length else b"")
 
 
-async def _discard(reader: asyncio.StreamReader, length: int) -> None:
+async def _discard(client: Client, length: int) -> None:
     while length:
-        data = await reader.read(min(length, _CHUNK))
+        data = await client.read(min(length, _CHUNK), begun=True)
         if not data:
             raise asyncio.IncompleteReadError(b"", length)
         length -= len(data)

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Callable
 
+from sim_instruments.transports.client import Client
 from sim_instruments.transports.conversation import Conversation
 from sim_instruments.transports.hislip.locks import Locks
 from sim_instruments.transports.hislip.messages import Fatal, FatalError, Message, MessageType, receive
@@ -24,48 +25,44 @@ class HislipServer:
         self._sessions: dict[int, HislipSession] = {}
         self._last = 0
 
-    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def serve(self, client: Client) -> None:
         """Serve one connection, whichever channel it turns out to be."""
         try:
             async with asyncio.timeout(_GREETING_TIME):
-                first = await receive(reader)
-            await self._greet(first, reader, writer)
+                first = await receive(client)
+            await self._greet(first, client)
         except FatalError as error:
-            writer.write(Message(MessageType.FATAL_ERROR, error.code, 0, str(error).encode()).encoded())
+            await Message(MessageType.FATAL_ERROR, error.code, 0, str(error).encode()).send(client)
 
-    async def _greet(self, first: Message, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _greet(self, first: Message, client: Client) -> None:
         if first.kind == MessageType.INITIALIZE:
-            await self._serve_synchronous(first, reader, writer)
+            await self._serve_synchronous(first, client)
         elif first.kind == MessageType.ASYNC_INITIALIZE:
-            await self._serve_asynchronous(first, reader, writer)
+            await self._serve_asynchronous(first, client)
         else:
             raise FatalError(Fatal.BAD_INITIALIZATION, "Invalid initialization sequence")
 
-    async def _serve_synchronous(
-        self, first: Message, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
-    ) -> None:
+    async def _serve_synchronous(self, first: Message, client: Client) -> None:
         if first.payload not in (b"", _SUB_ADDRESS):
             raise FatalError(Fatal.BAD_INITIALIZATION, "Unknown sub-address; there is hislip0 only")
         if len(self._sessions) >= _MOST_SESSIONS:
             raise FatalError(Fatal.TOO_MANY_CLIENTS, "Maximum number of clients exceeded")
         number = self._new_number()
-        session = HislipSession(number, self._converse(), self._locks, writer)
+        session = HislipSession(number, self._converse(), self._locks, client)
         self._sessions[number] = session
         try:
             version = min(first.parameter >> 16, _PROTOCOL_VERSION)
-            writer.write(Message(MessageType.INITIALIZE_RESPONSE, 0, version << 16 | number).encoded())
-            await session.serve(reader)
+            await Message(MessageType.INITIALIZE_RESPONSE, 0, version << 16 | number).send(client)
+            await session.serve()
         finally:
             del self._sessions[number]
 
-    async def _serve_asynchronous(
-        self, first: Message, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
-    ) -> None:
+    async def _serve_asynchronous(self, first: Message, client: Client) -> None:
         session = self._sessions.get(first.parameter)
         if session is None or session.attached.is_set():
             raise FatalError(Fatal.BAD_INITIALIZATION, "There is no session to join by this number")
-        writer.write(Message(MessageType.ASYNC_INITIALIZE_RESPONSE, 0, _VENDOR).encoded())
-        await session.serve_asynchronous(reader, writer)
+        await Message(MessageType.ASYNC_INITIALIZE_RESPONSE, 0, _VENDOR).send(client)
+        await session.serve_asynchronous(client)
 
     def _new_number(self) -> int:
         while True:

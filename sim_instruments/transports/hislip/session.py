@@ -2,9 +2,12 @@
 
 import asyncio
 import struct
+from collections.abc import Iterator
 from typing import Any
 
 from sim_instruments.scpi.errors import ScpiError
+from sim_instruments.scpi.session import Outgoing
+from sim_instruments.transports.client import Client
 from sim_instruments.transports.conversation import Conversation
 from sim_instruments.transports.hislip.locks import Locks
 from sim_instruments.transports.hislip.messages import (
@@ -30,12 +33,12 @@ _RELEASE = 0
 class HislipSession:
     """Serves both channels. Query errors are left to the client's comparison of MessageIDs, which tells stale replies."""
 
-    def __init__(self, number: int, conversation: Conversation, locks: Locks, writer: asyncio.StreamWriter) -> None:
+    def __init__(self, number: int, conversation: Conversation, locks: Locks, client: Client) -> None:
         self.number = number
         self.attached = asyncio.Event()
         self._conversation = conversation
         self._locks = locks
-        self._writer = writer
+        self._client = client
         self._task: asyncio.Task[None] | None = None
         self._asynchronous: asyncio.Task[None] | None = None
         self._clearing = False
@@ -46,14 +49,14 @@ class HislipSession:
 
     # the synchronous channel
 
-    async def serve(self, reader: asyncio.StreamReader) -> None:
+    async def serve(self) -> None:
         """Take messages until the client leaves. Raises FatalError for bytes that are no message, or no second channel."""
-        first = asyncio.ensure_future(receive(reader))
+        first = asyncio.ensure_future(receive(self._client))
         try:
             await self._until_attached(first)
             await self._take(await first)
             while True:
-                await self._take(await receive(reader))
+                await self._take(await receive(self._client))
         finally:
             for task in (first, self._task, self._asynchronous):
                 if task is not None:
@@ -77,7 +80,7 @@ class HislipSession:
         match message.kind:
             case MessageType.DEVICE_CLEAR_COMPLETE:
                 self._clearing = False
-                await _send(self._writer, Message(MessageType.DEVICE_CLEAR_ACKNOWLEDGE, _SYNCHRONISED))
+                await Message(MessageType.DEVICE_CLEAR_ACKNOWLEDGE, _SYNCHRONISED).send(self._client)
             case MessageType.DATA | MessageType.DATA_END | MessageType.TRIGGER:
                 if not self._clearing:
                     self._task = asyncio.get_running_loop().create_task(self._handle(message))
@@ -89,7 +92,7 @@ class HislipSession:
             case MessageType.ERROR:
                 return
             case _:
-                await _send(self._writer, _unknown(message))
+                await _unknown(message).send(self._client)
 
     async def _handle(self, message: Message) -> None:
         self._delivered(message.control)
@@ -97,7 +100,7 @@ class HislipSession:
             self._partial.clear()
             self._overrun = message.kind == MessageType.DATA
             self._conversation.session.report(ScpiError(-363))
-            await _send(self._writer, Message(MessageType.ERROR, Flaw.TOO_LARGE, 0, b"Message too large"))
+            await Message(MessageType.ERROR, Flaw.TOO_LARGE, 0, b"Message too large").send(self._client)
             return
         await self._locks.until_allowed(self.number)
         if message.kind == MessageType.TRIGGER:
@@ -119,18 +122,23 @@ class HislipSession:
         if self._undelivered:
             self._undelivered = False
             self._conversation.session.report(ScpiError(-410))
-        reply = await self._conversation.exchange(program, self._writer.is_closing)
+        reply = await self._conversation.exchange(program, lambda: self._client.gone)
         if reply is None:
             return
-        data, whole = reply
         self._undelivered = True
-        view = memoryview(data)
-        while len(view) > self._sent_size:
-            await _send(self._writer, Message(MessageType.DATA, 0, identifier, bytes(view[: self._sent_size])))
-            view = view[self._sent_size :]
-        await _send(
-            self._writer, Message(MessageType.DATA_END if whole else MessageType.DATA, 0, identifier, bytes(view))
-        )
+        last = b""
+        for payload in self._payloads(reply):
+            if last:
+                await Message(MessageType.DATA, 0, identifier, last).send(self._client)
+            last = payload
+        kind = MessageType.DATA_END if reply.whole else MessageType.DATA
+        await Message(kind, 0, identifier, last).send(self._client)
+
+    def _payloads(self, reply: Outgoing) -> Iterator[bytes]:
+        """Give the parts of a reply, none of them longer than the client wants."""
+        for part in reply.parts:
+            for start in range(0, len(part), self._sent_size):
+                yield part[start : start + self._sent_size]
 
     @staticmethod
     def _raise_from(task: "asyncio.Task[None]") -> None:
@@ -140,49 +148,53 @@ class HislipSession:
 
     # the asynchronous channel
 
-    async def serve_asynchronous(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def serve_asynchronous(self, client: Client) -> None:
         """Answer the asynchronous channel until the client leaves, which ends the synchronous one, too."""
         self._asynchronous = asyncio.current_task()
+        # Whether the session is idle shows on its other channel.
+        client.lasting = True
         self.attached.set()
         try:
             while True:
-                await self._take_asynchronous(await receive(reader), writer)
+                message = await receive(client)
+                self._client.heard()
+                await self._take_asynchronous(message, client)
         finally:
-            self._writer.close()
+            self._client.close()
             self._interrupt()
 
-    async def _take_asynchronous(self, message: Message, writer: asyncio.StreamWriter) -> None:
+    async def _take_asynchronous(self, message: Message, client: Client) -> None:
         match message.kind:
             case MessageType.ASYNC_MAXIMUM_MESSAGE_SIZE if len(message.payload) == 8:
                 wanted = struct.unpack("!Q", message.payload)[0]
                 self._sent_size = max(_SMALLEST_MESSAGE, min(wanted, MAXIMUM_MESSAGE)) - HEADER_SIZE
                 size = struct.pack("!Q", MAXIMUM_MESSAGE)
-                await _send(writer, Message(MessageType.ASYNC_MAXIMUM_MESSAGE_SIZE_RESPONSE, 0, 0, size))
+                await Message(MessageType.ASYNC_MAXIMUM_MESSAGE_SIZE_RESPONSE, 0, 0, size).send(client)
             case MessageType.ASYNC_STATUS_QUERY:
                 self._delivered(message.control)
                 status = self._conversation.session.status_byte(self._undelivered)
-                await _send(writer, Message(MessageType.ASYNC_STATUS_RESPONSE, status))
+                await Message(MessageType.ASYNC_STATUS_RESPONSE, status).send(client)
             case MessageType.ASYNC_DEVICE_CLEAR:
                 self._clearing = True
                 self._interrupt()
                 self._conversation.session.clear()
                 self._partial.clear()
                 self._overrun = self._undelivered = False
-                await _send(writer, Message(MessageType.ASYNC_DEVICE_CLEAR_ACKNOWLEDGE, _SYNCHRONISED))
+                await Message(MessageType.ASYNC_DEVICE_CLEAR_ACKNOWLEDGE, _SYNCHRONISED).send(client)
             case MessageType.ASYNC_LOCK:
                 code = await self._lock(message)
-                await _send(writer, Message(MessageType.ASYNC_LOCK_RESPONSE, code))
+                await Message(MessageType.ASYNC_LOCK_RESPONSE, code).send(client)
             case MessageType.ASYNC_LOCK_INFO:
                 info = Message(MessageType.ASYNC_LOCK_INFO_RESPONSE, int(self._locks.exclusive), self._locks.holders)
-                await _send(writer, info)
+                await info.send(client)
             case MessageType.ASYNC_REMOTE_LOCAL_CONTROL:
-                await _send(writer, Message(MessageType.ASYNC_REMOTE_LOCAL_RESPONSE))
+                await Message(MessageType.ASYNC_REMOTE_LOCAL_RESPONSE).send(client)
             case MessageType.FATAL_ERROR:
                 raise ConnectionAbortedError
             case MessageType.ERROR:
                 return
             case _:
-                await _send(writer, _unknown(message))
+                await _unknown(message).send(client)
 
     async def _lock(self, message: Message) -> int:
         if message.control == _RELEASE:
@@ -200,8 +212,3 @@ class HislipSession:
 
 def _unknown(message: Message) -> Message:
     return Message(MessageType.ERROR, Flaw.UNKNOWN_TYPE, 0, f"Unrecognized message type {message.kind}".encode())
-
-
-async def _send(writer: asyncio.StreamWriter, message: Message) -> None:
-    writer.write(message.encoded())
-    await writer.drain()

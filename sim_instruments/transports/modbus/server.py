@@ -1,9 +1,9 @@
 """Modbus TCP for several clients at once, in an event loop (MODBUS Messaging on TCP/IP, V1.0b)."""
 
-import asyncio
 from collections.abc import Awaitable, Callable
 
 from sim_instruments.faults.line_faults import FaultKind
+from sim_instruments.transports.client import Client
 from sim_instruments.transports.modbus.frames import HEADER, REQUEST_TIME, ModbusFrames, NoFrameError, rest_of
 from sim_instruments.transports.modbus.unit import ModbusLine
 
@@ -18,18 +18,17 @@ class ModbusTcpServer:
         self._line = line
         self._wait = wait
 
-    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def serve(self, client: Client) -> None:
         """Answer one client until it hangs up."""
         frames = ModbusFrames(self._line)
         while True:
             try:
-                transaction, unit, length = rest_of(await reader.readexactly(HEADER.size))
+                transaction, unit, length = rest_of(await client.exactly(HEADER.size))
             except NoFrameError:
                 return
-            request = await reader.readexactly(length)
+            request = await client.exactly(length, begun=True)
             await self._wait(REQUEST_TIME)
             response, fault = frames.answer(unit, request)
             if fault is not None and fault.kind is FaultKind.LATE:
                 await self._wait(fault.delay)
-            writer.write(frames.frame(transaction, unit, response, fault))
-            await writer.drain()
+            await client.send(frames.frame(transaction, unit, response, fault))

@@ -57,10 +57,12 @@ def test_help_version_and_usage(call: Call) -> None:
     assert code == 0
     for command in ("demo", "run", "procedures", "analyze", "sim", "results", "station", "doctor"):
         assert command in out
+    assert "To begin, without any instrument: motorbench demo" in call()[1]
+    assert call("results") == call("results", "list")
     for wrong in (
         ["bogus"],
         ["run", "--bogus"],
-        ["results"],
+        ["results", "--bogus"],
         ["run"],
         ["analyze", "back-emf"],
         ["demo", "--seed", "x"],

@@ -58,8 +58,8 @@ def described_at(node: ast.AST) -> Iterator[str]:
 
 def terms_at(node: ast.AST) -> Iterator[str]:
     """A set point's name and whose limit it passes, which an error takes in by themselves; keys of a file stay as they are."""
-    if isinstance(node, ast.Call) and ast.unparse(node.func) in ("check_setpoint", "SetpointError"):
-        for position in (1, 6):
+    if isinstance(node, ast.Call) and ast.unparse(node.func) in SET_POINTS:
+        for position in [position for position in (1, 6) if position < len(node.args)]:
             yield from (
                 term for term in literals(node.args[position]) if term.islower() and not re.search("_|^0x", term)
             )
@@ -72,6 +72,10 @@ def meanings_at(node: ast.AST) -> Iterator[str]:
             yield from literals(value)
 
 
+#: Their second argument is a parameter's name.
+SET_POINTS = ("check_setpoint", "SetpointError", "NotOfferedError")
+
+
 def sentences_at(node: ast.AST) -> Iterator[ast.expr]:
     """What a driver's error says and advises, and what is asked of a person who sets and reads an instrument."""
     if not isinstance(node, ast.Call):
@@ -79,10 +83,10 @@ def sentences_at(node: ast.AST) -> Iterator[ast.expr]:
     called = ast.unparse(node.func)
     name = called.split(".")[-1]
     keywords = {word.arg: word.value for word in node.keywords}
-    if name.endswith("Error") and name not in ("SetpointError", "KeyError", "TypeError"):
+    if name.endswith("Error") and name not in (*SET_POINTS, "KeyError", "TypeError"):
         yield from node.args[0 if name == "ValueError" else 1 : 2]
         yield from (keywords[key] for key in ("what", "remedy") if key in keywords)
-    if name in ("check_setpoint", "SetpointError"):
+    if name in SET_POINTS:
         yield from (one for one in node.args[1:2] if not isinstance(one, ast.Constant))
     if called.endswith(("_questions.confirm", "_questions.ask", "_questions.stated", "self._reading")):
         yield from node.args[1 if name == "stated" else 0 :][:1]

@@ -178,7 +178,7 @@ def test_nothing_of_the_station_is_touched_and_a_motor_is_assumed(
         "pole-pairs-inverter",
         "inertia",
     )
-    status, made = rehearse(*plan, **files)
+    status, made = rehearse(*plan, "--set", "stator-resistance.frequency=100", **files)
     assert status == 0, made["cause"]
     assert [one["status"] for one in made["procedures"]] == ["completed"] * len(plan)
     assumed = {one["name"]: one["why"] for one in made["assumed"]}
@@ -207,7 +207,9 @@ def test_a_limit_that_would_be_passed_is_named_and_the_rest_is_rehearsed_all_the
 ) -> None:
     path = Path(files["station"])
     path.write_text(path.read_text() + "\n[instruments.lcr_meter.limits]\nmaximum_level = 0.5\n", encoding="utf-8")
-    status, made = rehearse("stator-resistance", "stator-resistance-dc", **files)
+    status, made = rehearse(
+        "stator-resistance", "stator-resistance-dc", "--set", "stator-resistance.frequency=100", **files
+    )
     assert (status, made["good"]) == (1, False)
     assert [one["status"] for one in made["procedures"]] == ["failed", "completed"]
     assert made["violations"] == [
@@ -219,6 +221,15 @@ def test_a_limit_that_would_be_passed_is_named_and_the_rest_is_rehearsed_all_the
     ]
     refused = [line for line in lines(made, "set point") if not line["allowed"]]
     assert [(line["parameter"], line["value"], line["limit"]) for line in refused] == [("level", 1.0, 0.5)]
+
+
+def test_a_frequency_that_the_meter_does_not_offer_is_named(rehearse: Rehearse, files: dict[str, str]) -> None:
+    status, made = rehearse("stator-resistance", "dq-inductance-aligned", **files)
+    assert (status, made["good"]) == (1, False)
+    # The 20 Hz that a connection is verified at are not the plan's.
+    (violation,) = made["violations"]
+    assert violation["procedure"] == "stator-resistance"
+    assert "frequency = 20 Hz is none of those that it offers, 100, 1000 Hz" in violation["message"]
 
 
 @pytest.mark.parametrize(

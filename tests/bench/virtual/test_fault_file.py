@@ -202,3 +202,18 @@ def test_faults_stand_in_the_record(call: Call, tmp_path: Path) -> None:
     )
     step = next(e.time for e in events if e.kind == "step_started" and e.data["step"] == "3.2.2/3")
     assert next(e.time for e in events if e.kind == "fault_began" and e.data["fault"] == silence) == step + 1.0
+
+
+@pytest.mark.parametrize(
+    ("phrase", "felt"),
+    [
+        ("supply: silence at step 3.2.2/3", False),
+        ("stuck_rotor at 90000", False),
+        ("lcr_meter: late on FETC delay=0.1", True),
+    ],
+)
+def test_a_fault_that_nothing_has_felt_is_an_error(call: Call, phrase: str, felt: bool) -> None:
+    arguments = ("run", "stator-resistance", "--station", "virtual", "--motor", "lg-400w", "--fault", phrase)
+    status, _, said = call(*arguments)
+    assert status == (0 if felt else 1)
+    assert ("nothing has felt it" in said) != felt

@@ -10,8 +10,17 @@ from drivers.delta.dynamometer import DeltaDyn200
 from drivers.interfaces import ReportedError
 from tests.drivers.modbus.units import OPTIONS, TcpServer, Units
 
-KEYPAD = {(1, 0x0014): 0, (1, 0x0015): 0, (1, 0x0B21): 0, (1, 0x0B24): 0}
-OURS = [(1, 0x0014, [1]), (1, 0x0015, [2]), (1, 0x0B21, [1]), (1, 0x0B24, [1])]
+#: 09-30, 00-20, 00-21, 11-27, 11-33, 11-36: what they are left at, and what they are set to.
+PARAMETERS = {
+    0x091E: (1, 0),
+    0x0014: (0, 1),
+    0x0015: (0, 2),
+    0x0B1B: (200, 100),
+    0x0B21: (0, 1),
+    0x0B24: (0, 1),
+}
+KEYPAD = {(1, address): left for address, (left, _) in PARAMETERS.items()}
+OURS = [(1, address, [wanted]) for address, (_, wanted) in PARAMETERS.items()]
 
 
 def opened(server: TcpServer, clock: Any, **options: Any) -> DeltaDyn200:
@@ -26,9 +35,9 @@ def test_a_drive_in_keypad_mode_is_taken_over_and_given_back(server: TcpServer, 
     assert (told["00-20"].found, told["00-20"].wanted, told["00-20"].changed) == ("0", "1", True)
     assert (told["00-00"].found, told["00-00"].wanted) == ("5", "")
     dynamometer.close()
-    assert units.writes[4:] == [(unit, address, [0]) for unit, address, _ in reversed(OURS)]
+    assert units.writes[6:] == [(*key, [left]) for key, left in reversed(KEYPAD.items())]
     dynamometer.close()
-    assert len(units.writes) == 8
+    assert len(units.writes) == 12
 
 
 def test_settings_that_are_right_are_not_written(server: TcpServer, units: Units, clock: Any) -> None:
@@ -70,6 +79,44 @@ def test_another_drive_is_refused_by_its_code(server: TcpServer, units: Units, c
     with pytest.raises(ReportedError, match=r"00-00 identity code.*left with 5 where 9 is needed.*drive_code"):
         opened(server, clock, drive_code=9)
     opened(server, clock, drive_code=5).close()
+
+
+def test_filters_of_the_transducer_are_shortened_and_given_back(server: TcpServer, units: Units, clock: Any) -> None:
+    units.set_32(0x06, 50)
+    units.set_32(0x1E, 20)
+    server.requests.clear()
+    dynamometer = opened(server, clock)
+    # FC16 of two registers, high word first.
+    assert [request[18:] for request in server.requests if request[18:23] == "02 10"] == [
+        "02 10 00 06 00 02 04 00 00 00 01",
+        "02 10 00 1e 00 02 04 00 00 00 01",
+    ]
+    told = {setting.query[:3]: setting for setting in dynamometer.found_state}
+    assert (told["06H"].found, told["06H"].wanted, told["06H"].changed) == ("50", "1", True)
+    dynamometer.close()
+    assert units.writes[2:] == [(2, 0x1E, [0, 20]), (2, 0x06, [0, 50])]
+
+
+def test_a_filter_whose_time_constant_is_stated_stays_as_it_is(server: TcpServer, units: Units, clock: Any) -> None:
+    units.set_32(0x06, 50)
+    units.set_32(0x1E, 20)
+    opened(server, clock, torque_filter=0.2, speed_filter=0.1).close()
+    assert units.writes == []
+
+
+def test_a_transducer_without_a_register_for_the_speeds_filter_goes_without(
+    server: TcpServer, units: Units, clock: Any
+) -> None:
+    units.refuse[2, 0x1E] = 2
+    opened(server, clock).close()
+    assert units.writes == []
+
+
+def test_a_filter_that_does_not_stay_is_refused_by_name(server: TcpServer, units: Units, clock: Any) -> None:
+    units.set_32(0x06, 50)
+    units.keeps[2, 0x07] = 50
+    with pytest.raises(ReportedError, match=r"06H.*left with 50 where 1 or 0 or 2 is needed: a torque lags behind.*02"):
+        opened(server, clock)
 
 
 def test_a_second_process_that_guards_asks_and_sets_nothing(server: TcpServer, units: Units, clock: Any) -> None:

@@ -85,22 +85,25 @@ def test_a_passing_contradiction_is_none(server: TcpServer, units: Units, clock:
     dynamometer.close()
 
 
-def test_a_speed_that_contradicts_the_drive_names_the_decimals(server: TcpServer, units: Units, clock: Any) -> None:
+@pytest.mark.parametrize(("speed", "shown", "driven"), [(100.0, r"95\.49", r"954\.9"), (8.0, r"7\.6", r"76\.5")])
+def test_a_speed_that_contradicts_the_drive_names_the_decimals(
+    server: TcpServer, units: Units, clock: Any, speed: float, shown: str, driven: str
+) -> None:
     units.speed_decimals = 1  # the register says two
     dynamometer = opened(server, clock)
     with (
         pytest.raises(
             MeasurementError,
-            match=r"02H.*shows 95\.49 rpm with 2 decimals.*\(2103H\) makes 954\.9 rpm.*Set speed_decimals = 1 in",
+            match=rf"02H.*shows {shown}.* rpm with 2 decimals.*\(2103H\) makes {driven} rpm.*Set speed_decimals = 1 in",
         ),
-        dynamometer.driving_speed(100.0),
+        dynamometer.driving_speed(speed),
     ):
         pass
     assert units.command == 0x01
     dynamometer.close()
     stated = opened(server, clock, speed_decimals=1)
-    with stated.driving_speed(100.0):
-        assert stated.measure().speed == pytest.approx(100.0, rel=1e-3)
+    with stated.driving_speed(speed):
+        assert stated.measure().speed == pytest.approx(speed, rel=2e-3)
     stated.close()
 
 

@@ -20,10 +20,12 @@ class Units:
         self.registers: dict[tuple[int, int], int] = {
             **{(1, address): 0 for address in (0x2000, 0x2001, 0x2002, 0x2100, 0x2102, 0x2103, 0x2104)},
             **{(1, address): 0 for address in (0x000A, 0x0016, 0x0B22)},
-            # 00-00, 00-20, 00-21, 11-33, 11-36
+            # 00-00, 09-30, 00-20, 00-21, 11-27, 11-33, 11-36
             (1, 0x0000): 5,
+            (1, 0x091E): 0,
             (1, 0x0014): 1,
             (1, 0x0015): 2,
+            (1, 0x0B1B): 100,
             (1, 0x0B21): 1,
             (1, 0x0B24): 1,
             **{(2, address): 0 for address in range(0x24)},

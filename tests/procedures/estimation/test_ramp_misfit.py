@@ -78,6 +78,20 @@ def test_filters_that_are_stated_need_no_warning() -> None:
     assert not causes(fit) & {Cause.SPEED_FILTER, Cause.TORQUE_FILTER}
 
 
+def test_a_torque_that_climbs_over_half_the_ramp_is_told_where_no_motion_fits() -> None:
+    """A transducer of steps of 1 mN·m, its filter a mean over half a second."""
+    small = Shaft(
+        inertia=2e-4, coulomb=6e-3, viscous=1e-4, torque=0.05, top=160.0, noise=1e-3, torque_noise=0.0, samples=180, settling=0.05
+    )  # fmt: skip
+    driven, coast = (
+        replace(ramp, speed=np.round(ramp.speed, 3), speed_resolution=1e-3)
+        for ramp in record(small, move([small])[0], np.random.default_rng(1))
+    )
+    climbing = np.round(small.torque * np.minimum(0.1 + driven.time / 0.5, 1.0), 3)
+    with pytest.raises(EstimationError, match=r"the torque of ramp 1 keeps changing, as behind a slow filter: shorten"):
+        fit_ramps([replace(driven, torque=climbing), coast])
+
+
 def test_a_cause_that_is_not_in_the_list_widens() -> None:
     plain, thinning = measured(), measured(thinning=0.2)
     assert thinning.misfit

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from procedures.estimation.fitting.fit import EstimationError
-from procedures.estimation.mechanics.torque_constant import fit_torque_constant
+from procedures.estimation.mechanics.torque_constant import drift_within_levels, fit_torque_constant
 
 CURRENT = np.array([1.0, 2.0, 3.0, 4.0, -1.0, -2.0, -3.0, -4.0])
 NOISE = np.random.default_rng(1).normal(0, 1e-4, 8)
@@ -32,3 +32,15 @@ def test_one_current_gives_no_slope() -> None:
         fit_torque_constant(np.ones(5), np.ones(5))
     with pytest.raises(EstimationError, match="differ in length"):
         fit_torque_constant(CURRENT, CURRENT[:-1])
+
+
+def test_levels_that_move_are_told_from_chance() -> None:
+    random = np.random.default_rng(3)
+    steady = np.arange(9.0)[:, None] + random.normal(0.0, 0.01, (9, 10))
+    assert drift_within_levels(steady) == 0.0
+    lag = 0.2 * np.exp(-np.arange(10) / 5.0)
+    moving = steady - np.where(np.arange(9) > 0, 1.0, 0.0)[:, None] * lag
+    assert drift_within_levels(moving) == pytest.approx(lag[:5].mean() - lag[5:].mean(), abs=0.01)
+    assert drift_within_levels(moving, resolution=1.0) == 0.0
+    # One reading a level cannot move.
+    assert drift_within_levels(steady[:, :1]) == 0.0

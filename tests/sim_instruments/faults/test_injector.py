@@ -33,6 +33,17 @@ def test_at_a_time_exactly_however_far_time_jumps(virtual_bench: VirtualBench) -
     assert world.dial_angle() == pytest.approx(90.0)
 
 
+def test_what_nothing_has_felt_is_told(virtual_bench: VirtualBench) -> None:
+    add(virtual_bench, fault="stuck_rotor", at=20.0)
+    add(virtual_bench, fault="stuck_rotor", step="3.2.2/3")
+    add(virtual_bench, fault="silence", role="supply", pattern="MEAS")
+    virtual_bench.clock.sleep(30.0)
+    assert [one["fault"] for one in virtual_bench.injector.unfelt()] == ["stuck_rotor", "silence"]
+    virtual_bench.injector.step_started("3.2.2/3")
+    virtual_bench.instrument("supply").write(b"MEAS:VOLT?\n")
+    assert virtual_bench.injector.unfelt() == []
+
+
 def test_a_time_that_has_passed_is_now(virtual_bench: VirtualBench) -> None:
     virtual_bench.clock.sleep(5.0)
     add(virtual_bench, fault="stuck_rotor", at=2.0)

@@ -32,7 +32,7 @@ def until(true: Callable[[], bool]) -> None:
 def test_a_fault_at_a_step_that_another_process_reports(bench: ServedBench) -> None:
     answer = injected(bench, fault="stuck_rotor", step="3.2.2/3", procedure="stator-resistance")
     assert answer["injected"] == [
-        {"fault": "stuck_rotor", "step": "3.2.2/3", "procedure": "stator-resistance", "state": "waiting"}
+        {"fault": "stuck_rotor", "step": "3.2.2/3", "procedure": "stator-resistance", "state": "waiting", "felt": False}
     ]
     begun = {"step": "3.2.2/3", "procedure": "stator-resistance"}
     status, told = wires.ask(bench, "POST", "/steps", begun)

@@ -5,11 +5,13 @@ import socket
 
 import pytest
 
+from sim_instruments.transports.client import Client
 from sim_instruments.transports.tcp_service import TcpService
 
 
-async def _never_ends(reader: asyncio.StreamReader, _writer: asyncio.StreamWriter) -> None:
-    await reader.read()
+async def _never_ends(client: Client) -> None:
+    while await client.read(1):
+        pass
 
 
 @pytest.mark.parametrize("turns", range(8))

@@ -147,7 +147,7 @@ def _read(folder: RunFolder) -> None:
     def shown() -> None:
         view = view_of(read_journal(folder.journal).events)
         view.as_dict(chinese)
-        summary(view.parameters(), view.warnings(), view.truth, chinese)
+        summary(view.parameters(), view.warnings(), view.truth, chinese, 80)
 
     def resumed() -> None:
         read, began = begun(folder)

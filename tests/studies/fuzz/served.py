@@ -3,12 +3,13 @@
 import asyncio
 from collections.abc import Iterator
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 from bench.motor.motor_file import load_motor
 from sim_instruments.bench import VirtualBench
 from sim_instruments.scpi.framing import MessageSplitter
 from sim_instruments.server.control.http import JsonService
+from sim_instruments.transports.client import Client
 from sim_instruments.transports.modbus.frames import HEADER
 from tests.studies.fuzz.target import Target
 
@@ -56,6 +57,9 @@ class Written:
     async def drain(self) -> None:
         pass
 
+    def get_extra_info(self, _: str) -> None:
+        return None
+
 
 def control(data: bytes) -> None:
     async def serve() -> bytes:
@@ -64,7 +68,7 @@ def control(data: bytes) -> None:
         reader.feed_eof()
         service: Any = JsonService({"/echo": {"POST": lambda given: given, "GET": lambda _: {}}})
         try:
-            await service.serve(reader, writer)
+            await service.serve(Client(reader, cast("asyncio.StreamWriter", writer)))
         except (EOFError, ConnectionError):
             # The client has gone: the server of connections ends this one.
             return writer.content

@@ -59,6 +59,16 @@ def test_commands_of_the_line_act_where_it_is_their_source(bench_motor: VirtualM
         assert wire.bench.world.truth()["dynamometer_enabled"] is True
 
 
+def test_commands_are_where_09_30_says(bench_motor: VirtualMotor) -> None:
+    with wired(bench_motor) as wire:
+        wire.tell("01 06 09 1E 00 01")
+        assert wire.tell(RUN) == RUN
+        assert wire.bench.world.truth()["dynamometer_enabled"] is False
+        wire.tell("01 06 09 1E 00 00")
+        wire.tell(RUN)
+        assert wire.bench.world.truth()["dynamometer_enabled"] is True
+
+
 def torque_mode(wire: Wire) -> None:
     wire.tell("01 06 00 0A 00 02")
     wire.tell("01 06 0B 22 00 28")
@@ -74,6 +84,14 @@ def test_the_torque_of_the_line_acts_where_it_is_the_source(bench_motor: Virtual
         wire.tell("01 06 0B 21 00 01")
         wire.bench.clock.sleep(0.05)
         assert wire.registers()[0] == pytest.approx(2000, abs=20)
+
+
+def test_a_torque_is_a_share_of_the_maximum(bench_motor: VirtualMotor) -> None:
+    with wired(bench_motor) as wire:
+        wire.tell("01 06 0B 1B 00 32")
+        torque_mode(wire)
+        wire.bench.clock.sleep(0.2)
+        assert wire.registers()[0] == pytest.approx(1000, abs=20)
 
 
 @pytest.mark.parametrize(("by", "limit"), [(0, 62.8), (1, 31.4)])
