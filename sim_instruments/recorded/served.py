@@ -39,12 +39,12 @@ class ServedRecording:
             loop = LoopThread("recording")
             self._open.callback(loop.close)
             self._open.callback(self._clock.close)
-            self._endpoints = Endpoints(loop, self._clock, self._open, host, PortPlan(base=base_port), 0)
+            self._endpoints = Endpoints(loop, self._clock, self._open, host, PortPlan(base=base_port))
             gateway = any(session.transport == "can" for session in sessions.values())
-            self._can = loop.run(self._endpoints.can(self._channel)) if gateway else {}
+            self._can = self._endpoints.can(self._channel) if gateway else {}
             #: By role every way to reach its instrument; the first one is the one to prefer.
-            self.addresses = {role: self._ways(loop, role, session) for role, session in sessions.items()}
-            loop.run(self._endpoints.begin_pulse())
+            self.addresses = {role: self._ways(role, session) for role, session in sessions.items()}
+            self._endpoints.begin_pulse()
         except BaseException:
             self._open.close()
             raise
@@ -59,13 +59,13 @@ class ServedRecording:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _ways(self, loop: LoopThread, role: str, session: RecordedSession) -> dict[str, Address]:
+    def _ways(self, role: str, session: RecordedSession) -> dict[str, Address]:
         replies = RecordedReplies(session)
         match session.transport:
             case "visa":
-                return dict(loop.run(self._endpoints.scpi(role, RecordedScpi(replies, self._clock))))
+                return dict(self._endpoints.scpi(role, RecordedScpi(replies, self._clock)))
             case "modbus":
-                return dict(loop.run(self._endpoints.modbus(role, RecordedUnits(replies, self._clock))))
+                return dict(self._endpoints.modbus(role, RecordedUnits(replies, self._clock)))
             case "serial":
                 return {"serial": self._terminal(session, replies)}
             case "can":

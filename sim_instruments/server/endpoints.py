@@ -30,10 +30,10 @@ _MOST_CONNECTIONS = 64
 
 
 class Endpoints:
-    """Opens endpoints on a loop's thread, each of which `leaving` closes.
+    """Opens endpoints on one loop's thread, each of which `leaving` closes.
 
-    TCP ports listen on `host`, where `ports` says. Clients are waited for with `patience`. Coroutines run on the loop. Raise OSError
-    where a port or a terminal cannot be had.
+    TCP ports listen on `host`, each at its port of the plan by name and way. What opens runs on the caller's thread and waits for the
+    loop's. Raises OSError where a port or a terminal cannot be had.
     """
 
     def __init__(
@@ -43,20 +43,21 @@ class Endpoints:
         leaving: ExitStack,
         host: str,
         ports: PortPlan,
-        seed: int,
+        *,
         patience: Patience = PATIENT,
+        seed: int = 0,
     ) -> None:
         self._loop = loop
         self._clock = clock
         self._leaving = leaving
         self._host = host
         self._ports = ports
-        self._seed = seed
         self._patience = patience
+        self._seed = seed
         self._clients = 0
         self._scpi: list[ScpiInstrument] = []
 
-    async def scpi(self, name: str, instrument: ScpiInstrument) -> dict[str, str]:
+    def scpi(self, name: str, instrument: ScpiInstrument) -> dict[str, str]:
         """Serve an instrument over HiSLIP and a raw socket; return its addresses by way."""
 
         def converse() -> Conversation:
@@ -65,43 +66,43 @@ class Endpoints:
             return Conversation(ClientSession(instrument, generator), self._clock)
 
         self._scpi.append(instrument)
-        connection = instrument.connection
-        socket = await self.listen((name, "socket"), ScpiSocket(converse).serve, connection=connection)
-        hislip = await self.listen((name, "hislip"), HislipServer(converse).serve, connection=connection)
+        socket = self.listen((name, "socket"), ScpiSocket(converse).serve, connection=instrument.connection)
+        hislip = self.listen((name, "hislip"), HislipServer(converse).serve, connection=instrument.connection)
         return {
             "hislip": f"TCPIP0::{self._host}::hislip0,{hislip.port}::INSTR",
             "socket": f"TCPIP0::{self._host}::{socket.port}::SOCKET",
         }
 
-    async def modbus(self, name: str, line: ModbusLine) -> dict[str, str]:
+    def modbus(self, name: str, line: ModbusLine) -> dict[str, str]:
         """Serve a line of units over TCP and a pseudo-terminal; return its addresses by way."""
-        tcp = await self.modbus_tcp(name, line)
+        tcp = self.modbus_tcp(name, line)
         rtu = ModbusRtuEndpoint(line)
         self._leaving.callback(rtu.close)
         return {"tcp": tcp, "rtu": rtu.address}
 
-    async def modbus_tcp(self, name: str, line: ModbusLine) -> str:
+    def modbus_tcp(self, name: str, line: ModbusLine) -> str:
         """Serve a line of units over TCP only; return its address."""
-        tcp = await self.listen((name, "tcp"), ModbusTcpServer(line, self._wait).serve, connection=line.connection)
+        tcp = self.listen((name, "tcp"), ModbusTcpServer(line, self._wait).serve, connection=line.connection)
         return f"tcp://{self._host}:{tcp.port}"
 
-    async def can(self, channel: str) -> dict[str, str]:
+    def can(self, channel: str) -> dict[str, str]:
         """Serve a CAN bus; return python-can's interface and channel of it."""
         gateway = CanGateway(channel)
-        await gateway.start()
+        self._loop.run(gateway.start())
         self._leaving.callback(lambda: self._loop.run(gateway.stop()))
-        tcp = await self.listen(("can", "tcp"), gateway.serve)
+        tcp = self.listen(("can", "tcp"), gateway.serve)
         return {"interface": "slcan", "channel": f"socket://{self._host}:{tcp.port}"}
 
-    async def listen(
+    def listen(
         self,
         endpoint: tuple[str, str],
         serve: Serve,
+        *,
         host: str = "",
         connection: Connection | None = None,
         patience: Patience | None = None,
     ) -> TcpService:
-        """Listen on the port of an endpoint, by name and way; of another `host` or `patience` where one is given."""
+        """Listen at an endpoint's port, of another `host` and with another `patience` where they are given."""
         service = TcpService(
             serve,
             host or self._host,
@@ -109,12 +110,15 @@ class Endpoints:
             connection=connection,
             patience=patience or self._patience,
         )
-        await service.start(self._ports.take(*endpoint))
+        self._loop.run(service.start(self._ports.take(*endpoint)))
         self._leaving.callback(lambda: self._loop.run(service.stop()))
         return service
 
-    async def begin_pulse(self) -> None:
+    def begin_pulse(self) -> None:
         """Begin to tell those who follow the time of it."""
+        self._loop.run(self._begin_pulse())
+
+    async def _begin_pulse(self) -> None:
         self._beat = asyncio.get_running_loop().create_task(self._pulse())
 
     async def _pulse(self) -> None:

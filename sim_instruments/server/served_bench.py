@@ -96,14 +96,15 @@ class ServedBench:
             # Whoever sleeps on a thread of its own must wake up before that thread is waited for.
             self._open.callback(self.clock.close)
             plan = PortPlan(ports, base_port)
-            about = (self.clock, self._open, host, plan, seed, patience)
-            self._endpoints, self._safe = Endpoints(loop, *about), Endpoints(safety, *about)
-            self._can = safety.run(self._safe.can(self.bench.can_channel))
-            self._addresses = self._serve(loop)
+            given: dict[str, Any] = {"patience": patience, "seed": seed}
+            self._endpoints = Endpoints(loop, self.clock, self._open, host, plan, **given)
+            guarded = Endpoints(safety, self.clock, self._open, host, plan, **given)
+            self._can = guarded.can(self.bench.can_channel)
+            self._addresses = self._serve()
             #: Emergency stop and door.
             self.contacts = SafetyContacts()
-            self._inputs = safety.run(self._serve_contacts(safety))
-            self._relays = safety.run(self._serve_relay(loop)) if watchdog_relay else {}
+            self._inputs = self._serve_contacts(guarded, safety)
+            self._relays = self._serve_relay(guarded, loop) if watchdog_relay else {}
             routes = control_routes(
                 self.bench,
                 self.clock,
@@ -112,8 +113,7 @@ class ServedBench:
                 self.contacts,
                 lambda handler: partial(loop.call, handler),
             )
-            serve = JsonService(routes).serve
-            control = safety.run(self._safe.listen(("control", "http"), serve, LOOPBACK, patience=PATIENCE))
+            control = guarded.listen(("control", "http"), JsonService(routes).serve, host=LOOPBACK, patience=PATIENCE)
             plan.check()
             #: Where the control endpoint is.
             self.control = f"http://{LOOPBACK}:{control.port}"
@@ -148,24 +148,24 @@ class ServedBench:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _serve(self, loop: LoopThread) -> dict[str, dict[str, Address]]:
+    def _serve(self) -> dict[str, dict[str, Address]]:
         ways: dict[str, dict[str, Address]] = {}
         for name in self.bench.roles:
             with _naming(name):
-                ways[name] = self._ways(loop, name)
-        loop.run(self._endpoints.begin_pulse())
+                ways[name] = self._ways(name)
+        self._endpoints.begin_pulse()
         return ways
 
-    def _ways(self, loop: LoopThread, name: str) -> dict[str, Address]:
+    def _ways(self, name: str) -> dict[str, Address]:
         match self.bench.transport(name):
             case "visa":
                 instrument: ScpiInstrument = self.bench.instrument(name)
                 instrument.on_error = lambda message, error: self.queued_errors.put(
                     QueuedError(name, message, str(error))
                 )
-                return dict(loop.run(self._endpoints.scpi(name, instrument)))
+                return dict(self._endpoints.scpi(name, instrument))
             case "modbus":
-                return dict(loop.run(self._endpoints.modbus(name, self.bench.instrument(name))))
+                return dict(self._endpoints.modbus(name, self.bench.instrument(name)))
             case "serial":
                 return {"serial": self.bench.address(name)}
             case "can":
@@ -178,11 +178,11 @@ class ServedBench:
             raise TypeError(f"{node} is no CAN node")
         return {**node, **self._can}
 
-    async def _serve_contacts(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
+    def _serve_contacts(self, guarded: Endpoints, loop: LoopThread) -> dict[str, dict[str, Any]]:
         line = ModbusLine((InputModule(self.contacts),), self.clock, np.random.default_rng((self._seed, 0x10)))
-        address = await self._safe.modbus_tcp("emergency_stop", line)
+        address = guarded.modbus_tcp("emergency_stop", line)
         frames = ContactFrames(self.contacts, self.bench.can_channel)
-        await frames.start()
+        loop.run(frames.start())
         self._open.callback(lambda: loop.run(frames.stop()))
         return {
             "emergency_stop": {"address": address, "number": 0, "unit": 1},
@@ -194,7 +194,7 @@ class ServedBench:
             },
         }
 
-    async def _serve_relay(self, loop: LoopThread) -> dict[str, dict[str, Any]]:
+    def _serve_relay(self, guarded: Endpoints, loop: LoopThread) -> dict[str, dict[str, Any]]:
         with _naming("supply"):
             supply = self.bench.instrument("supply")
             supply.inhibit(True)
@@ -202,5 +202,5 @@ class ServedBench:
         coupler = Bk9000(lambda closed: loop.soon(supply.inhibit, not closed))
         self._open.callback(coupler.close)
         line = ModbusLine((coupler,), self.clock, np.random.default_rng((self._seed, 0x11)))
-        address = await self._safe.modbus_tcp("supply_enable", line)
+        address = guarded.modbus_tcp("supply_enable", line)
         return {"supply_enable": {"address": address, "output": 0, "roles": ["supply"]}}
