@@ -17,6 +17,8 @@ from drivers.interfaces.text import reason_of, text
 
 #: At most so many ports are served.
 _PORTS = 100
+#: After so long (s) a thread that computes lets another one go on.
+_SWITCH_INTERVAL = 1.0e-3
 #: How long (s) a client may be idle.
 _SHORTEST_IDLE, _LONGEST_IDLE = 1.0, 1.0e6
 
@@ -167,6 +169,8 @@ def serve(
             _tell(bench, told, described if own is None else own.file(described), station_file, json, seed)
             # Looked through for what could be freed, all that is loaded holds everybody up for 40 ms.
             gc.freeze()
+            # The contacts' thread waits no longer than this for one that computes.
+            sys.setswitchinterval(_SWITCH_INTERVAL)
             with interrupts.waiting():
                 if not strict:
                     threading.Event().wait()

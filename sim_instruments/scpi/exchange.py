@@ -1,8 +1,9 @@
 """Message exchange control: input buffer, output queue, and what waits in between (IEEE 488.2, chapter 6)."""
 
 from collections import deque
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from enum import Enum
+from itertools import chain
 from types import GeneratorType
 from typing import Protocol, cast
 
@@ -10,20 +11,15 @@ import numpy as np
 
 from sim_instruments.faults.line_faults import Fault, FaultKind, Faults, spoil
 from sim_instruments.scpi.errors import ScpiError
-from sim_instruments.scpi.lexer import parse_unit, split_messages, split_units
 from sim_instruments.scpi.long_reply import LongReply, joined
 from sim_instruments.scpi.mistaken import other_channel, unreadable
-from sim_instruments.scpi.tree import Call, CommandTree, HalfReply, Handler, Handling, Reply, WholeReply
+from sim_instruments.scpi.program import Message, ProgramReader, Step
+from sim_instruments.scpi.tree import CommandTree, HalfReply, Handling, Reply, WholeReply
 from sim_instruments.transports.connection import Connection
 
-_CACHED_MESSAGES = 512
-_CACHED_LENGTH = 256
 _INPUT_BUFFER = 1 << 20
 #: After so many units of one message others have their turn.
 _UNITS_IN_A_TURN = 32
-
-Step = tuple[Handler, Call]
-Message = tuple[tuple[Step, ...], str]
 
 
 class InstrumentClock(Protocol):
@@ -64,12 +60,12 @@ class MessageExchange:
     def __init__(self, clock: InstrumentClock, generator: np.random.Generator) -> None:
         self.clock = clock
         self.tree = CommandTree()
+        self._program = ProgramReader(self.tree)
         self.faults = Faults()
         self.connection = Connection()
         self._generator = generator
         #: Lines that nobody has asked for; they come before the next reply.
         self.unasked: list[bytes] = []
-        self._plans: dict[bytes, tuple[Message, ...]] = {}
         self._partial = b""
         self._backlog: deque[Message] = deque()
         self._running: Generator[float, None, None] | None = None
@@ -104,9 +100,7 @@ class MessageExchange:
             data, self._partial = self._partial, b""
         if self._running is not None:
             self.poll()
-        messages = self._plans.get(data)
-        if messages is None:
-            messages = self._compile(data)
+        messages = self._program.messages(data)
         if self._at_once and self._running is None and len(messages) == 1:
             self._begin(messages[0])
             if self._running is not None:
@@ -214,30 +208,6 @@ class MessageExchange:
                 raise NoReplyError
             self.clock.sleep(max(wake - now, 0.0))
 
-    def _compile(self, data: bytes) -> tuple[Message, ...]:
-        messages = tuple((tuple(self._steps(text)), text) for text in split_messages(data))
-        if len(data) <= _CACHED_LENGTH:
-            if len(self._plans) >= _CACHED_MESSAGES:
-                self._plans.clear()
-            self._plans[data] = messages
-        return messages
-
-    def _steps(self, message: str) -> list[Step]:
-        if (handler := self.tree.whole(message)) is not None:
-            return [(handler, Call((), ()))]
-        steps: list[Step] = []
-        path: tuple[str, ...] = ()
-        for text in split_units(message):
-            try:
-                unit = parse_unit(text)
-                handler, suffixes, path = self.tree.find(unit, path)
-            except ScpiError as error:
-                # Where a header ends is unknown after a command error, so the rest of the message is dropped.
-                steps.append((_raising(error), Call((), ())))
-                break
-            steps.append((handler, Call(suffixes, unit.arguments)))
-        return steps
-
     def _begin(self, message: Message) -> None:
         steps, text = message
         self.message = text
@@ -248,10 +218,10 @@ class MessageExchange:
         if self.faults and (fault := self.faults.strike(text)) is not None:
             self._fault, self._text = fault, text
             if fault.kind is FaultKind.WRONG_CHANNEL:
-                steps = tuple(self._steps(other_channel(text, self.channels)))
+                steps = tuple(self._program.steps(other_channel(text, self.channels)))
         else:
             self._fault = None
-        if len(steps) == 1:
+        if isinstance(steps, tuple) and len(steps) == 1:
             handler, call = steps[0]
             try:
                 reply = handler(call)
@@ -267,9 +237,9 @@ class MessageExchange:
             self._running = self._run(steps)
         self._wake = 0.0
 
-    def _run(self, steps: tuple[Step, ...], first: Handling | None = None) -> Generator[float, None, None]:
+    def _run(self, steps: Iterable[Step], first: Handling | None = None) -> Generator[float, None, None]:
         replies: list[str | bytes | LongReply] = []
-        pending: list[Handling | Step] = [*([first] if first is not None else []), *steps]
+        pending: Iterable[Handling | Step] = chain(() if first is None else (first,), steps)
         for place, item in enumerate(pending, 1):
             if place % _UNITS_IN_A_TURN == 0:
                 yield 0.0
@@ -334,10 +304,3 @@ class MessageExchange:
         if fault.kind is FaultKind.REPLACE and spoilt.endswith(b"\n"):
             return spoilt.rstrip(b"\r\n") + self.terminator
         return spoilt
-
-
-def _raising(error: ScpiError) -> Handler:
-    def handler(_: Call) -> Reply:
-        raise ScpiError(error.number, error.text)
-
-    return handler

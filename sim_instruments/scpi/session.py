@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from sim_instruments.scpi.errors import ScpiError
-from sim_instruments.scpi.exchange import Message, MessageExchange, ReadEnd
+from sim_instruments.scpi.exchange import MessageExchange, ReadEnd
 from sim_instruments.scpi.long_reply import LongReply
+from sim_instruments.scpi.program import Message, ProgramReader
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,6 +39,7 @@ class ClientSession(MessageExchange):
     def __init__(self, instrument: "ScpiInstrument", generator: "np.random.Generator") -> None:
         super().__init__(instrument.clock, generator)
         self.tree = instrument.tree
+        self._program = ProgramReader(instrument.tree)
         self.faults = instrument.faults
         self.connection = instrument.connection
         self.channels = instrument.channels

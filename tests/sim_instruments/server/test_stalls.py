@@ -61,6 +61,20 @@ def test_others_are_answered_while_a_record_is_sampled_and_sent(bench: ServedBen
     assert data.endswith(b';+0,"No error"\n')
 
 
+def test_a_long_message_is_handled_in_turns(bench: ServedBench) -> None:
+    session = ClientSession(bench.bench.instrument("supply"), np.random.default_rng(1))
+    session.write(b"*CLS;" + b"*OPT?;" * 1000 + b"NONSENSE;*OPT?\n")
+    turns = 0
+    while (outgoing := session.take()) is None:
+        turns += 1
+    assert turns > 30
+    assert b"".join(outgoing.parts) == b";".join([b"0"] * 1000) + b"\n"
+    session.write(b"SYST:ERR?\n")
+    errors = session.take()
+    assert errors is not None
+    assert b"".join(errors.parts).startswith(b"-113")
+
+
 def test_a_long_reply_that_nobody_took_is_interrupted(bench: ServedBench) -> None:
     supply = bench.bench.instrument("supply")
     supply.tree.add("TEST:LONG", query=bare(lambda: LongReply([b"never"])))
