@@ -12,9 +12,11 @@ from sim_instruments.instruments.keysight.dmm_34461a_functions import (
     CURR_DC,
     DIOD,
     FREQ,
+    FRES,
     FUNCTIONS,
     PER,
     REFUSED,
+    RES,
     TEMP,
     VOLT_AC,
     VOLT_DC,
@@ -227,12 +229,25 @@ class Keysight34461A(ScpiInstrument):
         wires = self._sensor.wires if function is TEMP else function
         return terminals.resistance(wires, full_scale, aperture, end)
 
+    def _ranged(self, value: float, end: float) -> float:
+        """Have autoranging find the range, and return the quantity there: what an ohmmeter sees depends on its test current."""
+        function, sense = self._function, self._sense
+        for _ in function.ranges:
+            found = conversion.ranged(sense.range, value, function.ranges)
+            if found == sense.range:
+                return value
+            sense.range = found
+            if function not in (RES, FRES, TEMP):
+                return value
+            value = self._value(function, sense.aperture, end)
+        return math.inf
+
     def _converted(self, end: float) -> float:
         function, sense = self._function, self._sense
         try:
             value = self._value(function, sense.aperture, end)
-            if sense.auto and not (function.fixed and function is not TEMP):
-                sense.range = conversion.ranged(sense.range, value, function.ranges)
+            if sense.auto and len(function.ranges) > 1:
+                value = self._ranged(value, end)
             if function in (FREQ, PER):
                 value = self._input.frequency(sense.aperture, end, sense.range)
         except ValueError:

@@ -147,6 +147,8 @@ def test_the_emf_of_a_turning_shaft(on_motor: Session, virtual_bench: VirtualBen
     assert float(on_motor.query("MEAS:FREQ?")) == pytest.approx(40.0, rel=1e-3)
     assert float(on_motor.query("MEAS:PER?")) == pytest.approx(0.025, rel=1e-3)
     assert float(on_motor.query("MEAS:VOLT:AC? 0.1")) == OVERLOAD
+    # Whole periods have no mean, and yet no resistance can be seen beside them.
+    assert float(on_motor.query("MEAS:RES? DEF,DEF")) == float(on_motor.query("MEAS:FRES?")) == OVERLOAD
     before = virtual_bench.clock.now()
     on_motor.query("CONF:VOLT:AC;:VOLT:AC:BAND 3;:READ?")
     assert virtual_bench.clock.now() - before == pytest.approx(2.5)
