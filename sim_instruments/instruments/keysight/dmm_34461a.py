@@ -31,6 +31,7 @@ from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.parameters import exactly, string
 from sim_instruments.scpi.settings import ScpiSettings
+from sim_instruments.scpi.states import State, StateMemory, answered, queries_of
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handler, Handling, bare
 
@@ -45,6 +46,7 @@ _OVERLOADS = {"V": _VOLTAGE_OVERLOAD, "A": _CURRENT_OVERLOAD, "OHM": _RESISTANCE
 #: Test current (A) of the diode test, and what it tells of an open input.
 _DIODE_CURRENT, _NO_DIODE = 1.0e-3, 9.8e37
 _TEXT_LENGTH = 40
+_EMPTY = "Not able to recall state: it is empty"
 
 
 class Keysight34461A(ScpiInstrument):
@@ -56,6 +58,7 @@ class Keysight34461A(ScpiInstrument):
     """
 
     unknown_word = -224
+    power_on_clears = True
     leftovers = (
         ("", "CONF:VOLT:DC 0.1", "CONF:VOLT:DC 1000"),
         ("", "VOLT:NPLC 0.02", "VOLT:NPLC 100"),
@@ -98,6 +101,9 @@ class Keysight34461A(ScpiInstrument):
         self._add_settings()
         self._add_functions()
         self._add_commands()
+        memory = StateMemory(self.tree, self.state, self.reset, range(5), ScpiError(291, _EMPTY))
+        memory.add("*SAV", "*RCL")
+        memory.add_learn(";".join)
         self.reset()
 
     def reset(self) -> None:
@@ -107,6 +113,11 @@ class Keysight34461A(ScpiInstrument):
         for sense in self._senses.values():
             sense.reset()
         self._trigger.reset()
+
+    def state(self) -> State:
+        """Return what brings the instrument, reset, to its present settings."""
+        senses = [message for function in FUNCTIONS for message in self._senses[function.word].messages(function)]
+        return (*senses, *answered(self.tree, queries_of(self.settings)), f':FUNC "{self._function.word}"')
 
     def give_up(self, busy: bool) -> None:
         """Give up what is being measured, too."""

@@ -72,6 +72,25 @@ class FunctionSettings:
         self.reset()
         self.range, self.auto, self.cycles, self.zero = full_scale, auto, cycles, cycles >= 1.0
 
+    def messages(self, function: Function) -> list[str]:
+        """Return what sets a function that has been reset to what it is."""
+        header = ":" + function.word
+        found = []
+        if function.kind == "integral" and function.null_limit:
+            found.append(f"{header}:NPLC {self.cycles:g}")
+        if function.zeroed:
+            found.append(f"{header}:ZERO:AUTO {self.zero:d}")
+        if function.kind == "rms":
+            found.append(f"{header}:BAND {self.lowest:g}")
+        if function.kind == "count":
+            found += [f"{header}:RANG:LOW {self.lowest:g}", f"{header}:APER {self.gate:g}"]
+            header += ":VOLT"
+        if function in (CURR_DC, CURR_AC) and self.range > _COMMON_CURRENT:
+            return [*found, f"{header}:TERM 10"]
+        return (
+            found if function.fixed else [*found, f"{header}:RANG {self.range:g}", f"{header}:RANG:AUTO {self.auto:d}"]
+        )
+
     def add_headers(self, tree: CommandTree, function: Function) -> None:
         """Add the headers that a function has below SENSe."""
         add, header = tree.add, f"[SENSe]:{function.header}"

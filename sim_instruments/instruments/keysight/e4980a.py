@@ -16,6 +16,7 @@ from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.parameters import choice, choices, exactly, integer, number
 from sim_instruments.scpi.settings import ScpiSettings
+from sim_instruments.scpi.states import State, StateMemory, answered, queries_of
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling, bare
 
@@ -73,6 +74,9 @@ class KeysightE4980A(ScpiInstrument):
         self._cable = CableLength(self.tree)
         add_bias(self.settings, "001" in options)
         self._add_commands()
+        memory = StateMemory(self.tree, self.state, self.reset, range(10), ScpiError(-230))
+        memory.add("MMEMory:STORe:STATe[:REGister]", "MMEMory:LOAD:STATe[:REGister]")
+        memory.add_learn(";".join)
         self.reset()
 
     leftovers = (
@@ -112,6 +116,12 @@ class KeysightE4980A(ScpiInstrument):
     def options(self) -> str:
         """Return the options, in the order of their numbers."""
         return ",".join(sorted(self._options))
+
+    def state(self) -> State:
+        """Return what brings the bridge, reset, to its present settings."""
+        own = (":FUNC:IMP?", ":FREQ?", ":VOLT?", ":CURR?", ":APER?", ":FUNC:IMP:RANG?", ":CORR:LENG?")
+        listed = (":LIST:FREQ?",) if self._list.frequencies else ()
+        return tuple(answered(self.tree, (*own, *listed, *queries_of(self.settings))))
 
     def _add_settings(self) -> None:
         put = self.settings

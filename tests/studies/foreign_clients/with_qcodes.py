@@ -2,7 +2,6 @@
 
 import qcodes
 from calls import TRUTH, Calls, address, hands
-from qcodes.instrument_drivers.agilent import Agilent34401A, Agilent34411A
 from qcodes.instrument_drivers.Keysight import KeysightE4980A, KeysightE4980AMeasurementPair
 from qcodes.instrument_drivers.Keysight.Keysight_34461A_submodules import Keysight34461A
 from qcodes_contrib_drivers.drivers.Keysight.Keysight_E36313A import E36313A
