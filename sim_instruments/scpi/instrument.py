@@ -115,6 +115,11 @@ class ScpiInstrument(MessageExchange):
             value |= REQUEST
         return value
 
+    def service_reasons(self, available: bool) -> int:
+        """Return the bits of the status byte for which service is asked; none where nobody wants to be asked."""
+        enabled = self._service_enable & ~REQUEST
+        return self.status_byte(available) & enabled if enabled else 0
+
     def bus_trigger(self) -> None:
         """Take a trigger of the bus, as *TRG would be."""
         self.write(b"*TRG\n")

@@ -17,6 +17,7 @@ from sim_instruments.transports.hislip.messages import (
     MessageType,
     receive,
 )
+from sim_instruments.transports.hislip.service_request import ServiceRequests
 
 #: The longest message that an instrument takes, and the least that a client may want replies cut to.
 _INPUT_BUFFER = 1 << 16
@@ -43,6 +44,7 @@ class HislipSession:
         self._overrun = False
         self._undelivered = False
         self._sent_size = MAXIMUM_MESSAGE
+        self._requests: ServiceRequests | None = None
 
     # the synchronous channel
 
@@ -84,6 +86,7 @@ class HislipSession:
                     # Device clear cancels what is being handled; the channel itself goes on.
                     await asyncio.wait({self._task})
                     self._raise_from(self._task)
+                    self._look()
             case MessageType.FATAL_ERROR:
                 raise ConnectionAbortedError
             case MessageType.ERROR:
@@ -143,11 +146,14 @@ class HislipSession:
     async def serve_asynchronous(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Answer the asynchronous channel until the client leaves, which ends the synchronous one, too."""
         self._asynchronous = asyncio.current_task()
+        self._requests = ServiceRequests(self._conversation.session, writer)
+        unfollow = self._conversation.follow(self._look)
         self.attached.set()
         try:
             while True:
                 await self._take_asynchronous(await receive(reader), writer)
         finally:
+            unfollow()
             self._writer.close()
             self._interrupt()
 
@@ -188,6 +194,10 @@ class HislipSession:
         if message.control == _RELEASE:
             return self._locks.release(self.number)
         return await self._locks.request(self.number, message.payload, message.parameter / 1000.0)
+
+    def _look(self) -> None:
+        if self._requests is not None:
+            self._requests.look(self._undelivered)
 
     def _interrupt(self) -> None:
         if self._task is not None:
