@@ -33,33 +33,33 @@ def _prepare(bench: ServedBench) -> dict[str, float]:
     return {"resistance": 1.0, "frequency": 40.0, "amplitude": amplitude}
 
 
+def _rows(client: Path, python: str) -> list[dict[str, str]]:
+    """Have a client's script run against a bench of its own; say why where it comes to an end early."""
+    with ServedBench(BENCH_MOTOR, speedup=_SPEEDUP, seed=1) as bench:
+        task = {"addresses": bench.addresses(), "control": bench.control, "truth": _prepare(bench)}
+        environment = {**os.environ, "PYTHONPATH": str(HERE)}
+        command = [python, str(client), json.dumps(task)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=200, env=environment, check=False)
+    if done.returncode:
+        print(f"{client.stem}: {(done.stderr.strip().splitlines() or ['no word'])[-1]}")
+    return [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+
+
 def main() -> None:
     """Run every client and print what came of its calls."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--python", default=sys.executable, help="the Python that has the clients")
     parser.add_argument("--all", action="store_true", help="print the calls that work, too")
     given = parser.parse_args()
-    for client in sorted(HERE.glob("with_*.py")):
-        with ServedBench(BENCH_MOTOR, speedup=_SPEEDUP, seed=1) as bench:
-            task = {"addresses": bench.addresses(), "control": bench.control, "truth": _prepare(bench)}
-            environment = {**os.environ, "PYTHONPATH": str(HERE)}
-            done = subprocess.run(
-                [given.python, str(client), json.dumps(task)],
-                capture_output=True,
-                text=True,
-                timeout=500,
-                env=environment,
-                check=False,
-            )
-        rows = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
-        if done.returncode:
-            print(f"{client.stem}: {(done.stderr.strip().splitlines() or ['no word'])[-1]}")
-        for row in rows:
-            if given.all or row["outcome"] != "works":
-                print(f"{row['client']} | {row['call']} | {row['outcome']} | {row['told']}")
-        for name in sorted({row["client"] for row in rows}):
-            counts = Counter(row["outcome"] for row in rows if row["client"] == name)
-            print(f"{name}: " + ", ".join(f"{count} {outcome}" for outcome, count in sorted(counts.items())))
+    rows = [row for client in sorted(HERE.glob("with_*.py")) for row in _rows(client, given.python)]
+    for row in rows:
+        if given.all or row["outcome"] != "works":
+            print(f"| {row['client']} | {row['call']} | {row['outcome']} | {row['told']} |".replace("\n", " "))
+    outcomes = ("works", "refused", "raised", "wrong")
+    print(f"| client | {' | '.join(outcomes)} |\n|---|{'---|' * len(outcomes)}")
+    for name in dict.fromkeys(row["client"] for row in rows):
+        counts = Counter(row["outcome"] for row in rows if row["client"] == name)
+        print(f"| {name} | {' | '.join(str(counts[outcome]) for outcome in outcomes)} |")
 
 
 if __name__ == "__main__":

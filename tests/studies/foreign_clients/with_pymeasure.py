@@ -95,7 +95,8 @@ def supply() -> None:
 
 def oscilloscope() -> None:
     """KeysightDSOX1102G: every property, both channels' dictionaries, data, screenshot and set-up."""
-    scope, calls = opened(KeysightDSOX1102G, "oscilloscope")
+    # It reads a picture byte by byte until nothing comes any more; over HiSLIP PyVISA-py never says that nothing comes.
+    scope, calls = opened(KeysightDSOX1102G, "oscilloscope", "socket")
     for line in (":CHAN1:SCAL 4", ":CHAN2:DISP ON;SCAL 4", ":TIM:RANG 0.1", ":TRIG:LEV 0"):
         scope.write(line)
     every(calls, scope, skip=("_digitize", "waveform_data", "waveform_preamble", "system_setup"))
