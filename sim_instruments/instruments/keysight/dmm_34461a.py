@@ -22,7 +22,7 @@ from sim_instruments.instruments.keysight.dmm_34461a_functions import (
     VOLT_DC,
     Function,
 )
-from sim_instruments.instruments.keysight.dmm_34461a_input import InputTerminals
+from sim_instruments.instruments.keysight.dmm_34461a_input import SATURATION, InputTerminals
 from sim_instruments.instruments.keysight.dmm_34461a_math import ReadingMath
 from sim_instruments.instruments.keysight.dmm_34461a_sense import FunctionSettings, settings_by_function
 from sim_instruments.instruments.keysight.dmm_34461a_sensor import TemperatureSensor
@@ -240,25 +240,32 @@ class Keysight34461A(ScpiInstrument):
         wires = self._sensor.wires if function is TEMP else function
         return terminals.resistance(wires, full_scale, aperture, end)
 
-    def _ranged(self, value: float, end: float) -> float:
-        """Have autoranging find the range, and return the quantity there: what an ohmmeter sees depends on its test current."""
+    def _ranged(self, extreme: float, value: float, end: float) -> float:
+        """Have autoranging find the range for the extreme of a quantity, and return the quantity there.
+
+        What an ohmmeter sees depends on its test current, and so on the range.
+        """
         function, sense = self._function, self._sense
         for _ in function.ranges:
-            found = conversion.ranged(sense.range, value, function.ranges)
+            found = conversion.ranged(sense.range, extreme, function.ranges)
             if found == sense.range:
                 return value
             sense.range = found
             if function not in (RES, FRES, TEMP):
                 return value
-            value = self._value(function, sense.aperture, end)
+            extreme = value = self._value(function, sense.aperture, end)
         return math.inf
 
     def _converted(self, end: float) -> float:
         function, sense = self._function, self._sense
         try:
             value = self._value(function, sense.aperture, end)
+            peak = self._input.peak(sense.aperture, end) / SATURATION if function is VOLT_DC else 0.0
             if sense.auto and len(function.ranges) > 1:
-                value = self._ranged(value, end)
+                value = self._ranged(value if peak <= abs(value) else math.copysign(peak, value), value, end)
+            if peak > sense.range:
+                # What goes to and fro beyond the range has a mean that the converter does not see.
+                value = math.copysign(math.inf, value)
             if function in (FREQ, PER):
                 value = self._input.frequency(sense.aperture, end, sense.range)
         except ValueError:

@@ -53,7 +53,7 @@ def convert(
     gain, offset = function.errors(function.ranges.index(full_scale), unit)
     noise = float(generator.normal(0.0, _NOISE_SHARE * resolution * full_scale))
     if not math.isfinite(value):
-        return OVERLOAD
+        return math.copysign(OVERLOAD, value)
     if function.kind == "count":
         # The range is that of the voltage, which the figure does not follow.
         return value * (1.0 + gain + noise / full_scale)

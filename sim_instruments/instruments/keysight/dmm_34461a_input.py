@@ -15,8 +15,9 @@ TWO_WIRE_LEADS = 0.06
 #: Points of a window; spread evenly with a golden-ratio jitter, which no frequency falls in step with.
 _POINTS = 1 << 14
 _GOLDEN = 0.6180339887498949
-#: Points among which a peak is looked for, and the peak (share of the range) that the converter takes.
-_PEAK_POINTS, _SATURATION = 512, 1.5
+#: The peak (share of the range) that the converter takes, and among how many points it is looked for.
+SATURATION = 1.5
+_PEAK_POINTS = 256
 #: The least signal that is counted, as a share of the range.
 _SENSITIVITY = 0.1
 
@@ -31,6 +32,11 @@ class InputTerminals:
         """Return the mean voltage (V) over the `aperture` s before `until` (s; now). Raises ValueError as the world does."""
         return self._world.voltmeter_voltage(aperture, until)
 
+    def peak(self, aperture: float, until: float | None = None) -> float:
+        """Return the largest absolute value (V) of the voltage over the `aperture` s before `until` (s; now)."""
+        end = self._world.clock.now() if until is None else until
+        return float(np.abs(self._world.voltmeter_signal(np.linspace(end - aperture, end, _PEAK_POINTS))).max())
+
     def resistance(self, function: Function, full_scale: float, aperture: float, until: float | None = None) -> float:
         """Return what an ohmmeter makes (Ω) of its terminals: whatever voltage is there counts as the test current's.
 
@@ -39,9 +45,7 @@ class InputTerminals:
         between, clamps = self._world.voltmeter_resistance(aperture, until)
         own = 0.0 if function is FRES else clamps + TWO_WIRE_LEADS
         current = TEST_CURRENTS[function.ranges.index(full_scale) if function.ranges[0] == 100.0 else 1]
-        end = self._world.clock.now() if until is None else until
-        peak = float(np.abs(self._world.voltmeter_signal(np.linspace(end - aperture, end, _PEAK_POINTS))).max())
-        if peak / current > _SATURATION * full_scale:
+        if self.peak(aperture, until) / current > SATURATION * full_scale:
             return math.inf
         return between + own + self._world.voltmeter_voltage(aperture, until) / current
 

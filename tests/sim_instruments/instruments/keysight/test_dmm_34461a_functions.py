@@ -154,6 +154,15 @@ def test_the_emf_of_a_turning_shaft(on_motor: Session, virtual_bench: VirtualBen
     assert virtual_bench.clock.now() - before == pytest.approx(2.5)
 
 
+def test_a_mean_beside_peaks_beyond_the_range_is_none(on_motor: Session, virtual_bench: VirtualBench) -> None:
+    spinning(virtual_bench)
+    assert abs(float(on_motor.query("MEAS:VOLT:DC? 1"))) == OVERLOAD
+    assert abs(float(on_motor.query("MEAS:VOLT:DC? 10"))) < 0.01
+    # Autoranging goes by the peaks, too.
+    assert abs(float(on_motor.query("MEAS:VOLT:DC?"))) < 0.01
+    assert on_motor.query("VOLT:RANG?") == "+1.00000000E+01"
+
+
 @pytest.mark.parametrize("speed", [400.0, 1234.5])
 def test_no_speed_falls_in_step_with_the_sampling(on_motor: Session, virtual_bench: VirtualBench, speed: float) -> None:
     rms = spinning(virtual_bench, speed)
