@@ -281,7 +281,8 @@ class World:
 
         `level_rms` is the open-circuit level (V) behind 100 Ω. The rotor may have moved meanwhile: the reading is the
         mean over the aperture, and the EMF leaks into the detector as its rectangular window lets it. Infinite where
-        there is no path. Raises ValueError for a frequency, level or aperture that is not positive.
+        there is no path, not a number where the EMF alone overloads the bridge.
+        Raises ValueError for a frequency, level or aperture that is not positive.
         """
         for name, value in (("frequency", frequency), ("level_rms", level_rms), ("aperture", aperture)):
             if not 0.0 < value < math.inf:

@@ -249,6 +249,21 @@ def test_a_list_of_levels(bridge: Session) -> None:
     assert float(bridge.query("FETC:SMON:VAC?")) == pytest.approx(0.5 * monitored, rel=0.02)
 
 
+def test_an_emf_beyond_what_the_bridge_takes_is_an_overload(bridge: Session, virtual_bench: VirtualBench) -> None:
+    world = virtual_bench.world
+    world.release_rotor()
+    world.turn_shaft(20.0)
+    virtual_bench.clock.sleep(1.0)
+    # 2.8 V drive less than 50 mA through 100 Ω, 8.4 V more.
+    assert bridge.query("TRIG;:FETC?").endswith(",+0")
+    world.turn_shaft(60.0)
+    virtual_bench.clock.sleep(1.0)
+    assert bridge.query("TRIG;:FETC?") == "+9.90000E+37,+9.90000E+37,+1"
+    bridge.write("CORR:OPEN;*OPC?")
+    assert bridge.read() == "1"
+    assert bridge.query("SYST:ERR?").startswith("-200,")
+
+
 def test_deviations_from_a_reference(bridge: Session) -> None:
     def figures() -> list[float]:
         return numbers(bridge.query("TRIG;:FETC?"))
