@@ -25,6 +25,8 @@ class ScpiInstrument(MessageExchange):
     """
 
     unknown_word = -141
+    #: Whether there is *PSC.
+    power_on_clears = False
     #: What a last user may have left, drawn in a hostile beginning.
     leftovers: Leftovers = ()
 
@@ -46,6 +48,7 @@ class ScpiInstrument(MessageExchange):
         self._event_status = POWER_ON
         self._event_enable = 0
         self._service_enable = 0
+        self._power_on_clear = True
         self._opc_armed = False
         self._registers: list[tuple[int, StatusRegister]] = []
         #: Told of every error, with the message that it came of.
@@ -116,6 +119,11 @@ class ScpiInstrument(MessageExchange):
             value |= REQUEST
         return value
 
+    def service_reasons(self, available: bool) -> int:
+        """Return the bits of the status byte for which service is asked; none where nobody wants to be asked."""
+        enabled = self._service_enable & ~REQUEST
+        return self.status_byte(available) & enabled if enabled else 0
+
     def bus_trigger(self) -> None:
         """Take a trigger of the bus, as *TRG would be."""
         self.write(b"*TRG\n")
@@ -149,6 +157,8 @@ class ScpiInstrument(MessageExchange):
         add("*OPC", command=bare(self._arm_complete), query=bare(self._when_complete))
         add("*WAI", command=bare(self._wait_complete))
         add("*TRG", command=bare(lambda: self.trigger()))
+        if self.power_on_clears:
+            add("*PSC", command=self._set_power_on_clear, query=bare(lambda: f"{self._power_on_clear:+d}"))
         add("SYSTem:ERRor[:NEXT]", query=bare(self._next_error))
         add("SYSTem:VERSion", query=bare(lambda: self._version))
         add("STATus:PRESet", command=bare(self._preset))
@@ -175,6 +185,10 @@ class ScpiInstrument(MessageExchange):
     def _set_service_enable(self, call: Call) -> None:
         exactly(call.arguments, 1)
         self._service_enable = integer(call.arguments[0], 0, 255)
+
+    def _set_power_on_clear(self, call: Call) -> None:
+        exactly(call.arguments, 1)
+        self._power_on_clear = integer(call.arguments[0], -32767, 32767) != 0
 
     def _read_events(self) -> str:
         self._settle()

@@ -80,6 +80,10 @@ class ClientSession(MessageExchange):
         finally:
             self._working = False
 
+    def service_reasons(self, available: bool) -> int:
+        """Return the bits of the status byte for which the instrument asks this client for service."""
+        return self._instrument.service_reasons(available)
+
     def next_wake(self) -> float | None:
         """Return the bench time (s) at which there is something to do or to send; None where nothing is to come."""
         self.poll()

@@ -1,6 +1,6 @@
 """Settings declared as data: a header, a kind of value, its limits and how it is replied."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
 from sim_instruments.scpi.errors import ScpiError
@@ -69,6 +69,9 @@ class ScpiSettings:
         self._settings[name] = setting
         self._tree.add(setting.header, command=setting.set, query=setting.get)
         return setting
+
+    def __iter__(self) -> Iterator[Setting]:
+        return iter(self._settings.values())
 
     def __getitem__(self, name: str) -> Setting:
         return self._settings[name]

@@ -18,6 +18,10 @@ class Conversation:
         self.session = session
         self._clock = clock
 
+    def follow(self, look: Callable[[], None]) -> Callable[[], None]:
+        """Have `look` run whenever time has gone on; the function returned undoes it."""
+        return self._clock.on_advance(lambda _: look())
+
     async def exchange(self, message: bytes, gone: Callable[[], bool]) -> Outgoing | None:
         """Return the reply to a message, None for one without; other tasks get their turn.
 

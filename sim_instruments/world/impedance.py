@@ -11,13 +11,16 @@ from sim_instruments.world.timeline import Timeline
 
 #: Source resistance (Ω) of the bridge.
 SOURCE_RESISTANCE = 100.0
+#: The largest current (A, peak) that a voltage of the device itself may drive through the bridge's converter.
+_SATURATION = 0.05
 
 
 def reading(timeline: Timeline, frequency: float, level_rms: float, aperture: float) -> complex:
     """Return the impedance (Ω) as the bridge sees it over the last whole test periods in `aperture` (s).
 
     Voltage and current are detected through a rectangular window: the mean of the impedance over the rotor's way,
-    the rate of change of its inductance, and whatever of the EMF falls into the detector's band.
+    the rate of change of its inductance, and whatever of the EMF falls into the detector's band. Not a number where the EMF
+    alone is more than the bridge takes.
     """
     angular = 2.0 * math.pi * frequency
     leads = timeline.constants.leads
@@ -40,10 +43,20 @@ def reading(timeline: Timeline, frequency: float, level_rms: float, aperture: fl
         change = (last - first).imag / angular / window
         mean = complex(network.driving_point_impedance(angles, angular).mean()) + change
     total = mean + residual
+    if _emf_bound(windings, network, begin, end, window) > _SATURATION * SOURCE_RESISTANCE:
+        return complex(math.nan, math.nan)
     source = level_rms * math.sqrt(2.0)
     leak = _leakage(windings, network, begin, end, window, angular)
     current = (source - leak) / (SOURCE_RESISTANCE + total)
     return (total * current + leak) / current
+
+
+def _emf_bound(windings: Windings, network: Network, begin: float, end: float, window: float) -> float:
+    """Return what the EMF between the leads (V, peak) is at most, the rotor turning at its mean speed."""
+    if begin == end:
+        return 0.0
+    phasors = open_circuit_weights(network) @ windings.emf_phasors
+    return abs(end - begin) / window * float(np.abs(phasors).sum())
 
 
 def _leakage(windings: Windings, network: Network, begin: float, end: float, window: float, angular: float) -> complex:

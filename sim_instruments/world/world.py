@@ -14,7 +14,7 @@ from sim_instruments.faults.damage import Damage, Switched
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.world import impedance
-from sim_instruments.world.contact_voltage import Clamp, contact_voltage
+from sim_instruments.world.contact_voltage import Clamp
 from sim_instruments.world.held_probes import FIRST_HALL, FIRST_SUPPLY, HeldProbes, InTerminal, Place
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.miswiring import Miswirings
@@ -27,7 +27,6 @@ from sim_instruments.world.probes import (
     PlacedVoltageProbe,
     Probe,
 )
-from sim_instruments.world.segment import Segment
 from sim_instruments.world.settings import SOCKETS, TERMINALS, Contact, FloatArray, Socket, Terminal
 from sim_instruments.world.shaft import hand
 from sim_instruments.world.shaft.dynamometer_shaft import DynamometerShaft
@@ -37,6 +36,7 @@ from sim_instruments.world.sources.six_step_output import SixStepOutput
 from sim_instruments.world.sources.six_step_stage import SixStepStage
 from sim_instruments.world.sources.supply_output import SupplyOutput
 from sim_instruments.world.timeline import Timeline
+from sim_instruments.world.voltmeter_leads import VoltmeterLeads
 
 
 class World:
@@ -72,7 +72,7 @@ class World:
         #: What disturbs the bench beyond its instruments' limits of error.
         self.disturbances = disturbances or Disturbances()
         self._random = np.random.default_rng(seed)
-        self._bridge_clamp, self._sense_clamp = (Clamp(self.disturbances.contacts, (seed, k)) for k in (0xC1A, 0xC1B))
+        self._bridge_clamp, sense_clamp = (Clamp(self.disturbances.contacts, (seed, k)) for k in (0xC1A, 0xC1B))
         stage = None if six_step is None else SixStepStage(six_step, motor)
         self._timeline = Timeline(
             motor,
@@ -109,8 +109,7 @@ class World:
         #: The insulation tester's output; None on a bench without a fixture.
         self.insulation = InsulationOutput(self._timeline, self.damage) if fixture else None
         self._probes: dict[int, Probe] = {}
-        self._sense: PlacedVoltageProbe | None = None
-        self._sensed_since = 0.0
+        self._leads = VoltmeterLeads(self._timeline, self.disturbances.contacts, sense_clamp, self._node_row)
         #: Miswirings that hands will make.
         self.miswirings = Miswirings()
 
@@ -178,14 +177,12 @@ class World:
         if positive == negative:
             raise ValueError(f"the voltmeter's leads must be on two different terminals, not {positive} twice")
         with self.lock:
-            self._sense = self.miswirings.voltage(None, PlacedVoltageProbe(positive, negative))
-            self._sensed_since = self.clock.now()
-            self._sense_clamp.put_on()
+            self._leads.put_on(self.miswirings.voltage(None, PlacedVoltageProbe(positive, negative)), self.clock.now())
 
     def detach_voltmeter(self) -> None:
         """Take the voltmeter's leads off; it then senses nothing."""
         with self.lock:
-            self._sense = None
+            self._leads.take_off()
 
     def lock_rotor(self) -> None:
         """Lock the shaft where it is; a turning shaft stops at once."""
@@ -284,7 +281,8 @@ class World:
 
         `level_rms` is the open-circuit level (V) behind 100 Ω. The rotor may have moved meanwhile: the reading is the
         mean over the aperture, and the EMF leaks into the detector as its rectangular window lets it. Infinite where
-        there is no path. Raises ValueError for a frequency, level or aperture that is not positive.
+        there is no path, not a number where the EMF alone overloads the bridge.
+        Raises ValueError for a frequency, level or aperture that is not positive.
         """
         for name, value in (("frequency", frequency), ("level_rms", level_rms), ("aperture", aperture)):
             if not 0.0 < value < math.inf:
@@ -328,29 +326,20 @@ class World:
         Raises ValueError for times to come or older than the history kept.
         """
         with self._timeline.observing():
-            if self._sense is None or self._sense.loose:
-                return 0.0
-            plus, minus = self._node_row(self._sense.positive), self._node_row(self._sense.negative)
-            if plus >= FIRST_SUPPLY or minus >= FIRST_SUPPLY:
-                output = self._timeline.mean(lambda segment, at: segment.output_voltage(at), aperture, until)
-                return output * ((plus == FIRST_SUPPLY) - (minus == FIRST_SUPPLY))
+            return self._leads.voltage(aperture, until)
 
-            def difference(segment: Segment, at: FloatArray) -> FloatArray:
-                nodes = segment.node_potentials(at)
-                result: FloatArray = nodes[plus] - nodes[minus]
-                return result
+    def voltmeter_signal(self, times: FloatArray) -> FloatArray:
+        """Return the true voltage (V, shape (n,)) between the voltmeter's leads at past times (s); raises as `voltmeter_voltage`."""
+        with self._timeline.observing():
+            return self._leads.signal(times)
 
-            voltage = self._timeline.mean(difference, aperture, until)
-            at = self._timeline.now if until is None else until
-            return voltage + contact_voltage(
-                self.disturbances.contacts,
-                self._sense_clamp.resistance,
-                self._timeline,
-                plus,
-                aperture,
-                at,
-                at - self._sensed_since,
-            )
+    def voltmeter_resistance(self, aperture: float, until: float | None = None) -> tuple[float, float]:
+        """Return the resistance (Ω) between what the voltmeter's leads are on, over a time as above, and that of their clamps.
+
+        The first is infinite where nothing connects them. Raises ValueError as `voltmeter_voltage` does.
+        """
+        with self._timeline.observing():
+            return self._leads.resistance(aperture, until), self._leads.contact_resistance()
 
     def shaft_speed(self, gate: float, until: float | None = None) -> float:
         """Return the mean of |speed| (rad/s, mechanical) over the `gate` s before `until` (s; now); a gate of 0 is the present value."""

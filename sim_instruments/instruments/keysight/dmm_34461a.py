@@ -1,45 +1,64 @@
-"""Keysight 34461A multimeter as a DC voltmeter (Truevolt series operating and service guide, 34460-90901)."""
+"""Keysight 34461A multimeter (Truevolt series operating and service guide, 34460-90901)."""
 
 import math
-from collections import deque
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sim_instruments.instruments.errors import VoltmeterErrors
 from sim_instruments.instruments.keysight import dmm_34461a_conversion as conversion
+from sim_instruments.instruments.keysight.dmm_34461a_functions import (
+    CURR_AC,
+    CURR_DC,
+    DIOD,
+    FREQ,
+    FRES,
+    FUNCTIONS,
+    PER,
+    REFUSED,
+    RES,
+    TEMP,
+    VOLT_AC,
+    VOLT_DC,
+    Function,
+)
+from sim_instruments.instruments.keysight.dmm_34461a_input import SATURATION, InputTerminals
 from sim_instruments.instruments.keysight.dmm_34461a_math import ReadingMath
+from sim_instruments.instruments.keysight.dmm_34461a_sense import FunctionSettings, settings_by_function
+from sim_instruments.instruments.keysight.dmm_34461a_sensor import TemperatureSensor
+from sim_instruments.instruments.keysight.dmm_34461a_trigger import ReadingTrigger
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
-from sim_instruments.scpi.lexer import Argument
-from sim_instruments.scpi.parameters import boolean, exactly, number, string
+from sim_instruments.scpi.parameters import exactly, string
 from sim_instruments.scpi.settings import ScpiSettings
+from sim_instruments.scpi.states import State, StateMemory, answered, queries_of
 from sim_instruments.scpi.status import StatusRegister
-from sim_instruments.scpi.tree import Call, Handling, bare
+from sim_instruments.scpi.tree import Call, Handler, Handling, bare
 
 if TYPE_CHECKING:
     from sim_instruments.world.world import World
 
-_FUNCTIONS = ("VOLT", "VOLT:DC", "VOLTAGE", "VOLTAGE:DC")
-_OTHERS = (
-    "VOLTage:AC", "VOLTage[:DC]:RATio", "CURRent[:DC]", "CURRent:AC", "RESistance", "FRESistance", "FREQuency", "PERiod",
-    "CONTinuity", "DIODe", "TEMPerature", "CAPacitance",
-)  # fmt: skip
-_MEMORY = 10_000
-_VOLTAGE_OVERLOAD, _MEASURING, _WAITING = 0x01, 0x10, 0x20
-_HIGHEST = conversion.RANGES[-1]
-_FASTEST, _SLOWEST = min(conversion.RESOLUTIONS), max(conversion.RESOLUTIONS)
+_NAMES = {name: function for function in FUNCTIONS for name in function.names()}
+#: Below CONFigure and MEASure, where SENSe's header is another.
+_HEADERS = {"VOLT": "[:VOLTage]:DC", "VOLT:AC": "[:VOLTage]:AC"}
+_VOLTAGE_OVERLOAD, _CURRENT_OVERLOAD, _RESISTANCE_OVERLOAD = 0x01, 0x02, 0x200
+_OVERLOADS = {"V": _VOLTAGE_OVERLOAD, "A": _CURRENT_OVERLOAD, "OHM": _RESISTANCE_OVERLOAD}
+#: Test current (A) of the diode test, and what it tells of an open input.
+_DIODE_CURRENT, _NO_DIODE = 1.0e-3, 9.8e37
+_TEXT_LENGTH = 40
+_EMPTY = "Not able to recall state: it is empty"
 
 
 class Keysight34461A(ScpiInstrument):
-    """Simulated side of the voltmeter. It measures DC volts only; its sense terminals and other functions feed nothing.
+    """Simulated side of the multimeter; its current terminals are on nothing, the others on the bench's Kelvin leads.
 
-    One of its other functions is refused, and then it reads nothing until it is told to measure DC volts again, or reset.
+    Told to measure what it does not serve, it reads nothing until it is told to measure something else, or reset.
     A reading integrates the input over the power-line cycles set, at 50 Hz, and with autozero on spends as long again
     on its own zero. Neither the burden of its input nor the settling of ranges is modelled: a winding does not feel them.
     """
 
     unknown_word = -224
+    power_on_clears = True
     leftovers = (
         ("", "CONF:VOLT:DC 0.1", "CONF:VOLT:DC 1000"),
         ("", "VOLT:NPLC 0.02", "VOLT:NPLC 100"),
@@ -50,6 +69,7 @@ class Keysight34461A(ScpiInstrument):
         ("", "VOLT:IMP:AUTO ON"),
         ("", "VOLT:NULL:VAL 0.01;STAT ON", "VOLT:NULL:VAL:AUTO ON;:VOLT:NULL:STAT ON"),
         ("", "CALC:SCAL:GAIN 2;OFFS 0.5;STAT ON", "CALC:SCAL:FUNC PCT;REF 5;STAT ON"),
+        ("", "FUNC 'RES'", "FUNC 'VOLT:AC'"),
     )
 
     def __init__(
@@ -62,266 +82,203 @@ class Keysight34461A(ScpiInstrument):
     ) -> None:
         identity = f"Keysight Technologies,34461A,{serial},A.03.00-02.40-03.00-00.52-04-02"
         super().__init__(world.clock, generator, identity, queue_depth=20, queue_bit=0x04, version="1994.0")
-        self._world = world
+        self._input = InputTerminals(world)
         self._random = generator
         self._unit = errors or VoltmeterErrors()
-        self._range, self._cycles = 10.0, 10.0
-        self._auto = self._zero = self._measures = True
-        # The memory keeps the latest readings.
-        self._readings: deque[float] = deque(maxlen=_MEMORY)
-        self._triggers = self._left = 0
-        self._cycle = self._next_end = 0.0
-        self._busy_until = -math.inf
+        self._function = VOLT_DC
+        self._measures = True
+        self._display_text = ""
         self._questionable = StatusRegister()
         self.settings = ScpiSettings(self.tree, "+.8E")
+        self._trigger = ReadingTrigger(
+            world.clock, self.settings, self._timing, self._converted, lambda: self._measures
+        )
+        self._senses = settings_by_function(
+            FUNCTIONS, lambda function: self._value(function, 0.0, None), self._trigger.idle
+        )
+        self._math = ReadingMath(self.settings, self._trigger.idle)
+        self._sensor = TemperatureSensor(self.settings)
         self._add_settings()
-        self._math = ReadingMath(self.settings, self._idle)
+        self._add_functions()
         self._add_commands()
+        memory = StateMemory(self.tree, self.state, self.reset, range(5), ScpiError(291, _EMPTY))
+        memory.add("*SAV", "*RCL")
+        memory.add_learn(";".join)
         self.reset()
 
     def reset(self) -> None:
         """Return to autoranging DC volts, 10 power-line cycles, one reading at an immediate trigger, and no reading."""
         self.settings.reset()
-        self._measures = True
-        self._range, self._cycles = 10.0, 10.0
-        self._auto = self._zero = True
-        self._idle()
+        self._function, self._measures, self._display_text = VOLT_DC, True, ""
+        for sense in self._senses.values():
+            sense.reset()
+        self._trigger.reset()
+
+    def state(self) -> State:
+        """Return what brings the instrument, reset, to its present settings."""
+        senses = [message for function in FUNCTIONS for message in self._senses[function.word].messages(function)]
+        return (*senses, *answered(self.tree, queries_of(self.settings)), f':FUNC "{self._function.word}"')
 
     def give_up(self, busy: bool) -> None:
         """Give up what is being measured, too."""
         super().give_up(busy)
-        self._abort()
+        self._trigger.abort()
+
+    def trigger(self) -> None:
+        """Take the samples of one trigger, as *TRG does. Raises ScpiError -211 where no trigger is awaited."""
+        self._trigger.trigger()
+
+    def pending(self) -> float | None:
+        """Return when the readings that have been triggered are done; None where none are on their way."""
+        return self._trigger.pending()
 
     def _add_settings(self) -> None:
         put = self.settings
-        put.add_flag("impedance", "[SENSe]:VOLTage[:DC]:IMPedance:AUTO", False, changed=self._idle)
-        put.add_choice("source", "TRIGger:SOURce", ("IMMediate", "BUS", "EXTernal"), "IMM", changed=self._idle)
-        put.add_integer("triggers", "TRIGger:COUNt", 1, 1_000_000, 1, changed=self._idle)
-        put.add_number("delay", "TRIGger:DELay", 0.0, 3600.0, 0.0, unit="S", changed=self._idle)
-        put.add_integer("samples", "SAMPle:COUNt", 1, 1_000_000, 1, changed=self._idle)
+        put.add_flag("impedance", "[SENSe]:VOLTage[:DC]:IMPedance:AUTO", False, changed=self._trigger.idle)
         put.add_flag("display", "DISPlay[:STATe]", True)
         put.add_flag("beeper", "SYSTem:BEEPer:STATe", True)
+
+    def _add_functions(self) -> None:
+        add = self.tree.add
+        for function in FUNCTIONS:
+            self._senses[function.word].add_headers(self.tree, function)
+            header = _HEADERS.get(function.word, f":{function.header}")
+            add(f"CONFigure{header}", command=self._configuring(function))
+            add(f"MEASure{header}", query=self._measuring(function))
+        for refused in REFUSED:
+            add(f"CONFigure:{refused}", command=self._refuse)
+            add(f"MEASure:{refused}", query=self._refuse)
+        add("CONFigure", query=bare(self._configuration))
+        add("[SENSe]:FUNCtion[:ON]", command=self._set_function, query=bare(lambda: f'"{self._function.word}"'))
 
     def _add_commands(self) -> None:
         add, impedance = self.tree.add, self.settings["impedance"]
         # The older models' header, which this one still takes.
         add("INPut:IMPedance:AUTO", command=impedance.set, query=impedance.get)
-        add("CONFigure[:VOLTage]:DC", command=self._configure)
-        add("CONFigure", query=bare(lambda: f'"VOLT {self._range:+.6E},{self._resolution():+.6E}"'))
-        add("MEASure[:VOLTage]:DC", query=self._measure)
-        add("[SENSe]:FUNCtion[:ON]", command=self._set_function, query=bare(lambda: '"VOLT"'))
-        add("[SENSe]:VOLTage[:DC]:NPLCycles", command=self._set_cycles, query=self._get_cycles)
-        add("[SENSe]:VOLTage[:DC]:RESolution", command=self._set_resolution, query=self._get_resolution)
-        add("[SENSe]:VOLTage[:DC]:RANGe[:UPPer]", command=self._set_range, query=self._get_range)
-        add("[SENSe]:VOLTage[:DC]:RANGe:AUTO", command=self._set_auto, query=bare(lambda: str(int(self._auto))))
-        add("[SENSe]:VOLTage[:DC]:ZERO:AUTO", command=self._set_zero, query=bare(lambda: str(int(self._zero))))
-        for function in _OTHERS:
-            add(f"CONFigure:{function}", command=self._refuse)
-            add(f"MEASure:{function}", query=self._refuse)
-        add("INITiate[:IMMediate]", command=bare(lambda: self._initiate()))
-        add("ABORt", command=bare(lambda: self._abort()))
-        add("READ", query=bare(lambda: self._read()))
-        add("FETCh", query=bare(lambda: self._fetch()))
-        add("DATA:POINts", query=self._points)
+        self._trigger.add_headers(self.tree)
+        add("DISPlay:TEXT[:DATA]", command=self._show, query=bare(lambda: f'"{self._display_text}"'))
+        add("DISPlay:TEXT:CLEar", command=bare(self._clear_text))
+        add("ROUTe:TERMinals", query=bare(lambda: "FRON"))
+        add("SYSTem:LFRequency", query=bare(lambda: "+50"))
+        add("SYSTem:PRESet", command=bare(self.reset))
         add("SYSTem:BEEPer[:IMMediate]", command=bare(lambda: None))
         add("SYSTem:LOCal", command=bare(lambda: None))
         self.add_register("STATus:QUEStionable", self._questionable, 0x08)
-        self.add_register("STATus:OPERation", StatusRegister(self._operation), 0x80)
+        self.add_register("STATus:OPERation", StatusRegister(self._trigger.condition), 0x80)
 
-    # settings
+    # functions
 
-    def _set_range(self, call: Call) -> None:
-        exactly(call.arguments, 1)
-        self._range, self._auto = self._parse_range(call.arguments[0]), False
-        self._idle()
+    @property
+    def _sense(self) -> FunctionSettings:
+        return self._senses[self._function.word]
 
-    def _get_range(self, call: Call) -> str:
-        exactly(call.arguments, 0, 1)
-        return f"{self._parse_range(call.arguments[0]) if call.arguments else self._range:+.8E}"
+    def _configuring(self, function: Function) -> Handler:
+        def configure(call: Call) -> None:
+            if function is TEMP:
+                self._sensor.configure(call.arguments)
+                self._senses[TEMP.word].configure(())
+            else:
+                self._senses[function.word].configure(call.arguments)
+            self._function, self._measures = function, True
+            self._math.disable(function)
+            self._trigger.reset()
 
-    def _set_cycles(self, call: Call) -> None:
-        exactly(call.arguments, 1)
-        self._cycles = self._parse_cycles(call.arguments[0])
-        self._idle()
+        return configure
 
-    def _get_cycles(self, call: Call) -> str:
-        exactly(call.arguments, 0, 1)
-        return f"{self._parse_cycles(call.arguments[0]) if call.arguments else self._cycles:+.8E}"
+    def _measuring(self, function: Function) -> Handler:
+        configure = self._configuring(function)
 
-    def _set_resolution(self, call: Call) -> None:
-        exactly(call.arguments, 1)
-        if self._auto:
-            raise ScpiError(-221)
-        self._cycles = self._parse_resolution(call.arguments[0], self._range)
-        self._idle()
+        def measure(call: Call) -> Handling:
+            configure(call)
+            return self._trigger.read()
 
-    def _get_resolution(self, call: Call) -> str:
-        exactly(call.arguments, 0)
-        return f"{self._resolution():+.8E}"
+        return measure
+
+    def _configuration(self) -> str:
+        sense, word = self._sense, self._function.word
+        if self._function.kind == "integral" and self._function.fixed:
+            return f'"{word}"'
+        return f'"{word} {sense.range:+.6E},{sense.resolution * sense.range:+.6E}"'
 
     def _set_function(self, call: Call) -> None:
         exactly(call.arguments, 1)
-        self._measures = string(call.arguments[0]).upper() in _FUNCTIONS
-        self._idle()
-        if not self._measures:
+        function = _NAMES.get(string(call.arguments[0]).upper())
+        self._measures = function is not None
+        self._trigger.idle()
+        if function is None:
             raise ScpiError(-224)
+        self._function = function
 
     def _refuse(self, _: Call) -> None:
         self._measures = False
-        self._idle()
+        self._trigger.idle()
         raise ScpiError(-113)
 
-    def _resolution(self) -> float:
-        return conversion.RESOLUTIONS[self._cycles] * self._range
-
-    def _set_auto(self, call: Call) -> None:
+    def _show(self, call: Call) -> None:
         exactly(call.arguments, 1)
-        once = _once(call.arguments[0])
-        if once:
-            self._range = conversion.ranged(self._range, self._world.voltmeter_voltage(0.0))
-        self._auto = not once and boolean(call.arguments[0])
-        self._idle()
+        self._display_text = string(call.arguments[0])[:_TEXT_LENGTH]
 
-    def _set_zero(self, call: Call) -> None:
-        exactly(call.arguments, 1)
-        self._zero = not _once(call.arguments[0]) and boolean(call.arguments[0])
-        self._idle()
-
-    @staticmethod
-    def _parse_range(argument: Argument) -> float:
-        return conversion.range_for(number(argument, 0.0, _HIGHEST, default=10.0, unit="V"))
-
-    @staticmethod
-    def _parse_cycles(argument: Argument) -> float:
-        return conversion.cycles_for(number(argument, _FASTEST, _SLOWEST, default=10.0))
-
-    @staticmethod
-    def _parse_resolution(argument: Argument, full_scale: float) -> float:
-        if argument.kind == "word":
-            finest, coarsest = min(conversion.RESOLUTIONS.values()), max(conversion.RESOLUTIONS.values())
-            relative = number(argument, finest, coarsest, default=conversion.RESOLUTIONS[10.0])
-        else:
-            relative = number(argument, 0.0, math.inf, unit="V") / full_scale
-        cycles = conversion.cycles_for_resolution(relative)
-        if cycles is None:
-            raise ScpiError(-222)
-        return cycles
-
-    def _configure(self, call: Call) -> None:
-        exactly(call.arguments, 0, 2)
-        wanted = call.arguments
-        auto = not wanted or (wanted[0].kind == "word" and wanted[0].text in ("AUTO", "DEF", "DEFAULT"))
-        if auto and len(wanted) == 2 and wanted[1].text not in ("DEF", "DEFAULT"):
-            # Without a range there is nothing that a resolution could be a share of.
-            raise ScpiError(-221)
-        full_scale = self._range if auto else self._parse_range(wanted[0])
-        cycles = self._parse_resolution(wanted[1], full_scale) if len(wanted) == 2 else 10.0
-        self._range, self._cycles, self._measures = full_scale, cycles, True
-        for name in ("source", "triggers", "delay", "samples"):
-            self.settings[name].reset()
-        self._math.disable()
-        self._auto, self._zero = auto, cycles >= 1.0
-        self._idle()
-
-    # triggering
-
-    def _idle(self, _: int = 1) -> None:
-        """Leave whatever is being measured, and forget the readings: a new setting makes them stale."""
-        self._abort()
-        self._readings.clear()
-
-    def _abort(self) -> None:
-        self._triggers = self._left = 0
-        self._busy_until = -math.inf
-
-    def _initiate(self) -> None:
-        if not self._measures:
-            raise ScpiError(-221)
-        if self._triggers or self._measuring():
-            raise ScpiError(-213)
-        self._idle()
-        self._triggers = round(self.settings.number("triggers"))
-        if self.settings.word("source") == "IMM":
-            self._start(self._triggers)
-
-    def trigger(self) -> None:
-        """Take the samples of one trigger, as *TRG does. Raises ScpiError -211 where no trigger is awaited."""
-        if self.settings.word("source") != "BUS" or not self._triggers or self._measuring():
-            raise ScpiError(-211)
-        self._collect()
-        self._start(1)
-
-    def _start(self, triggers: int) -> None:
-        self._triggers -= triggers
-        self._left = triggers * round(self.settings.number("samples"))
-        integration, delay = self._cycles * conversion.LINE_CYCLE, self.settings.number("delay")
-        self._cycle = delay + integration * (2.0 if self._zero else 1.0)
-        # Input first, then the unit's own zero.
-        self._next_end = self.clock.now() + delay + integration
-        self._busy_until = self.clock.now() + self._left * self._cycle
-
-    def _measuring(self) -> bool:
-        return self.clock.now() < self._busy_until
-
-    def _operation(self) -> int:
-        return _MEASURING if self._measuring() else _WAITING if self._triggers else 0
-
-    def pending(self) -> float | None:
-        """Return when the readings that have been triggered are done; None where none are on their way."""
-        return self._busy_until if self._measuring() else None
+    def _clear_text(self) -> None:
+        self._display_text = ""
 
     # readings
 
-    def _read(self) -> Handling:
-        if self.settings.word("source") == "BUS":
-            # The trigger could not come while the query waits for its readings.
-            raise ScpiError(-214)
-        self._initiate()
-        return self._fetch()
+    def _timing(self) -> tuple[float, float]:
+        return self._sense.aperture, self._sense.duration(self._function)
 
-    def _measure(self, call: Call) -> Handling:
-        self._configure(call)
-        return self._read()
+    def _value(self, function: Function, aperture: float, end: float | None) -> float:
+        """Return the quantity that a function measures over the `aperture` s before `end` (s; now)."""
+        full_scale, terminals = self._senses[function.word].range, self._input
+        if function in (CURR_DC, CURR_AC):
+            return 0.0
+        if function is VOLT_DC:
+            return terminals.voltage(aperture, end)
+        if function in (VOLT_AC, FREQ, PER):
+            return terminals.rms(aperture, end)
+        if function is DIOD:
+            return _DIODE_CURRENT * terminals.resistance(function, full_scale, aperture, end)
+        wires = self._sensor.wires if function is TEMP else function
+        return terminals.resistance(wires, full_scale, aperture, end)
 
-    def _fetch(self) -> Handling:
-        while self._left:
-            yield self._next_end
-            self._collect()
-        if self._measuring():
-            yield self._busy_until
-        if self._triggers:
-            yield math.inf
-        if not self._readings:
-            raise ScpiError(-230)
-        return ",".join(f"{reading:+.8E}" for reading in self._readings)
+    def _ranged(self, extreme: float, value: float, end: float) -> float:
+        """Have autoranging find the range for the extreme of a quantity, and return the quantity there.
 
-    def _points(self, call: Call) -> str:
-        exactly(call.arguments, 0)
-        self._collect()
-        return f"{len(self._readings):+d}"
-
-    def _collect(self) -> None:
-        """Convert what has been integrated by now."""
-        while self._left and self._next_end <= self.clock.now():
-            end = self._next_end
-            self._left -= 1
-            self._next_end += self._cycle
-            self._readings.append(self._converted(end))
+        What an ohmmeter sees depends on its test current, and so on the range.
+        """
+        function, sense = self._function, self._sense
+        for _ in function.ranges:
+            found = conversion.ranged(sense.range, extreme, function.ranges)
+            if found == sense.range:
+                return value
+            sense.range = found
+            if function not in (RES, FRES, TEMP):
+                return value
+            extreme = value = self._value(function, sense.aperture, end)
+        return math.inf
 
     def _converted(self, end: float) -> float:
+        function, sense = self._function, self._sense
         try:
-            voltage = self._world.voltmeter_voltage(self._cycles * conversion.LINE_CYCLE, end)
+            value = self._value(function, sense.aperture, end)
+            peak = self._input.peak(sense.aperture, end) / SATURATION if function is VOLT_DC else 0.0
+            if sense.auto and len(function.ranges) > 1:
+                value = self._ranged(value if peak <= abs(value) else math.copysign(peak, value), value, end)
+            if peak > sense.range:
+                # What goes to and fro beyond the range has a mean that the converter does not see.
+                value = math.copysign(math.inf, value)
+            if function in (FREQ, PER):
+                value = self._input.frequency(sense.aperture, end, sense.range)
         except ValueError:
             # The bench's past does not reach back to readings that nobody fetched for minutes.
             raise ScpiError(-230) from None
-        if self._auto:
-            self._range = conversion.ranged(self._range, voltage)
-        reading = conversion.convert(voltage, self._range, self._cycles, self._unit, self._random)
+        if function is PER:
+            value = 1.0 / value if value else 0.0
+        reading = conversion.convert(value, function, sense.range, sense.resolution, self._unit, self._random)
+        if function is DIOD and abs(reading) == conversion.OVERLOAD:
+            return math.copysign(_NO_DIODE, reading)
+        if function is TEMP:
+            reading = self._sensor.temperature(reading)
         if abs(reading) == conversion.OVERLOAD:
-            self._questionable.latch(_VOLTAGE_OVERLOAD)
+            self._questionable.latch(_OVERLOADS.get(function.unit, _RESISTANCE_OVERLOAD))
             return reading
-        return self._math.told(reading)
-
-
-def _once(argument: Argument) -> bool:
-    return argument.kind == "word" and argument.text == "ONCE"
+        return self._math.told(function, reading)

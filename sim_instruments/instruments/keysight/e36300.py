@@ -18,6 +18,7 @@ from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument
 from sim_instruments.scpi.parameters import boolean, channel_list, choice, choices, exactly, number, string
+from sim_instruments.scpi.states import State, StateMemory, answered
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling, bare
 
@@ -31,6 +32,10 @@ _CONSTANT_CURRENT, _CONSTANT_VOLTAGE, _FAULT = 1, 2, 3
 _OVER_VOLTAGE_BIT, _OVER_CURRENT_BIT = 0x200, 0x400
 _INSTRUMENT_SUMMARY = 0x2000
 _MEASURING_TIME = 0.02  # one power-line cycle
+_KEPT = ("VOLT", "CURR", "VOLT:PROT", "CURR:PROT:STAT", "CURR:PROT:DEL", "CURR:PROT:DEL:STAR", "VOLT:SENS")
+_KEPT_COMMON = (":OUTP:PAIR?", ":OUTP:TRAC?", ":INST:NSEL?", ":DISP:TEXT?")
+_KEPT_AFTER = ("VOLT:MODE", "CURR:MODE")
+_EMPTY = "Not able to recall state: it is empty"
 
 
 @dataclass(frozen=True)
@@ -86,6 +91,7 @@ class KeysightE36313A(ScpiInstrument):
         ("", "VOLT:MODE LIST,(@1)", "CURR:MODE LIST,(@1:3)"),
     )
     unknown_word = -224
+    power_on_clears = True
 
     def __init__(
         self,
@@ -108,6 +114,8 @@ class KeysightE36313A(ScpiInstrument):
         self._summaries = {channel: StatusRegister(partial(self._condition, channel)) for channel in self._outputs}
         self._coupling = Coupling(self.tree, tuple(RATINGS), self._channels, self._apply, self._switch_off)
         self._add_commands()
+        memory = StateMemory(self.tree, self.state, self.reset, range(10), ScpiError(291, _EMPTY))
+        memory.add("*SAV", "*RCL")
         self.reset()
 
     def reset(self) -> None:
@@ -124,6 +132,14 @@ class KeysightE36313A(ScpiInstrument):
             supply.clear_trip()
             supply.set_over_current(False)
         self._apply()
+
+    def state(self) -> State:
+        """Return what brings the supply, reset, to its present settings, outputs that are on included."""
+        levels = [f":{header}? (@{channel})" for header in _KEPT for channel in self._outputs]
+        # Outputs that are coupled take no set points, so that comes after them.
+        coupled = [f":{header}? (@{channel})" for header in _KEPT_AFTER for channel in self._outputs]
+        switched = [f":OUTP? (@{channel})" for channel, output in self._outputs.items() if output.on]
+        return tuple(answered(self.tree, [*levels, *_KEPT_COMMON, *coupled, *switched]))
 
     def inhibit(self, inhibited: bool) -> None:
         """Take all outputs off by the inhibit input, latched: allowed again, they stay off until they are switched on anew."""

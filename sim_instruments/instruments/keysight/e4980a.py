@@ -8,7 +8,8 @@ import numpy as np
 
 from sim_instruments.instruments.errors import LcrErrors
 from sim_instruments.instruments.keysight.e4980a_accuracy import Aperture
-from sim_instruments.instruments.keysight.e4980a_leftovers import CableLength, DeviationMode, SweepList, add_bias
+from sim_instruments.instruments.keysight.e4980a_leftovers import CableLength, DeviationMode, add_bias
+from sim_instruments.instruments.keysight.e4980a_list import SweepList
 from sim_instruments.instruments.keysight.e4980a_measurement import BridgeMeasurement, BridgeResult, Conditions
 from sim_instruments.instruments.keysight.e4980a_parameters import NEED_DC, OVERFLOW, TOKENS, pair
 from sim_instruments.instruments.keysight.e4980a_replies import Figures, Replies
@@ -16,6 +17,7 @@ from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.parameters import choice, choices, exactly, integer, number
 from sim_instruments.scpi.settings import ScpiSettings
+from sim_instruments.scpi.states import State, StateMemory, answered, queries_of
 from sim_instruments.scpi.status import StatusRegister
 from sim_instruments.scpi.tree import Call, Handling, bare
 
@@ -63,16 +65,20 @@ class KeysightE4980A(ScpiInstrument):
         self._due: float | None = None
         self._reading: BridgeResult | None = None
         self._sweep: list[BridgeResult] = []
+        self._triggered: list[Conditions] = []
         self._free = True
         self._since = 0.0
         self.settings = ScpiSettings(self.tree, "+.5E")
         self._add_settings()
-        self._replies = Replies(self.settings)
+        self._replies = Replies(self.tree, self.settings)
         self._deviation = DeviationMode(self.settings)
-        self._list = SweepList(self.tree, _LOWEST_FREQUENCY, self._highest)
+        self._list = SweepList(self.tree, self.settings, _LOWEST_FREQUENCY, self._highest)
         self._cable = CableLength(self.tree)
         add_bias(self.settings, "001" in options)
         self._add_commands()
+        memory = StateMemory(self.tree, self.state, self.reset, range(10), ScpiError(-230))
+        memory.add("MMEMory:STORe:STATe[:REGister]", "MMEMory:LOAD:STATe[:REGister]")
+        memory.add_learn(";".join)
         self.reset()
 
     leftovers = (
@@ -106,12 +112,18 @@ class KeysightE4980A(ScpiInstrument):
         self._aperture, self._averages = "MED", 1
         self._waiting = False
         self._list.reset()
+        self._replies.reset()
         self._cable.reset()
         self._stale()
 
     def options(self) -> str:
         """Return the options, in the order of their numbers."""
         return ",".join(sorted(self._options))
+
+    def state(self) -> State:
+        """Return what brings the bridge, reset, to its present settings."""
+        own = (":FUNC:IMP?", ":FREQ?", ":VOLT?", ":CURR?", ":APER?", ":FUNC:IMP:RANG?", ":CORR:LENG?", ":FORM?")
+        return tuple(answered(self.tree, (*own, *self._list.queries(), *queries_of(self.settings))))
 
     def _add_settings(self) -> None:
         put = self.settings
@@ -123,7 +135,9 @@ class KeysightE4980A(ScpiInstrument):
         put.add_flag("short", "CORRection:SHORt:STATe", False, changed=self._stale)
         put.add_flag("open", "CORRection:OPEN:STATe", False, changed=self._stale)
         put.add_flag("load", "CORRection:LOAD:STATe", False, changed=self._stale)
-        put.add_choice("list", "LIST:MODE", ("SEQuence", "STEPped"), "SEQ")
+        for monitored in ("VAC", "IAC"):
+            # Both are monitored all the time here.
+            put.add_flag(f"monitor {monitored}", f"FUNCtion:SMONitor:{monitored}[:STATe]", True)
         put.add_choice("page", "DISPlay:PAGE", _PAGES, "MEAS", changed=self._turn_page)
         put.add_string("line", "DISPlay:LINE", "")
         put.add_flag("display", "DISPlay:ENABle", True)
@@ -244,6 +258,7 @@ class KeysightE4980A(ScpiInstrument):
         # Readings go from page to page, but no measurement does.
         self._due = None
         self._sweep = []
+        self._list.rewind()
         self._since = self.clock.now()
 
     @property
@@ -283,14 +298,9 @@ class KeysightE4980A(ScpiInstrument):
     def _begin_measurement(self) -> None:
         self._waiting = False
         self._reading, self._sweep = None, []
-        self._due = self.clock.now() + sum(conditions.duration for conditions in self._points())
-
-    def _points(self) -> list[Conditions]:
-        """Return what one trigger measures: once, or on the LIST page at each of its frequencies."""
         conditions = self._conditions()
-        if self._page != "LIST":
-            return [conditions]
-        return [replace(conditions, frequency=frequency) for frequency in self._list.frequencies]
+        self._triggered = self._list.triggered(conditions) if self._page == "LIST" else [conditions]
+        self._due = self.clock.now() + sum(conditions.duration for conditions in self._triggered)
 
     def _read(self, conditions: Conditions, time: float) -> BridgeResult:
         result = self._measurement.read(conditions, time)
@@ -320,7 +330,7 @@ class KeysightE4980A(ScpiInstrument):
                 self._reading = self._read(self._conditions(), done)
         elif self._due is not None:
             yield self._due
-            results = [self._read(conditions, self.clock.now()) for conditions in self._points()]
+            results = [self._read(conditions, self.clock.now()) for conditions in self._triggered]
             self._reading = results[-1] if results else None
             self._sweep = results if self._page == "LIST" else []
             self._due = None
@@ -343,9 +353,10 @@ class KeysightE4980A(ScpiInstrument):
         return *self._deviation.shown((first, second)), reading.status
 
     def _swept(self) -> str | bytes:
-        frequencies = self._list.frequencies or (self._frequency,)
-        readings: list[BridgeResult] | list[None] = self._sweep or [None] * len(frequencies)
-        return self._replies.sweep([self._shown(*entry) for entry in zip(readings, frequencies, strict=True)])
+        points = self._triggered if self._sweep else self._list.waiting(self._conditions())
+        readings: list[BridgeResult] | list[None] = self._sweep or [None] * len(points)
+        shown = [self._shown(reading, at.frequency) for reading, at in zip(readings, points, strict=True)]
+        return self._replies.sweep(shown)
 
     def _fetch_corrected(self) -> Handling:
         yield from self._result()

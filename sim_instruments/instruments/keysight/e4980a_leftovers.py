@@ -9,7 +9,6 @@ from sim_instruments.scpi.parameters import exactly, number
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.tree import Call, CommandTree, bare
 
-_MOST_POINTS = 201
 _CABLES = (0.0, 1.0, 2.0, 4.0)
 #: Speed of a wave in the cable (m/s); the bench's leads have no length of their own.
 _SPEED = 2.0e8
@@ -36,28 +35,6 @@ class DeviationMode:
         if mode == "ABS":
             return value - reference
         return OVERFLOW if reference == 0.0 else 100.0 * (value - reference) / reference
-
-
-class SweepList:
-    """LIST:FREQuency: the frequencies (Hz) of the LIST page, at most 201."""
-
-    def __init__(self, tree: CommandTree, lowest: float, highest: float) -> None:
-        self._limits = (lowest, highest)
-        self.frequencies: tuple[float, ...] = ()
-        tree.add("LIST:FREQuency", command=self._set, query=self._get)
-        tree.add("LIST:CLEar[:ALL]", command=bare(lambda: self.reset()))
-
-    def reset(self) -> None:
-        """Forget the points."""
-        self.frequencies = ()
-
-    def _set(self, call: Call) -> None:
-        exactly(call.arguments, 1, _MOST_POINTS)
-        self.frequencies = tuple(number(argument, *self._limits, unit="HZ") for argument in call.arguments)
-
-    def _get(self, call: Call) -> str:
-        exactly(call.arguments, 0)
-        return ",".join(f"{frequency:+.5E}" for frequency in self.frequencies or (OVERFLOW,))
 
 
 class CableLength:

@@ -86,7 +86,8 @@ class BridgeMeasurement:
 
     def learn_open(self) -> bool:
         """Measure the open leads; false where something is connected. The virtual leads have no stray capacitance."""
-        return not abs(self._world.impedance(1.0e3, 1.0, 0.1)) < _OVERLOAD
+        seen = abs(self._world.impedance(1.0e3, 1.0, 0.1))
+        return not (math.isnan(seen) or seen < _OVERLOAD)
 
     def read(self, conditions: Conditions, time: float) -> BridgeResult:
         """Return the reading of a measurement that ends now and is dated `time`."""

@@ -3,7 +3,11 @@
 import struct
 from collections.abc import Sequence
 
+from sim_instruments.scpi.parameters import choice, choices, exactly, number
 from sim_instruments.scpi.settings import ScpiSettings
+from sim_instruments.scpi.tree import Call, CommandTree, bare
+
+_FORMS = choices(("ASCii", "REAL"))
 
 #: Primary and secondary parameter and status.
 Figures = tuple[float, float, int]
@@ -12,12 +16,25 @@ Figures = tuple[float, float, int]
 class Replies:
     """Formats figures by FORMat and its sisters."""
 
-    def __init__(self, settings: ScpiSettings) -> None:
+    def __init__(self, tree: CommandTree, settings: ScpiSettings) -> None:
         self._settings = settings
-        settings.add_choice("format", "FORMat[:DATA]", ("ASCii", "REAL"), "ASC")
+        self._form = "ASC"
+        tree.add("FORMat[:DATA]", command=self._set_form, query=bare(lambda: self._form))
         settings.add_flag("long", "FORMat:ASCii:LONG", False)
         settings.add_choice("order", "FORMat:BORDer", ("NORMal", "SWAPped"), "NORM")
         settings.add_flag("comparator", "COMParator[:STATe]", False)
+
+    def reset(self) -> None:
+        """Return to characters."""
+        self._form = "ASC"
+
+    def _set_form(self, call: Call) -> None:
+        """Take a form and its length: numbers in a block have 64 bits, those in characters as many as they have."""
+        exactly(call.arguments, 1, 2)
+        form = choice(call.arguments[0], _FORMS)
+        for argument in call.arguments[1:]:
+            number(argument, 64.0, 64.0) if form == "REAL" else number(argument, 0.0, 255.0)
+        self._form = form
 
     def values(self, values: Sequence[float]) -> str | bytes:
         """Return numbers without a status."""
@@ -44,7 +61,7 @@ class Replies:
 
     @property
     def _binary(self) -> bool:
-        return self._settings.word("format") == "REAL"
+        return self._form == "REAL"
 
     def _number(self, value: float) -> str:
         return f"{value:+.9E}" if self._settings.flag("long") else f"{value:+.5E}"

@@ -9,9 +9,11 @@ import numpy as np
 from sim_instruments.disturbances.channel import ChannelPath
 from sim_instruments.instruments.errors import ScopeErrors
 from sim_instruments.instruments.keysight.infiniivision_acquisition import AC_CORNER, Acquisition
+from sim_instruments.instruments.keysight.infiniivision_arming import Setup
 from sim_instruments.instruments.keysight.infiniivision_measure import MeasureSubsystem
 from sim_instruments.instruments.keysight.infiniivision_record import DIVISIONS, Vertical
-from sim_instruments.instruments.keysight.infiniivision_setup import Setup
+from sim_instruments.instruments.keysight.infiniivision_screen import screen_block
+from sim_instruments.instruments.keysight.infiniivision_setup import SetupSubsystem
 from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, Slope
 from sim_instruments.instruments.keysight.infiniivision_waveform import WaveformSubsystem
 from sim_instruments.scpi.errors import ScpiError
@@ -33,6 +35,7 @@ SOURCES = {
 _REJECTION = 50.0e3
 _TRIGGER_CORNERS = {"DC": 0.0, "AC": AC_CORNER, "LFR": _REJECTION}
 _TRIGGER_SOURCES = {**SOURCES, **choices(("EXTernal", "LINE"))}
+_REJECTED = choices(("OFF", "LFReject", "HFReject"))
 _CLEAR = choices(("CLEar",))
 _RUN_BIT, _WAIT_BIT = 0x08, 0x20
 _MEMORY = 4_000_000
@@ -97,8 +100,10 @@ class KeysightInfiniiVision(ScpiInstrument):
         self._add_trigger()
         self._add_acquire()
         self._add_root()
-        self._waveform = WaveformSubsystem(self.tree, self.settings, self.acquisition)
-        MeasureSubsystem(self.tree, self.acquisition)
+        self._waveform = WaveformSubsystem(self.tree, self.settings, self.acquisition, self._available)
+        self._measure = MeasureSubsystem(self.tree, self.acquisition)
+        SetupSubsystem(self.tree, self.settings, self.reset)
+        self.tree.add("DISPlay:DATA", query=self._screen)
         self._stop_listening = world.clock.on_advance(self.acquisition.on_advance)
         self.reset()
 
@@ -110,6 +115,7 @@ class KeysightInfiniiVision(ScpiInstrument):
         """Return to the default setup: channel 1, 5 V/div, 100 µs/div, running with automatic trigger."""
         self.settings.reset()
         self._waveform.reset()
+        self._measure.reset()
         self._source = "CHAN1"
         self._scales, self._offsets, self._probes = [5.0] * CHANNELS, [0.0] * CHANNELS, [1.0] * CHANNELS
         for channel in range(2, CHANNELS + 1):
@@ -145,6 +151,7 @@ class KeysightInfiniiVision(ScpiInstrument):
         put.add_flag("invert", f"{channel}:INVert", False, count=CHANNELS, changed=self._rearm)
         put.add_choice("unit", f"{channel}:UNITs", ("VOLT", "AMPere"), "VOLT", count=CHANNELS)
         put.add_string("label", f"{channel}:LABel", "", count=CHANNELS)
+        put.add_choice("signal type", f"{channel}:PROBe:STYPe", ("DIFFerential", "SINGle"), "SING", count=CHANNELS)
         put.add_flag("vernier", f"{channel}:VERNier", False, count=CHANNELS)
         put.add_number(
             "skew", f"{channel}:PROBe:SKEW", -1.0e-7, 1.0e-7, 0.0, unit="S", count=CHANNELS, changed=self._rearm
@@ -284,12 +291,27 @@ class KeysightInfiniiVision(ScpiInstrument):
         self._levels = dict.fromkeys(range(1, CHANNELS + 1), 0.0)
         self.tree.add("TRIGger[:EDGE]:SOURce", command=self._set_source, query=bare(lambda: self._source))
         self.tree.add("TRIGger[:EDGE]:LEVel", command=self._set_level, query=self._get_level)
+        self.tree.add("TRIGger[:EDGE]:REJect", command=self._set_reject, query=bare(self._reject))
         self.tree.add("TRIGger:FORCe", command=bare(lambda: self.acquisition.force()))
 
     def _set_source(self, call: Call) -> None:
         exactly(call.arguments, 1)
         self._source = choice(call.arguments[0], _TRIGGER_SOURCES)
         self._rearm()
+
+    def _set_reject(self, call: Call) -> None:
+        """Set one rejection: that of low frequencies is the coupling's, too."""
+        exactly(call.arguments, 1)
+        rejected = choice(call.arguments[0], _REJECTED)
+        if rejected == "LFR" or self.settings.word("trigger_coupling") == "LFR":
+            self.settings.put("trigger_coupling", "LFR" if rejected == "LFR" else "DC")
+        self.settings.put("hf_reject", rejected == "HFR")
+        self._rearm()
+
+    def _reject(self) -> str:
+        if self.settings.word("trigger_coupling") == "LFR":
+            return "LFR"
+        return "HFR" if self.settings.flag("hf_reject") else "OFF"
 
     def _level_channel(self, call: Call, position: int) -> int:
         source = choice(call.arguments[position], SOURCES) if len(call.arguments) > position else self._source
@@ -387,6 +409,8 @@ class KeysightInfiniiVision(ScpiInstrument):
 
     def _add_root(self) -> None:
         add = self.tree.add
+        # As the default setup, preferences apart, which this one has none of.
+        add("SYSTem:PRESet", command=bare(self.reset))
         add("RUN", command=bare(lambda: self.acquisition.run(self._setup())))
         add("STOP", command=bare(lambda: self.acquisition.stop()))
         add("SINGle", command=bare(lambda: self.acquisition.single(self._setup())))
@@ -430,6 +454,9 @@ class KeysightInfiniiVision(ScpiInstrument):
         for channel in channels or range(1, CHANNELS + 1):
             self.settings.put("display", shown, channel)
         self._rearm()
+
+    def _screen(self, call: Call) -> bytes:
+        return screen_block(call, self.acquisition.record(), self._shown())
 
     def _digitize(self, call: Call) -> Handling:
         channels = [int(choice(argument, SOURCES)[-1]) for argument in call.arguments]

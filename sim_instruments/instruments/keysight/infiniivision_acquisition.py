@@ -7,8 +7,8 @@ from typing import Literal, Protocol
 import numpy as np
 
 from sim_instruments.disturbances.channel import CLEAR, ChannelPath
+from sim_instruments.instruments.keysight.infiniivision_arming import Setup
 from sim_instruments.instruments.keysight.infiniivision_record import FloatArray, Record, Signal, Vertical
-from sim_instruments.instruments.keysight.infiniivision_setup import Setup
 from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, EdgeFinder
 
 #: Corner (Hz) of the input's own AC coupling.

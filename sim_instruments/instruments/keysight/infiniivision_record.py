@@ -107,6 +107,13 @@ class Record:
             sampling = kept[channel, points] = Sampling(self, channel, points)
         return sampling
 
+    def words(self, channel: int, points: int) -> WordArray:
+        """Return the samples of a channel at `points` evenly spaced times at once."""
+        sampling = self.sampling(channel, points)
+        while not sampling.done:
+            sampling.go_on()
+        return sampling.words
+
 
 class Sampling:
     """Samples of a channel, 16 bits left-aligned, taken piece by piece; `words` holds them once it is `done`."""

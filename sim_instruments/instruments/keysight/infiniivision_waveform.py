@@ -1,5 +1,7 @@
 """The :WAVeform subsystem of the InfiniiVision: transfer of records with what it takes to scale them."""
 
+from collections.abc import Callable
+
 from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition
 from sim_instruments.instruments.keysight.infiniivision_record import Record, Vertical
 from sim_instruments.instruments.keysight.infiniivision_transfer import (
@@ -25,10 +27,13 @@ _COUNTS = (
 
 
 class WaveformSubsystem:
-    """Adds its headers to a tree and answers them from the last record of an acquisition."""
+    """Adds its headers to a tree and answers them from the last record of an acquisition; `available` says how long the next is."""
 
-    def __init__(self, tree: CommandTree, settings: ScpiSettings, acquisition: Acquisition) -> None:
+    def __init__(
+        self, tree: CommandTree, settings: ScpiSettings, acquisition: Acquisition, available: Callable[[], int]
+    ) -> None:
         self._settings = settings
+        self._available = available
         self._acquisition = acquisition
         settings.add_choice("wav_points_mode", "WAVeform:POINts:MODE", ("NORMal", "MAXimum", "RAW"), "NORM")
         settings.add_choice("wav_order", "WAVeform:BYTeorder", ("LSBFirst", "MSBFirst"), "MSBF")
@@ -39,7 +44,7 @@ class WaveformSubsystem:
         self._points: int | None = None
         add = tree.add
         add("WAVeform:SOURce", command=self._set_source, query=bare(lambda: self._source))
-        add("WAVeform:POINts", command=self._set_points, query=bare(lambda: f"{self._transferred():+d}"))
+        add("WAVeform:POINts", command=self._set_points, query=bare(lambda: f"{self._offered():+d}"))
         add("WAVeform:TYPE", query=bare(lambda: settings.word("type")))
         add("WAVeform:COUNt", query=bare(lambda: f"{len(self._record().triggers):+d}"))
         add("WAVeform:PREamble", query=bare(lambda: self._preamble()))
@@ -78,11 +83,19 @@ class WaveformSubsystem:
     def _vertical(self) -> Vertical:
         return self._record().verticals[int(self._source[-1])]
 
-    def _transferred(self) -> int:
+    def _offered(self) -> int:
+        """Return how many points a transfer gives, or would give of a record that is still to come."""
+        return min(self._limit, self._available()) if self._acquisition.record() is None else self._transferred()
+
+    @property
+    def _limit(self) -> int:
         mode = self._settings.word("wav_points_mode")
         stopped = self._acquisition.state == "STOP"
         limit = _NORMAL_POINTS if mode == "NORM" or not stopped else _COUNTS[-1]
-        return self._record().points(min(limit, self._points or limit))
+        return min(limit, self._points or limit)
+
+    def _transferred(self) -> int:
+        return self._record().points(self._limit)
 
     def _increment(self) -> float:
         return self._record().span / self._transferred()

@@ -10,6 +10,7 @@ from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument
 from sim_instruments.scpi.parameters import exactly, integer
+from sim_instruments.scpi.states import State, StateMemory
 from sim_instruments.scpi.tree import Call, Handling, bare
 from sim_instruments.world.fixture.relay_contacts import RelayContacts
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 SWITCHING_TIME = 1.0 / 120.0
 _SLOT, _CHANNEL = "Channel list: slot number out of range", "Channel list: channel number out of range"
 _EMPTY = "Channel list: empty scan list"
+_EMPTY_PLACE = "Not able to recall state: it is empty"
 _PART = re.compile(r"(\d+)(?::(\d+))?")
 _LONGEST_NUMBER = 4
 
@@ -41,6 +43,7 @@ class Keysight34970A(ScpiInstrument):
     """
 
     unknown_word = -224
+    power_on_clears = True
 
     def __init__(
         self,
@@ -60,6 +63,12 @@ class Keysight34970A(ScpiInstrument):
         self._cycles: dict[int, int] = {}
         self._busy_until = -np.inf
         self._add_commands()
+        memory = StateMemory(self.tree, self.state, self.reset, range(6), ScpiError(291, _EMPTY_PLACE))
+        memory.add("*SAV", "*RCL")
+
+    def state(self) -> State:
+        """Return what closes the relays that are closed."""
+        return (f":ROUT:CLOS (@{','.join(map(str, sorted(self._closed)))})",) if self._closed else ()
 
     def _add_commands(self) -> None:
         add = self.tree.add

@@ -39,6 +39,7 @@ class MessageType(IntEnum):
     ASYNC_INITIALIZE = 17
     ASYNC_INITIALIZE_RESPONSE = 18
     ASYNC_DEVICE_CLEAR = 19
+    ASYNC_SERVICE_REQUEST = 20
     ASYNC_STATUS_QUERY = 21
     ASYNC_STATUS_RESPONSE = 22
     ASYNC_DEVICE_CLEAR_ACKNOWLEDGE = 23
@@ -80,9 +81,18 @@ class Message:
     payload: bytes = b""
     too_large: bool = False
 
+    @property
+    def header(self) -> bytes:
+        """The bytes before the payload."""
+        return _HEADER.pack(_PROLOGUE, self.kind, self.control, self.parameter, len(self.payload))
+
+    def offer(self, client: Client) -> None:
+        """Send the message, or lose it where too much waits for the client already."""
+        client.offer(self.header + self.payload)
+
     async def send(self, client: Client) -> None:
         """Send the message, and wait until there is room for more."""
-        header = _HEADER.pack(_PROLOGUE, self.kind, self.control, self.parameter, len(self.payload))
+        header = self.header
         if len(self.payload) < _SMALL:
             await client.send(header + self.payload)
         else:

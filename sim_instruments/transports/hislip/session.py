@@ -20,6 +20,7 @@ from sim_instruments.transports.hislip.messages import (
     MessageType,
     receive,
 )
+from sim_instruments.transports.hislip.service_request import ServiceRequests
 
 #: The longest message that an instrument takes, and the least that a client may want replies cut to.
 _INPUT_BUFFER = 1 << 16
@@ -46,6 +47,7 @@ class HislipSession:
         self._overrun = False
         self._undelivered = False
         self._sent_size = MAXIMUM_MESSAGE
+        self._requests: ServiceRequests | None = None
 
     # the synchronous channel
 
@@ -87,6 +89,7 @@ class HislipSession:
                     # Device clear cancels what is being handled; the channel itself goes on.
                     await asyncio.wait({self._task})
                     self._raise_from(self._task)
+                    self._look()
             case MessageType.FATAL_ERROR:
                 raise ConnectionAbortedError
             case MessageType.ERROR:
@@ -153,6 +156,8 @@ class HislipSession:
         self._asynchronous = asyncio.current_task()
         # Whether the session is idle shows on its other channel.
         client.lasting = True
+        self._requests = ServiceRequests(self._conversation.session, client)
+        unfollow = self._conversation.follow(self._look)
         self.attached.set()
         try:
             while True:
@@ -160,6 +165,7 @@ class HislipSession:
                 self._client.heard()
                 await self._take_asynchronous(message, client)
         finally:
+            unfollow()
             self._client.close()
             self._interrupt()
 
@@ -200,6 +206,10 @@ class HislipSession:
         if message.control == _RELEASE:
             return self._locks.release(self.number)
         return await self._locks.request(self.number, message.payload, message.parameter / 1000.0)
+
+    def _look(self) -> None:
+        if self._requests is not None:
+            self._requests.look(self._undelivered)
 
     def _interrupt(self) -> None:
         if self._task is not None:

@@ -137,6 +137,30 @@ def test_trigger_message(bench: ServedBench) -> None:
         assert abs(float(payload)) < 0.01
 
 
+def test_service_is_asked_for_once_a_reason(bench: ServedBench) -> None:
+    address = bench.addresses()["voltmeter"]["hislip"]
+    with wires.stream(address) as synchronous, wires.stream(address) as asynchronous:
+        open_session(synchronous, asynchronous)
+        first = wires.FIRST_MESSAGE
+        synchronous.sendall(wires.header(7, 0, first, b"*RST;*CLS;*SRE 32;*ESE 33\n"))
+        # A command error; that another one follows is no new reason.
+        synchronous.sendall(wires.header(7, 0, first + 2, b"NONSENSE\n"))
+        synchronous.sendall(wires.header(7, 0, first + 4, b"NONSENSE\n"))
+        assert wires.message(asynchronous) == (20, 0x64, 0, b"")
+        # The end of a measurement, for which nobody waits.
+        synchronous.sendall(wires.header(7, 0, first + 6, b"*CLS\n"))
+        synchronous.sendall(wires.header(7, 0, first + 8, b"CONF:VOLT:DC 10;:INIT;*OPC\n"))
+        assert wires.message(asynchronous) == (20, 0x60, 0, b"")
+        synchronous.sendall(wires.header(7, 0, first + 10, b"*CLS;*SRE 16\n"))
+        synchronous.sendall(wires.header(7, 0, first + 12, b"*IDN?\n"))
+        assert wires.message(synchronous)[0] == 7
+        assert wires.message(asynchronous) == (20, 0x50, 0, b"")
+        synchronous.sendall(wires.header(7, 1, first + 14, b"*SRE 0;*CLS\n"))
+        # Nothing else has come in between.
+        asynchronous.sendall(wires.header(21, 1, first + 14))
+        assert wires.message(asynchronous)[0] == 22
+
+
 def open_session(synchronous: socket.socket, asynchronous: socket.socket) -> int:
     synchronous.sendall(wires.header(0, 0, 0x01007878, b"hislip0"))
     kind, control, parameter, _ = wires.message(synchronous)

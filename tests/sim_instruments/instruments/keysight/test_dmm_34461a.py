@@ -9,6 +9,7 @@ from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors, VoltmeterErrors
 from sim_instruments.instruments.keysight import dmm_34461a_conversion as conversion
 from sim_instruments.instruments.keysight.dmm_34461a import Keysight34461A
+from sim_instruments.instruments.keysight.dmm_34461a_functions import VOLT_DC
 from sim_instruments.physics.motor import VirtualMotor
 
 Session = pyvisa.resources.MessageBasedResource
@@ -91,15 +92,29 @@ def test_replies_to_the_byte(meter: Session, message: str, reply: str) -> None:
         ("VOLT:DC:RES 1E-6", -221),
         ("TRIG:SOUR INT", -224),
         ("SAMP:COUN 0", -222),
-        ("FUNC 'CURR'", -224),
+        ("FUNC 'CAP'", -224),
+        ("FUNC 'VOLT:DC:RAT'", -224),
         ("*TRG", -211),
         ("TRIG:SOUR BUS;:READ?", -214),
         ("FETC?", -230),
         ("CONF", -113),
-        ("MEAS:CURR:DC?", -113),
-        ("CONF:RES 100", -113),
-        ("CONF:FRES", -113),
-        ("CONF:VOLT:AC 10", -113),
+        ("MEAS:CAP?", -113),
+        ("CONF:VOLT:DC:RAT", -113),
+        ("MEAS:RES? 2E8", -222),
+        ("CONF:RES AUTO,1E-3", -221),
+        ("CONF:CURR:DC 11", -222),
+        ("CURR:RANG 10", -222),
+        ("CURR:TERM 5", -224),
+        ("CONF:CONT 1", -108),
+        ("CONF:TEMP THER,85", -222),
+        ("CONF:TEMP TC,K", -224),
+        ("CONF:TEMP FRTD,85,1,0.1", -224),
+        ("VOLT:AC:NPLC 1", -113),
+        ("VOLT:AC:BAND 1", -222),
+        ("CONT:RANG 100", -113),
+        ("DIOD:NULL ON", -113),
+        ("FREQ:APER 5", -222),
+        ("TRIG:COUN INF", -224),
         ("VOLT:DC:RANG? MIN,MAX", -108),
         ("READ? 1", -108),
         ("ABOR 0", -108),
@@ -111,7 +126,7 @@ def test_what_it_refuses(meter: Session, command: str, error: int) -> None:
     assert first_error(meter) == error
 
 
-@pytest.mark.parametrize("refused", ["CONF:RES", "CONF:CURR:DC 1", "FUNC 'FRES'", "MEAS:VOLT:AC?"])
+@pytest.mark.parametrize("refused", ["CONF:CAP", "CONF:VOLT:DC:RAT 1", "FUNC 'CAP'", "MEAS:CAP?"])
 @pytest.mark.parametrize("again", ["CONF:VOLT:DC 10", "FUNC 'VOLT'", "*RST"])
 def test_no_figure_after_a_refused_function(fed: Session, refused: str, again: str) -> None:
     assert float(fed.query("READ?")) == pytest.approx(1.0, abs=1e-3)
@@ -252,7 +267,7 @@ def test_units_stay_within_the_data_sheet() -> None:
         unit = Errors.drawn(generator).voltmeter
         for full_scale, (gain, offset) in LIMITS.items():
             voltage = float(generator.uniform(-full_scale, full_scale))
-            reading = conversion.convert(voltage, full_scale, 100.0, unit, generator)
+            reading = conversion.convert(voltage, VOLT_DC, full_scale, conversion.RESOLUTIONS[100.0], unit, generator)
             limit = gain * abs(voltage) + offset * full_scale
             worst[full_scale] = max(worst[full_scale], abs(reading - voltage) / limit)
     assert all(0.6 < share < 1.2 for share in worst.values())

@@ -135,6 +135,7 @@ def test_levels_of_the_other_mode_are_errors(bridge: Session) -> None:
         ("BIAS:STAT OFF;STAT?;:BIAS:VOLT 1.5;VOLT:LEV?", "0;+1.50000E+00"),
         ("DISP:LINE 'winding AB';LINE?", '"winding AB"'),
         ("LIST:MODE SEQ;MODE?", "SEQ"),
+        ("FORM REAL,64;:FORM ASC,12;:FORM?", "ASC"),
         ("CORR:LENG 1;LENG?", "+1"),
         ("CORR:OPEN:STAT ON;STAT?", "1"),
         ("FORM:DATA ASC;:FORM?", "ASC"),
@@ -165,6 +166,9 @@ def test_what_clients_send(bridge: Session, message: str, reply: str) -> None:
         ("FUNC:DEV1:MODE RATIO", -141),
         ("FUNC:DEV3:MODE ABS", -114),
         ("LIST:FREQ 1,100", -222),
+        ("LIST:VOLT 0.1,3", -222),
+        ("FORM REAL,32", -222),
+        ("FORM REAL,64,1", -108),
     ],
 )
 def test_what_it_refuses(bridge: Session, command: str, error: int) -> None:
@@ -223,6 +227,41 @@ def test_the_list_page_gives_four_figures_a_point(bridge: Session) -> None:
     assert len(figures) == 8
     assert figures[2:4] == figures[6:8] == [0.0, 0.0]
     assert figures[5] == pytest.approx(100.0 * figures[1], rel=0.02)
+
+
+def test_a_stepped_list_measures_the_next_point_at_each_trigger(bridge: Session) -> None:
+    bridge.write("FUNC:IMP RX;:LIST:MODE STEP;FREQ 1E2,1E4;:DISP:PAGE LIST")
+    assert bridge.query("FETC?") == "+9.90000E+37,+9.90000E+37,-1,+0"
+    first, second, again = (numbers(bridge.query("TRIG;:FETC?")) for _ in range(3))
+    assert len(first) == 4
+    assert second[1] == pytest.approx(100.0 * first[1], rel=0.02)
+    assert again[1] == pytest.approx(first[1], rel=0.02)
+
+
+def test_a_list_of_levels(bridge: Session) -> None:
+    bridge.write("FUNC:IMP RX;:FREQ 1E3;:LIST:VOLT 0.5,1;:DISP:PAGE LIST;:TRIG")
+    figures = numbers(bridge.query("FETC?"))
+    assert figures[0] == pytest.approx(figures[4], rel=0.01)
+    assert bridge.query("LIST:VOLT?;FREQ?;CURR?") == "+5.00000E-01,+1.00000E+00;+9.90000E+37;+9.90000E+37"
+    monitored = float(bridge.query("FUNC:SMON:VAC ON;:FETC:SMON:VAC?"))
+    bridge.write("LIST:CURR 2.5E-3,5E-3;:TRIG")
+    assert len(numbers(bridge.query("FETC?"))) == 8
+    assert float(bridge.query("FETC:SMON:VAC?")) == pytest.approx(0.5 * monitored, rel=0.02)
+
+
+def test_an_emf_beyond_what_the_bridge_takes_is_an_overload(bridge: Session, virtual_bench: VirtualBench) -> None:
+    world = virtual_bench.world
+    world.release_rotor()
+    world.turn_shaft(20.0)
+    virtual_bench.clock.sleep(1.0)
+    # 2.8 V drive less than 50 mA through 100 Ω, 8.4 V more.
+    assert bridge.query("TRIG;:FETC?").endswith(",+0")
+    world.turn_shaft(60.0)
+    virtual_bench.clock.sleep(1.0)
+    assert bridge.query("TRIG;:FETC?") == "+9.90000E+37,+9.90000E+37,+1"
+    bridge.write("CORR:OPEN;*OPC?")
+    assert bridge.read() == "1"
+    assert bridge.query("SYST:ERR?").startswith("-200,")
 
 
 def test_deviations_from_a_reference(bridge: Session) -> None:

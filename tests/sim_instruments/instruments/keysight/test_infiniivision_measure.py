@@ -47,10 +47,21 @@ class Wave:
         ("VAV? CYCL", MEAN),
         ("VPP? CHAN1", 2.0 * AMPLITUDE),
         ("FREQ? CHAN1", FREQUENCY),
+        ("COUN?", FREQUENCY),
+        ("PER?", 1.0 / FREQUENCY),
+        ("VAMP? CHAN1", 2.0 * AMPLITUDE),
+        ("VTOP?", MEAN + AMPLITUDE),
+        ("VBAS?", MEAN - AMPLITUDE),
+        ("DUTY? CHAN1", 50.0),
+        # From 10 % to 90 % of a sine is asin(0.8) to either side of its middle.
+        ("RIS?", math.asin(0.8) / (math.pi * FREQUENCY)),
+        ("FALL? CHAN1", math.asin(0.8) / (math.pi * FREQUENCY)),
+        ("PWID?", 0.5 / FREQUENCY),
+        ("NWID? CHAN1", 0.5 / FREQUENCY),
     ],
 )
 def test_what_is_asked_is_what_is_answered(scope: Session, query: str, value: float) -> None:
-    assert float(scope.query(f"MEAS:{query}")) == pytest.approx(value, rel=0.06)
+    assert float(scope.query(f"MEAS:{query}")) == pytest.approx(value, rel=0.06, abs=0.08 if query[0] == "V" else 0.0)
     assert scope.query("SYST:ERR?") == '+0,"No error"'
 
 
