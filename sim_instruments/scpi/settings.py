@@ -181,4 +181,9 @@ class ScpiSettings:
 
     def add_string(self, name: str, header: str, initial: str, *, count: int = 0) -> None:
         """Add a quoted string."""
-        self._add(name, Setting(header, string, lambda value: f'"{value}"', initial, count))
+        self._add(name, Setting(header, string, _quoted, initial, count))
+
+
+def _quoted(value: Value) -> str:
+    doubled = str(value).replace('"', '""')
+    return f'"{doubled}"'

@@ -196,7 +196,10 @@ class Keysight34461A(ScpiInstrument):
 
     def _configuration(self) -> str:
         sense, word = self._sense, self._function.word
-        if self._function.kind == "integral" and self._function.fixed:
+        if self._function in (TEMP, FREQ, PER):
+            # How it puts a sensor, or what it expects to count, is not known here.
+            raise ScpiError(-221)
+        if self._function.fixed:
             return f'"{word}"'
         return f'"{word} {sense.range:+.6E},{sense.resolution * sense.range:+.6E}"'
 

@@ -14,6 +14,9 @@ from sim_instruments.scpi.tree import Call, CommandTree
 #: The window (s) over which a signal's RMS is taken, by the lowest frequency (Hz) that the filter lets through.
 _WINDOWS = {3.0: 2.5, 20.0: 0.625, 200.0: 0.025}
 _GATES = (0.01, 0.1, 1.0)
+#: What a gate resolves, as a share of what is counted, and what can be counted (Hz, or s of a period).
+_RESOLVED = ((0.01, 1.0e-4), (0.1, 1.0e-5))
+_COUNTED = (1.0 / 3.0e5, 3.0e5)
 #: The highest current (A) on the common current terminals; the range above has its own.
 _COMMON_CURRENT = 3.0
 _FASTEST, _SLOWEST = min(conversion.RESOLUTIONS), max(conversion.RESOLUTIONS)
@@ -60,6 +63,11 @@ class FunctionSettings:
     def configure(self, arguments: tuple[Argument, ...]) -> None:
         """Set what CONFigure gives, range and resolution, and all else as after a reset. Raises ScpiError."""
         exactly(arguments, 0, 0 if self._function.fixed else 2)
+        if self._function.kind == "count":
+            gate = _gate_for(arguments)
+            self.reset()
+            self.gate = gate
+            return
         auto = not arguments or (arguments[0].kind == "word" and arguments[0].text in _AUTOMATIC)
         resolved = len(arguments) == 2 and arguments[1].text not in ("DEF", "DEFAULT")
         full_scale = self.range if auto else self._parse_range(arguments[0], self._function.ranges[-1])
@@ -231,6 +239,18 @@ def settings_by_function(
 
 def _parse_cycles(argument: Argument) -> float:
     return conversion.cycles_for(number(argument, _FASTEST, _SLOWEST, default=10.0))
+
+
+def _gate_for(arguments: tuple[Argument, ...]) -> float:
+    """Return the gate (s) for CONFigure's data elements of a counting function: what is expected, in Hz or s, and a resolution of it."""
+    words = [one.kind == "word" and one.text in _AUTOMATIC for one in arguments]
+    expected = 1.0 if not arguments or words[0] else number(arguments[0], *_COUNTED)
+    if len(arguments) < 2 or words[1]:
+        return 0.1
+    if arguments[1].kind == "word":
+        return number(arguments[1], _GATES[-1], _GATES[0])
+    relative = number(arguments[1], 0.0, math.inf) / expected
+    return next((gate for gate, share in _RESOLVED if relative >= share * (1.0 - 1e-9)), _GATES[-1])
 
 
 def _once(argument: Argument) -> bool:

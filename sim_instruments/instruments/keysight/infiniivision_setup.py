@@ -27,6 +27,7 @@ class SetupSubsystem:
         self._tree = tree
         self._settings = settings
         self._reset = reset
+        self._restoring = False
         tree.add("TIMebase", query=bare(self._time_base))
         tree.add("CHANnel<n>", query=self._channel)
         tree.add("TRIGger", query=bare(self._trigger))
@@ -79,13 +80,24 @@ class SetupSubsystem:
         argument = call.arguments[0]
         if argument.kind != "block":
             raise ScpiError(-104)
+        if self._restoring:
+            # A set-up within a set-up is none of this instrument's.
+            raise ScpiError(-161)
         state = split_units(argument.text)
         if not state or not all(message.startswith(":") for message in state):
             raise ScpiError(-161)
-        self._reset()
-        return restore(self._tree, state)
+        return self._restored(state)
+
+    def _restored(self, state: list[str]) -> Handling:
+        self._restoring = True
+        try:
+            self._reset()
+            yield from restore(self._tree, state)
+        finally:
+            self._restoring = False
+        return None
 
 
 def _block(state: State) -> bytes:
-    content = ";".join(state).encode("ascii")
+    content = ";".join(state).encode("latin-1")
     return b"#8%08d" % len(content) + content

@@ -47,6 +47,9 @@ def spinning(bench: VirtualBench, speed: float = 20.0 * math.pi) -> float:
         ("SENSe:CURR:RANGe:AUTO OFF;:SENSe:CURR:RANGe:AUTO?", "0"),
         ("FREQ:VOLT:RANG 1;RANG?", "+1.00000000E+00"),
         ("FREQ:APER 0.5;APER?;:PER:APER?", "+1.00000000E+00;+1.00000000E+00"),
+        # What CONFigure says of a frequency is the frequency, not the voltage.
+        ("CONF:FREQ 50,5E-4;:FREQ:APER?;VOLT:RANG:AUTO?", "+1.00000000E-01;1"),
+        ("CONF:PER DEF,MIN;:PER:APER?;:CONF:FREQ 1E3,1;:FREQ:APER?", "+1.00000000E+00;+1.00000000E-02"),
         ("VOLT:AC:BAND 50;BAND?", "+2.00000000E+01"),
         ("RES:NPLC 1;:FRES:NPLC?", "+1.00000000E+00"),
         ("RES:RANG 1E3;RES 1E-3;RES?;NPLC?", "+1.00000000E-03;+1.00000000E+01"),
@@ -145,6 +148,7 @@ def test_the_emf_of_a_turning_shaft(on_motor: Session, virtual_bench: VirtualBen
     assert float(on_motor.query("MEAS:VOLT:AC? DEF,DEF")) == pytest.approx(rms, rel=2e-3)
     # Ten turns a second of four pole pairs.
     assert float(on_motor.query("MEAS:FREQ?")) == pytest.approx(40.0, rel=1e-3)
+    assert float(on_motor.query("MEAS:FREQ? 40,1E-3")) == pytest.approx(40.0, rel=1e-3)
     assert float(on_motor.query("MEAS:PER?")) == pytest.approx(0.025, rel=1e-3)
     assert float(on_motor.query("MEAS:VOLT:AC? 0.1")) == OVERLOAD
     # Whole periods have no mean, and yet no resistance can be seen beside them.

@@ -86,6 +86,18 @@ def test_settings_come_back(scope: Session, way: str) -> None:
     assert no_error(scope)
 
 
+def test_a_label_with_anything_in_it_comes_back(scope: Session) -> None:
+    scope.encoding = "latin-1"
+    scope.write(""":CHAN1:LAB 'a;"b, é'""")
+    kept = scope.query(":SYST:SET?")
+    scope.write(f"*RST;:SYST:SET {kept}")
+    assert scope.query(":CHAN1:LAB?") == '"a;""b, é"'
+    # A set-up within a set-up is refused.
+    scope.write(f":SYST:SET #8{len(kept) + 10:08d}:SYST:SET {kept}")
+    assert scope.query("SYST:ERR?").startswith("-161,")
+    assert no_error(scope)
+
+
 def test_rejection_is_the_couplings_too(scope: Session) -> None:
     assert scope.query("TRIG:REJ LFR;REJ?;:TRIG:COUP?") == "LFR;LFR"
     assert scope.query("TRIG:EDGE:REJ HFR;REJ?;:TRIG:COUP?;HFR?") == "HFR;DC;1"
