@@ -56,7 +56,9 @@ def test_quick_turning_spoils_the_reading(lab: Any) -> None:
         return abs(world.impedance(1000.0, 1.0, 0.1).imag / (2 * math.pi * 1000) - 149.5e-6)
 
     assert error(0.1) < 3.6e-6
-    assert max(error(90.0), error(97.0), error(104.0)) > 15e-6
+    assert max(error(66.0), error(73.0), error(80.0)) > 10e-6
+    # The EMF alone is more than the bridge takes.
+    assert math.isnan(error(104.0))
 
 
 def test_leak_is_that_of_a_rectangular_window(lab: Any) -> None:
