@@ -46,7 +46,13 @@ def open_session(
     resource.read_termination = "\n" if socket or serial else None
     # PyVISA-py reads a raw socket until nothing comes, which never ends on one that the instrument has closed.
     return ScpiSession(
-        resource, name, timeout=timeout, traffic=surroundings.traffic, calls=surroundings.calls, clearable=not socket
+        resource,
+        name,
+        timeout=timeout,
+        traffic=surroundings.traffic,
+        calls=surroundings.calls,
+        clearable=not socket,
+        short_reads="::HISLIP" in address.upper(),
     )
 
 

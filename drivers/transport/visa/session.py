@@ -7,7 +7,7 @@ read when the query fails, and drivers look once more at the end of a configurat
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from pyvisa.constants import RENLineOperation, StatusCode
 from pyvisa.errors import VisaIOError
@@ -28,6 +28,8 @@ LONGEST_QUEUE = 128
 LONGEST_BLOCK = 64 * 1024 * 1024
 #: A block's first read (bytes), as large as the packets of a USBTMC device go.
 _FIRST_CHUNK = 4096
+#: What is taken from a socket at once (bytes).
+_LARGE_READ = 1 << 20
 #: Replies that may lie before the one looked for, after a time-out.
 STALE_REPLIES = 8
 #: What a resource raises that does not work; PyVISA-py's HiSLIP says by RuntimeError that the connection was dropped.
@@ -82,7 +84,7 @@ class VisaResource(Protocol):
 class ScpiSession:
     """A dialogue with one instrument over an open PyVISA resource; `timeout` is in seconds.
 
-    `clearable` says whether the transport has a device clear.
+    `clearable` says whether the transport has a device clear, `short_reads` whether any part of a message can be read by itself.
     """
 
     def __init__(
@@ -94,6 +96,7 @@ class ScpiSession:
         traffic: Traffic | None = None,
         calls: Calls = UNWATCHED,
         clearable: bool = True,
+        short_reads: bool = False,
     ) -> None:
         self.name = name
         self._resource = resource
@@ -101,6 +104,7 @@ class ScpiSession:
         self._traffic = traffic
         self.calls = calls
         self._clearable = clearable
+        self._short_reads = short_reads or not clearable
         self._identity_line: str | None = None
         self._in_step = True
         self._silent = False
@@ -398,7 +402,7 @@ class ScpiSession:
         try:
             # Stopping at the count asked for is the point here, not a finding.
             with resource.ignore_warning(StatusCode.success_max_count_read):
-                data = self._message_block(command) if self._clearable else self._stream_block(command)
+                data = self._stream_block(command) if self._short_reads else self._message_block(command)
         finally:
             resource.read_termination = text_termination
         self._in_step = True
@@ -407,7 +411,8 @@ class ScpiSession:
         return data
 
     def _stream_block(self, command: str) -> bytes | bytearray:
-        """Read a block where nothing marks a message's end: never more than what must still come."""
+        """Read a block by its parts, never more than what must still come; its content comes as one, and is not copied."""
+        _take_what_is_there(self._resource)
         start = bytes(self._read_exactly(2, command))
         digits = self._digits(start, command)
         length = self._length(bytes(self._read_exactly(digits, command)), command)
@@ -516,6 +521,13 @@ class _Timeout:
     def __exit__(self, *_: object) -> None:
         if self._before != self._milliseconds:
             self._resource.timeout = self._before
+
+
+def _take_what_is_there(resource: VisaResource) -> None:
+    """Have PyVISA-py take from a socket what has come; by itself it takes 4096 bytes and waits anew, again and again."""
+    session: Any = getattr(resource.visalib, "sessions", {}).get(resource.session)
+    if getattr(session, "max_recv_size", _LARGE_READ) < _LARGE_READ:
+        session.max_recv_size = _LARGE_READ
 
 
 def _finding(error: Exception) -> Text:

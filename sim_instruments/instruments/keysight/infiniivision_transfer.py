@@ -11,7 +11,7 @@ from sim_instruments.scpi.long_reply import LongReply
 #: Bytes of one sample as text with its comma, like +1.23456E+00, whatever its value.
 TEXT_WIDTH = 13
 #: Samples converted at a time, and as text, which is longer.
-_PART, _PART_OF_TEXT = 1 << 16, 1 << 14
+_PART, _PART_OF_TEXT = 1 << 18, 1 << 14
 _CODES = 1 << 16
 
 
