@@ -150,7 +150,8 @@ class Acquisition:
 
     def on_advance(self, time: float) -> None:
         """Keep up with time, so that nothing is looked for in a past that is forgotten."""
-        if self._state == "SING" and self._finder is not None and time - self._finder.searched > _BACKLOG:
+        looked = self._armed_at if self._finder is None else self._finder.searched
+        if self._state == "SING" and time - looked > _BACKLOG:
             self.update()
 
     def update(self) -> None:
