@@ -120,12 +120,9 @@ class Acquisition:
 
     def on_advance(self, time: float) -> None:
         """Keep up with time, so that nothing is looked for in a past that is forgotten."""
-        if (
-            not self._in_pieces
-            and self._state == "SING"
-            and self._finder is not None
-            and time - self._finder.searched > _BACKLOG
-        ):
+        looked = self._armed_at if self._finder is None else self._finder.searched
+        in_pieces = self._in_pieces and self._finder is not None
+        if self._state == "SING" and not in_pieces and time - looked > _BACKLOG:
             self.update()
 
     def catch_up(self) -> bool:

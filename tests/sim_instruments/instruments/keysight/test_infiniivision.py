@@ -366,6 +366,17 @@ def test_crossings_are_exact(slope: str) -> None:
     assert found == pytest.approx(wanted, abs=1e-8)
 
 
+def test_a_single_shot_that_nobody_fetches_is_taken_before_its_time_is_forgotten(
+    virtual_bench: VirtualBench, visa: Callable[[str], Session]
+) -> None:
+    scope, supply = visa("oscilloscope"), visa("supply")
+    scope.write("*RST;:STOP;:TRIG:SOUR EXT;:TRIG:SWE AUTO;:SING")
+    for switched in ("ON", "OFF") * 4:
+        virtual_bench.clock.sleep(100.0)
+        supply.write(f"OUTP {switched},(@1)")
+    assert scope.query(":CHAN1:IMP ONEM;:RST?;:SYST:ERR?").startswith("STOP;+0")
+
+
 def test_a_step_of_the_bench_is_caught(virtual_bench: VirtualBench, visa: Callable[[str], Session]) -> None:
     world, scope, supply = virtual_bench.world, visa("oscilloscope"), visa("supply")
     world.lock_rotor()
