@@ -73,5 +73,5 @@ def test_right_wires_are_not_accused_while_the_torque_of_the_run_up_is_still_sho
 def test_steps_of_torque_and_current_are_in_the_interval():
     """A motor of 0.14 A: the torque is shown in steps of 1 mN·m, the current in steps of 10 mA."""
     became = from_state(7, ("torque-constant",), 31)
-    assert [became.counts["torque-constant", FOUND, outcome] for outcome in ("held", "off", "far off")] == [1, 0, 0]
-    assert not became.counts["torque-constant", PRESSED, "off"]
+    assert [became.counts["torque-constant", PRESSED, outcome] for outcome in ("held", "off", "far off")] == [1, 0, 0]
+    assert not became.counts["torque-constant", FOUND, "off"]
