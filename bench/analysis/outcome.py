@@ -141,8 +141,9 @@ def pick(
 
     Raises CaptureError where none or several qualify.
     """
+    units = tuple(units)
     if wanted is not None:
-        return capture.channel(wanted)
+        return in_units(capture, capture.channel(wanted), units, what)
     lowered = tuple(words)
     fits = [c for c in capture.channels if c.unit in units] or [
         c for c in capture.channels if any(word in c.name.lower() for word in lowered)
@@ -157,10 +158,26 @@ def pick(
                 found=found,
                 what=what,
                 there=there,
-                unit=next(iter(units)),
+                unit=units[0],
             ),
         )
-    return fits[0]
+    return in_units(capture, fits[0], units, what)
+
+
+def in_units(capture: Capture, channel: CaptureChannel, units: tuple[str, ...], what: str) -> CaptureChannel:
+    """Return a channel. Raises CaptureError where its heading says a unit that is none of these."""
+    if channel.unit and channel.unit not in units:
+        raise CaptureError(
+            capture.source,
+            text(
+                "column {name} is in {unit}; the {what} in {needed} is needed: correct the heading's unit",
+                name=channel.name,
+                unit=channel.unit,
+                what=what,
+                needed=units[0],
+            ),
+        )
+    return channel
 
 
 def named(factors: Mapping[str, float] | None) -> Mapping[str, float]:

@@ -81,7 +81,7 @@ def analyze_rotor_sweep(
         )
     )
     significant, p_value = saliency_significant(fit)
-    axes = axis_inductances(fit)
+    axes = estimated(capture, lambda: axis_inductances(fit))
     for name, axis in (("d_axis_inductance", "d"), ("q_axis_inductance", "q")):
         reading = outcome.estimate(f"sweep fit of L_{axis}", axes, name)
         reading = outcome.with_errors(reading, "inductance", inductance.name, gain=1.0, offset=1.0)
@@ -94,7 +94,7 @@ def analyze_rotor_sweep(
             misfit=fit.misfit.of(name),
         )
     low, high = extremes(inductance.values)
-    by_note = motor_class(low, high, threshold)
+    by_note = estimated(capture, lambda: motor_class(low, high, threshold))
     if significant and by_note == "SPMSM":
         outcome.warn(
             text(

@@ -11,7 +11,7 @@ from bench.analysis.outcome import AnalysisOutcome, estimated, named, paths_of, 
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
-from bench.captures import WHOLE, CaptureChannel, CaptureError, CapturePart, read_captures
+from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_captures
 from drivers.interfaces import Accuracy
 from drivers.interfaces.text import Translate, english, text, text_of, word
 from procedures.estimation.fitting.fit import EstimationError, FloatArray, WithheldError
@@ -79,17 +79,10 @@ def analyze_step_response(
     if voltage is None and current is None and [c.unit for c in capture.channels] == ["", ""]:
         first, second = capture.channels
         voltage, current = first.name, second.name
+    _check_two(capture, voltage, current)
     v = pick(capture, voltage, ("V",), "voltage", ("volt", "u"))
     i = pick(capture, current, ("A",), "current", ("curr", "i"))
-    if v.name == i.name:
-        raise CaptureError(
-            capture.source,
-            text(
-                "column '{name}' is asked for as voltage and as current; name two columns of {names}",
-                name=v.name,
-                names=[channel.name for channel in capture.channels],
-            ),
-        )
+    _check_two(capture, v.name, i.name)
     applied = Applied(accuracy, {"voltage": (v.name,), "current": (i.name,), "time": ("time",)}, (capture,))
     time = capture.times()
     outcome = AnalysisOutcome("dq_inductance_time_constant", "3.3.1", capture, applied, translate)
@@ -216,3 +209,16 @@ def _resistance(outcome: AnalysisOutcome, loop: UncertainReal, temperature: Temp
         )
         convention = "loop, at 25 °C"
     outcome.parameter("loop_resistance", loop, estimator=_ESTIMATOR, convention=convention, misfit=misfit)
+
+
+def _check_two(capture: Capture, voltage: str | None, current: str | None) -> None:
+    """Raise CaptureError for one column in both places."""
+    if voltage is not None and voltage == current:
+        raise CaptureError(
+            capture.source,
+            text(
+                "column '{name}' is asked for as voltage and as current; name two columns of {names}",
+                name=voltage,
+                names=[channel.name for channel in capture.channels],
+            ),
+        )

@@ -16,6 +16,8 @@ _WHOLE = {
     "rad/s": ("rad/s", 1.0),
     "rpm": ("rad/s", 2 * math.pi / 60),
     "1/min": ("rad/s", 2 * math.pi / 60),
+    "u/min": ("rad/s", 2 * math.pi / 60),
+    "krpm": ("rad/s", 1000 * 2 * math.pi / 60),
     "rad": ("rad", 1.0),
     "deg": ("rad", math.pi / 180),
     "°": ("rad", math.pi / 180),
@@ -35,8 +37,15 @@ def si(unit: str) -> tuple[str, float] | None:
     return None
 
 
+#: What stands in brackets and may be a unit that is not known; "(CH1)" and "(10:1)" are none.
+_LIKE_A_UNIT = re.compile(r"[^\W\d_]{1,8}(/[^\W\d_]{1,4})?")
+
+
 def split_heading(heading: str) -> tuple[str, str]:
-    """Return name and unit of a column's heading: "t [ms]", "speed (rpm)", "U/V", "C1 in V", "time_s"; unit may be empty."""
+    """Return name and unit of a column's heading: "t [ms]", "speed (rpm)", "U/V", "C1 in V", "time_s"; unit may be empty.
+
+    A unit in brackets that is not known is returned as well: whoever needs the column knows that it is none of its own.
+    """
     text = heading.strip().strip('"').strip()
     for pattern in (
         r"(.*?)\s*\[([^\]]*)\]",
@@ -48,4 +57,6 @@ def split_heading(heading: str) -> tuple[str, str]:
         found = re.fullmatch(pattern, text)
         if found and si(found[2]):
             return found[1].strip() or found[2].strip(), found[2].strip()
+        if found and pattern.endswith((r"\]", r"\)")) and _LIKE_A_UNIT.fullmatch(found[2].strip()):
+            return found[1].strip(), found[2].strip()
     return (text, text) if si(text) and len(text) > 2 else (text, "")

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 from bench.cli.analyze_output import print_analysis
 from bench.i18n.errors import UsageError
@@ -12,10 +12,21 @@ from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import text
 
 
+def _whole(_: Any, tokens: Sequence[Token]) -> int:
+    typed = tokens[0].value
+    if not typed.isdecimal() or not int(typed):
+        raise UsageError(text("--pole-pairs {typed}: allowed is a whole number from 1 on", typed=typed))
+    return int(typed)
+
+
+#: A whole number: half a pole pair is none, and is not rounded to one.
+Count = Annotated[int, Parameter(converter=_whole)]
+
+
 def back_emf(
     *files: Path,
     connection: Literal["line", "phase", "neutral"] | None = None,
-    pole_pairs: int | None = None,
+    pole_pairs: Count | None = None,
     speed_rpm: float | None = None,
     speed_uncertainty_rpm: float | None = None,
     speeds: int = 1,
@@ -284,7 +295,7 @@ def rotor_sweep(
     file: Path,
     *,
     connection: Literal["wye", "delta"] = "wye",
-    pole_pairs: int | None = None,
+    pole_pairs: Count | None = None,
     electrical: bool = False,
     threshold: float = 0.10,
     scale: Sequence[str] = (),

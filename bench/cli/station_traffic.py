@@ -135,6 +135,10 @@ def replay(
 
     """
     recording = read_recording(file, str(station) if station else "")
+    if not recording.carriers:
+        raise InputError(
+            text("{file}: no instrument's messages are in it; they are written when the run ends", file=str(file))
+        )
     if serve:
         return _serve(recording, host, base_port, tolerant=tolerant)
     from bench.traffic.replay import replay as replayed

@@ -129,6 +129,8 @@ def carry_out(
             check_unchanged(request.resume, began, request.motor, context.station, options.versions)
             view = view_of(previous.events)
             _check_instruments(request, previous, plan, context, set(view.finished) - set(request.repeat))
+        # Refused before the run has a folder.
+        recorder = _recorder(request, context, leaving)
         interlocks = leaving.enter_context(interlocks_ready(context.station, context.owner.state))
         relays = leaving.enter_context(relays_ready(context.station.watchdog_relays, used, context.station.source))
         folder = request.resume or options.folder or new_run_folder(request.runs, request.motor.nameplate.name)
@@ -180,7 +182,7 @@ def carry_out(
             pole_pairs=lambda: known_pole_pairs(request.motor.nameplate, view.parameters().parameters),
             calls=calls,
             owner=context.owner,
-            traffic_recorder=_recorder(request, context, leaving),
+            traffic_recorder=recorder,
         )
         context.operator.equip(instruments.available())
         runner = Runner(

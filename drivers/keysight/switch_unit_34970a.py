@@ -49,7 +49,7 @@ class Keysight34970A(ScpiDriver, SwitchMatrix):
             return
         for slot in self._slots():
             self._check_module(slot)
-        session.check_errors()
+        session.forget_errors()
 
     @classmethod
     def open(

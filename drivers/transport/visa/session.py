@@ -140,17 +140,25 @@ class ScpiSession:
         if done.strip() not in ("1", "+1"):
             raise CommunicationError(self.name, text("'{done}' instead of 1", done=done), command=message)
 
+    def forget_errors(self) -> None:
+        """Read the error queue until it is empty: what stands in it when an instrument is opened is somebody else's."""
+        self._queued()
+
     def check_errors(self, command: str = "") -> None:
         """Read the error queue until it is empty; raises ReportedError with all that stood in it."""
+        found = self._queued()
+        if found:
+            said = "; ".join(f"{entry.number} {entry.text}" for entry in found)
+            raise ReportedError(self.name, text("the instrument reports {errors}", errors=said), command=command)
+
+    def _queued(self) -> list[QueueEntry]:
         found: list[QueueEntry] = []
         for _ in range(LONGEST_QUEUE):
             entry = self._parsed(ERROR_QUERY, self.query(ERROR_QUERY, repeatable=False), parse_error)
             if entry.number == 0:
                 break
             found.append(entry)
-        if found:
-            said = "; ".join(f"{entry.number} {entry.text}" for entry in found)
-            raise ReportedError(self.name, text("the instrument reports {errors}", errors=said), command=command)
+        return found
 
     # queries ----------------------------------------------------------------------------------------------------
 

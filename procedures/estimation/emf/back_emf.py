@@ -118,6 +118,8 @@ def fit_back_emf(
     if good.values is not v:
         solved = _solve(t, good.values, kept, begin)
     fit = _result(solved, good, kept, told)
+    if good.values is not v:
+        fit = _beside_crossings(fit, t, v)
     jump = find_jump(t, kept, solved.model) if len(digitized) else None
     if jump is None:
         return fit
@@ -129,6 +131,25 @@ def fit_back_emf(
     values = np.column_stack((model.offsets, model.flux.real, model.flux.imag))
     left = v - values @ waveform_basis(model, of_part.harmonics, t)
     return replace(of_part, residuals=left, misfit=with_jump(of_part.misfit, found))
+
+
+def _beside_crossings(fit: BackEmfFit, t: FloatArray, v: FloatArray) -> BackEmfFit:
+    """Let the frequency's uncertainty span that of the crossings of the readings as they were: what a model stands for follows it."""
+    found = [crossing_frequency(t, row, fit.frequency) for row in v]
+    apart = max((abs(one - fit.frequency) for one in found if one is not None), default=0.0)
+    return replace(fit, frequency_uncertainty=float(np.hypot(fit.frequency_uncertainty, apart)))
+
+
+def crossing_frequency(t: FloatArray, row: FloatArray, near: float) -> float | None:
+    """Return the frequency (Hz) at which a record crosses its middle upwards; None where it does so in less than two periods."""
+    level = 0.5 * (float(row.min()) + float(row.max()))
+    before = np.flatnonzero((row[:-1] < level) & (row[1:] >= level))
+    if before.size < 3:
+        return None
+    share = (level - row[before]) / (row[before + 1] - row[before])
+    times = t[before] + share * (t[before + 1] - t[before])
+    periods = np.round((times - times[0]) * near)
+    return None if np.ptp(periods) < 2 else float(1.0 / np.polyfit(periods, times, 1)[0])
 
 
 def _solve(t: FloatArray, v: FloatArray, kept: tuple[int, ...], begin: FloatArray) -> _Solved:

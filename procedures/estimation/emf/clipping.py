@@ -11,7 +11,7 @@ from procedures.estimation.emf.dropouts import BoolArray, fit_the_rest
 from procedures.estimation.emf.flat_tops import find_flat_tops
 from procedures.estimation.emf.harmonics import HarmonicModel, waveform_basis
 from procedures.estimation.emf.record import DigitizedChannel
-from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 from procedures.estimation.fitting.noise import white_noise
 
@@ -145,6 +145,8 @@ def restore(
         if not lost[k].any():
             continue
         kept = ~lost[k]
+        if not kept.any():
+            raise EstimationError("too few readings are left within the channel's range; take a wider range")
         inverse = np.linalg.pinv((basis * kept) @ basis.T, hermitian=True)
         left = float(np.sqrt(np.mean((v[k] - fitted[k])[kept] ** 2)))
         growth[k] = np.sqrt(np.maximum(np.diag(inverse) / np.diag(whole), 1.0) / np.mean(kept))

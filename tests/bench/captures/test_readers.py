@@ -125,7 +125,7 @@ def test_what_a_table_leaves_open_is_said(tmp_path: Path) -> None:
     capture = read_capture(put(tmp_path, "0;1\n1;2\n"))
     assert "no heading: first column taken as time in s" in str(capture.assumptions[0])
     strange = read_capture(put(tmp_path, "time (s),x (furlong)\n0,1\n1,2\n"))
-    assert strange.channels[0].name == "x (furlong)"
+    assert (strange.channels[0].name, strange.channels[0].unit) == ("x", "furlong")
 
 
 def test_speed_and_angle_units_become_si(tmp_path: Path) -> None:

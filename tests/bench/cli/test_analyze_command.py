@@ -141,3 +141,54 @@ def test_an_analysis_speaks_chinese(call: Call, command: str, columns: str, more
     _, out, _ = call("analyze", command, "record.csv", *more, "--language", "zh", "--json")
     assert bool(re.search("[一-鿿]", out)) == (command != "table")
     assert call("analyze", command, "record.csv", *more, "--language", "de")[0] == 2
+
+
+TIMES = np.arange(0.0, 0.1, 1e-5)
+NOISE = 0.01 * np.random.default_rng(1).normal(size=TIMES.size)
+
+
+def table(path: Path, heading: str, *columns: np.ndarray) -> str:
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header=heading, comments="")
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("command", "heading", "said"),
+    [
+        ("coast-down", "time (s),speed (Hz)", "column speed is in Hz; the speed in rad/s is needed"),
+        ("step-response", "time (s),V (V),I (dA)", "column I is in dA; the current in A is needed"),
+        ("back-emf", "time (s),CH1 (dBV)", "channel CH1 is in dBV; a back-EMF needs voltages only"),
+    ],
+)
+def test_a_unit_that_is_not_known_is_not_taken_for_another(
+    call: Call, tmp_path: Path, command: str, heading: str, said: str
+) -> None:
+    columns = [np.exp(-TIMES)] * heading.count(",")
+    code, _, err = call("analyze", command, table(tmp_path / "x.csv", heading, TIMES, *columns))
+    assert code == 2
+    assert said in err
+
+
+def test_half_a_pole_pair_is_none(call: Call, emf: Path) -> None:
+    code, _, err = call("analyze", "back-emf", str(emf), "--pole-pairs", "3.5")
+    assert (code, "--pole-pairs 3.5: allowed is a whole number from 1 on" in err) == (2, True)
+
+
+def test_the_frequency_of_a_clipped_record_holds_the_truth(call: Call, tmp_path: Path) -> None:
+    wave = np.clip(5.0 * np.sin(2.0 * np.pi * 75.0 * TIMES) + NOISE, -0.5, 0.5)
+    file = table(tmp_path / "cut.csv", "time (s),CH1 (V)", TIMES, wave)
+    _, out, _ = call("analyze", "back-emf", file, "--coupling", "dc", "--json")
+    low, high = json.loads(out)["parameters"]["electrical_frequency"]["coverage_interval"]
+    assert low <= 75.0 <= high
+
+
+def test_what_nothing_can_be_made_of_is_said_in_a_sentence(call: Call, tmp_path: Path) -> None:
+    square = np.where(np.sin(2.0 * np.pi * 75.0 * TIMES) >= 0.0, 5.0, -5.0)
+    file = table(tmp_path / "square.csv", "time (s),CH1 (V)", TIMES, square)
+    code, _, err = call("analyze", "back-emf", file)
+    assert (code, "too few readings are left" in err) == (2, True)
+    angles = np.linspace(0.0, 2.0 * np.pi, 400)
+    wave = -40.0 + 5.0 * np.cos(8.0 * angles) + NOISE[:400]
+    file = table(tmp_path / "negative.csv", "angle (rad),L (uH)", angles, wave)
+    code, _, err = call("analyze", "rotor-sweep", file, "--pole-pairs", "4")
+    assert (code, "is not above zero; check the reading" in err) == (2, True)
