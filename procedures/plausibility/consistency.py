@@ -28,6 +28,8 @@ _FLUX_SLACK, _IRON_SLACK, _COPPER_SLACK = 0.06, 0.12, 0.2
 _COPPER_WINDOW = 0.15
 #: Voltage that full torque at rated speed asks for, over the rated one: every healthy motor; and what a mistake must lead back to.
 _PLATE_BOUNDS, _PLATE_USUAL, _PLATE_CENTRE = (0.3, 1.7), (0.45, 1.4), 0.8
+#: The rated current's reactive drop at rated speed over the rated voltage, at most: field weakening needs more than one.
+_MOST_REACTIVE = 5.0
 #: A type value is no more than a guess: only a plain factor is a finding.
 _TYPE_SLACK, _TYPE_WINDOW = 0.3, 0.12
 
@@ -44,6 +46,7 @@ def check_consistency(
     alarms += _torque(found, pairs) if pairs else []
     if pairs and not alarms:
         alarms += _plate(found, pairs, nameplate)
+    alarms += _winding(found, pairs or 1.0, nameplate)
     alarms += _inductances(found, findings)
     # What a mistake explains already is not held against the type values besides.
     type_values = () if alarms else _type_values(found, nameplate, pairs or 1.0, known_parameters(procedures))
@@ -85,6 +88,36 @@ def _pole_pairs(found: ParameterSet, nameplate: Nameplate) -> tuple[float | None
             )
         )
     return best, alarms
+
+
+def _winding(found: ParameterSet, pairs: float, nameplate: Nameplate) -> list[Notice]:
+    """Hold what the rated current drops in the winding against the rated voltage: a prefix left out at every reading shows nowhere else."""
+    rated = nameplate.rated_voltage
+    if not rated:
+        return []
+    electrical = pairs * (nameplate.rated_speed_rpm or 0.0) * math.pi / 30.0
+    alarms = []
+    for name, per_ampere, most in (
+        ("stator_resistance", 1.0, 1.0),
+        ("d_axis_inductance", electrical, _MOST_REACTIVE),
+        ("q_axis_inductance", electrical, _MOST_REACTIVE),
+    ):
+        figure = found.parameters.get(name)
+        drop = per_ampere * figure.value * nameplate.rated_current if figure else 0.0
+        if figure and drop > most * rated:
+            alarms.append(
+                Notice(
+                    "consistency-winding",
+                    text(
+                        "{label}: the rated current would drop {drop:.3g} V in it, the rated voltage is {rated:g} V. Likely: readings "
+                        "typed without their prefix, mΩ as Ω or mH as H, or a rated current that is another one",
+                        label=figure.label,
+                        drop=drop,
+                        rated=rated,
+                    ),
+                )
+            )
+    return alarms
 
 
 def _torque_misfit(found: ParameterSet, pairs: float) -> float:

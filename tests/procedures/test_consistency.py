@@ -273,6 +273,16 @@ def test_type_values_show_plain_factors(expected: dict[str, float], named: str) 
     assert named in str(alarm.message)
 
 
+@pytest.mark.parametrize(("factor", "scaled"), [(1000.0, "stator_resistance"), (1000.0, "d_axis_inductance")])
+def test_a_prefix_left_out_everywhere_is_seen_by_the_plate(factor: float, scaled: str) -> None:
+    made = bench()
+    made.plate = replace(made.plate, rated_voltage=48.0, rated_speed_rpm=3000.0, rated_current=10.0)
+    made.scale(factor, scaled)
+    said = [str(alarm.message) for alarm in made.alarms() if alarm.identifier == "consistency-winding"]
+    assert len(said) == 1
+    assert "without their prefix, mΩ as Ω or mH as H" in said[0]
+
+
 def test_what_is_hardly_known_decides_nothing() -> None:
     made = bench(uncertainty=lambda: 0.18)
     made.scale(2.0, "torque_constant")
