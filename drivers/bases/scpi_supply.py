@@ -228,7 +228,7 @@ class ScpiSupply(ScpiDriver, Supply):
         self._maximum_current, self._current_owner = lesser(data.maximum_current, options.maximum_current)
         self._protection = protection or SupplyProtection(self._channel, self._commands, name)
         if not guarding:
-            session.forget_errors()
+            session.check_left_errors()
 
     @property
     def maximum_voltage(self) -> float:

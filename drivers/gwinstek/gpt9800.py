@@ -120,7 +120,7 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
         self._maximum_voltage, self._owner = lesser(data.HIGHEST_VOLTAGE, options.maximum_voltage)
         check_setpoint(name, "ramp_time", options.ramp_time, "s", data.SHORTEST_RAMP, data.LONGEST_RAMP, "the model")
         if not guarding:
-            session.forget_errors()
+            session.check_left_errors()
 
     @classmethod
     def open(cls, address: str, options: Gpt9800Options, surroundings: Surroundings, name: str) -> "GwInstekGpt9800":

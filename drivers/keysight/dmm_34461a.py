@@ -68,7 +68,7 @@ class Keysight34461A(ScpiDriver, Voltmeter):
                 )
         self._range: float | None = None
         self._cycles = data.FEWEST_CYCLES
-        session.forget_errors()
+        session.check_left_errors()
         if not guarding:
             self._take_over(FOUND_SETTINGS)
 

@@ -69,7 +69,7 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
         self._level, self._aperture = 1.0, Aperture.MEDIUM
         # The E4980AL has no DC bias (data sheet, "DC bias signal"); what the front panel left on must not reach a motor.
         self._without_bias = () if self._is_al() else ("BIAS:STAT OFF",)
-        session.forget_errors()
+        session.check_left_errors()
         if not guarding:
             self._take_over(found_settings(has_bias=not self._is_al()))
 

@@ -64,7 +64,7 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         self._trigger = Trigger(None)
         #: When (s) the record that was armed last can be complete: triggered as soon as it may be.
         self._earliest = -math.inf
-        session.forget_errors()
+        session.check_left_errors()
         if not guarding:
             self._take_over(found_settings(self._identity.model, options.probes))
 

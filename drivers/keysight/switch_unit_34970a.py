@@ -49,7 +49,7 @@ class Keysight34970A(ScpiDriver, SwitchMatrix):
             return
         for slot in self._slots():
             self._check_module(slot)
-        session.forget_errors()
+        session.check_left_errors()
 
     @classmethod
     def open(

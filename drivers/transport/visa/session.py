@@ -140,16 +140,17 @@ class ScpiSession:
         if done.strip() not in ("1", "+1"):
             raise CommunicationError(self.name, text("'{done}' instead of 1", done=done), command=message)
 
-    def forget_errors(self) -> None:
-        """Read the error queue until it is empty: what stands in it when an instrument is opened is somebody else's."""
-        self._queued()
+    def check_left_errors(self) -> None:
+        """As `check_errors`, when an instrument is opened: what stands in the queue then is somebody else's."""
+        self.check_errors(remedy=text("That is from before it was opened, and cleared now: start again"))
 
-    def check_errors(self, command: str = "") -> None:
+    def check_errors(self, command: str = "", *, remedy: Text | str = "") -> None:
         """Read the error queue until it is empty; raises ReportedError with all that stood in it."""
         found = self._queued()
         if found:
             said = "; ".join(f"{entry.number} {entry.text}" for entry in found)
-            raise ReportedError(self.name, text("the instrument reports {errors}", errors=said), command=command)
+            words = text("the instrument reports {errors}", errors=said)
+            raise ReportedError(self.name, words, command=command, remedy=remedy)
 
     def _queued(self) -> list[QueueEntry]:
         found: list[QueueEntry] = []
