@@ -83,7 +83,7 @@ def table(lines: Sequence[SummaryRow], translate: Translate, *, with_truth: bool
         column(text("Unit"), right=False),
         column(text("u"), 3),
         column(text("u, %")),
-        column(text("Note's formula"), 2, breaks=9),
+        FittedColumn(_note_heading(translate), 2, right=True),
         *([column(text("Truth"), 4)] if with_truth else []),
         column(Text("§"), 1, right=False),
     ]
@@ -96,6 +96,11 @@ def table(lines: Sequence[SummaryRow], translate: Translate, *, with_truth: bool
         for line in lines
     ]
     return fitted(columns, rows, width, ["dim" if line.other else None for line in lines])
+
+
+def _note_heading(translate: Translate) -> str:
+    # In two lines: its figures are shorter than its name.
+    return text("Note's formula").render(translate).replace(" ", "\n")
 
 
 def summary(
@@ -114,7 +119,7 @@ def summary(
     if parameters.parameters or parameters.withheld:
         made = table(rows(parameters, truth, translate), translate, with_truth=bool(truth), width=width)
         parts.append(made)
-        note = text("Note's formula").render(translate)
+        note = _note_heading(translate)
         legend = (
             text("u: standard uncertainty. Note's formula: its result on the same readings.")
             if note in [column.header for column in made.columns]
