@@ -169,7 +169,7 @@ E36300 = Driver(
     simulated="keysight-e36313a",
     sources=(
         "Keysight's Programming Guide E36311-90008 and its relatives'",
-        "public programs for E36312A and E36313A (channel lists, protection, OUTP:PAIR, OUTP:TRAC, VOLT:SENS, VOLT:MODE LIST)",
+        "public programs for E36312A and E36313A (channel lists, protection, OUTP:PAIR, VOLT:SENS); OUTP:TRAC and VOLT:MODE from memory",
     ),
     recognised_by=(E36300_IDENTITY,),
 )
@@ -206,7 +206,7 @@ DMM_34461A = Driver(
     simulated="keysight-34461a",
     sources=(
         "Keysight's Truevolt Operating and Service Guide and data sheet (accuracy: one source)",
-        "public programs for 34410A to 34465A (auto zero, null, scaling, trigger)",
+        "public programs (auto zero, null, scaling), not all of which name their meter",
     ),
     recognised_by=(DMM_34461A_IDENTITY,),
 )
