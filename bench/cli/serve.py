@@ -99,8 +99,8 @@ def serve(
 
     # Without a login there is nothing to end: the next request would begin the same again.
     times = SessionTimes(60.0 * session_idle, 3600.0 * session_length) if people else SessionTimes()
-    panel = Panel(runs, station, motors, plans, records, Sessions(times))
-    build(panel, AllowedHosts(host, allow_host), Access(people) if people else None)
+    panel = Panel(runs, station, motors, plans, records, Sessions(times), Access(people) if people else None)
+    build(panel, AllowedHosts(host, allow_host))
     logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
     scheme, name = "https" if certificate else "http", _reached_by(host)
     app.on_startup(lambda: print(f"The panel: {scheme}://{name}:{port} (Ctrl-C ends it; a run goes on)", flush=True))

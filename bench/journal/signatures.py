@@ -1,26 +1,47 @@
 """Who signed a run off: each signature names the journal's end as it was then, so that a later change shows."""
 
 import json
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime
+from enum import Enum
 from pathlib import Path
 
 from bench.i18n.errors import InputError
 from bench.journal.disk import write_file
-from bench.journal.events.run import RunFinished
+from bench.journal.events.run import RunBegun, RunFinished
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_result import end_of
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 
 _FILE = "signatures.json"
 _LONGEST = 500
 
 
+class Meaning(Enum):
+    """What who signs stands for."""
+
+    MEASURED = "measured"
+    CHECKED = "checked"
+    APPROVED = "approved"
+
+
+#: The meanings in words, by their names in the file.
+MEANINGS: Mapping[str, Text] = {
+    Meaning.MEASURED.value: text("I measured this motor"),
+    Meaning.CHECKED.value: text("I checked the record"),
+    Meaning.APPROVED.value: text("I approve the result"),
+}
+
+
 @dataclass(frozen=True)
 class Signature:
-    """One signature: who, as what, when (ISO 8601, UTC), the words, and number and hash of the journal's last event."""
+    """One signature: who, as what, when (ISO 8601, UTC), the words, number and hash of the journal's last event, and what it means.
+
+    Signatures of older runs have no meaning.
+    """
 
     person: str
     role: str
@@ -29,9 +50,10 @@ class Signature:
     events: int
     sha256: str
     holds: bool = True
+    meaning: str = ""
 
 
-def sign(folder: RunFolder, person: str, role: str, words: str, when: datetime) -> None:
+def sign(folder: RunFolder, person: str, role: str, words: str, when: datetime, meaning: Meaning) -> None:
     """Add a signature to a run that has ended.
 
     Raises InputError where nobody signs, the run has no end, its journal is not whole, or the file cannot be written.
@@ -47,7 +69,13 @@ def sign(folder: RunFolder, person: str, role: str, words: str, when: datetime) 
         raise InputError(text("{name} has no end; only a run that has ended is signed off", name=folder.path.name))
     end = end_of(journal)
     made = Signature(
-        person.strip(), role, when.isoformat(timespec="seconds"), words.strip(), end["events"], end["sha256"]
+        person.strip(),
+        role,
+        when.isoformat(timespec="seconds"),
+        words.strip(),
+        end["events"],
+        end["sha256"],
+        meaning=meaning.value,
     )
     kept = [*_stored(_path(folder)), made]
     content = json.dumps(
@@ -68,6 +96,15 @@ def signatures(folder: RunFolder) -> Sequence[Signature]:
         return ()
     end = end_of(read_journal(folder.journal))
     return [Signature(**{**asdict(s), "holds": (s.events, s.sha256) == (end["events"], end["sha256"])}) for s in stored]
+
+
+def asked_of(start: RunBegun | None) -> int:
+    """Return how many signatures, each by another person, the station of a run asks for."""
+    try:
+        station = tomllib.loads(start.station_file if start is not None else "").get("station", {})
+        return int(station.get("signatures", 0))
+    except (tomllib.TOMLDecodeError, AttributeError, TypeError, ValueError):
+        return 0
 
 
 def _path(folder: RunFolder) -> Path:

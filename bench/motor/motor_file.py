@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 from bench.files.toml_file import Section, parse, validate
 from bench.i18n.errors import InputError, at
 from bench.motor.motor_insides import InsideSection
-from bench.motor.motor_sections import ExpectedSection, NameplateSection, number, with_type_values
+from bench.motor.motor_sections import NameplateSection, TypedMotor, number, with_type_values
 from bench.motor.shipped_motors import motor_content
 from bench.motor.six_step_file import drive_file_of, holds_drive
 from drivers.interfaces.text import text, text_of
@@ -140,10 +140,9 @@ class VirtualSection(InsideSection):
         return VirtualMotor(connection=name, **values)
 
 
-class _File(Section):
+class _File(TypedMotor):
     nameplate: NameplateSection
     virtual: VirtualSection | None = None
-    expected: ExpectedSection = ExpectedSection()
 
 
 @dataclass(frozen=True)
@@ -196,22 +195,26 @@ def recorded_motor(content: str, source: str) -> MotorFile:
         return _motor(raw, data, source, None)
     own = {name: value for name, value in given.items() if name not in PARAMETERS and isinstance(value, int | float)}
     ours = {name: value for name, value in given.items() if name not in own}
-    read = _motor(raw, {**data, "expected": ours}, source, None)
-    return replace(read, nameplate=replace(read.nameplate, expected={**read.nameplate.expected, **own}))
+    tolerance = dict(data.get("tolerance", {}))
+    of_own = {name: tolerance.pop(name) for name in own if name in tolerance}
+    read = _motor(raw, {**data, "expected": ours, "tolerance": tolerance}, source, None)
+    plate = read.nameplate
+    plate = replace(plate, expected={**plate.expected, **own}, tolerance={**plate.tolerance, **of_own})
+    return replace(read, nameplate=plate)
 
 
 def _motor(content: bytes, data: Mapping[str, Any], source: str, procedures: "Procedures | None") -> MotorFile:
     if holds_drive(data):
         drive_file = drive_file_of(data, source, procedures)
         drive = drive_file.drive
-        nameplate = drive_file.nameplate.nameplate(drive_file.expected)
+        nameplate = drive_file.nameplate.nameplate(drive_file.expected, drive_file.tolerance)
         return _made(content, source, nameplate, replace(virtual_motor(drive), **drive_file.insides), drive)
     file = validate(with_type_values(_File, data, procedures), data, source)
     try:
         motor = file.virtual.motor(file.nameplate.connection) if file.virtual else None
     except ValueError as error:
         raise InputError(at(f"{source}: virtual", text_of(error))) from None
-    return _made(content, source, file.nameplate.nameplate(file.expected), motor, None)
+    return _made(content, source, file.nameplate.nameplate(file.expected, file.tolerance), motor, None)
 
 
 def _made(

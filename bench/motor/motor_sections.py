@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar
 
 from pydantic import Field, create_model, model_validator
 
@@ -101,12 +101,13 @@ class NameplateSection(Section):
             )
         return self
 
-    def nameplate(self, expected: "ExpectedSection") -> Nameplate:
-        """Return it as procedures see it, with the type values of the same file."""
+    def nameplate(self, expected: "ExpectedSection", tolerance: Mapping[str, float]) -> Nameplate:
+        """Return it as procedures see it, with the type values and tolerances of the same file."""
         return Nameplate(
             **{name: getattr(self, name) for name in NameplateSection.model_fields if name != "wire_colours"},
             wire_colours={terminal: colour for terminal, colour in self.wire_colours.model_dump().items() if colour},
             expected=expected.values(),
+            tolerance=dict(tolerance),
         )
 
 
@@ -119,6 +120,26 @@ class ExpectedSection(Section):
     def values(self) -> dict[str, float]:
         """Return what was given."""
         return {name: float(value) for name, value in self.model_dump().items() if value is not None}
+
+
+#: `[tolerance]`: how far a motor may be from its type's value, by parameter name, as a share of that value.
+Tolerances = dict[str, Annotated[float, Field(gt=0.0, le=1.0)]]
+
+
+class TypedMotor(Section):
+    """What every motor file may say of its type."""
+
+    expected: ExpectedSection = ExpectedSection()
+    tolerance: Tolerances = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _tolerances_have_values(self) -> Self:
+        for name in self.tolerance:
+            if getattr(self.expected, name, None) is None:
+                raise ValueError(
+                    text("tolerance.{name}: there is no expected.{name} for it to be a share of", name=name)
+                )
+        return self
 
 
 def with_type_values(model: type[S], data: Mapping[str, Any], procedures: "Procedures | None" = None) -> type[S]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from bench.files.toml_file import Section, validate
 from bench.i18n.errors import InputError, at
 from bench.motor.motor_insides import InsideSection
-from bench.motor.motor_sections import ExpectedSection, NameplateSection, number, with_type_values
+from bench.motor.motor_sections import ExpectedSection, NameplateSection, TypedMotor, number, with_type_values
 from bench.motor.shipped_motors import motor_content
 from drivers.interfaces.text import text, text_of
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive, SixStepError
@@ -60,12 +60,11 @@ class DriveMotorSection(InsideSection):
     drive: DriveSection
 
 
-class DriveFile(Section):
+class DriveFile(TypedMotor):
     """A whole motor file of a BLDC drive."""
 
     nameplate: NameplateSection
     virtual: DriveMotorSection
-    expected: ExpectedSection = ExpectedSection()
 
     def six_step_drive(self) -> SixStepDrive:
         """Return the drive as the simulation takes it. Raises SixStepError for values that do not go together."""
@@ -91,10 +90,11 @@ class DriveFile(Section):
 
 @dataclass(frozen=True)
 class ReadDriveFile:
-    """A BLDC drive's file that was read: its plate, its type values, the drive, and by name what else is inside its machine."""
+    """A BLDC drive's file that was read: its plate, its type values and tolerances, the drive, and by name what else is inside."""
 
     nameplate: NameplateSection
     expected: ExpectedSection
+    tolerance: Mapping[str, float]
     drive: SixStepDrive
     insides: Mapping[str, Any]
 
@@ -134,7 +134,9 @@ def drive_file_of(data: Mapping[str, Any], source: str, procedures: "Procedures 
             )
         )
     try:
-        return ReadDriveFile(file.nameplate, file.expected, file.six_step_drive(), file.virtual.insides())
+        return ReadDriveFile(
+            file.nameplate, file.expected, file.tolerance, file.six_step_drive(), file.virtual.insides()
+        )
     except SixStepError as error:
         raise InputError(at(f"{source}: virtual", text_of(error))) from None
 

@@ -8,7 +8,6 @@ from nicegui.client import templates
 from starlette.requests import Request
 
 from bench.i18n.errors import InputError
-from bench.panel.access import Access
 from bench.panel.content_policy import mark_scripts
 from bench.panel.gate import Gate
 from bench.panel.hosts import AllowedHosts
@@ -30,8 +29,9 @@ from drivers.interfaces.text import text
 _WORDS = 2.0
 
 
-def build(panel: Panel, hosts: AllowedHosts, access: Access | None) -> None:
-    """Register the pages; with `access`, everything but the login asks who is there."""
+def build(panel: Panel, hosts: AllowedHosts) -> None:
+    """Register the pages; with people who log in, everything but the login asks who is there."""
+    access = panel.access
     guard = SocketGuard(core.sio, panel.sessions, panel.control)
     guard.install()
     mark_scripts(templates.env)
@@ -42,8 +42,8 @@ def build(panel: Panel, hosts: AllowedHosts, access: Access | None) -> None:
     app.on_shutdown(panel.close)
 
     @ui.page("/")
-    async def start(request: Request, motor: str = "") -> None:
-        start_page(panel, _session(request), motor)
+    async def start(request: Request, motor: str = "", as_before: str = "") -> None:
+        start_page(panel, _session(request), motor, as_before)
 
     @ui.page("/motor")
     async def new_motor(request: Request) -> None:

@@ -1,9 +1,12 @@
 """A run's motor, as its journal holds it."""
 
 import tomllib
+from collections.abc import Mapping
 from functools import lru_cache
 
+from bench.i18n.errors import InputError
 from bench.journal.events.run import RunStarted
+from bench.motor.motor_file import recorded_motor
 from procedures.core.nameplate import Nameplate, WindingConnection
 
 _UNKNOWN = Nameplate("?", WindingConnection.WYE, 1.0)
@@ -12,6 +15,15 @@ _UNKNOWN = Nameplate("?", WindingConnection.WYE, 1.0)
 def nameplate_of(start: RunStarted | None) -> Nameplate:
     """Return as much of the nameplate as drawings need: name, connection, colours."""
     return _read(start.motor_file) if start is not None and start.motor_file else _UNKNOWN
+
+
+def type_values_of(start: RunStarted | None) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    """Return the type values and tolerances of a run's motor file; none of a file that is not right."""
+    try:
+        plate = recorded_motor(start.motor_file if start is not None else "", "").nameplate
+    except InputError:
+        return {}, {}
+    return plate.expected, plate.tolerance
 
 
 @lru_cache(maxsize=64)

@@ -8,6 +8,7 @@ from typing import Any
 from bench.i18n.errors import InputError
 from bench.journal.run_folder import existing_run_folder
 from bench.operators.operator_channel import FILE
+from bench.panel.access import Access
 from bench.panel.archive import Archive
 from bench.panel.control import Control
 from bench.panel.launch import BatchOrder, Launcher, Order
@@ -21,7 +22,7 @@ from drivers.interfaces.text import text
 
 class Panel:
     """Everything that outlives a page; `station` is a file or `virtual`, `motors` the folder of motor files made here,
-    `plans` that of the end of line's plans, `records` where its records are kept.
+    `plans` that of the end of line's plans, `records` where its records are kept, `access` the people, where one logs in.
     """
 
     def __init__(
@@ -32,12 +33,14 @@ class Panel:
         plans: Path | None = None,
         records: str = "",
         sessions: Sessions | None = None,
+        access: Access | None = None,
     ) -> None:
         self.runs = runs
         self.station = station
         self.motors = motors
         self.control = Control()
         self.sessions = sessions or Sessions()
+        self.access = access
         self.launcher = Launcher(runs)
         self.offer = Offer(str(station))
         self.archive = Archive(runs)

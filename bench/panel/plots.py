@@ -8,9 +8,12 @@ from numpy.typing import ArrayLike
 
 from bench.journal.waveforms import StoredWaveform
 from bench.panel.decimate import envelope
+from reports.plots.model import Manner
 
 #: Points that a plot of a screen's width shows.
 POINTS = 3000
+#: Those of a small plot beside others.
+_FIT_POINTS = 400
 _COLOURS = ("#1565c0", "#b3261e", "#0b6b3a", "#7b1fa2")
 _GRID = {"left": 70, "right": 24, "top": 36, "bottom": 48}
 
@@ -84,3 +87,38 @@ def waveform_plot(
             "axisLabel": {"showMinLabel": False, "showMaxLabel": False},
         }
     return plot
+
+
+def fit_plot(upper: Mapping[str, Any], left: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a fit with what it leaves below, on one x axis; each holds labels `x` and `y` and `curves` of name, x, y, manner."""
+    axis = {"type": "value", "scale": True, "nameLocation": "middle"}
+    drawn: dict[str, Any] = {
+        "animation": False,
+        "tooltip": {"trigger": "axis"},
+        "color": list(_COLOURS),
+        "aria": {"enabled": True},
+        "grid": [
+            {"left": 64, "right": 12, "top": 12, "height": "46%"},
+            {"left": 64, "right": 12, "top": "66%", "height": "18%"},
+        ],
+        "xAxis": [
+            {**axis, "gridIndex": 0, "axisLabel": {"show": left["x"] != upper["x"]}},
+            {**axis, "gridIndex": 1, "name": left["x"], "nameGap": 26},
+        ],
+        "yAxis": [
+            {**axis, "gridIndex": 0, "name": upper["y"], "nameGap": 46},
+            {**axis, "gridIndex": 1, "name": left["y"], "nameGap": 46, "splitNumber": 2},
+        ],
+        "series": [],
+    }
+    for index, part in enumerate((upper, left)):
+        for name, x, y, manner in part["curves"]:
+            lone = manner is Manner.READING
+            series = line(name, thinned(x, y, _FIT_POINTS), marks=lone)
+            series |= {"xAxisIndex": index, "yAxisIndex": index}
+            if lone:
+                series["lineStyle"] = {"width": 0}
+            elif manner in (Manner.RECORD, Manner.BROAD):
+                series |= {"lineStyle": {"width": 4, "color": "#c5cdd5"}, "itemStyle": {"color": "#c5cdd5"}}
+            drawn["series"].append(series)
+    return drawn

@@ -10,7 +10,7 @@ from bench.journal.events.instruments import InstrumentOpened, WaveformsTaken
 from bench.journal.events.run import InstrumentEntry
 from bench.journal.finished_run import FinishedRun
 from bench.journal.procedure_events import ProcedurePassage, StepPassage, passages
-from bench.journal.signatures import signatures
+from bench.journal.signatures import MEANINGS, Signature, signatures
 from bench.journal.step_readings import readings_of
 from bench.journal.waveforms import StoredWaveform, read_waveform
 from bench.plugins.files import catalogues_of_run
@@ -60,8 +60,13 @@ def record_of(run: FinishedRun) -> RunRecord:
         procedures=[_procedure(run, passage, known.get(name)) for name, passage in taken.items()],
         journal=JournalEnd(len(run.events), run.last_hash, run.torn),
         bench_time=view.bench_time,
-        signed=[SignOff(s.person, s.role, _minute(s.time), s.words, s.holds) for s in signatures(run.folder)],
+        signed=[_signed(each) for each in signatures(run.folder)],
     )
+
+
+def _signed(each: Signature) -> SignOff:
+    meaning = MEANINGS.get(each.meaning, Text("–"))
+    return SignOff(each.person, each.role, _minute(each.time), each.words, each.holds, meaning)
 
 
 def _minute(wall: str) -> str:

@@ -37,6 +37,7 @@ class _Station(Section):
     name: str = Field(min_length=1, description="the station's name, text in quotes")
     visa_library: str = "@py"
     overdue: Literal["warn", "refuse"] = "warn"
+    signatures: int = Field(default=0, ge=0, le=5, description="how many people sign a run off at the panel")
     control: str = Field(
         default="",
         pattern=r"^(http://[^\s/:]+:[0-9]{1,5})?$",

@@ -35,6 +35,7 @@ class ParameterDefinition:
     `symbol` is plain text, what follows `_` being the index, empty where the field has none; `convention` says per what,
     peak or rms, at which temperature. `unit` is that of results (`1` for none), `reader_unit` another name of it in tables for readers.
     Values make sense within `bounds`; counts are `whole` numbers.
+    `restates` names the parameter of which it is the same quantity in another unit or convention.
     `type_value`: whether a motor file may expect a value. `controller_uncertainty` is the largest relative standard
     uncertainty with which the figure goes into a controller. `true_value` says where a virtual motor has it: `motor.` or
     `drive.` and an attribute, or the name of a formula of `bench.virtual.true_values`; empty where it depends on the test.
@@ -53,6 +54,7 @@ class ParameterDefinition:
     factor_errors: FactorErrors | None = None
     controller_uncertainty: float = math.inf
     true_value: str = ""
+    restates: str = ""
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier() or self.name != self.name.lower():

@@ -14,6 +14,7 @@ from procedures.known_parameters import Procedures, known_parameters
 from procedures.note.torque_constant import DERIVED
 from procedures.plausibility import factor_errors
 from procedures.plausibility.factor_errors import FactorError, Ratio, quotient
+from procedures.plausibility.type_tolerance import held_against_type
 
 Findings = Mapping[str, Mapping[str, Any]]
 _Keyed = tuple[tuple[str, str], Notice]
@@ -50,7 +51,7 @@ def check_consistency(
     alarms += _inductances(found, findings)
     # What a mistake explains already is not held against the type values besides.
     type_values = () if alarms else _type_values(found, nameplate, pairs or 1.0, known_parameters(procedures))
-    return (*alarms, *type_values)
+    return (*alarms, *type_values, *held_against_type(found, nameplate))
 
 
 def _pole_pairs(found: ParameterSet, nameplate: Nameplate) -> tuple[float | None, list[Notice]]:

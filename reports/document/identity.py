@@ -145,10 +145,14 @@ def signature_section(run: RunRecord) -> ReportSection:
             Column(text("Name")),
             Column(text("Role")),
             Column(text("Date")),
+            Column(text("Meaning"), wide=True),
             Column(text("Remark"), wide=True),
             Column(text("Concerns"), wide=True),
         ]
-        rows = [TableRow([one.person, one.role, one.time, one.words or "–", _concerns(one)]) for one in run.signed]
+        rows = [
+            TableRow([one.person, one.role, one.time, one.meaning, one.words or "–", _concerns(one)])
+            for one in run.signed
+        ]
         blocks = (Table(columns, rows, title=text("Signed at the panel")), lines)
     return ReportSection(text("Signatures"), "signatures", blocks)
 

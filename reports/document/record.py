@@ -114,13 +114,14 @@ class JournalEnd:
 
 @dataclass(frozen=True)
 class SignOff:
-    """A signature that was given: who, as what, when, a remark; `holds` where the journal is still that one."""
+    """A signature that was given: who, as what, when, a remark, what it means; `holds` where the journal is still that one."""
 
     person: str
     role: str
     time: str
     words: str
     holds: bool
+    meaning: Text
 
 
 @dataclass(frozen=True)

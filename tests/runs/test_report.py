@@ -12,7 +12,7 @@ from pypdf import PdfReader
 
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
-from bench.journal.signatures import sign
+from bench.journal.signatures import Meaning, sign
 from bench.journal.waveforms import read_waveform
 from bench.plugins.catalogues import installed
 from tests.command_line import Call
@@ -61,7 +61,7 @@ def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
     assert call("report", folder.name, "--language", "en", "--format", "html", "--output", "again")[0] == 0
     assert Path("again/report-en.html").read_bytes() == page.read_bytes()
 
-    sign(RunFolder(folder), "J. Doe", "engineer", "released", datetime(2026, 11, 21, 12, tzinfo=UTC))
+    sign(RunFolder(folder), "J. Doe", "engineer", "released", datetime(2026, 11, 21, 12, tzinfo=UTC), Meaning.APPROVED)
     code, out, _ = call("report", "latest", "--language", "both", "--json")
     files = json.loads(out)["report"]
     assert (code, set(files)) == (0, {"html", "pdf"})

@@ -1,28 +1,35 @@
 """What a run came to, and what can be done with it."""
 
-import asyncio
-import sys
 from datetime import UTC, datetime
-from pathlib import Path
-from urllib.parse import quote
+from urllib.parse import quote, urlencode
 
 from nicegui import ui
 
 from bench.i18n.errors import InputError
 from bench.journal.events.run import MotorReference
-from bench.journal.signatures import sign, signatures
 from bench.panel.live_run import LiveRun
+from bench.panel.motor_of import type_values_of
+from bench.panel.pages.attention import AttentionPart
 from bench.panel.pages.budgets import budgets_part
+from bench.panel.pages.fits import fits_part
 from bench.panel.pages.frame import Reader
 from bench.panel.pages.history import STATUS
-from bench.panel.pages.misfits import misfits_part
+from bench.panel.pages.parameter_picture import parameter_picture
 from bench.panel.pages.parts import named, table
+from bench.panel.pages.products import ProductsPart
+from bench.panel.pages.sign_off import SignOffPart
 from bench.panel.pages.waveforms import WaveformsPart
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.plugins.files import catalogues_of_run
-from drivers.interfaces.text import text
-from reports.tables.summary import other_warnings, rows, why_withheld
+from drivers.interfaces.text import Text, text
+from procedures.plausibility.type_tolerance import Conformity
+from reports.tables.attention import Rank, ranked
+from reports.tables.deviation import deviations
+from reports.tables.summary import rows
+
+#: The plots come after the page: it is to be read at once.
+_LATER = 0.1
 
 
 def ended_part(panel: Panel, session: Session, run: LiveRun, reader: Reader) -> None:
@@ -36,167 +43,139 @@ class _Ended:
         self._session = session
         self._run = run
         self._reader = reader
-        start = run.view.run.start
-        self._exports = catalogues_of_run(start.software if start is not None else {}).exports
+        view = run.view.run
+        self._exports = catalogues_of_run(view.start.software if view.start is not None else {}).exports
+        self._parameters = view.parameters()
+        self._rows = deviations(self._parameters, *type_values_of(view.start))
+        self._found = ranked(self._parameters, view.warnings(), view.finished)
 
     def build(self) -> None:
-        say, view = self._reader.say, self._run.view.run
-        motor = view.start.motor if view.start is not None else MotorReference("?")
-        ui.label(f"{motor.name} {motor.serial_number}").classes("text-3xl font-bold")
-        ui.label(say(STATUS.get(view.status, text("was interrupted")))).classes("text-xl")
-        if view.cause:
-            ui.label(view.cause).classes("text-base whitespace-pre-line").style("color:#7a130d")
-        self._actions()
-        with named(ui.element("section").classes("mb-card mb-4"), say(text("Parameters"))):
-            self._parameters()
-        self._warnings()
-        misfits_part(self._panel, self._run, self._reader)
+        self._outcome()
+        with named(ui.element("section").classes("mb-card mb-4"), self._reader.say(text("Result"))):
+            ui.label(self._reader.say(self._headline())).classes("text-3xl font-bold").props(
+                "role=heading aria-level=1"
+            )
+            self._actions()
+            self._fault = ui.label().props("role=alert").classes("mb-refused whitespace-pre-line")
+        self._products = ProductsPart(self._run, self._reader)
+        self._picture()
+        lead = self._session.may_lead
+        AttentionPart(self._reader, self._panel.offer.title, self._resume if lead else None).build(
+            self._found, self._run.view.run.planned
+        )
+        later = ui.element("div").classes("w-full")
         budgets_part(self._run, self._reader)
         WaveformsPart(self._panel, self._run, self._reader).build()
-        self._signatures = named(ui.element("section").classes("mb-card mb-4"), say(text("Signatures")))
-        self._sign_part()
+        SignOffPart(self._run, self._session, self._reader, self._panel.access).build()
+
+        def draw() -> None:
+            with later:
+                fits_part(self._panel, self._run, self._reader)
+
+        ui.timer(_LATER, draw, once=True)
+
+    def _outcome(self) -> None:
+        """Say how the run ended, what was made safe, and whose run it was."""
+        say, view = self._reader.say, self._run.view
+        safe = view.ended and not view.energised and not any(event.error for event in view.made_safe)
+        status = STATUS.get(view.run.status, text("was interrupted"))
+        off = text("Outputs off.") if safe else text("Outputs not proved off: look at the bench.")
+        motor = view.run.start.motor if view.run.start is not None else MotorReference("?")
+        parts = [motor.name, motor.serial_number]
+        if view.run.start is not None:
+            parts.append(_date(self._run.name))
+            minutes, hands = view.run.bench_time / 60.0, view.run.hand_time / 60.0
+            parts.append(say(text("{minutes:.0f} min, of these {hands:.0f} by hand", minutes=minutes, hands=hands)))
+            parts.append(view.run.start.person)
+        state = "mb-state-off" if safe else "mb-state-live"
+        with ui.element("section").classes(f"rounded-lg px-4 py-3 mb-4 {state}").props("role=status"):
+            ui.label(f"{say(text('Run {status}.', status=status))} {say(off)}").classes("text-xl font-bold")
+            ui.label(" · ".join(part for part in parts if part)).classes("text-base")
+            if view.run.cause:
+                ui.label(view.run.cause).classes("text-base whitespace-pre-line")
+
+    def _headline(self) -> Text:
+        count = len(self._rows)
+        look = [row.label for row in self._rows if row.verdict not in (None, Conformity.WITHIN)]
+        look += [reasons[0].label for reasons in self._parameters.withheld.values()]
+        if not count and not look:
+            return text("No parameter was measured.")
+        measured = text("1 parameter measured") if count == 1 else text("{count} parameters measured", count=count)
+        if look:
+            return text("{measured}. Needs a look: {names}.", measured=measured, names=look)
+        open_points = sum(each.rank is not Rank.KNOWN for each in self._found)
+        if open_points:
+            return text("{measured}. Warnings to look at: {count}.", measured=measured, count=open_points)
+        return text("{measured}. Nothing needs a look.", measured=measured)
 
     def _actions(self) -> None:
         say, view = self._reader.say, self._run.view.run
-        with ui.row().classes("gap-3 my-3 items-end"):
+        with ui.row().classes("gap-3 mt-3 items-center"):
             if self._session.may_lead and view.status != "completed":
-                ui.button(say(text("Go on where it ended")), on_click=lambda: self._resume(), color=None).classes(
-                    "mb-go"
-                )
+                go_on = ui.button(say(text("Go on where it ended")), on_click=lambda: self._resume(), color=None)
+                go_on.classes("mb-go").props("no-caps")
             if self._session.may_lead:
-                ui.button(say(text("Measure the next motor")), on_click=lambda: ui.navigate.to("/")).props("outline")
-                titles = {name: say(self._panel.offer.title(name)) for name in view.planned}
-                again = ui.select(titles, label=say(text("Procedure to repeat"))).props("outlined dense")
-                again.classes("w-64")
-                ui.button(say(text("Repeat")), on_click=lambda: self._repeat(again.value)).props("outline")
-            targets = {name: target.title for name, target in self._exports.items()}
-            target = ui.select(targets, label=say(text("Export for"))).props("outlined dense").classes("w-48")
-            ui.button(say(text("Export")), on_click=lambda: self._export(target.value)).props("outline")
-            ui.button(say(text("Report")), on_click=self._report).props("outline")
+                following = f"/?{urlencode({'as_before': self._run.name})}"
+                ui.button(say(text("Measure the next motor")), on_click=lambda: ui.navigate.to(following)).props(
+                    "no-caps"
+                )
+            ui.button(say(text("Report")), on_click=lambda: self._products.report()).props("outline no-caps")
+            with ui.dropdown_button(say(text("Export")), auto_close=True).props("outline no-caps"):
+                for name, target in self._exports.items():
+                    ui.item(target.title, on_click=lambda name=name: self._export(name))
+            if self._session.may_lead:
+                with ui.dropdown_button(say(text("Repeat")), auto_close=True).props("outline no-caps"):
+                    for name in view.planned:
+                        title = say(self._panel.offer.title(name))
+                        ui.item(title, on_click=lambda name=name: self._resume(name))
             against = f"/compare/{quote(self._run.name, safe='')}/type"
-            ui.button(say(text("Compare with the type")), on_click=lambda: ui.navigate.to(against)).props("outline")
+            ui.button(say(text("Compare with the type")), on_click=lambda: ui.navigate.to(against)).props(
+                "outline no-caps"
+            )
+            if self._session.may_change:
+                jump = "document.getElementById('signatures').scrollIntoView()"
+                ui.button(say(text("Sign …")), on_click=lambda: ui.run_javascript(jump)).props("outline no-caps")
 
-    def _parameters(self) -> None:
+    def _picture(self) -> None:
+        say, view = self._reader.say, self._run.view.run
+        if not self._rows and not self._parameters.withheld:
+            return
+        with named(ui.element("section").classes("mb-card mb-4"), say(text("Parameters"))):
+            if self._rows:
+                parameter_picture(self._rows, self._reader)
+            with ui.expansion(say(text("All figures as a table"))).classes("w-full text-base"):
+                self._table(with_truth=bool(view.truth))
+
+    def _table(self, *, with_truth: bool) -> None:
         say, view = self._reader.say, self._run.view.run
         head = [text("Parameter"), text("Value"), text("Unit"), text("u"), text("u, %"), text("Note's formula")]
-        head += [text("Truth")] if view.truth else []
+        head += [text("Truth")] if with_truth else []
         lines = []
-        for row in rows(view.parameters(), view.truth, self._reader.translate):
+        for row in rows(self._parameters, view.truth, self._reader.translate):
             line = [row.name, row.value, row.unit, row.uncertainty, row.relative, row.note]
-            lines.append([*line, *([row.truth] if view.truth else []), row.section])
-        if not lines:
-            ui.label(say(text("No parameter was measured.")))
-            return
-        numeric = frozenset({1, 3, 4, 5, 6} if view.truth else {1, 3, 4, 5})
+            lines.append([*line, *([row.truth] if with_truth else []), row.section])
+        numeric = frozenset({1, 3, 4, 5, 6} if with_truth else {1, 3, 4, 5})
         table([*map(say, head), "§"], lines, numeric=numeric)
         legend = text("u: standard uncertainty. Note's formula: its result on the same readings.")
         ui.label(say(legend)).classes("text-sm mt-2")
-        why = why_withheld(view.parameters())
-        if why:
-            ui.label(say(text("Not given"))).classes("text-lg font-semibold mt-3")
-        for sentence in why:
-            ui.label(f"✗ {say(sentence)}").classes("text-base py-1").style("color:#7a130d")
-
-    def _warnings(self) -> None:
-        say, view = self._reader.say, self._run.view.run
-        warnings = other_warnings(view.parameters(), view.warnings())
-        if not warnings:
-            return
-        with named(ui.element("section").classes("mb-card mb-4"), say(text("Warnings"))):
-            ui.label(say(text("Warnings"))).classes("text-lg font-semibold")
-            for procedure, notice in warnings:
-                origin = f" ({procedure})" if procedure else ""
-                ui.label(f"⚠ {notice.identifier}{origin}: {say(notice.message)}").classes("text-base py-1")
-
-    def _sign_part(self) -> None:
-        say = self._reader.say
-        self._signatures.clear()
-        with self._signatures:
-            ui.label(say(text("Signatures"))).classes("text-lg font-semibold")
-            try:
-                signed = signatures(self._run.folder)
-            except InputError as error:
-                ui.label(self._reader.fault(error)).style("color:#7a130d")
-                return
-            for signature in signed:
-                when = datetime.fromisoformat(signature.time).strftime("%Y-%m-%d %H:%M:%S UTC")
-                parts = [f"{signature.person} ({signature.role})", when, signature.words]
-                parts.append(f"SHA-256 {signature.sha256[:12]}…")
-                ui.label(" · ".join(part for part in parts if part)).classes("text-base")
-                if not signature.holds:
-                    ui.label(
-                        say(text("This signature does not hold: the run went on, or was changed, after it."))
-                    ).style("color:#7a130d")
-            if self._session.may_change and self._run.view.ended:
-                with ui.row().classes("items-end gap-3"):
-                    name = ui.input(say(text("Name")), value=self._session.person).props("outlined dense")
-                    remark = ui.input(say(text("Remark"))).props("outlined dense").classes("w-96")
-                    ui.button(
-                        say(text("Sign off")),
-                        on_click=lambda: self._sign(str(name.value or ""), str(remark.value or "")),
-                    )
-
-    def _sign(self, person: str, words: str) -> None:
-        try:
-            sign(self._run.folder, person, self._session.right.value, words, datetime.now(UTC))
-        except InputError as error:
-            self._complain(self._reader.fault(error))
-            return
-        self._sign_part()
-
-    async def _repeat(self, procedure: str | None) -> None:
-        if procedure is None:
-            self._complain(self._reader.say(text("Choose the procedure to repeat.")))
-            return
-        await self._resume(procedure)
 
     async def _resume(self, repeat: str | None = None) -> None:
         chosen = [repeat] if repeat is not None else []
         try:
             again = await self._panel.resume(self._run.name, self._session.person, chosen, self._session.language)
         except (InputError, TimeoutError) as error:
-            self._complain(self._reader.fault(error))
+            self._fault.set_text(self._reader.fault(error))
             return
         self._panel.control.take(self._session.token, self._session.person)
         ui.navigate.to(f"/runs/{quote(again.name, safe='')}")
 
-    async def _export(self, target: str | None) -> None:
-        if not target:
-            self._complain(self._reader.say(text("Choose what to export for.")))
-            return
-        out = await self._command(
-            "export", str(self._run.folder.path), "--for", target, "--language", self._session.language
-        )
-        if out is not None:
-            ui.download.content(out, f"{self._run.name}.{target}{self._exports[target].suffix}")
+    async def _export(self, target: str) -> None:
+        await self._products.export(target, self._exports[target].suffix)
 
-    async def _report(self) -> None:
-        language = self._session.language
-        if await self._command("report", str(self._run.folder.path), "--language", language) is None:
-            return
-        for path in sorted(self._run.folder.path.glob(f"report*{language}*")) or sorted(
-            self._run.folder.path.glob("report*")
-        ):
-            ui.download.file(Path(path), f"{self._run.name}-{path.name}")
 
-    async def _command(self, *arguments: str) -> bytes | None:
-        """Return what a command of motorbench prints; what it refuses is shown."""
-        process = await asyncio.create_subprocess_exec(
-            sys.executable,
-            "-P",
-            "-m",
-            "motorbench",
-            *arguments,
-            stdin=asyncio.subprocess.DEVNULL,
-            stdout=asyncio.subprocess.PIPE,
-            stderr=asyncio.subprocess.PIPE,
-        )
-        out, errors = await process.communicate()
-        if process.returncode != 0:
-            self._complain(errors.decode("utf-8", "replace").strip().removeprefix("motorbench: "))
-            return None
-        return out
-
-    def _complain(self, words: str) -> None:
-        close = {"label": self._reader.say(text("Close")), "color": "white"}
-        ui.notify(words, type="negative", position="top", timeout=0, actions=[close], multi_line=True)
+def _date(run: str) -> str:
+    """Return when a run's folder says that it began; empty for one of another name."""
+    try:
+        return datetime.strptime(run[:16], "%Y%m%dT%H%M%SZ").replace(tzinfo=UTC).strftime("%Y-%m-%d %H:%M UTC")
+    except ValueError:
+        return ""

@@ -26,18 +26,22 @@ _HOLD = "() => { " + _LIST + " = true; emit(); }"
 _RELEASE = _LIST + " = false"
 
 
-def start_page(panel: Panel, session: Session, motor: str = "") -> None:
-    """Build the page; `motor` is the name of the motor file that is chosen already."""
+def start_page(panel: Panel, session: Session, motor: str = "", as_before: str = "") -> None:
+    """Build the page; `motor` is the name of the motor file that is chosen already, `as_before` that of a run whose type and
+    procedures are.
+    """
     with frame(panel, session, text("Measure")) as reader:
-        _StartPage(panel, session, reader, motor).build()
+        _StartPage(panel, session, reader, motor, as_before).build()
 
 
 class _StartPage:
-    def __init__(self, panel: Panel, session: Session, reader: Reader, motor: str) -> None:
+    def __init__(self, panel: Panel, session: Session, reader: Reader, motor: str, as_before: str) -> None:
         self._panel = panel
         self._session = session
         self._reader = reader
         self._chosen = motor
+        self._before = _beginning(panel, as_before) if as_before else {}
+        self._planned = frozenset(map(str, self._before.get("procedures", ())))
         self._boxes: dict[str, ui.checkbox] = {}
         self._notes: dict[str, ui.label] = {}
         self._roles: frozenset[str] | None = None
@@ -61,6 +65,9 @@ class _StartPage:
                 known = {Path(path).stem: path for path in motor_files(self._panel.motors)}
                 if self._chosen in known:
                     self._motor.set_value(known[self._chosen])
+                source = str((self._before.get("motor") or {}).get("source", ""))
+                if source in self._motors():
+                    self._motor.set_value(source)
                 if self._session.may_change:
                     ui.button(say(text("New motor …")), on_click=lambda: ui.navigate.to("/motor")).props(
                         "flat no-caps dense"
@@ -129,7 +136,7 @@ class _StartPage:
                 missing = [] if self._roles is None else sorted(set(procedure.roles) - self._roles)
                 box = ui.checkbox(
                     f"{say(Text(procedure.title))} · {say(section_name(procedure.section))}",
-                    value=not missing and not procedure.end_of_line,
+                    value=not missing and (name in self._planned if self._planned else not procedure.end_of_line),
                 )
                 box.props("dense").classes("text-base")
                 needs = say(text("needs {roles}", roles=[role_name(role) for role in procedure.roles]))
@@ -272,3 +279,8 @@ class _StartPage:
             return
         self._panel.control.take(self._session.token, self._session.person)
         ui.navigate.to(f"/runs/{quote(run.name, safe='')}")
+
+
+def _beginning(panel: Panel, run: str) -> Mapping[str, Any]:
+    """Return how a run of the panel's folder began; nothing where there is no such run."""
+    return next(iter(panel.beginning(run)), {}) if run in {each.name for each in panel.archive.list()} else {}

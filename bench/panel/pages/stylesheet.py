@@ -2,6 +2,8 @@
 
 from nicegui import ui
 
+from bench.panel.pages.end_stylesheet import END_STYLE
+
 #: The classes have Tailwind's names and meanings. Tailwind itself would work them out in the browser, anew at each change.
 _STYLE = """
 <style>
@@ -33,8 +35,8 @@ _STYLE = """
   .mb-4 { margin-bottom: 1rem; }
   .flex { display: flex; } .grid { display: grid; }
   .h-64 { height: 16rem; } .h-80 { height: 20rem; } .h-96 { height: 24rem; }
-  .w-5 { width: 1.25rem; } .w-48 { width: 12rem; } .w-64 { width: 16rem; } .w-72 { width: 18rem; }
-  .w-96 { width: 24rem; } .w-full { width: 100%; } .min-w-0 { min-width: 0; }
+  .w-5 { width: 1.25rem; } .w-48 { width: 12rem; } .w-64 { width: 16rem; } .w-72 { width: 18rem; max-width: 100%; }
+  .w-96 { width: 24rem; max-width: 100%; } .w-full { width: 100%; } .min-w-0 { min-width: 0; }
   .max-w-3xl { max-width: 48rem; } .max-w-4xl { max-width: 56rem; } .max-w-page { max-width: 1500px; }
   .shrink-0 { flex-shrink: 0; } .grow { flex-grow: 1; } .list-none { list-style-type: none; }
   .flex-col { flex-direction: column; } .flex-nowrap { flex-wrap: nowrap; }
@@ -91,4 +93,4 @@ _STYLE = """
 
 def add_stylesheet() -> None:
     """Have the page that is being built look as all others do."""
-    ui.add_head_html(_STYLE)
+    ui.add_head_html(_STYLE + END_STYLE)

@@ -1,0 +1,112 @@
+"""How well the models fit: each fit with its readings, what it leaves below, and that in a word."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+
+from bench.panel.live_run import LiveRun
+from bench.panel.pages.frame import Reader
+from bench.panel.pages.parts import named
+from bench.panel.panel import Panel
+from bench.panel.plots import fit_plot
+from drivers.interfaces.text import Text, lines, text
+from procedures.core.result import ProcedureResult
+from reports.document.record import ProcedureRecord
+from reports.plots.misfit import causes, is_residual
+from reports.plots.model import Axes, Plot
+from reports.plots.of_procedures import plots
+from reports.tables.figures import decimals_for, figure, scale_of
+
+
+def fits_part(panel: Panel, run: LiveRun, reader: Reader) -> None:
+    """Build it; nothing where no procedure fits a model."""
+    fits = [
+        (result, title, *pair)
+        for result in run.view.run.finished.values()
+        for title in [panel.offer.title(result.procedure)]
+        for pair in _fits(result, title)
+    ]
+    if not fits:
+        return
+    heading = reader.say(text("How well the models fit"))
+    with named(ui.element("section").classes("mb-card mb-4"), heading):
+        ui.label(heading).classes("text-lg font-semibold").props("role=heading aria-level=2")
+        with ui.element("div").classes("mb-fits"):
+            for result, title, upper, left in fits:
+                _one(result, reader.say(title), upper, left, reader)
+
+
+def _fits(result: ProcedureResult, title: Text) -> Iterator[tuple[Axes, Axes]]:
+    """Give each fit with what it leaves."""
+    record = ProcedureRecord(result.procedure, title, result.section, {}, (), result)
+    for plot in plots(record):
+        yield from _pairs(plot)
+
+
+def _pairs(plot: Plot) -> Iterator[tuple[Axes, Axes]]:
+    """Give a plot's residuals with the fit that each belongs to: that above it, else that before it."""
+    for number, row in enumerate(plot.rows):
+        for column, axes in enumerate(row):
+            if not is_residual(axes):
+                continue
+            above = plot.rows[number - 1] if number else ()
+            if column < len(above) and not is_residual(above[column]):
+                yield above[column], axes
+            elif column and not is_residual(row[column - 1]):
+                yield row[column - 1], axes
+
+
+def _one(result: ProcedureResult, title: str, upper: Axes, left: Axes, reader: Reader) -> None:
+    say = reader.say
+    word = _judged(result, left)
+    with named(ui.element("figure").classes("mb-fit"), f"{title}: {say(word)}"):
+        with ui.element("figcaption"):
+            ui.label(f"{title} · {say(upper.y_label)}").classes("text-base font-semibold")
+            ui.label(say(word)).classes("mb-small")
+        ui.echart(fit_plot(_labelled(upper, reader), _labelled(left, reader))).classes("w-full h-80")
+
+
+def _judged(result: ProcedureResult, left: Axes) -> Text:
+    """Return in a word what the residual is like, and its size."""
+    named_causes = causes(result.findings)
+    size = _rms(left)
+    if named_causes:
+        return text("⚠ a pattern: {causes}; {size} rms", causes=lines(named_causes, between=", "), size=size)
+    return text("✓ random, {size} rms", size=size)
+
+
+def _rms(left: Axes) -> str:
+    values = np.concatenate([np.asarray(curve.y, dtype=np.float64) for curve in left.curves] or [np.zeros(1)])
+    values = values[np.isfinite(values)]
+    rms = math.sqrt(float(np.mean(np.square(values)))) if values.size else 0.0
+    scale = scale_of(rms, left.y_unit)
+    shown = rms / scale.factor
+    return f"{figure(shown, decimals_for(shown, shown))} {scale.unit}".rstrip()
+
+
+def _labelled(axes: Axes, reader: Reader) -> dict[str, Any]:
+    """Return what the plot draws of a pair of axes, in the units of people."""
+    say = reader.say
+    x_scale, y_scale = (
+        scale_of(max((float(np.nanmax(np.abs(part))) for part in parts if np.size(part)), default=0.0), unit)
+        for parts, unit in (
+            ([curve.x for curve in axes.curves], axes.x_unit),
+            ([curve.y for curve in axes.curves], axes.y_unit),
+        )
+    )
+    return {
+        "x": f"{say(axes.x_label)} / {x_scale.unit}" if x_scale.unit else say(axes.x_label),
+        "y": f"{say(axes.y_label)} / {y_scale.unit}" if y_scale.unit else say(axes.y_label),
+        "curves": [
+            (
+                say(curve.name) if not str(curve.name).startswith("_") else "",
+                np.asarray(curve.x, dtype=np.float64) / x_scale.factor,
+                np.asarray(curve.y, dtype=np.float64) / y_scale.factor,
+                curve.manner,
+            )
+            for curve in axes.curves
+        ],
+    }
