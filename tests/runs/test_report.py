@@ -73,7 +73,8 @@ def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
         assert all(step.identifier in said for step in kind.steps())
     assert "电机参数测量报告" in said
     assert end.last_hash in said
-    assert "J.Doeengineer2026-11-2112:00:00UTCreleased" in said
+    assert "J.Doeengineer2026-11-2112:00:00UTCIapprovetheresult" in said
+    assert "我批准该结果released" in said
 
     # A report changes nothing of what it is proven by.
     assert call("results", "verify", folder.name, "--sha256", end.last_hash)[0] == 0

@@ -120,11 +120,11 @@ class _Ended:
                     "no-caps"
                 )
             ui.button(say(text("Report")), on_click=lambda: self._products.report()).props("outline no-caps")
-            with ui.dropdown_button(say(text("Export")), auto_close=True).props("outline no-caps"):
+            with self._menu(text("Export")):
                 for name, target in self._exports.items():
                     ui.item(target.title, on_click=lambda name=name: self._export(name))
             if self._session.may_lead:
-                with ui.dropdown_button(say(text("Repeat")), auto_close=True).props("outline no-caps"):
+                with self._menu(text("Repeat")):
                     for name in view.planned:
                         title = say(self._panel.offer.title(name))
                         ui.item(title, on_click=lambda name=name: self._resume(name))
@@ -135,6 +135,11 @@ class _Ended:
             if self._session.may_change:
                 jump = "document.getElementById('signatures').scrollIntoView()"
                 ui.button(say(text("Sign …")), on_click=lambda: ui.run_javascript(jump)).props("outline no-caps")
+
+    def _menu(self, words: Text) -> ui.dropdown_button:
+        said = self._reader.say(words)
+        # Its icon's name would be read aloud with the words.
+        return named(ui.dropdown_button(said, auto_close=True).props("outline no-caps"), said)
 
     def _picture(self) -> None:
         say, view = self._reader.say, self._run.view.run

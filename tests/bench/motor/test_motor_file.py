@@ -233,3 +233,17 @@ def test_a_drives_motor_has_its_sensors_and_may_have_others(tmp_path: Path) -> N
         text.replace("[virtual.winding]", "[virtual.hall]\noffset = 0.2\n\n[virtual.winding]"), encoding="utf-8"
     )
     assert load_motor(str(path)).virtual_motor().halls == SimulatedHallSensors(0.2)
+
+
+def test_a_tolerance_needs_a_type_value_and_is_a_share_of_it(tmp_path: Path) -> None:
+    plate = '[nameplate]\nname = "m"\nconnection = "wye"\nrated_current = 1.0\n'
+    path = tmp_path / "m.toml"
+    path.write_text(f"{plate}[expected]\nstator_resistance = 0.5\n[tolerance]\nstator_resistance = 0.05\n")
+    assert load_motor(str(path)).nameplate.tolerance == {"stator_resistance": 0.05}
+    for table, said in (
+        ("[tolerance]\ninertia = 0.05\n", "there is no expected.inertia"),
+        ("[expected]\ninertia = 1e-5\n[tolerance]\ninertia = 5.0\n", "tolerance.inertia = 5"),
+    ):
+        path.write_text(plate + table)
+        with pytest.raises(InputError, match=said):
+            load_motor(str(path))

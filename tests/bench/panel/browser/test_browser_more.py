@@ -1,3 +1,4 @@
+import json
 import re
 import tomllib
 from collections.abc import Callable
@@ -9,11 +10,17 @@ from playwright.sync_api import Page, expect
 from bench.cli.main import main
 from bench.panel.access import add_person
 from tests.bench.panel.browser.conftest import Panel
-from tests.bench.panel.browser.test_browser import choose
+from tests.bench.panel.browser.test_browser import answer_until_end, begin, choose
 from tests.bench.panel.conftest import QUICK, Server
 
 Serve = Callable[..., Server]
 NewPage = Callable[[], Page]
+
+
+def log_in(page: Page, name: str, password: str) -> None:
+    page.get_by_label("Name").fill(name)
+    page.get_by_label("Password").fill(password)
+    page.get_by_role("button", name="Log in").click()
 
 
 @pytest.fixture
@@ -45,8 +52,11 @@ def runs(tmp_path: Path) -> Path:
 
 
 def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPage, runs: Path) -> None:
-    server, page = serve("--virtual"), new_page()
+    people = runs.parent / "people.toml"
+    add_person(people, "J.Doe", "engineer", "battery staple", QUICK)
+    server, page = serve("--virtual", "--people", str(people)), new_page()
     page.goto(server.url)
+    log_in(page, "J.Doe", "battery staple")
     expect(page.get_by_role("button", name="Start", exact=True)).to_be_enabled()
     page.goto(f"{server.url}/history")
     expect(page.get_by_text("2 of 2 runs")).to_be_visible()
@@ -59,22 +69,48 @@ def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPa
     page.get_by_role("button", name="Compare the two chosen").click()
     page.wait_for_url("**/compare/**")
     expect(page.get_by_role("row", name=re.compile("Stator resistance .* mΩ"))).to_be_visible()
-    page.goto(f"{server.url}/runs/{sorted(path.name for path in runs.iterdir())[0]}")
+    run = sorted(path.name for path in runs.iterdir())[0]
+    page.goto(f"{server.url}/runs/{run}")
     page.get_by_label("Record", exact=True).click()
     page.get_by_role("option", name=re.compile("dq inductance, time constant · 3.3.1-d.4")).first.click()
     expect(page.get_by_role("region", name="Waveforms").locator("canvas").first).to_be_visible()
-    page.get_by_label("Name", exact=True).fill("J. Doe")
-    page.get_by_role("button", name="Sign off").click()
-    expect(page.get_by_text(re.compile(r"J\. Doe \(engineer\)"))).to_be_visible()
-    page.get_by_label("Export for").click()
-    page.get_by_role("option", name="JSON").click()
+    signatures = page.get_by_role("region", name="Signatures")
+    signatures.get_by_label("Password").fill("battery horse")
+    signatures.get_by_role("button", name="Sign off").click()
+    expect(signatures.get_by_role("alert")).to_contain_text("nothing was signed")
+    signatures.get_by_label("Password").fill("battery staple")
+    signatures.get_by_role("button", name="Sign off").click()
+    expect(signatures.get_by_text(re.compile(r"J\.Doe \(engineer\) · I measured this motor"))).to_be_visible()
+    assert json.loads((server.runs / run / "signatures.json").read_text())[0]["meaning"] == "measured"
+    page.get_by_role("button", name="Export", exact=True).click()
     with page.expect_download() as download:
-        page.get_by_role("button", name="Export", exact=True).click()
+        page.get_by_text("JSON").click()
     assert download.value.suggested_filename.endswith(".json")
     assert "stator_resistance" in Path(download.value.path()).read_text()
-    page.get_by_role("button", name="Repeat").click()
-    expect(page.get_by_text("Choose the procedure to repeat.")).to_be_visible()
-    page.goto(f"{server.url}/runs/nothing")
+    made = page.get_by_role("status", name="Made of this run")
+    made.get_by_text("What is in it").click()
+    expect(made.get_by_text(re.compile('"stator_resistance"'))).to_be_visible()
+
+
+def test_the_end_of_a_run_is_a_picture_and_the_next_motor_is_measured_as_before(
+    panel: Panel, new_page: NewPage, tmp_path: Path
+) -> None:
+    run = begin(new_page(), panel, "Stator resistance ·", "dq inductance, smallest")
+    page = new_page()
+    page.goto(f"{panel.url}/runs/{run}")
+    page.get_by_role("button", name="Take the control").click()
+    answer_until_end(page)
+    row = page.get_by_role("row", name=re.compile("^d-axis inductance"))
+    expect(row.get_by_role("img")).to_have_attribute("aria-label", re.compile("interval -.* the note's formula"))
+    expect(page.get_by_role("figure", name=re.compile("✓ random")).first.locator("canvas")).to_be_visible()
+    what_to_do = page.get_by_role("region", name="What to do, most important first")
+    expect(what_to_do.get_by_role("button", name="Repeat Stator resistance").first).to_be_visible()
+    expect(what_to_do.get_by_text("nothing to do")).to_be_visible()
+    page.get_by_role("button", name="Measure the next motor").click()
+    expect(page.get_by_label("Motor type")).to_have_value("lg-400w (virtual)")
+    expect(page.get_by_role("checkbox", checked=True)).to_have_count(2)
+    expect(page.get_by_label("Serial number")).to_have_value("")
+    page.goto(f"{panel.url}/runs/nothing")
     expect(page.get_by_role("link", name="Measure")).to_be_visible()
 
 
@@ -122,13 +158,9 @@ def test_a_network_asks_for_a_login_and_a_viewer_only_watches(serve: Serve, new_
     server, page = serve("--virtual", "--people", str(people)), new_page()
     page.goto(f"{server.url}/history")
     page.wait_for_url("**/login")
-    page.get_by_label("Name").fill("bo")
-    page.get_by_label("Password").fill("wrong wrong")
-    page.get_by_role("button", name="Log in").click()
+    log_in(page, "bo", "wrong wrong")
     expect(page.get_by_role("alert")).to_be_visible()
-    page.get_by_label("Name").fill("bo")
-    page.get_by_label("Password").fill("battery staple")
-    page.get_by_role("button", name="Log in").click()
+    log_in(page, "bo", "battery staple")
     expect(page.get_by_role("button", name="Start", exact=True)).to_be_disabled()
     expect(page.get_by_role("button", name="Rehearse")).to_be_enabled()
     page.get_by_label("Motor type").click()
