@@ -96,6 +96,7 @@ def make_app() -> App:
         ("eol_schema:schema", "schema", "The plan file's JSON schema, for editors."),
         ("eol_export:export", "export", "Records as CSV, Parquet, JUnit XML or JSON lines."),
         ("eol_labels:labels", "labels", "The label line of each motor of a batch."),
+        ("eol_plan:plan", "plan", "Write a plan from a measured motor."),
         ("eol_stats:stats", "stats", "Yield, failures, capability, charts, gauge R&R."),
     ):
         eol.command(f"bench.cli.{where}", name=name, help=words)

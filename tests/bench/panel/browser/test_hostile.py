@@ -77,15 +77,19 @@ def test_a_hostile_runs_name_does_nothing(serve: Serve, new_page: NewPage, finis
     assert_nothing_acted(page)
     page.goto(f"{server.url}/history")
     page.get_by_role("link", name=HOSTILE, exact=True).click()
-    expect(page.get_by_text(f"{HOSTILE} {HOSTILE}", exact=True)).to_be_visible()
-    expect(page.get_by_role("region", name="Parameters").get_by_role("table")).to_be_visible()
+    expect(page.get_by_text(f"{HOSTILE} · {HOSTILE}")).to_be_visible()
+    expect(page.get_by_role("region", name="Parameters").get_by_role("table").first).to_be_visible()
     assert_nothing_acted(page)
 
 
 def test_hostile_sockets_serial_numbers_and_plans_do_nothing(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
     (tmp_path / "runs" / "batch").mkdir(parents=True)
     now = datetime.now(UTC).isoformat()
-    ended = {"verdict": "fail", "serial_number": HOSTILE, "outside": [store_text(word(HOSTILE))], "cause": HOSTILE}
+    ended = {"verdict": "fail", "serial_number": HOSTILE, "cause": HOSTILE}
+    ended |= {"inside": 0, "limited": 1, "closest": None}
+    ended["outside"] = [
+        {"label": store_text(word(HOSTILE)), "value": HOSTILE, "unit": HOSTILE, "low": "", "high": "", "place": None}
+    ]
     batch = OperatorLine(lambda _: None)
     try:
         batch.say(
