@@ -44,6 +44,7 @@ INPUTS = {
     "eol run": ["FILE --station virtual --motors 1"],
     "eol check": ["FILE"],
     "eol export": ["--format csv --records FILE --out out.csv"],
+    "eol plan": ["FILE --output out.toml"],
     "eol labels": ["--batch one --records FILE"],
     "eol stats": ["--records FILE"],
 }
