@@ -22,7 +22,8 @@ _STYLE = """
 <style>
   .mb-tile { border-radius: 12px; padding: 1rem 1.25rem; min-height: 15rem; border: 4px solid var(--line); background: var(--card); }
   .mb-tile { display: flex; flex-direction: column; }
-  .mb-tile .verdict { font-size: 4.5rem; line-height: 1.05; font-weight: 800; }
+  .mb-tile .verdict { font-size: 3.25rem; line-height: 1.15; font-weight: 800; white-space: nowrap; }
+  .mb-tile[data-state=aborted] .verdict { font-size: 2.25rem; }
   .mb-tile-next { font-size: 1.25rem; font-weight: 700; margin-top: auto; padding-top: .5rem; }
   .mb-tile[data-state=pass] { background: #0b5d33; border-color: #0b5d33; color: #fff; }
   .mb-tile[data-state=fail] { border: 8px solid #b3121d; }
@@ -89,8 +90,8 @@ class _LinePage:
             self._message = ui.label().classes("text-2xl rounded-lg px-4 py-3 w-full").props("role=status")
             self._records = ui.label().classes("mb-records text-lg rounded-lg px-4 py-3 w-full whitespace-pre-line")
             self._records.props("role=alert").style("background:#fff4e0;color:#6b3d00")
-            self._counters = ui.row().classes("w-full gap-8 items-baseline")
             self._grid = ui.element("div").classes("grid gap-4 grid-cols-1 md-grid-cols-2 xl-grid-cols-4 w-full")
+            self._counters = ui.row().classes("w-full gap-8 items-baseline")
         offer_abort(self._aborted, self._abort, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
         # A scanner types wherever the cursor is: it comes back to the field by itself.
         ui.run_javascript(_RETURN)
