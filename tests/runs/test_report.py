@@ -1,6 +1,5 @@
 """The report of a whole run on the virtual bench, from the command line."""
 
-import io
 import json
 import re
 from datetime import UTC, datetime
@@ -8,7 +7,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from pypdf import PdfReader
 
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
@@ -16,6 +14,7 @@ from bench.journal.signatures import Meaning, sign
 from bench.journal.waveforms import read_waveform
 from bench.plugins.catalogues import installed
 from tests.command_line import Call
+from tests.pdf import pages_of
 
 
 class Words(HTMLParser):
@@ -65,9 +64,7 @@ def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
     code, out, _ = call("report", "latest", "--language", "both", "--json")
     files = json.loads(out)["report"]
     assert (code, set(files)) == (0, {"html", "pdf"})
-    said = "".join(
-        "".join(p.extract_text().split()) for p in PdfReader(io.BytesIO(Path(files["pdf"]).read_bytes())).pages
-    )
+    said = "".join("".join(p.extract_text().split()) for p in pages_of(Path(files["pdf"]).read_bytes()))
     said = said.replace("\u200b", "")
     for kind in done.values():
         assert all(step.identifier in said for step in kind.steps())
