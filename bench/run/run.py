@@ -20,7 +20,8 @@ from bench.plugins.records import RecordOutputs
 from bench.run.beginning import beginning
 from bench.run.context import RunContext, run_context
 from bench.run.guarding import guarded
-from bench.run.plan import Catalogue, Planned, check_roles, make_plan, possible
+from bench.run.needs import check_needs, possible
+from bench.run.plan import Catalogue, Planned, make_plan
 from bench.run.probe_limits import check_asked, given_limits, unstated_probes
 from bench.run.probe_verification import verified_before, verified_channels
 from bench.run.progress import Progress
@@ -74,7 +75,7 @@ def run(
     with run_context(request, console, interrupts, purpose) as context:
         if list(request.procedures) == ["all"]:
             plan = possible(plan, context.station, console, translate)
-        check_roles(plan, context.station)
+        check_needs(plan, context.station)
         used = {role for planned in plan for role in planned.procedure.roles} | context.operator.roles
         live = request.station == VIRTUAL or request.operator == "answers"
         options = RunOptions(
