@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.cli.new_file import refuse_existing
 from bench.cli.output import print_json
 from bench.cli.station import NO_MOTOR, Nobody, held, look
-from bench.cli.station_scan import refuse_existing
 from bench.i18n.errors import InputError, message
 from bench.i18n.language import language_of, translator
 from bench.journal.unrecorded import Unrecorded
@@ -155,7 +155,7 @@ def replay(
 def _serve(recording: SessionRecording, host: str, base_port: int | None, *, tolerant: bool) -> int:
     from tomli_w import dumps
 
-    from bench.cli.sim_serve import check_host, check_ports
+    from bench.cli.serving import check_host, check_ports, unavailable
     from bench.safety.interrupts import Interrupted, Interrupts
     from bench.traffic.sessions import session_of
     from bench.virtual.virtual_station import as_text
@@ -182,7 +182,7 @@ def _serve(recording: SessionRecording, host: str, base_port: int | None, *, tol
         # That is how serving ends.
         return 0
     except OSError as error:
-        raise InputError(text("the recording cannot be served on {host}: {error}", host=host, error=error)) from error
+        raise unavailable(error, host) from error
     return 0
 
 

@@ -109,7 +109,7 @@ def read_recording(path: Path, plugins_of: str = "") -> SessionRecording:
     try:
         if path.stat().st_size > _LONGEST:
             raise FileError(text("{path}: more than {most} MiB are no recording", path=path, most=_LONGEST // 2**20))
-        content = path.read_text(encoding="utf-8")
+        content = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise FileError(
             text("{path}: the recording cannot be read: {error}", path=path, error=reason_of(error))
