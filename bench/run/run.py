@@ -43,8 +43,8 @@ from bench.station.clock import wall_date
 from bench.station.library_logs import quieten_libraries
 from bench.station.shutdown_sequence import OFF_BY, Do
 from bench.station.station_file import VIRTUAL, Station
+from bench.traffic.growing_file import GrowingFile
 from bench.traffic.recorder import TrafficRecorder
-from bench.traffic.traffic_file import write_recording
 from bench.virtual.fault_hooks import StepReporter, recording
 from drivers.interfaces import InstrumentError
 from drivers.interfaces.text import Text, text
@@ -234,16 +234,15 @@ def carry_out(
 
 
 def _recorder(request: RunRequest, context: RunContext, leaving: ExitStack) -> TrafficRecorder | None:
-    """Return what takes down the traffic of a run that is to be recorded; the file is written when the run is left, however it ends."""
+    """Return what takes down the traffic of a run that is to be recorded; its file grows with it, and is whole when the run is left."""
     file = request.record
     if file is None:
         return None
-    recorder = TrafficRecorder(context.clock.now)
     if file.exists():
         raise UsageError(text("--record {file}: it is there already; name another file", file=file))
-    # A file that cannot be written is found out before anything is measured.
-    write_recording(recorder.recording(context.station), file)
-    leaving.callback(lambda: write_recording(recorder.recording(context.station), file))
+    growing = GrowingFile(file, {role.value: entry.table for role, entry in context.station.entries.items()})
+    recorder = TrafficRecorder(context.clock.now, growing.take)
+    leaving.callback(lambda: growing.finish(recorder.recording(context.station)))
     return recorder
 
 
