@@ -35,6 +35,7 @@ from bench.safety.calls import CallWatches
 from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits.bounds import known_pole_pairs
+from bench.safety.memory import set_aside, set_aside_newly_loaded
 from bench.safety.shutdown import failures, shut_down
 from bench.safety.station_instruments import StationInstruments
 from bench.safety.watchdog_relays import relays_ready
@@ -154,6 +155,8 @@ def carry_out(
                 lifelines=(*options.lifelines, *context.owner.descriptors),
             )
         )
+        if guard.about() is not None:
+            leaving.enter_context(set_aside())
         reserve = Reserve(folder.reserve) if options.durable else None
         journal = Journal(
             folder.journal, context.clock.now, durable=options.durable, previous=previous, reserve=reserve
@@ -164,6 +167,8 @@ def carry_out(
         journal.listen(calls.hear)
         guard.record_in(journal)
         journal.listen(guard.hear)
+        if guard.about() is not None:
+            journal.listen(set_aside_newly_loaded)
         context.operator.record_in(journal)
         journal.listen(context.operator.hear)
         context.simulation.listen_to_faults(recording(journal))
