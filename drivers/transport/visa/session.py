@@ -476,18 +476,16 @@ class ScpiSession:
         return length
 
     def _read_exactly(self, count: int, command: str) -> bytes | bytearray:
-        if count <= _LARGE_READ:
-            chunk = self._chunk(count, count, 0, command)
-            if len(chunk) == count:
-                return chunk  # whole at once: no copy
-        else:
-            chunk = b""
+        # From a socket by pieces that the processor's cache holds: PyVISA-py copies each several times. Others come whole.
+        piece = count if self._clearable else _LARGE_READ
+        chunk = self._chunk(min(count, piece), count, 0, command)
+        if len(chunk) == count:
+            return chunk  # whole at once: no copy
         collected, had = bytearray(count), len(chunk)
         with memoryview(collected) as view:
             view[:had] = chunk
             while had < count:
-                # A library copies what it hands out several times: by pieces that the processor's cache holds.
-                chunk = self._chunk(min(count - had, _LARGE_READ), count, had, command)
+                chunk = self._chunk(min(count - had, piece), count, had, command)
                 view[had : had + len(chunk)] = chunk
                 had += len(chunk)
         return collected
