@@ -19,7 +19,7 @@ _SERIAL_OBJECT = re.compile(rb"(#43181004)[0-9A-F]{8}")
 
 def anonymous(recording: SessionRecording) -> SessionRecording:
     """Return a recording whose hosts are called by their roles, and whose serial numbers are crossed out, byte for byte."""
-    numbers = SerialNumbers()
+    numbers = InstrumentSerials()
     for line in recording.lines:
         numbers.learn(line)
     return replace(
@@ -37,7 +37,7 @@ def anonymous_tables(tables: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[
     }
 
 
-class SerialNumbers:
+class InstrumentSerials:
     """The serial numbers that the instruments have told."""
 
     def __init__(self) -> None:

@@ -8,7 +8,7 @@ from queue import SimpleQueue
 from typing import Any, TextIO
 
 from bench.i18n.errors import FileError
-from bench.traffic.anonymity import SerialNumbers, anonymous_tables
+from bench.traffic.anonymity import InstrumentSerials, anonymous_tables
 from bench.traffic.recorder import made_now
 from bench.traffic.traffic_file import SessionRecording, TrafficLine
 from drivers.interfaces.text import reason_of, text
@@ -23,7 +23,7 @@ class GrowingFile:
 
     def __init__(self, path: Path, tables: Mapping[str, Mapping[str, Any]], *, identifiable: bool = False) -> None:
         self._path, self._identifiable = path, identifiable
-        self._numbers = SerialNumbers()
+        self._numbers = InstrumentSerials()
         self._lines: SimpleQueue[TrafficLine | None] = SimpleQueue()
         named = tables if identifiable else anonymous_tables(tables)
         try:
