@@ -4,9 +4,13 @@ import sys
 from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from cyclopts import Parameter
 
 from bench.cli.output import print_json, say_broken
+from bench.cli.station_needs import good as needs_met
+from bench.cli.station_needs import outlooks, print_outlooks
 from bench.eol.line.line_file import load_line
 from bench.i18n.errors import InputError, UsageError, message
 from bench.i18n.language import language_of, translator
@@ -44,15 +48,27 @@ class Nobody:
         """Go on."""
 
 
-def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
-    """Open every instrument of a station file, say who answers, whose calibration is overdue and which watchdogs are armed.
+def check(
+    station: Path,
+    *procedures: str,
+    set_: Annotated[tuple[str, ...], Parameter(name="--set")] = (),
+    language: str = "auto",
+    json: bool = False,
+) -> int:
+    """Open every instrument of a station file, say who answers, whose calibration is overdue and which watchdogs are armed,
+    and for each procedure what the station lacks or what people are asked for.
 
-    Nothing is energised.
+    Nothing is energised. Exit status 1 where an instrument does not answer, or a procedure that is named cannot run; where none is
+    named, if none can.
 
     Parameters
     ----------
     station
         The station file.
+    procedures
+        Procedures that must be possible; where none is named, one of `all` must.
+    set_
+        A setting of them, as `motorbench run` takes it.
     language
         en, zh, or auto by the locale; JSON is English where none is asked for.
     json
@@ -61,6 +77,7 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
     """
     translate = english if json and language == "auto" else translator(language_of(language))
     read = load_station(station)
+    needs = outlooks(read, procedures, set_)
     overdue = [notice.message.render(translate) for notice in read.check_calibrations(wall_date(), read.entries)]
     prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, Nobody())
     nowhere = Unrecorded()
@@ -82,7 +99,8 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
             closing = instruments.close()
     trip = Latch(state, read).standing()
     looked_at = (*found.values(), *contacts.values(), *relays.values())
-    good = not closing and trip is None and all(told["error"] is None for told in looked_at)
+    possible = needs_met(needs, named=procedures not in ((), ("all",)))
+    good = possible and not closing and trip is None and all(told["error"] is None for told in looked_at)
     if json:
         print_json(
             {
@@ -92,6 +110,7 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
                 "trip": None if trip is None else asdict(trip),
                 "watchdog_relays": relays,
                 "watchdogs": [one.as_dict() for one in watchdogs],
+                "procedures": {each.name: each.as_dict(translate) for each in needs},
                 "closing": list(closing),
                 "overdue": overdue,
                 "broken": [one.as_dict() for one in read.catalogues.broken(load=False)],
@@ -105,6 +124,7 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
         for one in watchdogs:
             mark = "!" if one.missing else "✓"
             console_on(sys.stdout).print(f"  {mark} {one.words.render(translate)}", markup=False, soft_wrap=True)
+        print_outlooks(needs, translate)
     return 0 if good else 1
 
 

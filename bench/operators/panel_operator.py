@@ -11,7 +11,7 @@ from bench.journal.stored_result import store_text
 from bench.operators.entry import TypedEntry, within
 from bench.operators.operator_channel import OperatorLine
 from bench.operators.terminal import named
-from bench.operators.typed import BACK, typed_number
+from bench.operators.typed import BACK, named_choice, typed_number
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces import RetypeError
 from drivers.interfaces.text import Text, text, text_of
@@ -95,7 +95,7 @@ class DistantOperator:
                 tried.append((BACK, None))
                 return None
             try:
-                number = within(_number(given, unit), unit, minimum, maximum)
+                number = within(_number(given, unit, str(quantity)), unit, minimum, maximum)
             except ValueError as fault:
                 tried.append((str(given), text_of(fault)))
                 raise
@@ -197,9 +197,10 @@ def _choice(value: object) -> bool:
     raise ValueError(text("this is answered by yes or no"))
 
 
-def _number(value: object, unit: str = "°") -> float:
+def _number(value: object, unit: str = "°", question: str = "") -> float:
     if isinstance(value, str):
-        return typed_number(value, unit)
+        chosen = named_choice(value, question)
+        return typed_number(value, unit) if chosen is None else chosen
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(text("{value} is not a number", value=repr(value)))
     return float(value)

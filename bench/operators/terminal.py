@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from bench.operators.entry import TypedEntry, within
-from bench.operators.typed import BACK, typed_number
+from bench.operators.typed import BACK, named_choice, typed_number
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces import RetypeError
 from drivers.interfaces.text import Text, Translate, text, text_of
@@ -81,7 +81,8 @@ class TerminalOperator:
                 self.entry.typed(quantity, unit, typed, None)
                 raise RetypeError
             try:
-                value = within(typed_number(typed, unit), unit, minimum, maximum)
+                chosen = named_choice(typed, str(quantity))
+                value = within(typed_number(typed, unit) if chosen is None else chosen, unit, minimum, maximum)
             except ValueError as fault:
                 self.entry.typed(quantity, unit, typed, None, text_of(fault))
                 self._say(text_of(fault))

@@ -20,7 +20,8 @@ from bench.plugins.records import RecordOutputs
 from bench.run.beginning import beginning
 from bench.run.context import RunContext, run_context
 from bench.run.guarding import guarded
-from bench.run.plan import Catalogue, Planned, check_roles, make_plan, possible
+from bench.run.needs import check_needs, possible
+from bench.run.plan import Catalogue, Planned, make_plan
 from bench.run.probe_limits import check_asked, given_limits, unstated_probes
 from bench.run.probe_verification import verified_before, verified_channels
 from bench.run.progress import Progress
@@ -34,6 +35,7 @@ from bench.safety.calls import CallWatches
 from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits.bounds import known_pole_pairs
+from bench.safety.memory import set_aside, set_aside_newly_loaded
 from bench.safety.shutdown import failures, shut_down
 from bench.safety.station_instruments import StationInstruments
 from bench.safety.watchdog_relays import relays_ready
@@ -42,8 +44,8 @@ from bench.station.clock import wall_date
 from bench.station.library_logs import quieten_libraries
 from bench.station.shutdown_sequence import OFF_BY, Do
 from bench.station.station_file import VIRTUAL, Station
+from bench.traffic.growing_file import GrowingFile
 from bench.traffic.recorder import TrafficRecorder
-from bench.traffic.traffic_file import write_recording
 from bench.virtual.fault_hooks import StepReporter, recording
 from drivers.interfaces import InstrumentError
 from drivers.interfaces.text import Text, text
@@ -74,7 +76,7 @@ def run(
     with run_context(request, console, interrupts, purpose) as context:
         if list(request.procedures) == ["all"]:
             plan = possible(plan, context.station, console, translate)
-        check_roles(plan, context.station)
+        check_needs(plan, context.station)
         used = {role for planned in plan for role in planned.procedure.roles} | context.operator.roles
         live = request.station == VIRTUAL or request.operator == "answers"
         options = RunOptions(
@@ -153,6 +155,8 @@ def carry_out(
                 lifelines=(*options.lifelines, *context.owner.descriptors),
             )
         )
+        if guard.about() is not None:
+            leaving.enter_context(set_aside())
         reserve = Reserve(folder.reserve) if options.durable else None
         journal = Journal(
             folder.journal, context.clock.now, durable=options.durable, previous=previous, reserve=reserve
@@ -163,6 +167,8 @@ def carry_out(
         journal.listen(calls.hear)
         guard.record_in(journal)
         journal.listen(guard.hear)
+        if guard.about() is not None:
+            journal.listen(set_aside_newly_loaded)
         context.operator.record_in(journal)
         journal.listen(context.operator.hear)
         context.simulation.listen_to_faults(recording(journal))
@@ -233,16 +239,15 @@ def carry_out(
 
 
 def _recorder(request: RunRequest, context: RunContext, leaving: ExitStack) -> TrafficRecorder | None:
-    """Return what takes down the traffic of a run that is to be recorded; the file is written when the run is left, however it ends."""
+    """Return what takes down the traffic of a run that is to be recorded; its file grows with it, and is whole when the run is left."""
     file = request.record
     if file is None:
         return None
-    recorder = TrafficRecorder(context.clock.now)
     if file.exists():
         raise UsageError(text("--record {file}: it is there already; name another file", file=file))
-    # A file that cannot be written is found out before anything is measured.
-    write_recording(recorder.recording(context.station), file)
-    leaving.callback(lambda: write_recording(recorder.recording(context.station), file))
+    growing = GrowingFile(file, {role.value: entry.table for role, entry in context.station.entries.items()})
+    recorder = TrafficRecorder(context.clock.now, growing.take)
+    leaving.callback(lambda: growing.finish(recorder.recording(context.station)))
     return recorder
 
 

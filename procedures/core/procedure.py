@@ -9,6 +9,7 @@ from GTC.lib import UncertainReal
 
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Bench, ProcedureError, Role
+from procedures.core.demand import Demands
 from procedures.core.events import WarningGiven
 from procedures.core.misfit_text import misfit_row, sentence
 from procedures.core.nameplate import Nameplate, WindingConnection
@@ -42,6 +43,8 @@ class Procedure(ABC, Generic[C]):
     section: ClassVar[str]
     roles: ClassVar[frozenset[Role]]
     gives: ClassVar[tuple[str | ParameterDefinition, ...]] = ()
+    #: What is needed of the instruments whatever the settings: a station that lacks it is refused before anything is connected.
+    needs: ClassVar[Demands] = {}
     parameters: ClassVar[ParameterTable]
     end_of_line: ClassVar[bool] = False
     #: What earlier procedures of the run withheld and none gave, by name.
@@ -77,6 +80,11 @@ class Procedure(ABC, Generic[C]):
                 if isinstance(argument, type) and issubclass(argument, Settings):
                     return argument
         raise TypeError(f"{cls.__name__} names no settings type")
+
+    @classmethod
+    def needed(cls, settings: C) -> Demands:
+        """Return what is needed of the instruments with these settings."""
+        return cls.needs
 
     @classmethod
     def foresee(cls, bench: Bench, nameplate: Nameplate, settings: C) -> Sequence[Notice]:

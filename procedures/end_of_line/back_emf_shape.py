@@ -12,6 +12,7 @@ from drivers.interfaces import Accuracy, ProbeKind
 from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, CoupleDynamometer, ReleaseRotor, phases_on
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.emf_shape import EmfShape, emf_shape
@@ -50,6 +51,7 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
     section: ClassVar[str] = "L3"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = ("back_emf_unbalance", "back_emf_angle_deviation", "back_emf_thd")
+    needs: ClassVar[Demands] = {Role.OSCILLOSCOPE: Demand(waveforms=True, probes={ProbeKind.VOLTAGE: 3})}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:

@@ -11,6 +11,7 @@ from drivers.interfaces.text import text
 from procedures.core.actions import CoupleDynamometer, ReleaseRotor
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
+from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
@@ -67,6 +68,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
     section: ClassVar[str] = "L5"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER})
     gives: ClassVar[tuple[str, ...]] = ("cogging_torque",)
+    needs: ClassVar[Demands] = {Role.DYNAMOMETER: Demand(automatic=True)}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:

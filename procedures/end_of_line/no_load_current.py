@@ -12,6 +12,7 @@ from drivers.interfaces import Accuracy
 from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, INVERTER, CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.repeats import mean_of_readings
@@ -53,6 +54,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
     section: ClassVar[str] = "L4"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.INVERTER})
     gives: ClassVar[tuple[str, ...]] = ("no_load_current",)
+    needs: ClassVar[Demands] = {Role.DYNAMOMETER: Demand(automatic=True), Role.INVERTER: Demand(automatic=True)}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:

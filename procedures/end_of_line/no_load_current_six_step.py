@@ -8,6 +8,7 @@ from drivers.interfaces import Reading
 from drivers.interfaces.text import text
 from procedures.core.actions import DRIVE, ReleaseRotor, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.settings import Settings
 from procedures.core.steps import step
@@ -34,6 +35,7 @@ class NoLoadCurrentSixStep(Procedure[NoLoadCurrentSixStepSettings]):
     section: ClassVar[str] = "L8"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DRIVE})
     gives: ClassVar[tuple[str, ...]] = ("no_load_bus_current",)
+    needs: ClassVar[Demands] = {Role.DRIVE: Demand((Measurand.VOLTAGE, Measurand.CURRENT, Measurand.FREQUENCY))}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:

@@ -22,6 +22,7 @@ from procedures.core.actions import (
     supply_across,
 )
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import LOOP, Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.settings import Settings
 from procedures.core.steps import step
@@ -74,6 +75,7 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
     section: ClassVar[str] = "S2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = tuple(f"channel_{channel}_gain" for channel in _CHANNELS)
+    needs: ClassVar[Demands] = {Role.SUPPLY: LOOP, Role.OSCILLOSCOPE: Demand(waveforms=True)}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:

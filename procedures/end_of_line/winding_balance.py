@@ -17,6 +17,7 @@ from procedures.core.actions import (
     meter_across,
 )
 from procedures.core.bench import Role
+from procedures.core.demand import Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError
@@ -63,6 +64,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
     section: ClassVar[str] = "L1"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.LCR_METER})
     gives: ClassVar[tuple[str, ...]] = ("resistance_unbalance", "inductance_unbalance")
+    needs: ClassVar[Demands] = {Role.LCR_METER: Demand((Measurand.RESISTANCE, Measurand.INDUCTANCE))}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:

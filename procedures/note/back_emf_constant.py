@@ -15,6 +15,7 @@ from drivers.interfaces import Accuracy, ProbeKind
 from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe, phases_on
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import SPEED, Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.agreement import Combined
@@ -86,6 +87,10 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         "back_emf_constant_v_per_krpm",
         "back_emf_constant_v_per_rpm",
     )
+    needs: ClassVar[Demands] = {
+        Role.OSCILLOSCOPE: Demand(screen=(Measurand.AMPLITUDE,), probes={ProbeKind.VOLTAGE: 1}),
+        Role.TACHOMETER: SPEED,
+    }
 
     def measure(self) -> None:
         """Drive at several speeds, record the voltages, and form both constants."""

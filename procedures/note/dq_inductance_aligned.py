@@ -22,6 +22,7 @@ from procedures.core.actions import (
     meter_series_parallel,
 )
 from procedures.core.bench import Bench, Role
+from procedures.core.demand import LOOP, Demand, Demands, Measurand
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
@@ -84,6 +85,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
     section: ClassVar[str] = "3.3.3"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.LCR_METER})
     gives: ClassVar[tuple[str, ...]] = ("d_axis_inductance", "q_axis_inductance")
+    needs: ClassVar[Demands] = {Role.SUPPLY: LOOP, Role.LCR_METER: Demand((Measurand.INDUCTANCE,))}
 
     @classmethod
     def foresee(cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceAlignedSettings) -> Sequence[Notice]:

@@ -23,6 +23,7 @@ from procedures.core.actions import (
 )
 from procedures.core.bench import Bench, Role
 from procedures.core.curves import curve
+from procedures.core.demand import Demand, Demands, Measurand
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
@@ -98,6 +99,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
     section: ClassVar[str] = "3.3.2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.LCR_METER})
     gives: ClassVar[tuple[str, ...]] = ("d_axis_inductance", "q_axis_inductance")
+    needs: ClassVar[Demands] = {Role.LCR_METER: Demand((Measurand.INDUCTANCE,))}
 
     @classmethod
     def foresee(cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceExtremesSettings) -> Sequence[Notice]:

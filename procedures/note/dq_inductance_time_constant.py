@@ -23,6 +23,7 @@ from procedures.core.actions import (
     VoltageProbe,
 )
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import LOOP, Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import WithheldError
@@ -90,6 +91,10 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
     section: ClassVar[str] = "3.3.1"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = ("d_axis_inductance", "q_axis_inductance")
+    needs: ClassVar[Demands] = {
+        Role.SUPPLY: LOOP,
+        Role.OSCILLOSCOPE: Demand(probes={ProbeKind.VOLTAGE: 1, ProbeKind.CURRENT: 1}),
+    }
 
     def measure(self) -> None:
         """Align, lock and step: d first, then q."""

@@ -16,6 +16,7 @@ from drivers.interfaces.text import text
 from procedures.core.actions import CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
+from procedures.core.demand import SHAFT, Demands
 from procedures.core.procedure import Procedure, Settings
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import Fit, coverage_interval
@@ -150,6 +151,7 @@ class Inertia(Procedure[InertiaSettings]):
     section: ClassVar[str] = "3.5"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER})
     gives: ClassVar[tuple[str, ...]] = (*NAMES, "inertia_with_load")
+    needs: ClassVar[Demands] = {Role.DYNAMOMETER: SHAFT}
 
     def measure(self) -> None:
         """Take the tare, drive, coast, solve."""

@@ -9,6 +9,7 @@ from pydantic import Field
 from drivers.interfaces import ProbeKind, Reading
 from procedures.core.actions import ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe
 from procedures.core.bench import Role
+from procedures.core.demand import SPEED, Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.back_emf import fit_back_emf
@@ -35,6 +36,10 @@ class PolePairsBackEmf(Procedure[PolePairsBackEmfSettings]):
     section: ClassVar[str] = "3.1.2.2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.OSCILLOSCOPE, Role.TACHOMETER})
     gives: ClassVar[tuple[str, ...]] = ("pole_pairs",)
+    needs: ClassVar[Demands] = {
+        Role.OSCILLOSCOPE: Demand(screen=(Measurand.FREQUENCY,), probes={ProbeKind.VOLTAGE: 1}),
+        Role.TACHOMETER: SPEED,
+    }
 
     def measure(self) -> None:
         """Drive, read frequency and speed, divide."""

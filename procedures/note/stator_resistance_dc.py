@@ -22,6 +22,7 @@ from procedures.core.actions import (
     supply_across,
 )
 from procedures.core.bench import Role
+from procedures.core.demand import LOOP, Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import FloatArray
@@ -99,6 +100,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
     section: ClassVar[str] = "3.2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.VOLTMETER})
     gives: ClassVar[tuple[str, ...]] = ("stator_resistance",)
+    needs: ClassVar[Demands] = {Role.SUPPLY: LOOP, Role.VOLTMETER: Demand((Measurand.VOLTAGE,))}
 
     def measure(self) -> None:
         """Take the slope between all three pairs of terminals."""

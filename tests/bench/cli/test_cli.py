@@ -225,7 +225,7 @@ def test_answers_that_run_out_fail_the_run_and_it_is_resumed(call: Call, by_hand
 def test_a_missing_instrument_is_named_before_anything_happens(call: Call, by_hand: Path, tmp_path: Path) -> None:
     code, _, err = call("run", "stator-resistance", "--station", str(by_hand), "--motor", "lg-400w")
     assert code == 1
-    assert f"{by_hand}: stator-resistance needs [instruments.lcr_meter]" in err
+    assert f"{by_hand}: stator-resistance: it needs [instruments.lcr_meter]" in err
     assert not (tmp_path / "runs").exists()
 
 

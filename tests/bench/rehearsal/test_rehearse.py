@@ -42,6 +42,8 @@ maximum_voltage = 12.0
 [instruments.lcr_meter]
 driver = "manual"
 frequencies = [100.0, 1000.0]
+resistance_accuracy = { gain = 0.01, source = "manual" }
+inductance_accuracy = { gain = 0.01, source = "manual" }
 
 [instruments.oscilloscope]
 driver = "keysight-infiniivision"
@@ -59,6 +61,8 @@ address = "USB0::0x2A8D::0x1401::MY53201234::0::INSTR"
 driver = "manual"
 maximum_speed = 600.0
 maximum_torque = 3.0
+speed_accuracy = { gain = 0.01, source = "manual" }
+torque_accuracy = { gain = 0.01, source = "manual" }
 
 [instruments.tachometer]
 driver = "lutron-tachometer"
@@ -244,9 +248,24 @@ def test_a_limit_that_the_twin_would_pass_while_it_runs_is_named_too(
 ) -> None:
     head, _, _ = STATION.partition("[instruments.supply]")
     drive = STATION[STATION.index("[instruments.drive]") :].replace("maximum_voltage = 40.0", limits)
-    rest = '[instruments.oscilloscope]\ndriver = "manual"\nprobes = { 4 = "A" }\n'
-    rest += '[instruments.dynamometer]\ndriver = "manual"\nmaximum_speed = 500.0\nmaximum_torque = 3.0\n'
-    rest += '[instruments.tachometer]\ndriver = "manual"\n'
+    rest = """
+[instruments.oscilloscope]
+driver = "capture-files"
+probes = { 4 = "A" }
+amplitude_accuracy = { 4 = { gain = 0.01, source = "manual" } }
+
+[instruments.dynamometer]
+driver = "manual"
+maximum_speed = 500.0
+maximum_torque = 3.0
+speed_accuracy = { gain = 0.01, source = "manual" }
+torque_accuracy = { gain = 0.01, source = "manual" }
+
+[instruments.tachometer]
+driver = "manual"
+accuracy = { gain = 0.01, source = "manual" }
+
+"""
     (tmp_path / "station.toml").write_text(head + rest + drive, encoding="utf-8")
     loads = ("--set", "loads=[0.3, 0.5, 0.7]", "--set", "winding_inductance=1e-4")
     station = str(tmp_path / "station.toml")
