@@ -9,39 +9,32 @@ import numpy as np
 from drivers.interfaces import Clock
 from drivers.interfaces.text import text
 from procedures.core.actions import (
-    Action,
-    Connect,
-    ConnectProbes,
-    ConnectVoltmeter,
-    ConnectVoltmeterToSupply,
-    CoupleDynamometer,
-    DisconnectVoltmeter,
+    ChangeSetup,
     DoubtReading,
     EnterReading,
-    LockRotor,
+    HandWork,
     MarkRestPositions,
     Mend,
-    Node,
-    ReleaseRotor,
-    SeparateMeterLeads,
-    ShortMeterLeads,
     StartTurning,
     StopTurning,
     TurnToRest,
-    UncoupleDynamometer,
     VoltageProbe,
 )
 from procedures.core.bench import ProcedureError
+from procedures.core.setup import Contact, Setup
+from procedures.core.setup_change import Change, ChangeKind
 from procedures.verification.stated_probes import KEY as PROBE_LIMIT
 
-#: What the hands need for each kind of work (s), as a practised person does.
-_WIRING, _PROBE, _LEADS, _LOCK, _COUPLING, _READING = 15.0, 8.0, 5.0, 3.0, 30.0, 5.0
+#: What the hands need (s), as a practised person does: to take one lead off, to put one on, for the shaft's lock and coupling, to read.
+_OFF, _ON, _LOCK, _COUPLING, _READING = 2.0, 5.0, 3.0, 30.0, 5.0
 #: A dial is read to this (rad, all errors within it equally likely).
 _DIAL = math.radians(1.0)
 #: The speed of a hand that tries to turn evenly varies by about this share.
 _WOBBLE = 0.1
 #: A shaft slower than this (rad/s) may be stopped by hand.
 _SLOW = 5.0
+#: And slower than this it stands for whoever looks.
+_STANDING = 0.05
 _SETTLE = 0.5
 #: How fast (rad/s) and how long (s) a released shaft is turned to feel whether it is free.
 _FEELING_SPEED, _FEELING = 0.3, 0.05
@@ -128,6 +121,9 @@ class VirtualOperator:
         self.hand_time = 0.0
         # When turning began (s), at which angle (rad), how fast (rad/s).
         self._turning: tuple[float, float, float] | None = None
+        # What these hands have put on, and of that what the world was shown.
+        self._contacts: set[Contact] = set()
+        self._shown = Setup()
 
     def thermometer(self) -> float:
         """Return the winding's temperature (°C) as this operator's thermometer shows it."""
@@ -139,7 +135,7 @@ class VirtualOperator:
         """Return what disturbs these hands; a bench that says nothing of it has usual ones."""
         return float(self._world.truth().get("hands", {}).get(name, usual))
 
-    def perform(self, action: Action) -> object:
+    def perform(self, action: HandWork) -> object:
         """Do it; ProcedureError where the world does not let it be done."""
         start = self._world.clock.now()
         try:
@@ -151,34 +147,13 @@ class VirtualOperator:
         finally:
             self.hand_time += self._world.clock.now() - start
 
-    def _do(self, action: Action) -> object:
+    def _do(self, action: HandWork) -> object:
         world = self._world
         match action:
-            case Connect():
-                self._take(_WIRING)
-                world.connect({terminal.value: socket.value for terminal, socket in action.complete().items()})
-            case ConnectProbes():
-                self._fit(action)
-            case ConnectVoltmeter():
-                self._take(_PROBE)
-                world.attach_voltmeter(action.positive.value, action.negative.value)
-            case ConnectVoltmeterToSupply():
-                self._take(_PROBE)
-                world.attach_voltmeter(Node.SUPPLY_POSITIVE.value, Node.SUPPLY_NEGATIVE.value)
-            case DisconnectVoltmeter():
-                self._take(_PROBE)
-                world.detach_voltmeter()
-            case ShortMeterLeads() | SeparateMeterLeads():
-                self._take(_LEADS)
-                world.short_leads(isinstance(action, ShortMeterLeads))
-            case LockRotor():
-                self._take(_LOCK)
-                self._wait_for_rest()
-                world.lock_rotor()
-            case ReleaseRotor():
-                self._take(_LOCK)
-                world.release_rotor()
-                self._move_a_little()
+            case ChangeSetup():
+                for change in action.changes:
+                    self._change(change)
+                self._show(wires=True)
             case TurnToRest():
                 self._next_rest()
             case MarkRestPositions():
@@ -191,10 +166,6 @@ class VirtualOperator:
                 self._take(_SETTLE)
                 world.let_go()
                 self._feel()
-            case CoupleDynamometer():
-                self._at_rest(world.couple_dynamometer)
-            case UncoupleDynamometer():
-                self._at_rest(world.uncouple_dynamometer)
             case EnterReading():
                 return self._read(action)
             case Mend():
@@ -248,16 +219,70 @@ class VirtualOperator:
     def _take(self, seconds: float) -> None:
         self._world.clock.sleep(seconds)
 
-    def _fit(self, action: ConnectProbes) -> None:
+    def _change(self, change: Change) -> None:
         world = self._world
-        self._take(_PROBE * len(action.probes))
-        for channel in _CHANNELS:
-            world.detach_probe(channel)
-        for probe in action.probes:
+        match change.kind:
+            case ChangeKind.STAND_STILL:
+                self._wait_for_slow(_STANDING)
+                self._wait_for_rest()
+            case ChangeKind.CLEAR:
+                self._take(_OFF)
+                self._contacts.clear()
+                for channel in _CHANNELS:
+                    world.detach_probe(channel)
+                world.detach_voltmeter()
+                world.connect({})
+                self._shown = Setup()
+            case ChangeKind.TAKE_OFF:
+                self._take(_OFF)
+                self._contacts.discard(Contact(change.lead, change.place))
+                self._show(wires=True)
+            case ChangeKind.MOVE | ChangeKind.PUT_ON:
+                self._take(_ON)
+                self._contacts.discard(Contact(change.lead, change.origin))
+                self._contacts.add(Contact(change.lead, change.place))
+                self._show(wires=False)
+            case ChangeKind.CLIP_TOGETHER | ChangeKind.TAKE_APART:
+                self._take(_ON)
+                world.short_leads(change.kind is ChangeKind.CLIP_TOGETHER)
+            case ChangeKind.LOCK:
+                self._take(_LOCK)
+                self._wait_for_rest()
+                world.lock_rotor()
+            case ChangeKind.FREE:
+                self._take(_LOCK)
+                world.release_rotor()
+                self._move_a_little()
+            case ChangeKind.COUPLE:
+                self._at_rest(world.couple_dynamometer)
+            case ChangeKind.UNCOUPLE:
+                self._at_rest(world.uncouple_dynamometer)
+            case _:
+                assert_never(change.kind)
+
+    def _show(self, *, wires: bool) -> None:
+        """Have the world as the hands have it; the terminals' wires, which go on last, are put on together."""
+        world, before, now = self._world, self._shown, Setup().having(self._contacts)
+        if now.voltmeter != before.voltmeter:
+            world.detach_voltmeter()
+            if now.voltmeter is not None:
+                world.attach_voltmeter(*(node.value for node in now.voltmeter))
+        for probe in set(before.probes) - set(now.probes):
+            world.detach_probe(probe.channel)
+        for probe in now.probes:
+            if probe in before.probes:
+                continue
             if isinstance(probe, VoltageProbe):
                 world.attach_voltage_probe(probe.channel, probe.positive.value, probe.negative.value)
             else:
                 world.attach_current_probe(probe.channel, probe.terminal.value)
+        if wires and now.terminals != before.terminals:
+            world.connect({terminal.value: socket.value for terminal, socket in now.terminals.items()})
+        elif not wires:
+            now = Setup().having(
+                [c for c in now.contacts if not c.is_socket] + [c for c in before.contacts if c.is_socket]
+            )
+        self._shown = now
 
     def _next_rest(self) -> float:
         self._take(self._world.nudge_to_next_rest() + _SETTLE)
@@ -285,12 +310,16 @@ class VirtualOperator:
     def _dial_error(self) -> float:
         return float(self._random.uniform(-_DIAL, _DIAL))
 
-    def _at_rest(self, work: Callable[[], None]) -> None:
-        world = self._world
+    def _wait_for_slow(self, speed: float) -> None:
+        """Look until the shaft is slower than this (rad/s)."""
         for _ in range(600):
-            if abs(world.truth()["shaft_speed"]) < _SLOW:
+            if abs(self._world.truth()["shaft_speed"]) < speed:
                 break
             self._take(1.0)
+
+    def _at_rest(self, work: Callable[[], None]) -> None:
+        world = self._world
+        self._wait_for_slow(_SLOW)
         locked = world.truth()["rotor_locked"]
         if not locked:
             world.hold_shaft()

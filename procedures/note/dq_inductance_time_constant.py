@@ -110,9 +110,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
     @step("3.3.1-d/1", "Align the rotor to d: A to plus, B and C to minus", by_hand=True)
     def align_d(self, energised: ExitStack) -> Alignment:
         """Align with up to the rated current, as far as the supply gives it: friction holds a weakly aligned rotor off."""
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.wiring.supply.connect(ALIGN_D)
+        self.wiring.supply.connect(ALIGN_D, UncoupleDynamometer())
         self.bench.perform(ReleaseRotor())
         current = self.aligning_current(self.settings.align_share)
         self.findings["aligning_current"] = current
