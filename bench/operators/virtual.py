@@ -17,6 +17,7 @@ from procedures.core.actions import (
     Mend,
     StartTurning,
     StopTurning,
+    Terminal,
     TurnToRest,
     VoltageProbe,
 )
@@ -57,6 +58,9 @@ class HandsOn(Protocol):
 
     def connect(self, wiring: Mapping[str, str]) -> None:
         """Wire the motor's terminals anew."""
+
+    def take_off(self, terminals: Any) -> None:
+        """Take the wires of these terminals off."""
 
     def attach_voltage_probe(self, channel: int, positive: Any, negative: Any) -> None:
         """Put a voltage probe on two nodes."""
@@ -153,7 +157,7 @@ class VirtualOperator:
             case ChangeSetup():
                 for change in action.changes:
                     self._change(change)
-                self._show(wires=True)
+                self._wire(action)
             case TurnToRest():
                 self._next_rest()
             case MarkRestPositions():
@@ -231,17 +235,20 @@ class VirtualOperator:
                 for channel in _CHANNELS:
                     world.detach_probe(channel)
                 world.detach_voltmeter()
-                world.connect({})
+                world.take_off([terminal.value for terminal in Terminal])
                 self._shown = Setup()
             case ChangeKind.TAKE_OFF:
                 self._take(_OFF)
-                self._contacts.discard(Contact(change.lead, change.place))
-                self._show(wires=True)
+                gone = Contact(change.lead, change.place)
+                self._contacts.discard(gone)
+                if gone.is_socket:
+                    world.take_off([gone.place])
+                self._show()
             case ChangeKind.MOVE | ChangeKind.PUT_ON:
                 self._take(_ON)
                 self._contacts.discard(Contact(change.lead, change.origin))
                 self._contacts.add(Contact(change.lead, change.place))
-                self._show(wires=False)
+                self._show()
             case ChangeKind.CLIP_TOGETHER | ChangeKind.TAKE_APART:
                 self._take(_ON)
                 world.short_leads(change.kind is ChangeKind.CLIP_TOGETHER)
@@ -260,8 +267,8 @@ class VirtualOperator:
             case _:
                 assert_never(change.kind)
 
-    def _show(self, *, wires: bool) -> None:
-        """Have the world as the hands have it; the terminals' wires, which go on last, are put on together."""
+    def _show(self) -> None:
+        """Have voltmeter and probes as the hands have them; one that hangs by half its leads senses nothing."""
         world, before, now = self._world, self._shown, Setup().having(self._contacts)
         if now.voltmeter != before.voltmeter:
             world.detach_voltmeter()
@@ -269,20 +276,20 @@ class VirtualOperator:
                 world.attach_voltmeter(*(node.value for node in now.voltmeter))
         for probe in set(before.probes) - set(now.probes):
             world.detach_probe(probe.channel)
-        for probe in now.probes:
-            if probe in before.probes:
-                continue
+        for probe in set(now.probes) - set(before.probes):
             if isinstance(probe, VoltageProbe):
                 world.attach_voltage_probe(probe.channel, probe.positive.value, probe.negative.value)
             else:
                 world.attach_current_probe(probe.channel, probe.terminal.value)
-        if wires and now.terminals != before.terminals:
-            world.connect({terminal.value: socket.value for terminal, socket in now.terminals.items()})
-        elif not wires:
-            now = Setup().having(
-                [c for c in now.contacts if not c.is_socket] + [c for c in before.contacts if c.is_socket]
-            )
         self._shown = now
+
+    def _wire(self, action: ChangeSetup) -> None:
+        """Put the terminals' wires on, the last of all, where they were worked at; to clip the bridge's leads together is none of that."""
+        kinds = {change.kind for change in action.changes}
+        worked = ChangeKind.CLEAR in kinds or action.before.terminals != action.after.terminals
+        if worked and ChangeKind.CLIP_TOGETHER not in kinds:
+            wiring = action.after.terminals
+            self._world.connect({terminal.value: socket.value for terminal, socket in wiring.items()})
 
     def _next_rest(self) -> float:
         self._take(self._world.nudge_to_next_rest() + _SETTLE)

@@ -38,8 +38,6 @@ class Miswirings:
     def __init__(self) -> None:
         self._wires: list[_Wire] = []
         self._senses: dict[int | None, _Sense] = {}
-        self._requested: dict[Terminal, Socket] = {}
-        self._real: dict[Terminal, Socket] = {}
 
     def wire(self, terminal: Terminal, socket: Socket, occasion: int | None = 1) -> None:
         """Have a terminal's wire end at a socket, whatever is requested; None for the occasion is every time."""
@@ -70,15 +68,7 @@ class Miswirings:
         return wires + [f"channel {channel}: {miswiring}" for channel, miswiring in self._senses.items()]
 
     def connected(self, requested: Mapping[Terminal, Socket]) -> dict[Terminal, Socket]:
-        """Return where the wires go, and count the occasion; where wires are only taken off, the others stay where they are."""
-        before, self._requested = self._requested, dict(requested)
-        if (
-            all(socket in ("open", before.get(terminal)) for terminal, socket in requested.items())
-            and before != requested
-        ):
-            stays = {t: socket == before.get(t) for t, socket in requested.items()}
-            self._real = {t: self._real.get(t, s) if stays[t] else s for t, s in requested.items()}
-            return dict(self._real)
+        """Return where the wires go, and count the occasion."""
         real = dict(requested)
         for miswiring in self._wires:
             if miswiring.occasion in (None, 1):
@@ -88,7 +78,6 @@ class Miswirings:
             for miswiring in self._wires
             if miswiring.occasion != 1
         ]
-        self._real = dict(real)
         return real
 
     def voltage(self, channel: int | None, requested: PlacedVoltageProbe) -> PlacedVoltageProbe:
