@@ -52,6 +52,7 @@ class RoleSpec:
     `feeds_winding` is for those that feed the motor's terminals, `in_fixture` for those that do what hands do otherwise.
     `withstands` is the voltage (V, peak) of others that the leads of any instrument in the role may be left on; one that states its
     own goes by that. Beside one that is `alone` on the winding nothing is left, for it would falsify the reading or be harmed.
+    One that measures direct voltage only is not left on while something turns the shaft.
     """
 
     interface: type
@@ -61,6 +62,7 @@ class RoleSpec:
     in_fixture: bool = False
     withstands: float = 0.0
     alone: bool = False
+    direct_only: bool = False
 
 
 #: Extra-low voltage: 60 V DC (IEC 61140); any voltmeter and any oscilloscope's probe takes that.
@@ -76,6 +78,6 @@ ROLES: Mapping[Role, RoleSpec] = {
     Role.LCR_METER: RoleSpec(LcrMeter, text("LCR meter"), "silence", alone=True),
     Role.OSCILLOSCOPE: RoleSpec(Oscilloscope, text("Oscilloscope"), "silence", withstands=_EXTRA_LOW),
     Role.TACHOMETER: RoleSpec(Tachometer, text("Tachometer"), "silence"),
-    Role.VOLTMETER: RoleSpec(Voltmeter, text("Voltmeter"), "silence", withstands=_EXTRA_LOW),
+    Role.VOLTMETER: RoleSpec(Voltmeter, text("Voltmeter"), "silence", withstands=_EXTRA_LOW, direct_only=True),
     Role.SWITCH_MATRIX: RoleSpec(SwitchMatrix, text("Switch matrix"), "open", in_fixture=True),
 }

@@ -27,7 +27,7 @@ class SetupRules:
         if source is None:
             return ROLES[role].withstands > 0.0
         voltage = self._voltage(source)
-        if ROLES[source].alone or voltage is None:
+        if ROLES[source].alone or voltage is None or (ROLES[role].direct_only and source is not Role.SUPPLY):
             return False
         stated = self._stated(role)
         return (ROLES[role].withstands if stated is None else stated) >= voltage
