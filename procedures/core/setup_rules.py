@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping
 from typing import cast
 
-from drivers.interfaces import Instrument, InsulationTester, Role, Supply
+from drivers.interfaces import Instrument, InsulationTester, Oscilloscope, ProbeKind, Role, Supply, Voltmeter
 from drivers.interfaces.role import ROLES
 from drivers.interfaces.text import text
 from procedures.core.procedure_error import ProcedureError
@@ -77,5 +77,12 @@ class SetupRules:
         return self._motor_voltage
 
     def _stated(self, role: Role) -> float | None:
-        """Return the voltage (V) that an instrument states to withstand, None where it states none."""
+        """Return the least voltage (V) that an instrument states for its leads, None where it states none for one of them."""
+        instrument = self._instruments.get(role)
+        if instrument is not None and role is Role.VOLTMETER:
+            return cast("Voltmeter", instrument).maximum_voltage
+        if instrument is not None and role is Role.OSCILLOSCOPE:
+            scope = cast("Oscilloscope", instrument)
+            stated = [scope.maximum_voltage(channel) for channel in scope.channels(ProbeKind.VOLTAGE)]
+            return None if None in stated else min((each for each in stated if each is not None), default=None)
         return None

@@ -174,6 +174,23 @@ def test_a_meter_that_is_used_stays_only_where_it_withstands_what_comes() -> Non
     assert bench.state.setup.contacts == ()
 
 
+class Meter:
+    maximum_voltage = 10.0
+
+
+def test_a_meter_that_states_less_than_what_comes_is_refused_and_not_left_on() -> None:
+    hands = Hands()
+    bench = bench_of(hands)
+    bench._instruments[Role.VOLTMETER] = cast("Any", Meter())
+    with pytest.raises(ProcedureError, match="voltmeter withstands 10 V, and supply brings up to 25 V"):
+        bench.perform(supply_across(A, B), ConnectVoltmeter(A, B))
+    assert hands.asked == []
+    bench.perform(ALL_OPEN, ConnectVoltmeter(A, B))
+    bench.state.in_use = frozenset(Role)
+    bench.perform(supply_across(A, B))
+    assert bench.state.setup.voltmeter is None
+
+
 def test_hands_whose_work_broke_off_begin_anew() -> None:
     class Broken(Hands):
         def perform(self, action: HandWork) -> None:
