@@ -55,13 +55,15 @@ class TerminalOperator:
             return (
                 self._line(text("Press Enter to enter it again, or type y to confirm it as it is")).lower() not in _YES
             )
-        from rich.padding import Padding
+        from rich.table import Table
 
         lines = [line.render(self._translate) for line in action.lines(self._colours)]
         self._console.print(f"\n[bold]▶ {_plain(lines[0])}[/bold]")
+        rows = Table.grid(padding=(0, 1), pad_edge=False)
         for number, line in enumerate(lines[1:], 1):
-            mark = f"{number}. " if isinstance(action, ChangeSetup) else ""
-            self._console.print(Padding(f"{mark}{_plain(line)}", (0, 0, 0, 4)))
+            rows.add_row(f"   {number}." if isinstance(action, ChangeSetup) else "   ", _plain(line))
+        if rows.row_count:
+            self._console.print(rows)
         if isinstance(action, Mend):
             return self._line(text("Put right? Press Enter to measure again, or type n to give up")).lower() not in _NO
         if isinstance(action, MarkRestPositions):

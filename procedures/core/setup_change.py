@@ -21,7 +21,7 @@ _LEADS: Mapping[str, Text] = {
     Socket.DRIVE_1.value: text("the six-step drive's leg 1"),
     Socket.DRIVE_2.value: text("the six-step drive's leg 2"),
     Socket.DRIVE_3.value: text("the six-step drive's leg 3"),
-    Socket.INSULATION_HIGH.value: text("the insulation tester's high"),
+    Socket.INSULATION_HIGH.value: text("the insulation tester's high (its low is on the frame)"),
     VOLTMETER_HIGH: text("the voltmeter's high"),
     VOLTMETER_LOW: text("the voltmeter's low"),
 }
@@ -87,6 +87,14 @@ class ChangeSetup:
         match first.kind:
             case ChangeKind.TAKE_OFF:
                 return _taken_off(changes, colours)
+            case ChangeKind.MOVE if len(changes) > 1:
+                tip, reference = (_place(change.place, colours) for change in changes)
+                return text(
+                    "Channel {channel}: move the tip to {tip}, the reference to {reference}",
+                    channel=_channel(first.lead),
+                    tip=tip,
+                    reference=reference,
+                )
             case ChangeKind.MOVE:
                 origin, place = _place(first.origin, colours), _place(first.place, colours)
                 return text("Move {lead} from {origin} to {place}", lead=_lead(first.lead), origin=origin, place=place)
@@ -98,16 +106,16 @@ class ChangeSetup:
         first, places = changes[0], [_place(change.place, colours) for change in changes]
         if first.role is Role.VOLTMETER and len(changes) > 1:
             if {change.place for change in changes} <= _ON_SUPPLY:
-                return text("Put the voltmeter's leads on the supply's output: high on plus, low on minus")
+                return text("Put the voltmeter on the supply's output: high on plus, low on minus")
             values: dict[str, object] = {"positive": places[0], "negative": places[1]}
             if self.after.source is Role.SUPPLY:
                 return text(
-                    "Put the voltmeter's leads on {positive} (high) and {negative} (low), nearer to the motor than the supply's clamps",
+                    "Put the voltmeter on, nearer to the motor than the supply's clamps: high on {positive}, low on {negative}",
                     **values,
                 )
-            return text("Put the voltmeter's leads on {positive} (high) and {negative} (low)", **values)
+            return text("Put the voltmeter on: high on {positive}, low on {negative}", **values)
         if first.role is Role.OSCILLOSCOPE:
-            channel = first.lead.removeprefix("channel").rstrip("+-~")
+            channel = _channel(first.lead)
             if first.lead.endswith("~"):
                 return text(
                     "Channel {channel}: current probe round the wire of {place}, arrow towards the motor",
@@ -139,12 +147,14 @@ _PLAIN: Mapping[ChangeKind, Text] = {
 
 def _taken_off(changes: Sequence[Change], colours: Mapping[str, str]) -> Text:
     role, leads = changes[0].role, {change.lead for change in changes}
-    if role is Role.OSCILLOSCOPE and (len(leads) > 1 or changes[0].lead.endswith("~")):
-        channels = sorted({change.lead.removeprefix("channel").rstrip("+-~") for change in changes})
+    if role is Role.OSCILLOSCOPE:
+        channels = sorted({_channel(change.lead) for change in changes})
         return text(
             "Take the oscilloscope's probes off: channel {channels}",
             channels=_listed([word(each) for each in channels]),
         )
+    if role is Role.VOLTMETER and {change.place for change in changes} <= _ON_SUPPLY:
+        return text("Take the voltmeter off the supply's output")
     places = _listed([_place(place, colours) for place in sorted({change.place for change in changes})])
     if len(leads) > 1 and role is not None:
         return text("Take the {instrument} off {places}", instrument=_IN_SENTENCE[role], places=places)
@@ -174,13 +184,17 @@ _IN_SENTENCE: Mapping[Role, Text] = {
 def _lead(lead: str) -> Text:
     if (known := _LEADS.get(lead)) is not None:
         return known
-    channel = lead.removeprefix("channel").rstrip("+-~")
+    channel = _channel(lead)
     named = {
         "+": text("the tip of channel {channel}", channel=channel),
         "-": text("the reference of channel {channel}", channel=channel),
         "~": text("the current probe of channel {channel}", channel=channel),
     }
     return named[lead[-1]]
+
+
+def _channel(lead: str) -> str:
+    return lead.removeprefix("channel").rstrip("+-~")
 
 
 def _place(place: str, colours: Mapping[str, str]) -> Text:

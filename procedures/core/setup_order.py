@@ -82,14 +82,9 @@ def _moves(
 
 
 def _in_the_way(contact: Contact, others: Iterable[Contact]) -> bool:
-    """Tell whether another lead of the same instrument, or of the same probe, is where this one is to go."""
+    """Tell whether another lead of the same instrument is where this one is to go; probes may meet."""
     probe = contact.role is Role.OSCILLOSCOPE
-    return any(
-        other.place == contact.place
-        and other.role is contact.role
-        and (not probe or other.lead[:-1] == contact.lead[:-1])
-        for other in others
-    )
+    return not probe and any(other.place == contact.place and other.role is contact.role for other in others)
 
 
 def _taken_off(contacts: Sequence[Contact], staying: frozenset[Role]) -> Iterator[_Line]:
@@ -97,7 +92,7 @@ def _taken_off(contacts: Sequence[Contact], staying: frozenset[Role]) -> Iterato
     for role in sorted({contact.role for contact in contacts}, key=_RANK.__getitem__):
         found = [contact for contact in contacts if contact.role is role]
         changes = [Change(ChangeKind.TAKE_OFF, role, contact.lead, contact.place) for contact in found]
-        if role not in staying:
+        if role not in staying or role is Role.OSCILLOSCOPE:
             yield changes
             continue
         for _, leads in groupby(changes, _together):
@@ -108,7 +103,11 @@ def _put_on(moves: Sequence[Change], contacts: Sequence[Contact]) -> Iterator[_L
     new = [Change(ChangeKind.PUT_ON, contact.role, contact.lead, contact.place) for contact in contacts]
     roles = sorted({change.role for change in (*moves, *new) if change.role}, key=lambda role: -_RANK[role])
     for role in roles:
-        yield from ([move] for move in moves if move.role is role)
+        here = [move for move in moves if move.role is role]
+        if role is Role.OSCILLOSCOPE:
+            yield from (list(found) for _, found in groupby(sorted(here, key=lambda move: move.lead), _together))
+        else:
+            yield from ([move] for move in here)
         for _, found in groupby([change for change in new if change.role is role], _together):
             yield list(found)
 

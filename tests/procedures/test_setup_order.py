@@ -128,7 +128,7 @@ def test_the_bridge_comes_off_before_the_voltmeter_and_then_the_supply_go_on() -
     assert said((meter_across(A, B),), (supply_across(A, B), ConnectVoltmeter(A, B))) == [
         "Connect, in this order:",
         "Take the LCR meter off A (white) and B",
-        "Put the voltmeter's leads on A (white) (high) and B (low), nearer to the motor than the supply's clamps",
+        "Put the voltmeter on, nearer to the motor than the supply's clamps: high on A (white), low on B",
         "Put the supply's plus on A (white)",
         "Put the supply's minus on B",
     ]
