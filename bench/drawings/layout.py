@@ -25,7 +25,7 @@ from procedures.core.actions import (
     UncoupleDynamometer,
     VoltageProbe,
 )
-from procedures.core.setup import Setup
+from procedures.core.setup import BenchSetup
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Layout:
     dynamometer_coupled: bool = False
     shaft_turned: bool = False
 
-    def _of(self, setup: Setup) -> "Layout":
+    def _of(self, setup: BenchSetup) -> "Layout":
         high, low = setup.voltmeter or (None, None)
         on_supply = high is Node.SUPPLY_POSITIVE
         metered = None if high is None or low is None or on_supply else (Terminal(high.value), Terminal(low.value))

@@ -21,7 +21,7 @@ from procedures.core.actions import (
     Terminal,
     VoltageProbe,
 )
-from procedures.core.setup import Contact, Setup
+from procedures.core.setup import BenchSetup, LeadContact
 from procedures.core.setup_change import Change, ChangeKind
 
 #: A setup's fields that are no contacts.
@@ -63,9 +63,9 @@ def _made(kind: type[Any], details: Mapping[str, Any]) -> object:
     return kind(**{field.name: details[field.name] for field in fields(kind)})
 
 
-def _setup(details: Mapping[str, Any]) -> Setup:
-    contacts = tuple(Contact(each["lead"], each["place"]) for each in details["contacts"])
-    return Setup(contacts, **{name: details[name] for name in _STATE})
+def _setup(details: Mapping[str, Any]) -> BenchSetup:
+    contacts = tuple(LeadContact(each["lead"], each["place"]) for each in details["contacts"])
+    return BenchSetup(contacts, **{name: details[name] for name in _STATE})
 
 
 def _change(details: Mapping[str, Any]) -> Change:

@@ -22,7 +22,7 @@ from procedures.core.actions import (
 )
 from procedures.core.bench import ProcedureError
 from procedures.core.events import Event
-from procedures.core.setup import Contact, Setup
+from procedures.core.setup import BenchSetup, LeadContact
 from procedures.core.setup_change import Change, ChangeKind
 
 #: The roles that a fixture consists of.
@@ -138,7 +138,7 @@ class FixtureOperator:
                 self._rest().wait()
                 self._actuator.uncouple_dynamometer()
 
-    def _check(self, setup: Setup) -> None:
+    def _check(self, setup: BenchSetup) -> None:
         """Raise ProcedureError, before anything is switched, for a setup that the fixture has no crosspoints for."""
         there, fixed = self._known()
         wanted = {contact.name: contact for contact in setup.contacts}
@@ -175,10 +175,10 @@ class FixtureOperator:
                 case ChangeKind.TAKE_APART:
                     closed.discard(_SHORT)
                 case ChangeKind.TAKE_OFF:
-                    closed.discard(Contact(change.lead, change.place).name)
+                    closed.discard(LeadContact(change.lead, change.place).name)
                 case _:
-                    closed.discard(Contact(change.lead, change.origin).name)
-                    closed.add(Contact(change.lead, change.place).name)
+                    closed.discard(LeadContact(change.lead, change.origin).name)
+                    closed.add(LeadContact(change.lead, change.place).name)
         switched = frozenset(closed) - fixed
         if switched == self._closed and not any(change.kind is ChangeKind.CLEAR for change in changes):
             return
@@ -240,11 +240,11 @@ def _batch(change: Change) -> str | None:
         case ChangeKind.CLIP_TOGETHER:
             return "leads"
         case ChangeKind.MOVE | ChangeKind.PUT_ON:
-            return "wires" if Contact(change.lead, change.place).is_socket else "beside"
+            return "wires" if LeadContact(change.lead, change.place).is_socket else "beside"
     return None
 
 
-def _no_current_probe(contact: Contact) -> Text:
+def _no_current_probe(contact: LeadContact) -> Text:
     return text(
         "the fixture has no current probe of channel {channel} round the wire of {terminal}: a current probe "
         'is fitted for good; put "{name}" into fixed of [instruments.switch_matrix]',

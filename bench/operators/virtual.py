@@ -1,12 +1,13 @@
 """A pair of hands on the virtual bench: not quite steady, and with eyes that read a dial to a degree."""
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any, Protocol, assert_never
+from collections.abc import Callable
+from typing import assert_never
 
 import numpy as np
 
-from drivers.interfaces import Clock
+from bench.operators.hands_on import HandsOn
+from bench.operators.virtual_leads import VirtualLeads
 from drivers.interfaces.text import text
 from procedures.core.actions import (
     ChangeSetup,
@@ -17,12 +18,10 @@ from procedures.core.actions import (
     Mend,
     StartTurning,
     StopTurning,
-    Terminal,
     TurnToRest,
-    VoltageProbe,
 )
 from procedures.core.bench import ProcedureError
-from procedures.core.setup import Contact, Setup
+from procedures.core.setup import LeadContact
 from procedures.core.setup_change import Change, ChangeKind
 from procedures.verification.stated_probes import KEY as PROBE_LIMIT
 
@@ -41,74 +40,11 @@ _SETTLE = 0.5
 _FEELING_SPEED, _FEELING = 0.3, 0.05
 #: A shaft stands for the eye that sees it move less than this (rad) in this time (s); it looks at most this often.
 _STILL, _LOOK, _PATIENCE = 5.0e-4, 0.25, 400
-_CHANNELS = range(1, 9)
 #: What a thermometer on the winding is off at most (K).
 _THERMOMETER = 0.5
 _MOST_MARKS = 500
 #: A shaft that has not got this far (rad) is still at the same position; the hand tries again this often.
 _SAME, _TRIES = math.radians(3.0), 3
-
-
-class HandsOn(Protocol):
-    """What hands can do on a virtual bench, and eyes see: a World, in this process or in another."""
-
-    @property
-    def clock(self) -> Clock:
-        """Return the bench's time."""
-
-    def connect(self, wiring: Mapping[str, str]) -> None:
-        """Wire the motor's terminals anew."""
-
-    def take_off(self, terminals: Any) -> None:
-        """Take the wires of these terminals off."""
-
-    def attach_voltage_probe(self, channel: int, positive: Any, negative: Any) -> None:
-        """Put a voltage probe on two nodes."""
-
-    def attach_current_probe(self, channel: int, terminal: Any) -> None:
-        """Clip a current probe round a wire."""
-
-    def detach_probe(self, channel: int) -> None:
-        """Take a probe off."""
-
-    def attach_voltmeter(self, positive: Any, negative: Any) -> None:
-        """Put the voltmeter's leads on two terminals."""
-
-    def detach_voltmeter(self) -> None:
-        """Take them off."""
-
-    def short_leads(self, shorted: bool) -> None:
-        """Clip the bridge's leads together, or part them."""
-
-    def lock_rotor(self) -> None:
-        """Lock the shaft."""
-
-    def release_rotor(self) -> None:
-        """Open the lock."""
-
-    def turn_shaft(self, speed: float, wobble: float = 0.0) -> None:
-        """Turn the shaft by hand."""
-
-    def hold_shaft(self) -> None:
-        """Hold the shaft still."""
-
-    def let_go(self) -> None:
-        """Take the hand off the shaft."""
-
-    def nudge_to_next_rest(self, direction: int = 1) -> float:
-        """Pull the shaft over to the next rest; return how long that takes (s)."""
-
-    def couple_dynamometer(self) -> None:
-        """Couple the dynamometer."""
-
-    def uncouple_dynamometer(self) -> None:
-        """Take the dynamometer off."""
-
-    def dial_angle(self) -> float:
-        """Return the shaft's angle (rad)."""
-
-    def truth(self) -> dict[str, Any]:
-        """Return what is really so."""
 
 
 class VirtualOperator:
@@ -125,9 +61,7 @@ class VirtualOperator:
         self.hand_time = 0.0
         # When turning began (s), at which angle (rad), how fast (rad/s).
         self._turning: tuple[float, float, float] | None = None
-        # What these hands have put on, and of that what the world was shown.
-        self._contacts: set[Contact] = set()
-        self._shown = Setup()
+        self._leads = VirtualLeads(world)
 
     def thermometer(self) -> float:
         """Return the winding's temperature (°C) as this operator's thermometer shows it."""
@@ -157,7 +91,7 @@ class VirtualOperator:
             case ChangeSetup():
                 for change in action.changes:
                     self._change(change)
-                self._wire(action)
+                self._leads.wire(action)
             case TurnToRest():
                 self._next_rest()
             case MarkRestPositions():
@@ -231,24 +165,13 @@ class VirtualOperator:
                 self._wait_for_rest()
             case ChangeKind.CLEAR:
                 self._take(_OFF)
-                self._contacts.clear()
-                for channel in _CHANNELS:
-                    world.detach_probe(channel)
-                world.detach_voltmeter()
-                world.take_off([terminal.value for terminal in Terminal])
-                self._shown = Setup()
+                self._leads.clear()
             case ChangeKind.TAKE_OFF:
                 self._take(_OFF)
-                gone = Contact(change.lead, change.place)
-                self._contacts.discard(gone)
-                if gone.is_socket:
-                    world.take_off([gone.place])
-                self._show()
+                self._leads.take_off(LeadContact(change.lead, change.place))
             case ChangeKind.MOVE | ChangeKind.PUT_ON:
                 self._take(_ON)
-                self._contacts.discard(Contact(change.lead, change.origin))
-                self._contacts.add(Contact(change.lead, change.place))
-                self._show()
+                self._leads.put_on(LeadContact(change.lead, change.place), LeadContact(change.lead, change.origin))
             case ChangeKind.CLIP_TOGETHER | ChangeKind.TAKE_APART:
                 self._take(_ON)
                 world.short_leads(change.kind is ChangeKind.CLIP_TOGETHER)
@@ -266,30 +189,6 @@ class VirtualOperator:
                 self._at_rest(world.uncouple_dynamometer)
             case _:
                 assert_never(change.kind)
-
-    def _show(self) -> None:
-        """Have voltmeter and probes as the hands have them; one that hangs by half its leads senses nothing."""
-        world, before, now = self._world, self._shown, Setup().having(self._contacts)
-        if now.voltmeter != before.voltmeter:
-            world.detach_voltmeter()
-            if now.voltmeter is not None:
-                world.attach_voltmeter(*(node.value for node in now.voltmeter))
-        for probe in set(before.probes) - set(now.probes):
-            world.detach_probe(probe.channel)
-        for probe in set(now.probes) - set(before.probes):
-            if isinstance(probe, VoltageProbe):
-                world.attach_voltage_probe(probe.channel, probe.positive.value, probe.negative.value)
-            else:
-                world.attach_current_probe(probe.channel, probe.terminal.value)
-        self._shown = now
-
-    def _wire(self, action: ChangeSetup) -> None:
-        """Put the terminals' wires on, the last of all, where they were worked at; to clip the bridge's leads together is none of that."""
-        kinds = {change.kind for change in action.changes}
-        worked = ChangeKind.CLEAR in kinds or action.before.terminals != action.after.terminals
-        if worked and ChangeKind.CLIP_TOGETHER not in kinds:
-            wiring = action.after.terminals
-            self._world.connect({terminal.value: socket.value for terminal, socket in wiring.items()})
 
     def _next_rest(self) -> float:
         self._take(self._world.nudge_to_next_rest() + _SETTLE)

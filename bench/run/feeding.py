@@ -17,13 +17,13 @@ class FeedingRoles:
     """Hears the journal; what is on stays so until it is off, or was made safe."""
 
     def __init__(self) -> None:
-        self._on: dict[Role, int] = {}
+        self._on: set[Role] = set()
         self.turned = False
 
     @property
     def roles(self) -> Collection[Role]:
         """The roles that feed the motor or drive its shaft now."""
-        return [role for role, count in self._on.items() if count > 0]
+        return frozenset(self._on)
 
     def stands(self) -> None:
         """Count the shaft as at rest."""
@@ -33,9 +33,9 @@ class FeedingRoles:
         """Take an event of the journal."""
         match event:
             case Energising() if (role := _WATCHED.get(event.instrument)) is not None:
-                self._on[role] = self._on.get(role, 0) + 1
+                self._on.add(role)
                 self.turned = self.turned or role in _TURNING
             case DeEnergised() if (role := _WATCHED.get(event.instrument)) is not None and event.error is None:
-                self._on[role] = self._on.get(role, 0) - 1
+                self._on.discard(role)
             case MadeSafe() if (role := _WATCHED.get(event.instrument)) is not None and event.outcome == "safe":
-                self._on[role] = 0
+                self._on.discard(role)

@@ -29,7 +29,7 @@ def role_of_lead(lead: str) -> Role:
 
 
 @dataclass(frozen=True, order=True)
-class Contact:
+class LeadContact:
     """A lead on a place: `lead` is a `Socket`'s value, `voltmeter+`, `channel1-` or `channel4~` (a current probe), `place` a `Node`'s."""
 
     lead: str
@@ -52,19 +52,19 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Setup:
+class BenchSetup:
     """Contacts in order, the LCR meter's leads, and the shaft.
 
     `known` is false as long as something else may be on the motor, `rotor_locked` and `coupled` are None as long as nobody knows.
     """
 
-    contacts: tuple[Contact, ...] = ()
+    contacts: tuple[LeadContact, ...] = ()
     known: bool = False
     leads_shorted: bool = False
     rotor_locked: bool | None = None
     coupled: bool | None = None
 
-    def having(self, contacts: Iterable[Contact]) -> "Setup":
+    def having(self, contacts: Iterable[LeadContact]) -> "BenchSetup":
         """Return it with these contacts and no others."""
         return replace(self, contacts=tuple(sorted(contacts)), known=True)
 
@@ -105,23 +105,23 @@ class Setup:
         return Node(places[VOLTMETER_HIGH]), Node(places[VOLTMETER_LOW])
 
 
-def wired(terminals: Mapping[Terminal, Socket]) -> set[Contact]:
+def wired(terminals: Mapping[Terminal, Socket]) -> set[LeadContact]:
     """Return the contacts of the terminals' wires."""
-    return {Contact(s.value, t.value) for t, s in terminals.items() if s is not Socket.OPEN}
+    return {LeadContact(s.value, t.value) for t, s in terminals.items() if s is not Socket.OPEN}
 
 
-def probed(probes: Iterable[VoltageProbe | CurrentProbe]) -> set[Contact]:
+def probed(probes: Iterable[VoltageProbe | CurrentProbe]) -> set[LeadContact]:
     """Return the contacts of the oscilloscope's probes."""
-    found = set[Contact]()
+    found = set[LeadContact]()
     for probe in probes:
         if isinstance(probe, CurrentProbe):
-            found.add(Contact(f"{_CHANNEL}{probe.channel}~", probe.terminal.value))
+            found.add(LeadContact(f"{_CHANNEL}{probe.channel}~", probe.terminal.value))
         else:
-            found.add(Contact(f"{_CHANNEL}{probe.channel}+", probe.positive.value))
-            found.add(Contact(f"{_CHANNEL}{probe.channel}-", probe.negative.value))
+            found.add(LeadContact(f"{_CHANNEL}{probe.channel}+", probe.positive.value))
+            found.add(LeadContact(f"{_CHANNEL}{probe.channel}-", probe.negative.value))
     return found
 
 
-def metered(high: Node | Terminal, low: Node | Terminal) -> set[Contact]:
+def metered(high: Node | Terminal, low: Node | Terminal) -> set[LeadContact]:
     """Return the contacts of the voltmeter's leads."""
-    return {Contact(VOLTMETER_HIGH, high.value), Contact(VOLTMETER_LOW, low.value)}
+    return {LeadContact(VOLTMETER_HIGH, high.value), LeadContact(VOLTMETER_LOW, low.value)}

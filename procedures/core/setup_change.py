@@ -8,7 +8,7 @@ from itertools import groupby
 from drivers.interfaces import Role
 from drivers.interfaces.text import Text, text, word
 from procedures.core.places import NODE_NAMES, Node, Socket, Terminal
-from procedures.core.setup import VOLTMETER_HIGH, VOLTMETER_LOW, Setup
+from procedures.core.setup import VOLTMETER_HIGH, VOLTMETER_LOW, BenchSetup
 
 _LEADS: Mapping[str, Text] = {
     Socket.SUPPLY_POSITIVE.value: text("the supply's plus"),
@@ -69,13 +69,18 @@ class ChangeSetup:
     """Bring the bench from one setup to another, one change after the other; nothing is energised meanwhile."""
 
     changes: tuple[Change, ...]
-    before: Setup
-    after: Setup
+    before: BenchSetup
+    after: BenchSetup
 
     def lines(self, colours: Mapping[str, str]) -> list[Text]:
         """Say it: one line by itself, or a heading and the numbered lines in their order; `colours` are the terminals' wires."""
-        said = [self._line(list(found), colours) for _, found in groupby(self.changes, lambda change: change.number)]
+        said = list(self.numbered_lines(colours).values())
         return said if len(said) == 1 else [self._heading(), *said]
+
+    def numbered_lines(self, colours: Mapping[str, str]) -> dict[int, Text]:
+        """Return each line by the number that its changes carry."""
+        by_number = groupby(self.changes, lambda change: change.number)
+        return {number: self._line(list(found), colours) for number, found in by_number}
 
     def _heading(self) -> Text:
         if any(change.kind in (ChangeKind.PUT_ON, ChangeKind.MOVE) for change in self.changes):

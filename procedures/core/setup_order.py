@@ -9,7 +9,7 @@ from itertools import groupby
 
 from drivers.interfaces import Role
 from drivers.interfaces.role import ROLES
-from procedures.core.setup import Contact, Setup
+from procedures.core.setup import BenchSetup, LeadContact
 from procedures.core.setup_change import Change, ChangeKind
 
 #: Sources first, as a shutdown takes them.
@@ -17,7 +17,7 @@ _RANK = {role: number for number, role in enumerate(ROLES)}
 _Line = list[Change]
 
 
-def ordered_changes(before: Setup, after: Setup, *, turned: bool = False) -> tuple[Change, ...]:
+def ordered_changes(before: BenchSetup, after: BenchSetup, *, turned: bool = False) -> tuple[Change, ...]:
     """Return what hands do, in order and numbered by the line that says it; nothing where nothing is to be done.
 
     `turned` says that something has driven the shaft, which may still turn.
@@ -42,7 +42,7 @@ def ordered_changes(before: Setup, after: Setup, *, turned: bool = False) -> tup
     return tuple(change.numbered(number) for number, line in enumerate(lines, 1) for change in line)
 
 
-def _of_shaft(before: Setup, after: Setup) -> Iterator[ChangeKind]:
+def _of_shaft(before: BenchSetup, after: BenchSetup) -> Iterator[ChangeKind]:
     if after.coupled is False and before.coupled is not False:
         yield ChangeKind.UNCOUPLE
     if after.rotor_locked is False and before.rotor_locked is not False:
@@ -54,10 +54,10 @@ def _of_shaft(before: Setup, after: Setup) -> Iterator[ChangeKind]:
 
 
 def _moves(
-    gone: set[Contact], new: set[Contact], kept: set[Contact]
-) -> tuple[list[Change], list[Contact], list[Contact]]:
+    gone: set[LeadContact], new: set[LeadContact], kept: set[LeadContact]
+) -> tuple[list[Change], list[LeadContact], list[LeadContact]]:
     """Return what only moves, each to a place that is free by then; what is taken off before, and what is put on."""
-    parted, joined, open_moves = sorted(gone), sorted(new), list[tuple[Contact, Contact]]()
+    parted, joined, open_moves = sorted(gone), sorted(new), list[tuple[LeadContact, LeadContact]]()
     for contact in sorted(gone):
         target = next((other for other in joined if other.lead == contact.lead), None)
         if target is not None:
@@ -81,13 +81,13 @@ def _moves(
     return moves, sorted(parted), sorted(joined)
 
 
-def _in_the_way(contact: Contact, others: Iterable[Contact]) -> bool:
+def _in_the_way(contact: LeadContact, others: Iterable[LeadContact]) -> bool:
     """Tell whether another lead of the same instrument is where this one is to go; probes may meet."""
     probe = contact.role is Role.OSCILLOSCOPE
     return not probe and any(other.place == contact.place and other.role is contact.role for other in others)
 
 
-def _taken_off(contacts: Sequence[Contact], staying: frozenset[Role]) -> Iterator[_Line]:
+def _taken_off(contacts: Sequence[LeadContact], staying: frozenset[Role]) -> Iterator[_Line]:
     """Give a line for each instrument that goes, and for each lead of one that stays."""
     for role in sorted({contact.role for contact in contacts}, key=_RANK.__getitem__):
         found = [contact for contact in contacts if contact.role is role]
@@ -99,7 +99,7 @@ def _taken_off(contacts: Sequence[Contact], staying: frozenset[Role]) -> Iterato
             yield list(leads)
 
 
-def _put_on(moves: Sequence[Change], contacts: Sequence[Contact]) -> Iterator[_Line]:
+def _put_on(moves: Sequence[Change], contacts: Sequence[LeadContact]) -> Iterator[_Line]:
     new = [Change(ChangeKind.PUT_ON, contact.role, contact.lead, contact.place) for contact in contacts]
     roles = sorted({change.role for change in (*moves, *new) if change.role}, key=lambda role: -_RANK[role])
     for role in roles:

@@ -7,7 +7,7 @@ from drivers.interfaces import Instrument, InsulationTester, Oscilloscope, Probe
 from drivers.interfaces.role import ROLES
 from drivers.interfaces.text import text
 from procedures.core.procedure_error import ProcedureError
-from procedures.core.setup import Setup
+from procedures.core.setup import BenchSetup
 
 
 class SetupRules:
@@ -32,7 +32,7 @@ class SetupRules:
         stated = self._stated(role)
         return (ROLES[role].withstands if stated is None else stated) >= voltage
 
-    def check(self, setup: Setup) -> None:
+    def check(self, setup: BenchSetup) -> None:
         """Raise ProcedureError for a setup that nobody may connect: two sources, company for one that is alone, a rating too low."""
         sources = sorted({contact.role for contact in setup.contacts if contact.is_socket}, key=lambda role: role.value)
         beside = sorted(setup.roles - set(sources), key=lambda role: role.value)

@@ -20,7 +20,7 @@ from procedures.core.actions import (
     UncoupleDynamometer,
     Wanted,
 )
-from procedures.core.setup import Contact, Setup, metered, probed, wired
+from procedures.core.setup import BenchSetup, LeadContact, metered, probed, wired
 
 #: Tells whether an instrument that nothing was said of may be left on beside a source, None for open terminals at rest.
 MayStay = Callable[[Role, Role | None], bool]
@@ -28,14 +28,14 @@ MayStay = Callable[[Role, Role | None], bool]
 _BESIDE = (Role.VOLTMETER, Role.OSCILLOSCOPE)
 
 
-def setup_wanted(before: Setup, wanted: Sequence[Wanted], may_stay: MayStay) -> Setup:
+def setup_wanted(before: BenchSetup, wanted: Sequence[Wanted], may_stay: MayStay) -> BenchSetup:
     """Return the setup that is wanted.
 
     The terminals' wires go where they are wanted and nowhere else. Voltmeter and probes that nothing was said of stay where they may
     beside what comes; before the dynamometer is coupled whatever feeds the motor or measures its winding comes off.
     """
     shaft = before
-    named: dict[Role | None, set[Contact]] = {}
+    named: dict[Role | None, set[LeadContact]] = {}
     for each in wanted:
         match each:
             case Connect():

@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 from drivers.interfaces import Role
 from procedures.core.actions import Connect, Socket
-from procedures.core.setup import Setup
+from procedures.core.setup import BenchSetup
 from procedures.verification.lines import Lines
 from procedures.verification.stated_probes import StatedProbes
 from procedures.verification.verified_channels import VerifiedChannels
@@ -15,7 +15,7 @@ class BenchState:
 
     def __init__(self) -> None:
         #: What is connected, and what holds the shaft; nothing is known before anything was done.
-        self.setup = Setup()
+        self.setup = BenchSetup()
         #: Whether the terminals' connection has been verified, and was not touched since.
         self.verified = False
         #: The roles that the running procedure works with; None where every instrument may be left on.
@@ -45,7 +45,7 @@ class BenchState:
         """Begin a procedure that works with these roles, on a motor of a largest voltage (V)."""
         self.in_use, self.motor_voltage = in_use, motor_voltage
 
-    def changed(self, setup: Setup) -> None:
+    def changed(self, setup: BenchSetup) -> None:
         """Take over what hands have made of the setup."""
         if setup.terminals != self.setup.terminals or setup.leads_shorted != self.setup.leads_shorted:
             self.verified = False
@@ -53,4 +53,4 @@ class BenchState:
 
     def forget(self) -> None:
         """Count nothing as connected, off, locked or free any more: somebody else may have been there."""
-        self.setup, self.verified = Setup(), False
+        self.setup, self.verified = BenchSetup(), False

@@ -10,7 +10,7 @@ from drivers.interfaces import Accuracy, Identity, InsulationReading, Measuremen
 from procedures.core.actions import ConnectProbes, HandWork
 from procedures.core.bench import Bench, ProcedureError, Role
 from procedures.core.nameplate import Nameplate, WindingConnection
-from procedures.core.setup import Contact
+from procedures.core.setup import LeadContact
 from procedures.core.setup_change import ChangeKind
 from procedures.end_of_line.insulation_resistance import InsulationResistance, InsulationResistanceSettings
 from sim_instruments.clock.virtual_clock import VirtualClock
@@ -71,7 +71,7 @@ def test_all_terminals_and_nothing_else_and_open_afterwards():
     tester = Megohmmeter(1e9, [])
     run(tester, plate(), beside=(Role.OSCILLOSCOPE, Role.VOLTMETER))
     connected, _, parted = tester.done
-    assert connected.after.contacts == tuple(Contact("insulation_high", terminal) for terminal in "ABC")
+    assert connected.after.contacts == tuple(LeadContact("insulation_high", terminal) for terminal in "ABC")
     assert connected.changes[0].kind is ChangeKind.CLEAR
     assert parted.after.known
     assert parted.after.contacts == ()

@@ -41,7 +41,7 @@ from procedures.core.actions import (
     supply_across,
 )
 from procedures.core.bench import Bench, ProcedureError
-from procedures.core.setup import Setup
+from procedures.core.setup import BenchSetup
 from sim_instruments.clock.virtual_clock import VirtualClock
 from tests.studies.hands import Watch, carried_out, random_plan
 from tests.studies.measured_motor import NoRecord
@@ -202,7 +202,7 @@ def test_hands_whose_work_broke_off_begin_anew() -> None:
     bench._operator = Broken()
     with pytest.raises(ProcedureError):
         bench.perform(ALIGN_Q)
-    assert bench.state.setup == Setup()
+    assert bench.state.setup == BenchSetup()
     assert bench.state.connection is None
     assert not bench.state.rotor_locked
 

@@ -34,7 +34,7 @@ from procedures.core.actions import (
     VoltageProbe,
 )
 from procedures.core.nameplate import Nameplate, WindingConnection
-from procedures.core.setup import Setup, metered, probed, wired
+from procedures.core.setup import BenchSetup, metered, probed, wired
 from procedures.core.setup_change import ChangeSetup
 
 WYE = Nameplate("M1", WindingConnection.WYE, 2.0, wire_colours={"A": "white", "B": "green", "C": "black"})
@@ -83,10 +83,10 @@ def test_layout_follows_the_actions() -> None:
 
 
 def test_layout_follows_a_change_of_the_whole_setup() -> None:
-    there = Setup(rotor_locked=True, coupled=False).having(
+    there = BenchSetup(rotor_locked=True, coupled=False).having(
         wired(ALIGN_D.terminals) | probed(STAR_PROBES.probes) | metered(Terminal.A, Terminal.B)
     )
-    layout = Layout().after(ChangeSetup((), Setup(), there))
+    layout = Layout().after(ChangeSetup((), BenchSetup(), there))
     assert layout == Layout(ALIGN_D.complete(), STAR_PROBES.probes, (Terminal.A, Terminal.B), rotor_locked=True)
     on_supply = there.having(metered(Node.SUPPLY_POSITIVE, Node.SUPPLY_NEGATIVE))
     layout = layout.after(ChangeSetup((), there, on_supply))
