@@ -14,7 +14,7 @@ def test_what_is_on_stays_so_until_it_is_off_or_made_safe() -> None:
     assert set(feeding.roles) == {Role.SUPPLY}
     feeding.hear(event("made_safe", instrument="supply", item="output_off", outcome="failed"))
     assert set(feeding.roles) == {Role.SUPPLY}
-    feeding.hear(event("made_safe", instrument="supply", item="output_off"))
+    feeding.hear(event("made_safe", instrument="supply", item="output_off", outcome="safe"))
     assert not feeding.roles
 
 
