@@ -32,7 +32,7 @@ class BenchState:
     @property
     def connection(self) -> Connect | None:
         """The terminals' connection; None where it is not known."""
-        if not self.setup.known or self.setup.leads_shorted:
+        if not self.setup.known:
             return None
         return Connect({t: socket for t, socket in self.setup.terminals.items() if socket is not Socket.OPEN})
 
