@@ -210,7 +210,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--longest", type=int, default=6, help="procedures of a plan at most")
     wanted = parser.parse_args()
-    violations, counts, ended_by = 0, Counter[str](), Counter[str]()
+    violations, counts, ended_by, reasons = 0, Counter[str](), Counter[str](), Counter[str]()
     for index in range(wanted.plans):
         plan = random_plan(np.random.default_rng([wanted.seed, index]), wanted.longest)
         watch, ended, refused = carried_out(plan, index)
@@ -219,12 +219,13 @@ def main() -> None:
         for violation in watch.violations:
             violations += 1
             print(f"plan {index} ({', '.join(plan)}): {violation}")
-        if wanted.plans <= 20:
-            print(*refused, sep="\n")
+        reasons.update(refused)
     print(
         f"{wanted.plans} plans, {counts['procedures']} procedures ({counts['refused']} refused or failed), {counts['changes']} changes, "
         f"{counts['switched_on']} times on: {violations} violations"
     )
+    for reason, count in reasons.most_common():
+        print(f"{count} × {reason}")
     print("never to its end:", ", ".join(name for name in names() if not ended_by[name]) or "none")
 
 
