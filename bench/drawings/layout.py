@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from procedures.core.actions import (
     Action,
+    ChangeSetup,
     Connect,
     ConnectProbes,
     ConnectVoltmeter,
@@ -13,6 +14,7 @@ from procedures.core.actions import (
     CurrentProbe,
     DisconnectVoltmeter,
     LockRotor,
+    Node,
     ReleaseRotor,
     SeparateMeterLeads,
     ShortMeterLeads,
@@ -23,6 +25,7 @@ from procedures.core.actions import (
     UncoupleDynamometer,
     VoltageProbe,
 )
+from procedures.core.setup import BenchSetup
 
 
 @dataclass(frozen=True)
@@ -38,9 +41,26 @@ class Layout:
     dynamometer_coupled: bool = False
     shaft_turned: bool = False
 
+    def _of(self, setup: BenchSetup) -> "Layout":
+        high, low = setup.voltmeter or (None, None)
+        on_supply = high is Node.SUPPLY_POSITIVE
+        metered = None if high is None or low is None or on_supply else (Terminal(high.value), Terminal(low.value))
+        return replace(
+            self,
+            terminals=setup.terminals if setup.known else None,
+            probes=setup.probes,
+            voltmeter=metered,
+            voltmeter_on_supply=on_supply,
+            leads_shorted=setup.leads_shorted,
+            rotor_locked=setup.rotor_locked is True,
+            dynamometer_coupled=setup.coupled is True,
+        )
+
     def after(self, action: Action) -> "Layout":
         """Return what an action makes of it; actions that connect nothing leave it as it is."""
         match action:
+            case ChangeSetup(after=after):
+                return self._of(after)
             case Connect():
                 return replace(self, terminals=action.complete())
             case ConnectProbes(probes=probes):

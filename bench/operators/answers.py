@@ -10,7 +10,7 @@ from typing import Any
 from bench.files.toml_file import nearest, read
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text, text
-from procedures.core.actions import Action, EnterReading, MarkRestPositions
+from procedures.core.actions import EnterReading, HandWork, MarkRestPositions
 from procedures.core.bench import ProcedureError
 
 #: The key of the marked angles of `MarkRestPositions`.
@@ -103,7 +103,7 @@ class AnswersOperator:
     def __init__(self, answers: Answers) -> None:
         self._answers = answers
 
-    def perform(self, action: Action) -> object:
+    def perform(self, action: HandWork) -> object:
         """Answer a reading or the marked angles (degrees in the file, rad returned); everything else is done at once."""
         if isinstance(action, EnterReading):
             value = float(self._answers.next(action.key, action.sentence().render()))

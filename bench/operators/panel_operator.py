@@ -15,7 +15,7 @@ from bench.operators.typed import BACK, named_choice, typed_number
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces import RetypeError
 from drivers.interfaces.text import Text, text, text_of
-from procedures.core.actions import Action, DoubtReading, EnterReading, MarkRestPositions, Mend
+from procedures.core.actions import DoubtReading, EnterReading, HandWork, MarkRestPositions, Mend
 from procedures.core.bench import Operator
 
 #: Waiting is cut into slices (s): an exception in the middle of it could leave the condition's lock taken.
@@ -45,7 +45,7 @@ class DistantOperator:
         self._watch = threading.Thread(target=self._watch_chair, name="empty chair", daemon=True)
         self._watch.start()
 
-    def perform(self, action: Action) -> object:
+    def perform(self, action: HandWork) -> object:
         """Have it done or read; return what it gives."""
         if isinstance(action, EnterReading):
             seen = self._hands.perform(action) if self._hands else None
@@ -71,7 +71,7 @@ class DistantOperator:
         minimum: float,
         maximum: float,
         *,
-        action: Action | None = None,
+        action: HandWork | None = None,
         proposed: object = None,
     ) -> float:
         """Ask for a number in `unit` within `minimum` … `maximum`."""

@@ -10,7 +10,7 @@ from bench.operators.typed import BACK, named_choice, typed_number
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces import RetypeError
 from drivers.interfaces.text import Text, Translate, text, text_of
-from procedures.core.actions import Action, DoubtReading, EnterReading, MarkRestPositions, Mend
+from procedures.core.actions import ChangeSetup, DoubtReading, EnterReading, HandWork, MarkRestPositions, Mend
 from reports.labels import role_name
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class TerminalOperator:
         self._interrupts = interrupts or Interrupts()
         self.entry = TypedEntry()
 
-    def perform(self, action: Action) -> object:
+    def perform(self, action: HandWork) -> object:
         """Say what to do and wait until it is done; return the reading typed, or the angles in rad."""
         if isinstance(action, EnterReading):
             return self.number(action.quantity, action.unit, action.minimum, action.maximum)
@@ -55,10 +55,15 @@ class TerminalOperator:
             return (
                 self._line(text("Press Enter to enter it again, or type y to confirm it as it is")).lower() not in _YES
             )
+        from rich.table import Table
+
         lines = [line.render(self._translate) for line in action.lines(self._colours)]
         self._console.print(f"\n[bold]▶ {_plain(lines[0])}[/bold]")
-        for line in lines[1:]:
-            self._console.print(f"    {_plain(line)}")
+        rows = Table.grid(padding=(0, 1), pad_edge=False)
+        for number, line in enumerate(lines[1:], 1):
+            rows.add_row(f"   {number}." if isinstance(action, ChangeSetup) else "   ", _plain(line))
+        if rows.row_count:
+            self._console.print(rows)
         if isinstance(action, Mend):
             return self._line(text("Put right? Press Enter to measure again, or type n to give up")).lower() not in _NO
         if isinstance(action, MarkRestPositions):

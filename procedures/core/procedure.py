@@ -105,6 +105,7 @@ class Procedure(ABC, Generic[C]):
 
     def run(self) -> ProcedureResult:
         """Measure, and return what was found."""
+        self.bench.state.begin(self.roles, self.nameplate.voltage_bound)
         self.measure()
         return ProcedureResult(
             self.name,

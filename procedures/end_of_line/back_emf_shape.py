@@ -65,9 +65,7 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
     @step("L3/1", "Open the terminals, couple the drive motor", by_hand=True)
     def prepare(self) -> None:
         """Leave nothing on the terminals but probes."""
-        self.bench.perform(ALL_OPEN)
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(CoupleDynamometer())
+        self.bench.perform(ALL_OPEN, ReleaseRotor(), CoupleDynamometer())
 
     @step(
         "L3/2",

@@ -87,9 +87,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
                     "read automatically"
                 )
             )
-        self.wiring.shaft.open_terminals()
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(CoupleDynamometer())
+        self.wiring.shaft.open_terminals(ReleaseRotor(), CoupleDynamometer())
 
     @step(
         "L5/2",

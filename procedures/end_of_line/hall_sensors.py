@@ -69,9 +69,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
     @step("L6/1", "Open the terminals, couple the drive motor", by_hand=True)
     def prepare(self) -> None:
         """Leave nothing on the terminals but a probe."""
-        self.bench.perform(ALL_OPEN)
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(CoupleDynamometer())
+        self.bench.perform(ALL_OPEN, ReleaseRotor(), CoupleDynamometer())
 
     @step(
         "L6/2",

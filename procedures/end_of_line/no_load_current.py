@@ -78,8 +78,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
             )
         if settings.tare is not None:
             return bench.uncertainties.standard("tare: drag", settings.tare, settings.tare_uncertainty)
-        bench.perform(ALL_OPEN)
-        bench.perform(UncoupleDynamometer())
+        bench.perform(ALL_OPEN, UncoupleDynamometer())
         with bench.dynamometer.driving_speed(self._speed):
             found = self._drag("the dynamometer alone")
         bench.dynamometer.stop()
@@ -92,9 +91,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
     )
     def couple(self) -> None:
         """Leave the motor ready to be driven from both sides."""
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(INVERTER)
-        self.bench.perform(CoupleDynamometer())
+        self.bench.perform(ReleaseRotor(), INVERTER, CoupleDynamometer())
         self.wiring.inverter.direction(INVERTER)
 
     @step("L4/3", "At the same speed: the torque without a current, and with {current_share:.0%} of the rated one")

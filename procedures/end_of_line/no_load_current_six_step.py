@@ -46,10 +46,7 @@ class NoLoadCurrentSixStep(Procedure[NoLoadCurrentSixStepSettings]):
     @step("L8/1", "The motor alone on the six-step drive, its shaft free", by_hand=True)
     def connect(self) -> None:
         """Leave nothing on the shaft."""
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(DRIVE)
+        self.bench.perform(UncoupleDynamometer(), ReleaseRotor(), DRIVE)
 
     @step("L8/2", "Run at full voltage until the speed no longer rises, then read bus voltage and current")
     def run_up(self) -> list[Reading]:

@@ -47,9 +47,7 @@ class PhaseOrder(Procedure[PhaseOrderSettings]):
     @step("L2/1", "Open the terminals, couple the drive motor", by_hand=True)
     def prepare(self) -> None:
         """Leave nothing on the terminals but probes."""
-        self.bench.perform(ALL_OPEN)
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(CoupleDynamometer())
+        self.bench.perform(ALL_OPEN, ReleaseRotor(), CoupleDynamometer())
 
     @step(
         "L2/2",

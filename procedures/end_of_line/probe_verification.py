@@ -94,10 +94,7 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
                     "the channels' gains come from samples, and this oscilloscope gives none: use one with waveform readout"
                 )
             )
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(LockRotor())
-        self.bench.perform(ALL_OPEN)
+        self.bench.perform(UncoupleDynamometer(), LockRotor(), ALL_OPEN)
 
     @step(
         "S2/2",
@@ -110,17 +107,15 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
         if not channels:
             return []
         metered = self.bench.has(Role.VOLTMETER)
-        if metered:
-            self.bench.perform(ConnectVoltmeterToSupply())
+        meter = (ConnectVoltmeterToSupply(),) if metered else ()
         ends = []
         for sign, tip, reference in (
             (1.0, Node.SUPPLY_POSITIVE, Node.SUPPLY_NEGATIVE),
             (-1.0, Node.SUPPLY_NEGATIVE, Node.SUPPLY_POSITIVE),
         ):
-            self.bench.perform(ConnectProbes(tuple(VoltageProbe(channel, tip, reference) for channel in channels)))
+            probes = ConnectProbes(tuple(VoltageProbe(channel, tip, reference) for channel in channels))
+            self.bench.perform(*meter, probes)
             ends.append(self._levels(channels, self.settings.voltage_ranges, sign, ProbeKind.VOLTAGE))
-        if metered:
-            self.bench.perform(DisconnectVoltmeter())
         return self._gains(ends, "voltmeter" if metered else "supply, voltage")
 
     @step(
@@ -133,7 +128,9 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
         channels = self.bench.bare_oscilloscope.channels(ProbeKind.CURRENT)
         if not channels:
             return []
-        self.bench.perform(ConnectProbes(tuple(CurrentProbe(channel, Terminal.A) for channel in channels)))
+        self.bench.perform(
+            DisconnectVoltmeter(), ConnectProbes(tuple(CurrentProbe(channel, Terminal.A) for channel in channels))
+        )
         ends, zero = [], self._zero()
         for sign, plus, minus in ((1.0, Terminal.A, Terminal.B), (-1.0, Terminal.B, Terminal.A)):
             self.bench.perform(supply_across(plus, minus))

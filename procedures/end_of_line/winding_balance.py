@@ -78,9 +78,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
     def prepare(self) -> None:
         """Have the shaft locked, for the inductances change with its position."""
         bridge, settings = self.bench.lcr_meter, self.settings
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(LockRotor())
+        self.bench.perform(UncoupleDynamometer(), LockRotor())
         if settings.short_correction:
             bridge.configure(settings.inductance_frequency, settings.level, settings.aperture)
             short_correct(self.bench, bridge)

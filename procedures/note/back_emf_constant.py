@@ -103,9 +103,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
     @step("3.4.2/1", "The drive motor turns it at constant speed, as fast as possible, at several speeds", by_hand=True)
     def drive(self) -> list[float]:
         """Open the terminals, couple the drive motor, and return the speeds (rad/s) to take, the highest first."""
-        self.bench.perform(ALL_OPEN)
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(CoupleDynamometer())
+        self.bench.perform(ALL_OPEN, ReleaseRotor(), CoupleDynamometer())
         if self.settings.speeds_rpm:
             return sorted((rpm * _RPM for rpm in self.settings.speeds_rpm), reverse=True)
         shares = sorted(set(self.settings.speed_shares), reverse=True)

@@ -116,9 +116,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         self.bench.lcr_meter.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
         if self.settings.short_correction:
             short_correct(self.bench, self.bench.lcr_meter)
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.wiring.supply.connect(ALIGN_D)
+        self.wiring.supply.connect(ALIGN_D, UncoupleDynamometer())
         self.bench.perform(ReleaseRotor())
         energised.enter_context(
             aligning(self.bench, self.aligning_current(self.settings.align_share), self.settings.settle)

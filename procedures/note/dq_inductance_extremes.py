@@ -119,14 +119,16 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         bridge = self.bench.lcr_meter
         expected = self.nameplate.expected.get("d_axis_inductance")
         self._choose(None if expected is None else 2.0 * expected)
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(ReleaseRotor())
         bridge.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
         if self.settings.short_correction:
             short_correct(self.bench, bridge)
         self.wiring.bridge.connect(
-            meter_across(Terminal.A, Terminal.B), self.settings.frequency, self.settings.level, self.settings.aperture
+            meter_across(Terminal.A, Terminal.B),
+            self.settings.frequency,
+            self.settings.level,
+            self.settings.aperture,
+            UncoupleDynamometer(),
+            ReleaseRotor(),
         )
         if bridge.read_by_hand:
             return 0.0

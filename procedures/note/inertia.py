@@ -165,8 +165,7 @@ class Inertia(Procedure[InertiaSettings]):
     def open_terminals(self) -> Ramps | None:
         """Open the terminals; return the dynamometer's own ramps where its tare is to be measured."""
         bench = self.bench
-        self.wiring.shaft.open_terminals()
-        bench.perform(ReleaseRotor())
+        self.wiring.shaft.open_terminals(ReleaseRotor())
         bench.dynamometer.stop()
         tare = None
         if self.settings.tare is Tare.MEASURED:

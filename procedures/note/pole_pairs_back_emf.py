@@ -52,9 +52,7 @@ class PolePairsBackEmf(Procedure[PolePairsBackEmfSettings]):
     @step("3.1.2.2-2/1", "An external motor turns it at constant speed", by_hand=True)
     def drive(self, driven: ExitStack) -> None:
         """Leave the shaft turning until the stack is closed; the terminals are open."""
-        self.bench.perform(ALL_OPEN)
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(CoupleDynamometer())
+        self.bench.perform(ALL_OPEN, ReleaseRotor(), CoupleDynamometer())
         channel = self.bench.oscilloscope.channels(ProbeKind.VOLTAGE)[0]
         self.wiring.shaft.connect_probes((VoltageProbe(channel, Node.A, Node.B),))
         speed = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)

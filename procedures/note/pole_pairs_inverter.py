@@ -149,11 +149,8 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
         count(self, current.frequency, current.uncertainty, speed, section="3.1.2.2")
 
     def _wire(self) -> None:
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(ReleaseRotor())
         channel = self.bench.oscilloscope.channels(ProbeKind.CURRENT)[0]
-        self.wiring.inverter.probed(INVERTER, CurrentProbe(channel, Terminal.A))
+        self.wiring.inverter.probed(INVERTER, CurrentProbe(channel, Terminal.A), UncoupleDynamometer(), ReleaseRotor())
 
     def _frequency(self, pairs: float | None = None, share: float | None = None) -> float:
         """Return the electrical frequency (Hz) to turn at: as set, or that share of the rated speed with so many pole pairs."""

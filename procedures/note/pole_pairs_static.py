@@ -57,10 +57,7 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
     def connect(self) -> None:
         """Any one phase to plus will do, the other two to minus. A current that cannot be had is refused before all work."""
         self._holding_current()
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(ReleaseRotor())
-        self.wiring.supply.connect(ALIGN_D)
+        self.wiring.supply.connect(ALIGN_D, UncoupleDynamometer(), ReleaseRotor())
 
     @step(
         "3.1.2.1/2",

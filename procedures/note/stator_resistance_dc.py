@@ -117,9 +117,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
     @step("S1/1", "Lock the shaft, and read the winding's temperature", by_hand=True)
     def prepare(self) -> UncertainReal:
         """Return the temperature (°C) that the cold resistance belongs to."""
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(LockRotor())
+        self.bench.perform(LockRotor(), UncoupleDynamometer())
         return winding_temperature(self, self.settings.winding_temperature, self.settings.temperature_uncertainty)
 
     @step("S1/2", "Between two terminals: several currents, both polarities, voltage inside the clamps", by_hand=True)
@@ -140,7 +138,6 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         accuracies: tuple[Accuracy, Accuracy] = (Accuracy(), Accuracy())
         high, low = pair
         sensing = ConnectVoltmeter(high, low)
-        self.bench.perform(sensing)
         for sign, plus, minus in ((1.0, high, low), (-1.0, low, high)):
             fed = supply_across(plus, minus)
             self.wiring.supply.four_wires(fed, sensing, ranged=bool(currents))

@@ -100,9 +100,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
 
     def _measured(self, derived: UncertainReal | None) -> None:
         bench = self.bench
-        bench.perform(ReleaseRotor())
-        bench.perform(INVERTER)
-        bench.perform(CoupleDynamometer())
+        bench.perform(INVERTER, ReleaseRotor(), CoupleDynamometer())
         self.wiring.inverter.direction(INVERTER)
         temperature = winding_temperature(
             self, self.settings.winding_temperature, self.settings.temperature_uncertainty

@@ -71,8 +71,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
     def load_points(self) -> LoadPoints:
         """Return the readings at each load, the smallest first."""
         bench, settings = self.bench, self.settings
-        bench.perform(ReleaseRotor())
-        bench.perform(CoupleDynamometer())
+        bench.perform(ReleaseRotor(), CoupleDynamometer())
         torques = self._torques()
         bench.dynamometer.stop()
         bench.dynamometer.zero_torque()

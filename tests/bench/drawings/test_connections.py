@@ -34,6 +34,8 @@ from procedures.core.actions import (
     VoltageProbe,
 )
 from procedures.core.nameplate import Nameplate, WindingConnection
+from procedures.core.setup import BenchSetup, metered, probed, wired
+from procedures.core.setup_change import ChangeSetup
 
 WYE = Nameplate("M1", WindingConnection.WYE, 2.0, wire_colours={"A": "white", "B": "green", "C": "black"})
 DELTA = Nameplate("M1", WindingConnection.DELTA, 2.0)
@@ -78,6 +80,17 @@ def test_layout_follows_the_actions() -> None:
         ALIGN_D.complete(), STAR_PROBES.probes, (Terminal.A, Terminal.B)
     )
     assert layout.after(DisconnectVoltmeter()).voltmeter is None
+
+
+def test_layout_follows_a_change_of_the_whole_setup() -> None:
+    there = BenchSetup(rotor_locked=True, coupled=False).having(
+        wired(ALIGN_D.terminals) | probed(STAR_PROBES.probes) | metered(Terminal.A, Terminal.B)
+    )
+    layout = Layout().after(ChangeSetup((), BenchSetup(), there))
+    assert layout == Layout(ALIGN_D.complete(), STAR_PROBES.probes, (Terminal.A, Terminal.B), rotor_locked=True)
+    on_supply = there.having(metered(Node.SUPPLY_POSITIVE, Node.SUPPLY_NEGATIVE))
+    layout = layout.after(ChangeSetup((), there, on_supply))
+    assert (layout.voltmeter, layout.voltmeter_on_supply, layout.probes) == (None, True, ())
 
 
 @given(st.tuples(*[st.sampled_from(Socket)] * 3), st.booleans(), st.sampled_from([WYE, DELTA]))

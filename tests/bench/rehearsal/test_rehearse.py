@@ -143,10 +143,13 @@ def test_a_rehearsal_lists_the_set_points_of_the_run(
     listed = [(line["instrument"], line["value"]) for line in lines(made, "set point")]
     assert listed == sent
     assert len(lines(made, "on")) == len(lines(made, "off")) == 52
-    actions = [line["text"][0] for line in lines(made, "action")]
-    assert actions[:2] == [
+    assert lines(made, "action")[0]["text"] == [
+        "Connect, in this order:",
+        "Take every lead and probe off the motor that is still on it",
         "Take the motor's shaft off the dynamometer",
         "Unlock the shaft and turn it a little by hand: it moves freely",
+        "Put the supply's plus on A",
+        "Put the supply's minus on B and C",
     ]
     assert made["bench_time"] == pytest.approx(sum(one["bench_time"] for one in made["procedures"]), abs=5.0)
     assert 0.0 < made["hand_time"] < made["bench_time"]
@@ -308,7 +311,8 @@ def test_what_does_not_go_with_a_rehearsal_is_refused(
     ("language", "said"),
     [
         ("en", ["on a virtual twin of bench 7", "assumed were:", "left supply: energised voltage 12 V (at most 12 V",
-                "left supply: switched on", "☞ Lock the shaft", "Largest set points", "No limit is passed",
+                "left supply: switched on", "☞ Connect, in this order:", "1. Take every lead and probe off", "Lock the shaft",
+                "Largest set points", "No limit is passed",
                 "If all processes of the bench die at once:", "supply: no watchdog; it stays on where run and guardian die"]),
         ("zh", ["bench 7", "☞", "✓", "left supply", "supply：没有看门狗"]),
     ],
