@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 from bench.drawings.canvas import Form
 from bench.drawings.change import Work, change_of
@@ -78,17 +79,11 @@ def frame_of(
     scenes: Iterable[Scene], nameplate: Nameplate, translate: Translate = english, form: Form = Form.WIDE
 ) -> Frame | None:
     """Return the frame that holds all of these scenes with the motor in one place; None for no scene."""
-    frame: Frame | None = None
-    kept = list(scenes)
-    for scene in kept:
-        sheet = _drawn(scene, nameplate, translate, form, None)
-        own = Frame(sheet.strip, sheet.end, _area(sheet))
-        frame = own if frame is None else frame.union(own)
-    if frame is None:
-        return None
-    # Where the motor stands further on, the shaft reaches further too.
-    for scene in kept:
-        frame = frame.union(Frame(0.0, 0.0, _area(_drawn(scene, nameplate, translate, form, frame))))
+    kept, frame = list(scenes), None
+    # Terminals further on push the motor on, which pushes the shaft on.
+    for _ in range(3 if kept else 0):
+        sheets = [_drawn(scene, nameplate, translate, form, frame) for scene in kept]
+        frame = reduce(Frame.union, [Frame(sheet.strip, sheet.end, _area(sheet)) for sheet in sheets])
     return frame
 
 

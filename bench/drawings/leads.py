@@ -17,7 +17,7 @@ SUPPLY_OUTPUT = {Node.SUPPLY_POSITIVE.value: "+", Node.SUPPLY_NEGATIVE.value: "â
 FRAME = "frame"
 #: Where a meter's leads meet that are clipped together.
 JOINT = "joint"
-NODES = (A, B, C, STAR_POINT, ARTIFICIAL_NEUTRAL, *HALL_PINS, *SUPPLY_OUTPUT, FRAME, JOINT)
+NODES = (A, B, C, STAR_POINT, *HALL_PINS, *SUPPLY_OUTPUT, FRAME, ARTIFICIAL_NEUTRAL, JOINT)
 
 _SOCKETS: dict[Socket, tuple[Role, str]] = {
     Socket.SUPPLY_POSITIVE: (Role.SUPPLY, "+"),

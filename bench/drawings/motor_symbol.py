@@ -4,7 +4,7 @@ from bench.drawings.canvas import Layer, straight
 from bench.drawings.colours import css_colour
 from bench.drawings.leads import ARTIFICIAL_NEUTRAL, FRAME, HALL_PINS, STAR_POINT, SUPPLY_OUTPUT
 from bench.drawings.palette import FLANGE, INK, PAPER
-from bench.drawings.sheet import PHASES, Horizontal, Sheet
+from bench.drawings.sheet import MOTOR_FRAME, OPEN, PHASES, Horizontal, Sheet
 from bench.drawings.sources import Sources, colour_of_source
 from bench.drawings.tap_symbols import GROUND
 from bench.drawings.taps import Taps
@@ -123,13 +123,13 @@ def _draw_terminal(sheet: Sheet, node: str, sources: Sources) -> None:
         sheet.canvas.path(Layer.LEAD, straight((sheet.strip - along, v), (end, v)))
         sheet.canvas.path(Layer.LEAD, straight((end, v - 11.0), (end, v + 11.0)))
         x, y = sheet.canvas.page(end - (14.0 if sheet.upright else 8.0), v)
-        sheet.canvas.words(x, y, sheet.say(text("open")), size=16, anchor="middle" if sheet.upright else "end")
+        sheet.canvas.words(x, y, sheet.say(OPEN), size=16, anchor="middle" if sheet.upright else "end")
 
 
 def _draw_frame_terminal(sheet: Sheet) -> None:
-    v = sheet.v[FRAME]
-    sheet.canvas.box(Layer.MARK, (sheet.strip - 26.0, v - 18.0), (sheet.strip + 26.0, v + 18.0), fill=PAPER)
-    sheet.canvas.symbol(sheet.strip, v, GROUND)
+    v, half = sheet.v[FRAME], sheet.half_terminal(FRAME)
+    along, across = (_HALF_BOX, half) if sheet.upright else (half, _HALF_BOX)
+    sheet.canvas.box(Layer.MARK, (sheet.strip - along, v - across), (sheet.strip + along, v + across), fill=PAPER)
     x, y = sheet.canvas.page(sheet.strip, v)
-    where = (x, y + 44.0) if sheet.upright else (x, y + 32.0)
-    sheet.canvas.words(*where, sheet.say(text("frame")), size=16)
+    sheet.canvas.symbol(sheet.strip, v, GROUND, lower=-9.0)
+    sheet.canvas.words(x, y + 14.0, sheet.say(MOTOR_FRAME), size=16)

@@ -5,16 +5,18 @@ from dataclasses import dataclass, field
 
 from bench.drawings.canvas import Canvas, Form, Layer, Place, Way
 from bench.drawings.change import Change, Work
-from bench.drawings.leads import ARTIFICIAL_NEUTRAL, JOINT, NODES, STAR_POINT, SUPPLY_OUTPUT, A, B, C, Lead
+from bench.drawings.leads import FRAME, JOINT, NODES, A, B, C, Lead
 from bench.drawings.lettering import shortened, width_of
 from bench.drawings.palette import HALO, INK, PAPER
-from drivers.interfaces.text import Text
+from drivers.interfaces.text import Text, text, word
 from procedures.core.nameplate import Nameplate
 
 #: Distances: between phases, between minor rails, from the rails to the instruments, between columns, below the last phase.
-RAIL, MINOR, GAP, SLOT, APART = 80.0, 46.0, 74.0, 54.0, 34.0
+RAIL, MINOR, GAP, SLOT, APART = 80.0, 46.0, 84.0, 54.0, 34.0
 _HOP_HIGH, _HOP_WIDE = 13.0, 17.0
 PHASES = (A, B, C)
+OPEN = text("open")
+MOTOR_FRAME = text("motor frame")
 
 
 @dataclass(frozen=True)
@@ -44,12 +46,13 @@ class Sheet:
     def __post_init__(self) -> None:
         self.canvas = Canvas(self.form)
         touched = {lead.node for lead in (*self.change.leads, *self.change.gone)}
-        if touched & SUPPLY_OUTPUT.keys():
-            touched |= SUPPLY_OUTPUT.keys()
         rail = self._between_phases()
         minor = [node for node in NODES if node in touched and node not in (*PHASES, JOINT)]
         self.v = {node: number * rail for number, node in enumerate(PHASES)}
-        self.v |= {node: 2 * rail + APART + MINOR * number for number, node in enumerate(minor, 1)}
+        v = 2 * rail + APART
+        for node in minor:
+            v += self._room_of_frame() if node == FRAME else MINOR
+            self.v[node] = v
 
     @property
     def upright(self) -> bool:
@@ -69,7 +72,7 @@ class Sheet:
     def colour_of(self, node: str) -> str:
         """Return what the motor's file calls the wire of a terminal, in the reader's language; cut where it has no room."""
         name = self.plate.wire_colours.get(node, "")
-        return shortened(self.say(Text(name.replace("{", "{{").replace("}", "}}"))) if name else "")
+        return shortened(self.say(word(name)) if name else "")
 
     def new(self, leads: Collection[Lead]) -> bool:
         """Tell whether any of these leads is put on in this step."""
@@ -107,16 +110,31 @@ class Sheet:
 
     def number(self, work: Iterable[Work], u: float, v: float) -> None:
         """Draw the numbers of the lines that tell this work, where it is any."""
-        numbers = sorted({self.change.numbers[one] for one in work if one in self.change.numbers})
-        if not numbers:
+        words = self._numbers(work)
+        if not words:
             return
-        joined = numbers == list(range(numbers[0], numbers[-1] + 1)) and len(numbers) > 2
-        words = f"{numbers[0]}–{numbers[-1]}" if joined else " ".join(str(number) for number in numbers)
-        x, y = self.canvas.page(u, v)
-        half = max(13.0, width_of(words, 17, bold=True) / 2.0 + 6.0)
-        (du, dv) = (13.0, half) if self.upright else (half, 13.0)
-        self.canvas.box(Layer.MARK, (u - du, v - dv), (u + du, v + dv), fill=INK, edge=PAPER, round_by=13.0)
-        self.canvas.words(x, y, words, size=17, bold=True, ink=PAPER)
+        along, across = 13.0, 13.0
+        if self.upright:
+            across = self._half(words)
+        else:
+            along = self._half(words)
+        self.canvas.box(
+            Layer.MARK, (u - along, v - across), (u + along, v + across), fill=INK, edge=PAPER, round_by=13.0
+        )
+        self.canvas.words(*self.canvas.page(u, v), words, size=17, bold=True, ink=PAPER)
+
+    def half_number(self, work: Iterable[Work]) -> float:
+        """Return how far the mark with these numbers reaches across the axis from its middle."""
+        return self._half(self._numbers(work)) if self.upright else 13.0
+
+    def _numbers(self, work: Iterable[Work]) -> str:
+        numbers = sorted({self.change.numbers[one] for one in work if one in self.change.numbers})
+        if len(numbers) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1)):
+            return f"{numbers[0]}–{numbers[-1]}"
+        return " ".join(str(number) for number in numbers)
+
+    def _half(self, words: str) -> float:
+        return max(13.0, width_of(words, 17, bold=True) / 2.0 + 6.0)
 
     def _between_phases(self) -> float:
         """Return the distance of two phases; upright, their boxes stand side by side and want room for their colours."""
@@ -124,15 +142,11 @@ class Sheet:
             return RAIL
         return max(RAIL, *(2.0 * self.half_terminal(node) + 14.0 for node in PHASES))
 
+    def _room_of_frame(self) -> float:
+        """Return the distance to the frame's rail: it has a box as the terminals have."""
+        return max(76.0, self.half_terminal(FRAME) + self.half_terminal(C) + 10.0) if self.upright else 76.0
+
     def half_terminal(self, node: str) -> float:
-        """Return half the width of a terminal's box."""
-        return max(29.0, width_of(self.colour_of(node), 16) / 2.0 + 6.0)
-
-
-def is_minor(node: str) -> bool:
-    """Tell whether a node is none of the three terminals."""
-    return node not in PHASES
-
-
-#: Nodes whose rails are no wire of the motor's: a column begins and ends them.
-LOOSE = (ARTIFICIAL_NEUTRAL, STAR_POINT)
+        """Return half the width of a terminal's or the frame's box."""
+        words = self.say(MOTOR_FRAME) if node == FRAME else self.colour_of(node)
+        return max(29.0, width_of(words, 16) / 2.0 + 6.0)

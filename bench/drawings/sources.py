@@ -4,17 +4,20 @@ from dataclasses import dataclass
 
 from bench.drawings.canvas import Layer, straight
 from bench.drawings.change import SOURCES
-from bench.drawings.leads import FRAME, JOINT, SUPPLY_OUTPUT, Lead
+from bench.drawings.leads import JOINT, SUPPLY_OUTPUT, Lead
 from bench.drawings.lettering import width_of
 from bench.drawings.palette import INK, PLUS
-from bench.drawings.sheet import APART, GAP, PHASES, Horizontal, Sheet
+from bench.drawings.sheet import APART, OPEN, PHASES, Horizontal, Sheet
 from drivers.interfaces.role import ROLES
 from drivers.interfaces.text import text
 from procedures.core.bench import Role
 
 #: Between sockets of one instrument, between the clips of leads that are joined, between two tracks.
 _SOCKETS, _CLIPS, _TRACKS = 40.0, 56.0, 28.0
+_DEEP_UPRIGHT = 74.0
 _TOGETHER = text("leads clipped together")
+#: Half a terminal's box along the axis in the upright form.
+_HALF_ALONG = 26.0
 
 SocketOf = tuple[Role, str]
 
@@ -54,18 +57,13 @@ def place_sources(sheet: Sheet) -> Sources:
     roles = sorted({role for role, _ in feeds}, key=lambda role: min(mean[s] for s in feeds if s[0] is role))
     joined = {(lead.role, lead.socket): lead for lead in sheet.change.leads if lead.node == JOINT}
     names = [_name_width(sheet, role) for role in (*roles, *(role for role, _ in joined))]
-    deep = GAP if sheet.upright else max([150.0, *(width + 28.0 for width in names)])
+    deep = _DEEP_UPRIGHT if sheet.upright else max([150.0, *(width + 28.0 for width in names)])
     cases, place = list[_Case](), dict[SocketOf, float]()
     free = float("-inf")
     for role in roles:
         free = _stand(sheet, role, {s: mean[s] for s in feeds if s[0] is role}, free, cases, place)
     track = _tracks(deep, place, mean, feeds)
-    sheet.strip = max(
-        [
-            deep + (110.0 if {*PHASES} <= {lead.node for found in feeds.values() for lead in found} else 138.0),
-            *(u + 58.0 for u in track.values()),
-        ]
-    )
+    sheet.strip = _strip(sheet, deep, track, {lead.node for leads in feeds.values() for lead in leads})
     if joined:
         label = width_of(sheet.say(_TOGETHER), 16)
         first = max(sheet.lowest + APART + (label / 2.0 if sheet.upright else 58.0), free + 74.0)
@@ -142,6 +140,15 @@ def _tracks(
     return {socket: deep + 66.0 + _TRACKS * number for number, socket in enumerate((*down, *up))}
 
 
+def _strip(sheet: Sheet, deep: float, track: dict[SocketOf, float], fed: set[str]) -> float:
+    """Return where the terminals stand: behind the tracks, and behind the words at an open one."""
+    half = _HALF_ALONG if sheet.upright else max(sheet.half_terminal(node) for node in PHASES)
+    behind = max(track.values(), default=deep + 52.0) + 29.0
+    if not fed.issuperset(PHASES):
+        behind += 49.0 if sheet.upright else 36.0 + width_of(sheet.say(OPEN), 16)
+    return behind + half
+
+
 def _draw_feeds(sheet: Sheet, sources: Sources, socket: SocketOf, leads: list[Lead]) -> None:
     place, turn = sources.place[socket], sources.track.get(socket, sources.deep)
     colour = colour_of_source(socket)
@@ -173,9 +180,3 @@ def _draw_joint(sheet: Sheet, sources: Sources) -> None:
     sheet.canvas.disc(Layer.LEAD, turn, middle, 9.0, fill=INK)
     x, y = sheet.canvas.page(turn + (26.0 if sheet.upright else 20.0), middle)
     sheet.canvas.words(x, y, sheet.say(_TOGETHER), size=16, anchor="middle" if sheet.upright else "start")
-
-
-#: Fed nodes that have a box of their own at the strip.
-def has_box(node: str, fed: set[str]) -> bool:
-    """Tell whether a node stands at the strip as a box: terminals always, the frame where it is connected."""
-    return node in PHASES or (node == FRAME and node in fed)

@@ -72,7 +72,8 @@ def _draw_column(sheet: Sheet, column: Column, edge: float, sign: float) -> None
         colour, dashes = INK, REFERENCE_DASHES
     way = sheet.column(column.u, edge, v + (20.0 * sign if clamp else 0.0), column.node)
     sheet.lead(Layer.LEAD, way, colour, dashes=dashes, new=sheet.new(column.leads))
-    sheet.number([lead for lead in column.leads if lead in sheet.change.new], column.u, edge - sign * 31.0)
+    put_on = [lead for lead in column.leads if lead in sheet.change.new]
+    sheet.number(put_on, column.u, edge - sign * (18.0 + sheet.half_number(put_on)))
     if clamp:
         _draw_clamp(sheet, column.u, v, colour)
     else:
@@ -102,7 +103,7 @@ def _draw_ghost(sheet: Sheet, column: Column, edge: float, sign: float) -> None:
     end = edge - sign * 54.0 if column.node == JOINT else sheet.v[column.node]
     way = sheet.column(column.u, edge, end, column.node)
     sheet.lead(Layer.GHOST, way, GHOST, dashes=GHOST_DASHES)
-    sheet.number(column.leads, column.u, edge - sign * 31.0)
+    sheet.number(column.leads, column.u, edge - sign * (18.0 + sheet.half_number(column.leads)))
     if column.kind is LeadKind.REFERENCE:
         sheet.canvas.disc(Layer.MARK, column.u, edge, 16.0, edge=GHOST)
         sheet.canvas.symbol(column.u, edge, GROUND, ink=GHOST)
@@ -139,7 +140,7 @@ def _draw_neutral(sheet: Sheet, taps: Taps) -> None:
         sheet.canvas.box(Layer.BOX, (u - 8.0, star - 40.0), (u + 8.0, star - 10.0), fill=PAPER, edge=ink, round_by=2.0)
     words = ("3 × 20 kΩ", sheet.say(_NEUTRAL))
     if sheet.upright:
-        x, y, anchor = star + 26.0, taps.resistors["A"] - 40.0, "start"
+        x, y, anchor = star + 18.0, taps.resistors["B"], "start"
     else:
         x, y, anchor = taps.resistors["A"] - 20.0, star - 4.0, "end"
     for number, line in enumerate(words):

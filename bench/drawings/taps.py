@@ -58,7 +58,8 @@ class Taps:
 
 def place_taps(sheet: Sheet) -> Taps:
     """Return where the columns stand, and set the motor's left edge on the sheet behind them."""
-    begin = sheet.strip + _BEGIN
+    wide = 0.0 if sheet.upright else max(sheet.half_terminal(node) for node in PHASES) - 29.0
+    begin = sheet.strip + wide + _BEGIN
     below, above = begin, begin + SLOT / 2.0
     groups = list[Group]()
     resistors = dict[str, float]()

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 
 
 class Terminal(Enum):
@@ -98,7 +98,7 @@ class Connect:
                     text(
                         "{terminal} ({colour}) → {socket}",
                         terminal=terminal.value,
-                        colour=text(colour),
+                        colour=word(colour),
                         socket=SOCKET_NAMES[socket],
                     )
                 )
