@@ -3,6 +3,7 @@
 from bench.drawings.canvas import Layer, straight
 from bench.drawings.colours import css_colour
 from bench.drawings.leads import ARTIFICIAL_NEUTRAL, FRAME, HALL_PINS, STAR_POINT, SUPPLY_OUTPUT
+from bench.drawings.lettering import width_of
 from bench.drawings.palette import FLANGE, INK, PAPER
 from bench.drawings.sheet import MOTOR_FRAME, OPEN, PHASES, Horizontal, Sheet
 from bench.drawings.sources import Sources, colour_of_source
@@ -92,10 +93,16 @@ def _draw_brought_out(sheet: Sheet) -> None:
     u, low = sheet.end, sheet.low
     halls = [sheet.v[pin] for pin in HALL_PINS if pin in sheet.v]
     if halls:
-        sheet.canvas.box(Layer.BOX, (u, halls[0] - 24.0), (u + 108.0, halls[-1] + 24.0))
-        sheet.canvas.words(
-            *sheet.canvas.page(u + 76.0, sum(halls) / len(halls)), sheet.say(text("Hall")), size=17, bold=True
-        )
+        words = sheet.say(text("Hall"))
+        wide = width_of(words, 17, bold=True) + 20.0
+        first, last, deep = halls[0] - 24.0, halls[-1] + 24.0, 108.0
+        if sheet.upright:
+            last = max(last, first + wide)
+        else:
+            deep = max(deep, 42.0 + wide)
+        sheet.canvas.box(Layer.BOX, (u, first), (u + deep, last))
+        x, y = sheet.canvas.page(u + (76.0 if sheet.upright else (deep + 42.0) / 2.0), (first + last) / 2.0)
+        sheet.canvas.words(x, y, words, size=17, bold=True)
         for pin in HALL_PINS:
             if pin in sheet.v:
                 sheet.canvas.words(*sheet.canvas.page(u + 24.0, sheet.v[pin]), pin, size=16, bold=True)
