@@ -51,6 +51,14 @@ class Frame:
         )
 
 
+@dataclass(frozen=True)
+class Drawing:
+    """A picture as SVG, and its frame: the next drawing of the procedure takes it, so that the motor stays where it is."""
+
+    svg: str
+    frame: Frame
+
+
 def draw_connections(
     layout: Layout,
     nameplate: Nameplate,
@@ -68,11 +76,23 @@ def draw_connections(
     that tells it (see `change_of`). Wires have the colours that the nameplate gives them and carry the colour's name, so that
     a print in black shows them. `frame` keeps the motor where other drawings of the procedure have it (see `frame_of`).
     """
-    scene = Scene(layout, before, lines, by_hand)
+    return draw(Scene(layout, before, lines, by_hand), nameplate, translate, form=form, frame=frame).svg
+
+
+def draw(
+    scene: Scene,
+    nameplate: Nameplate,
+    translate: Translate = english,
+    *,
+    form: Form = Form.WIDE,
+    frame: Frame | None = None,
+) -> Drawing:
+    """Return the drawing of a scene, as `draw_connections` makes it."""
     sheet = _drawn(scene, nameplate, translate, form, frame)
-    area = _area(sheet) if frame is None else Frame(0.0, 0.0, _area(sheet)).union(frame).area
-    said = [line.render(translate) for line in told(layout, nameplate)]
-    return sheet.canvas.svg(area, text("Connections").render(translate), said)
+    own = Frame(sheet.strip, sheet.end, _area(sheet))
+    whole = own if frame is None else own.union(frame)
+    said = [line.render(translate) for line in told(scene.layout, nameplate)]
+    return Drawing(sheet.canvas.svg(whole.area, text("Connections").render(translate), said), whole)
 
 
 def frame_of(

@@ -13,6 +13,7 @@ from procedures.core.actions import (
     CurrentProbe,
     DisconnectVoltmeter,
     LockRotor,
+    MarkRestPositions,
     ReleaseRotor,
     SeparateMeterLeads,
     ShortMeterLeads,
@@ -20,6 +21,7 @@ from procedures.core.actions import (
     StartTurning,
     StopTurning,
     Terminal,
+    TurnToRest,
     UncoupleDynamometer,
     VoltageProbe,
 )
@@ -67,3 +69,8 @@ class Layout:
         if self.terminals is None:
             return None
         return {t: Socket.OPEN if socket in meter else socket for t, socket in self.terminals.items()}
+
+
+def turned_by_hand(action: Action | None) -> bool:
+    """Tell whether an action has the shaft turned by hand while it is done."""
+    return isinstance(action, TurnToRest | MarkRestPositions | StartTurning)

@@ -1,6 +1,6 @@
 """What measures, above and below the rails: where its columns and boxes stand."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from bench.drawings.change import SOURCES
@@ -111,8 +111,9 @@ def _group(sheet: Sheet, role: Role, leads: list[Lead], first: float, *, gone: b
     return Group(role, gone, role is Role.OSCILLOSCOPE and not gone, columns, left, left + wide)
 
 
-def what_to_do(sheet: Sheet, role: Role, gone: Iterable[Lead]) -> Text:
+def what_to_do(sheet: Sheet, role: Role, gone: Collection[Lead]) -> Text:
     """Say what is done with leads that do not stay where they are."""
     if all(lead.node == JOINT for lead in gone):
         return text("take apart")
-    return text("move") if any(lead.role is role for lead in sheet.change.leads) else text("take off")
+    again = {(lead.socket, lead.kind) for lead in sheet.change.new if lead.role is role}
+    return text("move") if all((lead.socket, lead.kind) in again for lead in gone) else text("take off")

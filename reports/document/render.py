@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator, Mapping
 from typing import Any
+from xml.etree import ElementTree as Xml
 
 from reports.document.model import (
     Block,
     Cell,
     Document,
+    DrawnFigure,
     Facts,
     Notices,
     Paragraph,
@@ -80,7 +82,16 @@ def _block(block: Block, speech: Speech, drawn: Mapping[str, str]) -> dict[str, 
         caption = _say(block.plot.caption, speech)
         picture = drawn.get(block.plot.name) or svg(block.plot, speech.say)
         return {"kind": "figure", "svg": picture, "caption": caption}
+    if isinstance(block, DrawnFigure):
+        return _drawing(block, speech)
     return _signatures(block, speech)
+
+
+def _drawing(block: DrawnFigure, speech: Speech) -> dict[str, Any]:
+    picture = clean(block.draw(speech.together))
+    # Its words are letters of the page, which a page needs for its font.
+    said = list(Xml.fromstring(picture).itertext())  # noqa: S314  our own
+    return {"kind": "drawing", "svg": picture, "letters": said, "caption": _say(block.caption, speech)}
 
 
 def _signatures(block: Signatures, speech: Speech) -> dict[str, Any]:

@@ -5,7 +5,9 @@ from typing import Any
 
 from nicegui import ui
 
-from bench.drawings.connections import draw_connections
+from bench.drawings.canvas import Form
+from bench.drawings.connections import Frame, Scene, draw
+from bench.drawings.layout import turned_by_hand
 from bench.journal.stored_result import restore_text
 from bench.operators.typed import BACK
 from bench.panel.live_run import LiveRun
@@ -38,7 +40,9 @@ class QuestionCard:
         self._reader = reader
         self._worded: object = ()
         self._answerable: object = ()
-        self._drawn = ""
+        self._drawn: Scene | None = None
+        self._framed = ""
+        self._frames: dict[Form, Frame] = {}
         self._input: ui.input | None = None
         say = reader.say
         with named(ui.element("section").classes("mb-card shrink-0 overflow-hidden"), say(text("The present step"))):
@@ -46,7 +50,7 @@ class QuestionCard:
             self._step = ui.label().classes("text-2xl font-semibold leading-snug mb-3")
             self._task = ui.element("div").classes("w-full").props("aria-live=polite")
             self._answers = ui.element("div").classes("w-full")
-            self._picture = ui.element("div").classes("w-full max-w-3xl mt-3")
+            self._picture = ui.element("div").classes("w-full mt-3")
 
     def show(self) -> None:
         """Show the present step and question."""
@@ -95,15 +99,24 @@ class QuestionCard:
 
     def _draw(self) -> None:
         view = self._run.view
-        drawn = ""
-        if view.layout.terminals is not None or isinstance(view.action, _DRAWN):
-            drawn = draw_connections(view.layout, nameplate_of(view.run.start), self._reader.translate)
-        if drawn != self._drawn:
-            self._drawn = drawn
-            self._picture.clear()
-            if drawn:
-                with self._picture:
-                    drawing(drawn)
+        if view.procedure != self._framed:
+            # Within a procedure the motor stays where it is.
+            self._framed, self._frames = view.procedure, {}
+        shown = view.layout.terminals is not None or isinstance(view.action, _DRAWN)
+        scene = Scene(view.layout, view.before, by_hand=turned_by_hand(view.action)) if shown else None
+        if scene == self._drawn:
+            return
+        self._drawn = scene
+        self._picture.clear()
+        if scene is None:
+            return
+        plate = nameplate_of(view.run.start)
+        with self._picture:
+            for form, classes in ((Form.WIDE, "mb-wide"), (Form.UPRIGHT, "mb-upright")):
+                made = draw(scene, plate, self._reader.translate, form=form, frame=self._frames.get(form))
+                self._frames[form] = made.frame
+                with ui.element("div").classes(classes):
+                    drawing(made.svg)
 
     def _ask(self, question: Any) -> None:
         say = self._reader.say
