@@ -12,7 +12,7 @@ from drivers.interfaces.text import Text, text, word
 from procedures.core.nameplate import Nameplate
 
 #: Distances: between phases, between minor rails, from the rails to the instruments, between columns, below the last phase.
-RAIL, MINOR, GAP, SLOT, APART = 80.0, 46.0, 84.0, 54.0, 34.0
+RAIL, MINOR, GAP, SLOT, APART = 80.0, 46.0, 74.0, 54.0, 34.0
 _HOP_HIGH, _HOP_WIDE = 13.0, 17.0
 PHASES = (A, B, C)
 OPEN = text("open")
@@ -58,6 +58,11 @@ class Sheet:
     def upright(self) -> bool:
         """Whether the motor's axis stands upright."""
         return self.form is Form.UPRIGHT
+
+    @property
+    def gap(self) -> float:
+        """The distance from the rails to what measures; upright, numbers stand beside each other in it."""
+        return GAP + (10.0 if self.upright else 0.0)
 
     @property
     def low(self) -> float:

@@ -5,7 +5,7 @@ from bench.drawings.leads import ARTIFICIAL_NEUTRAL, JOINT, LeadKind
 from bench.drawings.lettering import width_of
 from bench.drawings.palette import BODY, CHANNELS, GHOST, GHOST_DASHES, INK, PAPER, REFERENCE_DASHES
 from bench.drawings.palette import TAKE_OFF as RED
-from bench.drawings.sheet import GAP, PHASES, Sheet
+from bench.drawings.sheet import PHASES, Sheet
 from bench.drawings.taps import Column, Group, Taps, what_to_do
 from drivers.interfaces.role import ROLES
 from drivers.interfaces.text import text
@@ -24,7 +24,7 @@ def draw_taps(sheet: Sheet, taps: Taps) -> None:
         deep = 50.0 + max([_width(sheet, group) for group in taps.groups], default=0.0)
     for group in taps.groups:
         below = group.below or sheet.upright
-        edge, sign = (sheet.lowest + GAP, 1.0) if below else (-GAP, -1.0)
+        edge, sign = (sheet.lowest + sheet.gap, 1.0) if below else (-sheet.gap, -1.0)
         _draw_box(sheet, group, edge, edge + sign * deep)
         for column in group.columns:
             if group.gone:

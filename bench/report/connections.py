@@ -1,11 +1,11 @@
 """The connections with which a run measured, by procedure, each drawn once."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import partial
 from itertools import permutations
 
-from bench.drawings.connections import Frame, Scene, draw, frame_of
+from bench.drawings.connections import draw_connections
 from bench.drawings.layout import Layout
 from bench.drawings.leads import leads_of
 from bench.journal.codec import RecordedEvent
@@ -49,17 +49,11 @@ def measured_connections(events: Iterable[RecordedEvent], nameplate: Nameplate) 
 
 
 def _records(made: list[_Made], nameplate: Nameplate) -> list[ConnectionRecord]:
-    scenes = [Scene(one.layout) for one in made]
-    frame = cache(partial(frame_of, scenes, nameplate))
-    return [
-        ConnectionRecord(one.steps, partial(_drawn, scene, nameplate, frame), len(one.others))
-        for one, scene in zip(made, scenes, strict=True)
-    ]
+    return [ConnectionRecord(one.steps, partial(_drawn, one.layout, nameplate), len(one.others)) for one in made]
 
 
-def _drawn(scene: Scene, nameplate: Nameplate, frame: Callable[[Translate], Frame | None], translate: Translate) -> str:
-    """Draw a connection with the motor where the procedure's other drawings have it."""
-    return draw(scene, nameplate, translate, frame=frame(translate)).svg
+def _drawn(layout: Layout, nameplate: Nameplate, translate: Translate) -> str:
+    return draw_connections(layout, nameplate, translate)
 
 
 def _kind(layout: Layout) -> object:
@@ -73,4 +67,4 @@ def _kind(layout: Layout) -> object:
         )
 
     first = min(exchanged(dict(zip(terminals, names, strict=True))) for names in permutations(terminals))
-    return tuple(first), layout.rotor_locked, layout.dynamometer_coupled
+    return tuple(first), layout.dynamometer_coupled

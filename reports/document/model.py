@@ -70,11 +70,10 @@ class PlotFigure:
 
 
 @dataclass(frozen=True)
-class DrawnFigure:
-    """A drawing as SVG, whose words are letters, with its caption; `draw` makes it in the document's languages."""
+class Drawings:
+    """Drawings as SVG, whose words are letters, beside each other where there is room: what makes each, and its caption."""
 
-    draw: Callable[[Translate], str]
-    caption: Text
+    items: Sequence[tuple[Callable[[Translate], str], Text]]
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ class Signatures:
     lines: Sequence[Text]
 
 
-Block = Facts | Table | Paragraph | Notices | PlotFigure | DrawnFigure | Signatures
+Block = Facts | Table | Paragraph | Notices | PlotFigure | Drawings | Signatures
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from reports.document.model import (
     Block,
     Cell,
     Column,
-    DrawnFigure,
+    Drawings,
     Facts,
     Notices,
     Paragraph,
@@ -57,7 +57,8 @@ def _blocks(procedure: ProcedureRecord, colours: Mapping[str, str]) -> Iterator[
     yield _steps(procedure.steps)
     if procedure.settings:
         yield Facts(((text("Settings"), _settings(procedure)),))
-    yield from (_connection(made) for made in procedure.connections)
+    if procedure.connections:
+        yield Drawings([(made.draw, _caption(made)) for made in procedure.connections])
     checks = wiring_table(result.findings.get("wiring", ()) if result is not None else (), colours)
     yield from (table for table in (checks, readings_table(procedure.steps)) if table is not None)
     yield from (PlotFigure(plot) for plot in plots(procedure))
@@ -67,13 +68,11 @@ def _blocks(procedure: ProcedureRecord, colours: Mapping[str, str]) -> Iterator[
     yield from _budgets(result.parameters)
 
 
-def _connection(made: ConnectionRecord) -> DrawnFigure:
+def _caption(made: ConnectionRecord) -> Text:
     steps = list(dict.fromkeys(made.steps))
     if made.alike:
-        words = text("Connections at {steps}; {count} more with the terminals exchanged", steps=steps, count=made.alike)
-    else:
-        words = text("Connections at {steps}", steps=steps)
-    return DrawnFigure(made.draw, words)
+        return text("Connections at {steps}; {count} more with the terminals exchanged", steps=steps, count=made.alike)
+    return text("Connections at {steps}", steps=steps)
 
 
 def _budgets(parameters: Sequence[Parameter]) -> Iterator[Block]:
