@@ -5,21 +5,20 @@ from dataclasses import dataclass
 from functools import reduce
 
 from bench.drawings.canvas import Form
-from bench.drawings.change import Work, change_of
+from bench.drawings.difference import Work, difference_of
 from bench.drawings.layout import Layout
 from bench.drawings.motor_symbol import draw_motor, draw_rails, place_rails
 from bench.drawings.shaft_symbols import ShaftState, draw_shaft
-from bench.drawings.sheet import Sheet
+from bench.drawings.sheet import DrawingSheet
 from bench.drawings.sources import draw_sources, place_sources
 from bench.drawings.tap_symbols import draw_taps
 from bench.drawings.taps import place_taps
 from bench.drawings.told import told
 from drivers.interfaces.text import Translate, english, text
+from procedures.core.actions import STEP_NEGATIVE, CurrentProbe, Node, Terminal, VoltageProbe, meter_across
 from procedures.core.nameplate import Nameplate
 
 _MARGIN = 12.0
-#: A letter of 16 units must not become smaller than this share of 16 px.
-_LEAST_SCALE = 0.72
 
 
 @dataclass(frozen=True)
@@ -36,27 +35,27 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Frame:
+class Extents:
     """How far drawings reach, so that several keep the motor in its place: the terminals' u, the motor's u, the area."""
 
     strip: float
     end: float
     area: tuple[float, float, float, float]
 
-    def union(self, other: "Frame") -> "Frame":
-        """Return the frame that holds both."""
+    def union(self, other: "Extents") -> "Extents":
+        """Return the extents that hold both."""
         (a, b, c, d), (e, f, g, h) = self.area, other.area
-        return Frame(
+        return Extents(
             max(self.strip, other.strip), max(self.end, other.end), (min(a, e), min(b, f), max(c, g), max(d, h))
         )
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A picture as SVG, and its frame: the next drawing of the procedure takes it, so that the motor stays where it is."""
+    """A picture as SVG, and its extents: the next drawing of the procedure takes them, so that the motor stays where it is."""
 
     svg: str
-    frame: Frame
+    extents: Extents
 
 
 def draw_connections(
@@ -68,15 +67,15 @@ def draw_connections(
     lines: Sequence[Collection[Work]] = (),
     by_hand: bool = False,
     form: Form = Form.WIDE,
-    frame: Frame | None = None,
+    extents: Extents | None = None,
 ) -> str:
     """Return an SVG picture of what is to be connected, or is; words in the reader's language.
 
     With `before` what changes stands out: new leads in a halo, what comes off as a ghost, each with the number of the line
-    that tells it (see `change_of`). Wires have the colours that the nameplate gives them and carry the colour's name, so that
-    a print in black shows them. `frame` keeps the motor where other drawings of the procedure have it (see `frame_of`).
+    that tells it (see `difference_of`). Wires have the colours that the nameplate gives them and carry the colour's name, so that
+    a print in black shows them. `extents` keep the motor where other drawings of the procedure have it (see `extents_of`).
     """
-    return draw(Scene(layout, before, lines, by_hand), nameplate, translate, form=form, frame=frame).svg
+    return draw(Scene(layout, before, lines, by_hand), nameplate, translate, form=form, extents=extents).svg
 
 
 def draw(
@@ -85,51 +84,56 @@ def draw(
     translate: Translate = english,
     *,
     form: Form = Form.WIDE,
-    frame: Frame | None = None,
+    extents: Extents | None = None,
 ) -> Drawing:
     """Return the drawing of a scene, as `draw_connections` makes it."""
-    sheet = _drawn(scene, nameplate, translate, form, frame)
-    own = Frame(sheet.strip, sheet.end, _area(sheet))
-    whole = own if frame is None else own.union(frame)
+    sheet = _drawn(scene, nameplate, translate, form, extents)
+    own = Extents(sheet.strip, sheet.end, _area(sheet))
+    whole = own if extents is None else own.union(extents)
     said = [line.render(translate) for line in told(scene.layout, nameplate)]
     return Drawing(sheet.canvas.svg(whole.area, text("Connections").render(translate), said), whole)
 
 
-def frame_of(
+def extents_of(
     scenes: Iterable[Scene], nameplate: Nameplate, translate: Translate = english, form: Form = Form.WIDE
-) -> Frame | None:
-    """Return the frame that holds all of these scenes with the motor in one place; None for no scene."""
-    kept, frame = list(scenes), None
+) -> Extents | None:
+    """Return the extents that hold all of these scenes with the motor in one place; None for no scene."""
+    kept, extents = list(scenes), None
     # Terminals further on push the motor on, which pushes the shaft on.
     for _ in range(3 if kept else 0):
-        sheets = [_drawn(scene, nameplate, translate, form, frame) for scene in kept]
-        frame = reduce(Frame.union, [Frame(sheet.strip, sheet.end, _area(sheet)) for sheet in sheets])
-    return frame
+        sheets = [_drawn(scene, nameplate, translate, form, extents) for scene in kept]
+        extents = reduce(Extents.union, [Extents(sheet.strip, sheet.end, _area(sheet)) for sheet in sheets])
+    return extents
 
 
-def form_for(width: float, drawing: str) -> Form:
-    """Return the form to show in a width (px): the wide one while its letters stay legible. `drawing` is the wide SVG."""
-    start = drawing.index('viewBox="') + len('viewBox="')
-    units = float(drawing[start : drawing.index('"', start)].split()[2])
-    return Form.WIDE if width >= _LEAST_SCALE * units else Form.UPRIGHT
+def standing_extents(nameplate: Nameplate, translate: Translate, form: Form) -> Extents | None:
+    """Return the extents that most procedures need: a meter off, the supply and two probes on. None upright, where length is dear."""
+    if form is Form.UPRIGHT:
+        return None
+    probes = (VoltageProbe(1, Node.A, Node.B), CurrentProbe(4, Terminal.A))
+    usual = Layout(STEP_NEGATIVE.complete(), probes)
+    meter = Layout(meter_across(Terminal.A, Terminal.B).complete())
+    return extents_of([Scene(usual, meter)], nameplate, translate, form)
 
 
-def _drawn(scene: Scene, nameplate: Nameplate, translate: Translate, form: Form, frame: Frame | None) -> Sheet:
-    change = change_of(scene.before, scene.layout, scene.lines, by_hand=scene.by_hand)
-    sheet = Sheet(change, nameplate, lambda words: words.render(translate), form)
+def _drawn(
+    scene: Scene, nameplate: Nameplate, translate: Translate, form: Form, extents: Extents | None
+) -> DrawingSheet:
+    difference = difference_of(scene.before, scene.layout, scene.lines, by_hand=scene.by_hand)
+    sheet = DrawingSheet(difference, nameplate, lambda words: words.render(translate), form)
     sources = place_sources(sheet)
-    if frame is not None:
-        sheet.strip, sheet.end = max(sheet.strip, frame.strip), frame.end
+    if extents is not None:
+        sheet.strip, sheet.end = max(sheet.strip, extents.strip), extents.end
     taps = place_taps(sheet)
     place_rails(sheet, sources, taps)
     draw_sources(sheet, sources)
     draw_rails(sheet)
     draw_taps(sheet, taps)
     draw_motor(sheet, sources)
-    draw_shaft(sheet, ShaftState.of(scene.layout, change.shaft))
+    draw_shaft(sheet, ShaftState.of(scene.layout, difference.shaft))
     return sheet
 
 
-def _area(sheet: Sheet) -> tuple[float, float, float, float]:
+def _area(sheet: DrawingSheet) -> tuple[float, float, float, float]:
     canvas = sheet.canvas
     return canvas.left - _MARGIN, canvas.top - _MARGIN, canvas.right + _MARGIN, canvas.bottom + _MARGIN

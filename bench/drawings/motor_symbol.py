@@ -5,7 +5,7 @@ from bench.drawings.colours import css_colour
 from bench.drawings.leads import ARTIFICIAL_NEUTRAL, FRAME, HALL_PINS, STAR_POINT, SUPPLY_OUTPUT
 from bench.drawings.lettering import width_of
 from bench.drawings.palette import FLANGE, INK, PAPER
-from bench.drawings.sheet import MOTOR_FRAME, OPEN, PHASES, Horizontal, Sheet
+from bench.drawings.sheet import MOTOR_FRAME, OPEN, PHASES, DrawingSheet, Horizontal
 from bench.drawings.sources import Sources, colour_of_source
 from bench.drawings.tap_symbols import GROUND
 from bench.drawings.taps import Taps
@@ -19,7 +19,7 @@ _COIL_FIRST, _COIL_STEP, _COIL_END = 28.0, 16.0, 118.0
 _HALF_BOX = 26.0
 
 
-def place_rails(sheet: Sheet, sources: Sources, taps: Taps) -> None:
+def place_rails(sheet: DrawingSheet, sources: Sources, taps: Taps) -> None:
     """Put every node's rail among the lines that columns hop over."""
     for node, v in sheet.v.items():
         touching = [column.u for group in taps.groups for column in group.columns if column.node == node]
@@ -33,7 +33,7 @@ def place_rails(sheet: Sheet, sources: Sources, taps: Taps) -> None:
         sheet.horizontals.append(Horizontal(v, first, last, node))
 
 
-def draw_rails(sheet: Sheet) -> None:
+def draw_rails(sheet: DrawingSheet) -> None:
     """Draw the rails, the terminals' in their wires' colours with a dark edge."""
     for line in sheet.horizontals:
         if line.net not in sheet.v:
@@ -49,7 +49,7 @@ def draw_rails(sheet: Sheet) -> None:
             sheet.canvas.path(Layer.RAIL, way, INK, 3.0)
 
 
-def draw_motor(sheet: Sheet, sources: Sources) -> None:
+def draw_motor(sheet: DrawingSheet, sources: Sources) -> None:
     """Draw body, windings, what is brought out of it, and the terminals."""
     u, low = sheet.end, sheet.low
     sheet.canvas.box(Layer.BOX, (u, -46.0), (u + BODY_LENGTH, low + 46.0), round_by=14.0)
@@ -64,7 +64,7 @@ def draw_motor(sheet: Sheet, sources: Sources) -> None:
         _draw_frame_terminal(sheet)
 
 
-def _draw_windings(sheet: Sheet) -> None:
+def _draw_windings(sheet: DrawingSheet) -> None:
     u, v = sheet.end, [sheet.v[node] for node in PHASES]
     for place in v:
         bumps = []
@@ -89,7 +89,7 @@ def _draw_windings(sheet: Sheet) -> None:
         sheet.canvas.disc(Layer.BOX, start, place, 4.5, fill=INK)
 
 
-def _draw_brought_out(sheet: Sheet) -> None:
+def _draw_brought_out(sheet: DrawingSheet) -> None:
     u, low = sheet.end, sheet.low
     halls = [sheet.v[pin] for pin in HALL_PINS if pin in sheet.v]
     if halls:
@@ -117,7 +117,7 @@ def _draw_brought_out(sheet: Sheet) -> None:
         sheet.canvas.disc(Layer.MARK, out, low + 46.0, 6.5, fill=INK)
 
 
-def _draw_terminal(sheet: Sheet, node: str, sources: Sources) -> None:
+def _draw_terminal(sheet: DrawingSheet, node: str, sources: Sources) -> None:
     v, half = sheet.v[node], sheet.half_terminal(node)
     along, across = (_HALF_BOX, half) if sheet.upright else (half, _HALF_BOX)
     sheet.canvas.box(Layer.MARK, (sheet.strip - along, v - across), (sheet.strip + along, v + across), fill=PAPER)
@@ -133,7 +133,7 @@ def _draw_terminal(sheet: Sheet, node: str, sources: Sources) -> None:
         sheet.canvas.words(x, y, sheet.say(OPEN), size=16, anchor="middle" if sheet.upright else "end")
 
 
-def _draw_frame_terminal(sheet: Sheet) -> None:
+def _draw_frame_terminal(sheet: DrawingSheet) -> None:
     v, half = sheet.v[FRAME], sheet.half_terminal(FRAME)
     along, across = (_HALF_BOX, half) if sheet.upright else (half, _HALF_BOX)
     sheet.canvas.box(Layer.MARK, (sheet.strip - along, v - across), (sheet.strip + along, v + across), fill=PAPER)

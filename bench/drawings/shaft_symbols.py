@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 from bench.drawings.canvas import Layer, straight
-from bench.drawings.change import ShaftWork
+from bench.drawings.difference import ShaftWork
 from bench.drawings.layout import Layout
 from bench.drawings.lettering import shortened, width_of
 from bench.drawings.motor_symbol import BODY_LENGTH
 from bench.drawings.palette import ACT, BODY, GHOST, GHOST_DASHES, HALO, INK, PAPER, SHAFT, STEEL, TAKE_OFF
-from bench.drawings.sheet import Sheet
+from bench.drawings.sheet import DrawingSheet
 from bench.drawings.tap_symbols import CROSS
 from drivers.interfaces.role import ROLES
 from drivers.interfaces.text import Text, text
@@ -47,7 +47,7 @@ class ShaftState:
         return text("coupled to the dynamometer") if self.coupled else text("shaft free")
 
 
-def draw_shaft(sheet: Sheet, state: ShaftState) -> None:
+def draw_shaft(sheet: DrawingSheet, state: ShaftState) -> None:
     """Draw the shaft, what is on it, the motor's name, and this step's work in a halo with its number."""
     u, v = sheet.end + BODY_LENGTH + 12.0, sheet.v["B"]
     jaws = state.locked or ShaftWork.FREE in state.work
@@ -65,7 +65,7 @@ def draw_shaft(sheet: Sheet, state: ShaftState) -> None:
     _draw_work(sheet, state, u, end, v)
 
 
-def _draw_words(sheet: Sheet, state: ShaftState, u: float, v: float) -> None:
+def _draw_words(sheet: DrawingSheet, state: ShaftState, u: float, v: float) -> None:
     name = shortened(sheet.plate.name)
     said = "" if state.coupled and not state.locked else sheet.say(state.words())
     if sheet.upright:
@@ -76,7 +76,7 @@ def _draw_words(sheet: Sheet, state: ShaftState, u: float, v: float) -> None:
         sheet.canvas.words(u + 12.0, v + 82.0, said, size=17, anchor="start")
 
 
-def _draw_jaws(sheet: Sheet, u: float, v: float, *, gone: bool) -> None:
+def _draw_jaws(sheet: DrawingSheet, u: float, v: float, *, gone: bool) -> None:
     for side in (-46.0, 10.0):
         corners = (u, v + side), (u + 34.0, v + side + 36.0)
         if gone:
@@ -92,7 +92,7 @@ def _draw_jaws(sheet: Sheet, u: float, v: float, *, gone: bool) -> None:
         sheet.canvas.symbol(u + 17.0, v, _PADLOCK, fill=PAPER)
 
 
-def _draw_hand(sheet: Sheet, u: float, end: float, v: float) -> None:
+def _draw_hand(sheet: DrawingSheet, u: float, end: float, v: float) -> None:
     hand = end + (22.0 if sheet.upright else 26.0)
     sheet.canvas.symbol(hand, v, _HAND, fill=PAPER, lower=6.0)
     x, y = sheet.canvas.page(hand, v)
@@ -102,7 +102,7 @@ def _draw_hand(sheet: Sheet, u: float, end: float, v: float) -> None:
     sheet.canvas.path(Layer.MARK, [*arc, *head], ACT, 5.0)
 
 
-def _draw_dynamometer(sheet: Sheet, coupling: float, u: float, v: float, *, gone: bool) -> None:
+def _draw_dynamometer(sheet: DrawingSheet, coupling: float, u: float, v: float, *, gone: bool) -> None:
     ink, dashes = (GHOST, GHOST_DASHES) if gone else (INK, "")
     if not gone:
         for half in (0.0, 23.0):
@@ -124,7 +124,7 @@ def _draw_dynamometer(sheet: Sheet, coupling: float, u: float, v: float, *, gone
     sheet.canvas.symbol(u + along / 2.0, v, _GAUGE, lower=18.0)
 
 
-def _draw_work(sheet: Sheet, state: ShaftState, u: float, end: float, v: float) -> None:
+def _draw_work(sheet: DrawingSheet, state: ShaftState, u: float, end: float, v: float) -> None:
     """Draw a halo round what is new, and the numbers of what is done."""
     if not state.work:
         return
@@ -132,6 +132,6 @@ def _draw_work(sheet: Sheet, state: ShaftState, u: float, end: float, v: float) 
     if new:
         last = end if ShaftWork.COUPLE in new else u + _JAWS + 6.0
         sheet.canvas.box(Layer.HALO, (u + 2.0, v - 54.0), (last, v + 54.0), fill=HALO, edge=HALO)
-    ordered = sorted(state.work, key=lambda work: sheet.change.numbers[work])
+    ordered = sorted(state.work, key=lambda work: sheet.difference.numbers[work])
     for place, work in enumerate(ordered):
         sheet.number([work], u + 31.0 + 30.0 * place, v - 68.0)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 
 from bench.drawings.canvas import Canvas, Form, Layer, Place, Way
-from bench.drawings.change import Change, Work
+from bench.drawings.difference import LayoutDifference, Work
 from bench.drawings.leads import FRAME, JOINT, NODES, A, B, C, Lead
 from bench.drawings.lettering import shortened, width_of
 from bench.drawings.palette import HALO, INK, PAPER
@@ -30,10 +30,10 @@ class Horizontal:
 
 
 @dataclass
-class Sheet:
+class DrawingSheet:
     """A drawing as it grows. `v` is where each node's rail lies, `strip` where the terminals stand, `end` the motor's left edge."""
 
-    change: Change
+    difference: LayoutDifference
     plate: Nameplate
     say: Callable[[Text], str]
     form: Form
@@ -45,7 +45,7 @@ class Sheet:
 
     def __post_init__(self) -> None:
         self.canvas = Canvas(self.form)
-        touched = {lead.node for lead in (*self.change.leads, *self.change.gone)}
+        touched = {lead.node for lead in (*self.difference.leads, *self.difference.gone)}
         rail = self._between_phases()
         minor = [node for node in NODES if node in touched and node not in (*PHASES, JOINT)]
         self.v = {node: number * rail for number, node in enumerate(PHASES)}
@@ -81,7 +81,7 @@ class Sheet:
 
     def new(self, leads: Collection[Lead]) -> bool:
         """Tell whether any of these leads is put on in this step."""
-        return any(lead in self.change.new for lead in leads)
+        return any(lead in self.difference.new for lead in leads)
 
     def lead(
         self, layer: Layer, way: Way, colour: str, *, width: float = 3.5, dashes: str = "", new: bool = False
@@ -133,7 +133,7 @@ class Sheet:
         return self._half(self._numbers(work)) if self.upright else 13.0
 
     def _numbers(self, work: Iterable[Work]) -> str:
-        numbers = sorted({self.change.numbers[one] for one in work if one in self.change.numbers})
+        numbers = sorted({self.difference.numbers[one] for one in work if one in self.difference.numbers})
         if len(numbers) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1)):
             return f"{numbers[0]}–{numbers[-1]}"
         return " ".join(str(number) for number in numbers)

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 from bench.drawings.canvas import Layer, straight
-from bench.drawings.change import SOURCES
+from bench.drawings.difference import SOURCES
 from bench.drawings.leads import JOINT, SUPPLY_OUTPUT, Lead
 from bench.drawings.lettering import width_of
 from bench.drawings.palette import INK, PLUS
-from bench.drawings.sheet import APART, OPEN, PHASES, Horizontal, Sheet
+from bench.drawings.sheet import APART, OPEN, PHASES, DrawingSheet, Horizontal
 from drivers.interfaces.role import ROLES
 from drivers.interfaces.text import text
 from procedures.core.bench import Role
@@ -47,15 +47,15 @@ class Sources:
         return {lead.node for leads in self.feeds.values() for lead in leads}
 
 
-def place_sources(sheet: Sheet) -> Sources:
+def place_sources(sheet: DrawingSheet) -> Sources:
     """Return where the sources stand, and set the sheet's strip of terminals right of them."""
     feeds: dict[SocketOf, list[Lead]] = {}
-    for lead in (*sheet.change.leads, *_outputs(sheet)):
+    for lead in (*sheet.difference.leads, *_outputs(sheet)):
         if lead.role in SOURCES and lead.node != JOINT:
             feeds.setdefault((lead.role, lead.socket), []).append(lead)
     mean = {socket: sum(sheet.v[lead.node] for lead in leads) / len(leads) for socket, leads in feeds.items()}
     roles = sorted({role for role, _ in feeds}, key=lambda role: min(mean[s] for s in feeds if s[0] is role))
-    joined = {(lead.role, lead.socket): lead for lead in sheet.change.leads if lead.node == JOINT}
+    joined = {(lead.role, lead.socket): lead for lead in sheet.difference.leads if lead.node == JOINT}
     names = [_name_width(sheet, role) for role in (*roles, *(role for role, _ in joined))]
     deep = _DEEP_UPRIGHT if sheet.upright else max([150.0, *(width + 28.0 for width in names)])
     cases, place = list[_Case](), dict[SocketOf, float]()
@@ -74,7 +74,7 @@ def place_sources(sheet: Sheet) -> Sources:
     return Sources(deep, tuple(cases), place, feeds, track)
 
 
-def draw_sources(sheet: Sheet, sources: Sources) -> None:
+def draw_sources(sheet: DrawingSheet, sources: Sources) -> None:
     """Draw boxes, sockets and the leads up to the terminals."""
     for case in sources.cases:
         sheet.canvas.box(Layer.BOX, (0.0, case.first), (sources.deep, case.last))
@@ -97,17 +97,17 @@ def colour_of_source(socket: SocketOf) -> str:
     return PLUS if socket == (Role.SUPPLY, "+") else INK
 
 
-def _outputs(sheet: Sheet) -> list[Lead]:
+def _outputs(sheet: DrawingSheet) -> list[Lead]:
     """Return the supply's own output where a meter or probe is on it: no lead, but drawn as one."""
     return [Lead(Role.SUPPLY, socket, node) for node, socket in SUPPLY_OUTPUT.items() if node in sheet.v]
 
 
-def _name_width(sheet: Sheet, role: Role) -> float:
+def _name_width(sheet: DrawingSheet, role: Role) -> float:
     return width_of(sheet.say(ROLES[role].label), 18, bold=True)
 
 
 def _stand(
-    sheet: Sheet,
+    sheet: DrawingSheet,
     role: Role,
     wanted: dict[SocketOf, float],
     free: float,
@@ -140,7 +140,7 @@ def _tracks(
     return {socket: deep + 66.0 + _TRACKS * number for number, socket in enumerate((*down, *up))}
 
 
-def _strip(sheet: Sheet, deep: float, track: dict[SocketOf, float], fed: set[str]) -> float:
+def _strip(sheet: DrawingSheet, deep: float, track: dict[SocketOf, float], fed: set[str]) -> float:
     """Return where the terminals stand: behind the tracks, and behind the words at an open one."""
     half = _HALF_ALONG if sheet.upright else max(sheet.half_terminal(node) for node in PHASES)
     behind = max(track.values(), default=deep + 52.0) + 29.0
@@ -149,13 +149,13 @@ def _strip(sheet: Sheet, deep: float, track: dict[SocketOf, float], fed: set[str
     return behind + half
 
 
-def _draw_feeds(sheet: Sheet, sources: Sources, socket: SocketOf, leads: list[Lead]) -> None:
+def _draw_feeds(sheet: DrawingSheet, sources: Sources, socket: SocketOf, leads: list[Lead]) -> None:
     place, turn = sources.place[socket], sources.track.get(socket, sources.deep)
     colour = colour_of_source(socket)
     common = sheet.new(leads)
     sheet.lead(Layer.LEAD, straight((sources.deep, place), (turn, place)), colour, width=5.0, new=common)
     for lead in leads:
-        v, new = sheet.v[lead.node], lead in sheet.change.new
+        v, new = sheet.v[lead.node], lead in sheet.difference.new
         if abs(v - place) > 1.0:
             sheet.lead(Layer.LEAD, sheet.column(turn, place, v, socket), colour, width=5.0, new=new)
         sheet.lead(Layer.LEAD, straight((turn, v), (sheet.strip, v)), colour, width=5.0, new=new)
@@ -163,11 +163,11 @@ def _draw_feeds(sheet: Sheet, sources: Sources, socket: SocketOf, leads: list[Le
         middle = [sheet.v[lead.node] for lead in leads][1:-1]
         for v in {place, *middle}:
             sheet.canvas.disc(Layer.LEAD, turn, v, 5.0, fill=colour, edge=colour)
-    sheet.number([lead for lead in leads if lead in sheet.change.new], sources.deep + 38.0, place)
+    sheet.number([lead for lead in leads if lead in sheet.difference.new], sources.deep + 38.0, place)
 
 
-def _draw_joint(sheet: Sheet, sources: Sources) -> None:
-    leads = [lead for lead in sheet.change.leads if lead.node == JOINT]
+def _draw_joint(sheet: DrawingSheet, sources: Sources) -> None:
+    leads = [lead for lead in sheet.difference.leads if lead.node == JOINT]
     if not leads:
         return
     turn, new = sources.deep + 70.0, sheet.new(leads)

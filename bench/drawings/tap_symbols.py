@@ -5,8 +5,8 @@ from bench.drawings.leads import ARTIFICIAL_NEUTRAL, JOINT, LeadKind
 from bench.drawings.lettering import width_of
 from bench.drawings.palette import BODY, CHANNELS, GHOST, GHOST_DASHES, INK, PAPER, REFERENCE_DASHES
 from bench.drawings.palette import TAKE_OFF as RED
-from bench.drawings.sheet import PHASES, Sheet
-from bench.drawings.taps import Column, Group, Taps, what_to_do
+from bench.drawings.sheet import PHASES, DrawingSheet
+from bench.drawings.taps import Group, LeadColumn, Taps, what_to_do
 from drivers.interfaces.role import ROLES
 from drivers.interfaces.text import text
 from procedures.core.bench import Role
@@ -16,7 +16,7 @@ GROUND = "M0 -8V-1M-8 -1H8M-5 3H5M-2 7H2"
 _NEUTRAL = text("artificial neutral")
 
 
-def draw_taps(sheet: Sheet, taps: Taps) -> None:
+def draw_taps(sheet: DrawingSheet, taps: Taps) -> None:
     """Draw the resistors of the artificial neutral, every instrument and its columns."""
     _draw_neutral(sheet, taps)
     deep = 64.0
@@ -34,16 +34,16 @@ def draw_taps(sheet: Sheet, taps: Taps) -> None:
         _draw_parting(sheet, group, edge - sign * 54.0)
 
 
-def _width(sheet: Sheet, group: Group) -> float:
+def _width(sheet: DrawingSheet, group: Group) -> float:
     name = width_of(sheet.say(ROLES[group.role].label), 18, bold=True)
     return max(name, width_of(_asked(sheet, group), 16, bold=True) if group.gone else 0.0)
 
 
-def _asked(sheet: Sheet, group: Group) -> str:
+def _asked(sheet: DrawingSheet, group: Group) -> str:
     return sheet.say(what_to_do(sheet, group.role, [lead for column in group.columns for lead in column.leads]))
 
 
-def _draw_box(sheet: Sheet, group: Group, edge: float, far: float) -> None:
+def _draw_box(sheet: DrawingSheet, group: Group, edge: float, far: float) -> None:
     ink = GHOST if group.gone else INK
     sheet.canvas.box(
         Layer.BOX,
@@ -64,7 +64,7 @@ def _draw_box(sheet: Sheet, group: Group, edge: float, far: float) -> None:
     sheet.canvas.words(x, y + 11.0, _asked(sheet, group), size=16, bold=True, ink=RED)
 
 
-def _draw_column(sheet: Sheet, column: Column, edge: float, sign: float) -> None:
+def _draw_column(sheet: DrawingSheet, column: LeadColumn, edge: float, sign: float) -> None:
     lead, v = column.leads[0], sheet.v[column.node]
     reference, clamp = column.kind is LeadKind.REFERENCE, column.kind is LeadKind.CLAMP
     colour, dashes = CHANNELS.get(lead.socket, (INK, "")) if lead.role is Role.OSCILLOSCOPE else (INK, "")
@@ -72,7 +72,7 @@ def _draw_column(sheet: Sheet, column: Column, edge: float, sign: float) -> None
         colour, dashes = INK, REFERENCE_DASHES
     way = sheet.column(column.u, edge, v + (20.0 * sign if clamp else 0.0), column.node)
     sheet.lead(Layer.LEAD, way, colour, dashes=dashes, new=sheet.new(column.leads))
-    put_on = [lead for lead in column.leads if lead in sheet.change.new]
+    put_on = [lead for lead in column.leads if lead in sheet.difference.new]
     sheet.number(put_on, column.u, edge - sign * (18.0 + sheet.half_number(put_on)))
     if clamp:
         _draw_clamp(sheet, column.u, v, colour)
@@ -89,7 +89,7 @@ def _draw_column(sheet: Sheet, column: Column, edge: float, sign: float) -> None
             sheet.mark(column.u, place, lead.socket, radius=max(radius, 15.0))
 
 
-def _draw_clamp(sheet: Sheet, u: float, v: float, colour: str) -> None:
+def _draw_clamp(sheet: DrawingSheet, u: float, v: float, colour: str) -> None:
     sides = [
         ("C", ((u + s * 15.0, v - s * 20.0), (u + s * 15.0, v + s * 20.0), (u, v + s * 20.0))) for s in (1.0, -1.0)
     ]
@@ -99,7 +99,7 @@ def _draw_clamp(sheet: Sheet, u: float, v: float, colour: str) -> None:
     sheet.canvas.path(Layer.MARK, [*arrow, *head], colour)
 
 
-def _draw_ghost(sheet: Sheet, column: Column, edge: float, sign: float) -> None:
+def _draw_ghost(sheet: DrawingSheet, column: LeadColumn, edge: float, sign: float) -> None:
     end = edge - sign * 54.0 if column.node == JOINT else sheet.v[column.node]
     way = sheet.column(column.u, edge, end, column.node)
     sheet.lead(Layer.GHOST, way, GHOST, dashes=GHOST_DASHES)
@@ -113,7 +113,7 @@ def _draw_ghost(sheet: Sheet, column: Column, edge: float, sign: float) -> None:
         _cross(sheet, column.u, end)
 
 
-def _draw_parting(sheet: Sheet, group: Group, v: float) -> None:
+def _draw_parting(sheet: DrawingSheet, group: Group, v: float) -> None:
     """Draw where leads that were clipped together come apart."""
     ends = [column.u for column in group.columns if group.gone and column.node == JOINT]
     if ends:
@@ -121,16 +121,16 @@ def _draw_parting(sheet: Sheet, group: Group, v: float) -> None:
         _cross(sheet, (ends[0] + ends[-1]) / 2.0, v)
 
 
-def _cross(sheet: Sheet, u: float, v: float) -> None:
+def _cross(sheet: DrawingSheet, u: float, v: float) -> None:
     sheet.canvas.symbol(u, v, CROSS, ink=PAPER, width=10.0)
     sheet.canvas.symbol(u, v, CROSS, ink=RED, width=4.5)
 
 
-def _draw_neutral(sheet: Sheet, taps: Taps) -> None:
+def _draw_neutral(sheet: DrawingSheet, taps: Taps) -> None:
     if not taps.resistors:
         return
-    leads = [lead for lead in sheet.change.leads if lead.node == ARTIFICIAL_NEUTRAL]
-    new = bool(leads) and all(lead in sheet.change.new for lead in leads)
+    leads = [lead for lead in sheet.difference.leads if lead.node == ARTIFICIAL_NEUTRAL]
+    new = bool(leads) and all(lead in sheet.difference.new for lead in leads)
     layer, ink, dashes = (Layer.LEAD, INK, "") if leads else (Layer.GHOST, GHOST, GHOST_DASHES)
     star = sheet.v[ARTIFICIAL_NEUTRAL]
     for node in PHASES:

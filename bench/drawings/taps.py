@@ -3,10 +3,10 @@
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
-from bench.drawings.change import SOURCES
+from bench.drawings.difference import SOURCES
 from bench.drawings.leads import ARTIFICIAL_NEUTRAL, JOINT, Lead, LeadKind
 from bench.drawings.lettering import width_of
-from bench.drawings.sheet import PHASES, SLOT, Sheet
+from bench.drawings.sheet import PHASES, SLOT, DrawingSheet
 from drivers.interfaces.role import ROLES
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Role
@@ -19,7 +19,7 @@ _BETWEEN = 14.0
 
 
 @dataclass(frozen=True)
-class Column:
+class LeadColumn:
     """A straight lead from an instrument to a node at u; grounds of several channels on one node are one."""
 
     u: float
@@ -43,7 +43,7 @@ class Group:
     role: Role
     gone: bool
     below: bool
-    columns: tuple[Column, ...]
+    columns: tuple[LeadColumn, ...]
     first: float
     last: float
 
@@ -56,14 +56,14 @@ class Taps:
     resistors: dict[str, float]
 
 
-def place_taps(sheet: Sheet) -> Taps:
+def place_taps(sheet: DrawingSheet) -> Taps:
     """Return where the columns stand, and set the motor's left edge on the sheet behind them."""
     wide = 0.0 if sheet.upright else max(sheet.half_terminal(node) for node in PHASES) - 29.0
     begin = sheet.strip + wide + _BEGIN
     below, above = begin, begin + SLOT / 2.0
     groups = list[Group]()
     resistors = dict[str, float]()
-    for role, leads in _by_role(sheet.change.gone):
+    for role, leads in _by_role(sheet.difference.gone):
         groups.append(_group(sheet, role, leads, above, gone=True))
         above = groups[-1].last + _BETWEEN + SLOT / 2.0
     if sheet.upright and groups:
@@ -73,7 +73,7 @@ def place_taps(sheet: Sheet) -> Taps:
         resistors = {node: below + SLOT * number for number, node in enumerate(PHASES)}
         below = resistors[PHASES[-1]] + SLOT
     free = max(above, below) if groups else below
-    for role, leads in _by_role(lead for lead in sheet.change.leads if lead.role not in SOURCES):
+    for role, leads in _by_role(lead for lead in sheet.difference.leads if lead.role not in SOURCES):
         groups.append(_group(sheet, role, leads, free, gone=False))
         free = groups[-1].last + _BETWEEN + SLOT / 2.0
     last = max((column.u for group in groups for column in group.columns), default=sheet.strip)
@@ -89,7 +89,7 @@ def _by_role(leads: Iterable[Lead]) -> list[tuple[Role, list[Lead]]]:
     return sorted(found.items(), key=lambda item: item[0] is Role.OSCILLOSCOPE)
 
 
-def _group(sheet: Sheet, role: Role, leads: list[Lead], first: float, *, gone: bool) -> Group:
+def _group(sheet: DrawingSheet, role: Role, leads: list[Lead], first: float, *, gone: bool) -> Group:
     """Return an instrument's columns from u on; its box is wide enough for its name."""
     found: dict[object, list[Lead]] = {}
     for lead in leads:
@@ -106,14 +106,14 @@ def _group(sheet: Sheet, role: Role, leads: list[Lead], first: float, *, gone: b
     )
     wide = max(len(order) * SLOT, 64.0 if sheet.upright else name + 24.0)
     start = first + (wide - len(order) * SLOT) / 2.0
-    columns = tuple(Column(start + SLOT * number, tuple(same)) for number, same in enumerate(order))
+    columns = tuple(LeadColumn(start + SLOT * number, tuple(same)) for number, same in enumerate(order))
     left = start - SLOT / 2.0 - (wide - len(order) * SLOT) / 2.0
     return Group(role, gone, role is Role.OSCILLOSCOPE and not gone, columns, left, left + wide)
 
 
-def what_to_do(sheet: Sheet, role: Role, gone: Collection[Lead]) -> Text:
+def what_to_do(sheet: DrawingSheet, role: Role, gone: Collection[Lead]) -> Text:
     """Say what is done with leads that do not stay where they are."""
     if all(lead.node == JOINT for lead in gone):
         return text("take apart")
-    again = {(lead.socket, lead.kind) for lead in sheet.change.new if lead.role is role}
+    again = {(lead.socket, lead.kind) for lead in sheet.difference.new if lead.role is role}
     return text("move") if all((lead.socket, lead.kind) in again for lead in gone) else text("take off")

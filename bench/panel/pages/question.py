@@ -6,7 +6,7 @@ from typing import Any
 from nicegui import ui
 
 from bench.drawings.canvas import Form
-from bench.drawings.connections import Frame, Scene, draw
+from bench.drawings.connections import Extents, Scene, draw, standing_extents
 from bench.drawings.layout import turned_by_hand
 from bench.journal.stored_result import restore_text
 from bench.operators.typed import BACK
@@ -25,6 +25,7 @@ from procedures.core.actions import (
     DisconnectVoltmeter,
     ShortMeterLeads,
 )
+from procedures.core.nameplate import Nameplate
 from reports.labels import role_name
 
 _DRAWN = (Connect, ConnectProbes, ConnectVoltmeter, ConnectVoltmeterToSupply, DisconnectVoltmeter, ShortMeterLeads)
@@ -42,7 +43,7 @@ class QuestionCard:
         self._answerable: object = ()
         self._drawn: Scene | None = None
         self._framed = ""
-        self._frames: dict[Form, Frame] = {}
+        self._extents: dict[Form, Extents] = {}
         self._input: ui.input | None = None
         say = reader.say
         with named(ui.element("section").classes("mb-card shrink-0 overflow-hidden"), say(text("The present step"))):
@@ -101,7 +102,7 @@ class QuestionCard:
         view = self._run.view
         if view.procedure != self._framed:
             # Within a procedure the motor stays where it is.
-            self._framed, self._frames = view.procedure, {}
+            self._framed, self._extents = view.procedure, {}
         shown = view.layout.terminals is not None or isinstance(view.action, _DRAWN)
         scene = Scene(view.layout, view.before, by_hand=turned_by_hand(view.action)) if shown else None
         if scene == self._drawn:
@@ -112,11 +113,18 @@ class QuestionCard:
             return
         plate = nameplate_of(view.run.start)
         with self._picture:
-            for form, classes in ((Form.WIDE, "mb-wide"), (Form.UPRIGHT, "mb-upright")):
-                made = draw(scene, plate, self._reader.translate, form=form, frame=self._frames.get(form))
-                self._frames[form] = made.frame
-                with ui.element("div").classes(classes):
-                    drawing(made.svg)
+            # The stylesheet shows one of them.
+            with ui.element("div").classes("mb-wide"):
+                self._draw_form(scene, plate, Form.WIDE)
+            with ui.element("div").classes("mb-upright"):
+                self._draw_form(scene, plate, Form.UPRIGHT)
+
+    def _draw_form(self, scene: Scene, plate: Nameplate, form: Form) -> None:
+        translate = self._reader.translate
+        extents = self._extents.get(form) or standing_extents(plate, translate, form)
+        made = draw(scene, plate, translate, form=form, extents=extents)
+        self._extents[form] = made.extents
+        drawing(made.svg)
 
     def _ask(self, question: Any) -> None:
         say = self._reader.say

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.drawings.canvas import Form
-from bench.drawings.change import ShaftWork, change_of
 from bench.drawings.colours import UNKNOWN, css_colour
-from bench.drawings.connections import Scene, draw_connections, form_for, frame_of
+from bench.drawings.connections import Scene, draw, draw_connections, extents_of, standing_extents
+from bench.drawings.difference import ShaftWork, difference_of
 from bench.drawings.layout import Layout
 from bench.drawings.leads import JOINT, Lead, LeadKind, leads_of
 from bench.drawings.lettering import width_of
@@ -179,7 +179,7 @@ def test_a_meter_whose_leads_are_clipped_together_is_on_nothing_else() -> None:
 def test_what_changes_is_numbered_as_the_lines_say_it() -> None:
     before = layout_after([meter_across(Terminal.C, Terminal.A)])
     after = layout_after([ALIGN_D, STEP_PROBES, LockRotor()])
-    usual = change_of(before, after)
+    usual = difference_of(before, after)
     high = Lead(Role.LCR_METER, "H", "C")
     plus, minus = Lead(Role.SUPPLY, "+", "A"), Lead(Role.SUPPLY, "−", "B")
     tip = Lead(Role.OSCILLOSCOPE, "1", "A")
@@ -188,7 +188,7 @@ def test_what_changes_is_numbered_as_the_lines_say_it() -> None:
     assert [usual.numbers[work] for work in (high, ShaftWork.LOCK, tip, ground)] == [1, 2, 3, 3]
     assert usual.numbers[plus] > usual.numbers[ground]
     lines = [[plus], [tip, ground], [high]]
-    given_by_lines = change_of(before, after, lines)
+    given_by_lines = difference_of(before, after, lines)
     assert [given_by_lines.numbers[work] for work in (plus, tip, ground, high)] == [1, 2, 2, 3]
     assert given_by_lines.numbers[minus] > 3
     picture = Picture(draw_connections(after, WYE, before=before, lines=lines))
@@ -212,10 +212,10 @@ def test_the_motor_stands_still_in_a_procedures_frame() -> None:
         ]
     ]
     for form in Form:
-        frame = frame_of(scenes, WYE, form=form)
-        assert frame is not None
+        extents = extents_of(scenes, WYE, form=form)
+        assert extents is not None
         pictures = [
-            Picture(draw_connections(scene.layout, WYE, before=scene.before, form=form, frame=frame))
+            Picture(draw_connections(scene.layout, WYE, before=scene.before, form=form, extents=extents))
             for scene in scenes
         ]
         for picture in pictures:
@@ -225,13 +225,19 @@ def test_the_motor_stands_still_in_a_procedures_frame() -> None:
         for word in ("M1", "A", "B", "C"):
             places = {label.middle for picture in pictures for label in picture.labels if label.words == word}
             assert len(places) == 1, word
-    assert frame_of([], WYE) is None
+    assert extents_of([], WYE) is None
 
 
-def test_a_narrow_page_gets_the_upright_form() -> None:
-    wide = draw_connections(layout_after([ALIGN_D, STAR_PROBES]), WYE)
-    assert form_for(1200.0, wide) is Form.WIDE
-    assert form_for(390.0, wide) is Form.UPRIGHT
+def test_the_motor_stands_where_most_steps_have_it() -> None:
+    usual = standing_extents(WYE, ENGLISH, Form.WIDE)
+    places = set()
+    for actions_done in ([ALIGN_D], [ALIGN_D, STEP_PROBES], [meter_across(Terminal.A, Terminal.B), LockRotor()]):
+        picture = Picture(draw(Scene(layout_after(actions_done)), WYE, extents=usual).svg)
+        places |= {label.middle for label in picture.labels if label.words == "M1"}
+    assert len(places) == 1
+
+
+def test_the_upright_form_is_higher_than_wide() -> None:
     upright = Picture(draw_connections(layout_after([ALIGN_D, STAR_PROBES]), WYE, form=Form.UPRIGHT))
     assert upright.view[3] > upright.view[2]
 

@@ -27,7 +27,7 @@ Work = Lead | ShaftWork
 
 
 @dataclass(frozen=True)
-class Change:
+class LayoutDifference:
     """The leads that stay or come and those that go, what is done to the shaft, and each one's number."""
 
     leads: tuple[Lead, ...]
@@ -37,9 +37,9 @@ class Change:
     numbers: dict[Work, int]
 
 
-def change_of(
+def difference_of(
     before: Layout | None, after: Layout, lines: Sequence[Collection[Work]] = (), *, by_hand: bool = False
-) -> Change:
+) -> LayoutDifference:
     """Return what is to be done between two layouts; nothing where there is no `before`.
 
     `lines` gives the instruction's lines in their order, each with what it tells; what they leave out is numbered after them:
@@ -47,7 +47,7 @@ def change_of(
     """
     leads = leads_of(after)
     if before is None:
-        return Change(leads, frozenset(), (), frozenset(), {})
+        return LayoutDifference(leads, frozenset(), (), frozenset(), {})
     earlier = leads_of(before)
     new = tuple(lead for lead in leads if lead not in earlier)
     gone = tuple(lead for lead in earlier if lead not in leads)
@@ -57,7 +57,9 @@ def change_of(
         *([work] for work in shaft),
         *_grouped(sorted(new, key=lambda lead: lead.role in SOURCES), _one_line),
     ]
-    return Change(leads, frozenset(new), gone, frozenset(shaft), _numbers(lines, usual, {*new, *gone, *shaft}))
+    return LayoutDifference(
+        leads, frozenset(new), gone, frozenset(shaft), _numbers(lines, usual, {*new, *gone, *shaft})
+    )
 
 
 def _shaft(before: Layout, after: Layout, *, by_hand: bool) -> list[ShaftWork]:
