@@ -15,6 +15,7 @@ from bench.journal.step_readings import readings_of
 from bench.journal.waveforms import StoredWaveform, read_waveform
 from bench.plugins.files import catalogues_of_run
 from bench.report.connections import measured_connections
+from bench.report.photos import photos_of
 from drivers.interfaces import Identity
 from drivers.interfaces.text import Text
 from procedures.core.procedure import Procedure
@@ -62,6 +63,7 @@ def record_of(run: FinishedRun) -> RunRecord:
         procedures=[_procedure(run, made, known.get(name), drawn.get(name, ())) for name, made in taken.items()],
         journal=JournalEnd(len(run.events), run.last_hash, run.torn),
         bench_time=view.bench_time,
+        photos=photos_of(run.folder),
         signed=[SignOff(s.person, s.role, _minute(s.time), s.words, s.holds) for s in signatures(run.folder)],
     )
 

@@ -141,7 +141,8 @@ class RunRecord:
     """One run, whole or cut off.
 
     `warnings` stand with the procedure each came from, or with none where they concern several. `truth` is that of a
-    virtual motor. `status` is completed, failed, aborted or interrupted. Times are ISO 8601, UTC.
+    virtual motor. `status` is completed, failed, aborted or interrupted. Times are ISO 8601, UTC. `photos` are what they show,
+    and what draws them.
     """
 
     name: str
@@ -165,4 +166,5 @@ class RunRecord:
     procedures: Sequence[ProcedureRecord]
     journal: JournalEnd
     bench_time: float = 0.0
+    photos: Sequence[tuple[Text, Callable[[Translate], str]]] = ()
     signed: Sequence[SignOff] = ()

@@ -16,6 +16,7 @@ from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import drawing, named
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
+from bench.report.photos import photos_of
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import (
     Connect,
@@ -43,6 +44,7 @@ class QuestionCard:
         self._answerable: object = ()
         self._drawn: Scene | None = None
         self._framed = ""
+        self._photographed = False
         self._extents: dict[Form, Extents] = {}
         self._input: ui.input | None = None
         say = reader.say
@@ -52,6 +54,7 @@ class QuestionCard:
             self._task = ui.element("div").classes("w-full").props("aria-live=polite")
             self._answers = ui.element("div").classes("w-full")
             self._picture = ui.element("div").classes("w-full mt-3")
+            self._photos = ui.element("div").classes("mb-photos")
 
     def show(self) -> None:
         """Show the present step and question."""
@@ -107,6 +110,13 @@ class QuestionCard:
         scene = Scene(view.layout, view.before, by_hand=turned_by_hand(view.action)) if shown else None
         if scene == self._drawn:
             return
+        if not self._photographed:
+            self._photographed = True
+            with self._photos:
+                for words, picture in photos_of(self._run.folder):
+                    with ui.element("figure"):
+                        drawing(picture(self._reader.translate))
+                        ui.label(self._reader.say(words)).classes("text-sm")
         self._drawn = scene
         self._picture.clear()
         if scene is None:

@@ -75,6 +75,8 @@ _STYLE = """
     border-radius: 10px; white-space: pre-line; }
   .mb-card svg[role=img] { display: block; width: 100%; height: auto; }
   .mb-upright { display: none; }
+  .mb-photos { display: flex; flex-wrap: wrap; gap: 1rem; margin-top: .75rem; }
+  .mb-photos figure { flex: 0 1 20rem; margin: 0; }
   .mb-wide svg[role=img] { max-height: 30rem; }
   @media (width < 48rem) { .mb-wide { display: none; } .mb-upright { display: block; } }
   .nicegui-content { padding-top: 0; }
