@@ -114,21 +114,9 @@ def test_a_stations_photo_is_named_by_its_own_key(tmp_path: Path, capsys) -> Non
 
 def test_run_page_and_paper_show_it(tmp_path: Path, capsys) -> None:
     camera(tmp_path / "photo.jpg")
-    runs, file = tmp_path / "runs", virtual_motor(tmp_path)
-    assert (
-        called(
-            capsys,
-            "run",
-            "nameplate",
-            "--station",
-            "virtual",
-            "--motor",
-            str(tmp_path / "motor.toml"),
-            "--runs",
-            str(runs),
-        )[0]
-        == 0
-    )
+    runs = tmp_path / "runs"
+    arguments = ("--station", "virtual", "--motor", virtual_motor(tmp_path), "--runs", str(runs))
+    assert called(capsys, "run", "nameplate", *arguments)[0] == 0
     (folder,) = runs.iterdir()
     # The run shows it by itself: the file may go.
     (tmp_path / "photo.jpg").unlink()
