@@ -25,7 +25,7 @@ def place_rails(sheet: DrawingSheet, sources: Sources, taps: Taps) -> None:
         touching = [column.u for group in taps.groups for column in group.columns if column.node == node]
         first, last = sheet.strip, sheet.end
         if node == ARTIFICIAL_NEUTRAL:
-            first, last = taps.resistors["A"], max([taps.resistors["C"], *touching])
+            first, last = min([taps.resistors["A"], *touching]), max([taps.resistors["C"], *touching])
         elif node in SUPPLY_OUTPUT:
             last = max(touching, default=sheet.strip)
         elif node not in PHASES and node not in sources.fed:
