@@ -1,6 +1,6 @@
 """The leads that connections are made of: each from an instrument's socket to a node."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
@@ -19,7 +19,8 @@ FRAME = "frame"
 JOINT = "joint"
 NODES = (A, B, C, STAR_POINT, *HALL_PINS, *SUPPLY_OUTPUT, FRAME, ARTIFICIAL_NEUTRAL, JOINT)
 
-_SOCKETS: dict[Socket, tuple[Role, str]] = {
+#: The instrument and the mark of each socket.
+SOCKETS: Mapping[Socket, tuple[Role, str]] = {
     Socket.SUPPLY_POSITIVE: (Role.SUPPLY, "+"),
     Socket.SUPPLY_NEGATIVE: (Role.SUPPLY, "−"),
     Socket.METER_HIGH: (Role.LCR_METER, "H"),
@@ -62,7 +63,7 @@ def _leads(layout: Layout) -> Iterator[Lead]:
         socket = (layout.terminals or {}).get(terminal, Socket.OPEN)
         if socket is Socket.OPEN:
             continue
-        yield Lead(*_SOCKETS[socket], terminal.value)
+        yield Lead(*SOCKETS[socket], terminal.value)
         if socket is Socket.INSULATION_HIGH:
             yield Lead(Role.INSULATION_TESTER, "L", FRAME)
     if layout.leads_shorted:

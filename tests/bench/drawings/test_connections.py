@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from bench.drawings.canvas import Form
 from bench.drawings.colours import UNKNOWN, css_colour
 from bench.drawings.connections import Scene, draw, draw_connections, extents_of, standing_extents
-from bench.drawings.difference import ShaftWork, difference_of
+from bench.drawings.difference import SOURCES, ShaftWork, difference_of
 from bench.drawings.layout import Layout
-from bench.drawings.leads import JOINT, Lead, LeadKind, leads_of
+from bench.drawings.leads import FRAME, JOINT, Lead, LeadKind, leads_of
 from bench.drawings.lettering import width_of
 from bench.drawings.palette import HALO
 from bench.i18n.language import translator
@@ -46,7 +46,7 @@ from procedures.core.bench import Role
 from procedures.core.nameplate import Nameplate, WindingConnection
 from reports.fonts import FOLDER
 from tests.bench.drawings.picture import SVG, Picture
-from tests.bench.drawings.scenes import DELTA, WYE, actions, every_scene
+from tests.bench.drawings.scenes import DELTA, WYE, every_scene
 
 ENGLISH, CHINESE = translator("en"), translator("zh")
 STAR_PROBES = ConnectProbes(phases_on((1, 2, 3)))
@@ -99,8 +99,9 @@ def scenes() -> list[Scene]:
 
 def test_every_procedures_hand_work_is_drawn_by_the_rules(scenes: list[Scene]) -> None:
     """No label meets a lead, nothing crosses without a hop, no marks overlap, leads drawn are leads told."""
-    asked = {type(action) for each in actions().values() for action in each}
-    assert {Connect, ConnectProbes, ConnectVoltmeter, ConnectVoltmeterToSupply, ShortMeterLeads} <= asked
+    seen = {lead for scene in scenes for lead in leads_of(scene.layout)}
+    assert {lead.role for lead in seen} == {*SOURCES, Role.VOLTMETER, Role.OSCILLOSCOPE}
+    assert {lead.node for lead in seen} >= {"A", "B", "C", "star", "H1", "H0", "S+", "S-", FRAME, JOINT}
     for number, scene in enumerate(scenes):
         for form in Form:
             plate, translate = ((WYE, ENGLISH), (DELTA, CHINESE), (WYE, both))[number % 3]
