@@ -29,7 +29,7 @@ class _Made:
 
 def measured_connections(events: Iterable[RecordedEvent], nameplate: Nameplate) -> dict[str, list[ConnectionRecord]]:
     """Return each procedure's connections in the order in which something was first read with them."""
-    layout, procedure, step = Layout(), "", ""
+    layout, procedure, step, kind = Layout(), "", "", None
     found: dict[str, dict[object, _Made]] = {}
     for recorded in events:
         match recorded.event:
@@ -40,8 +40,9 @@ def measured_connections(events: Iterable[RecordedEvent], nameplate: Nameplate) 
                 step = event.step
             case ActionStarted(details=details) if not isinstance(details, UnknownAction):
                 layout = layout.after(details)
-            case ReadingTaken() | WaveformsTaken() if procedure and leads_of(layout):
-                made = found[procedure].setdefault(_kind(layout), _Made(layout))
+                kind = _kind(layout) if leads_of(layout) else None
+            case ReadingTaken() | WaveformsTaken() if procedure and kind is not None:
+                made = found[procedure].setdefault(kind, _Made(layout))
                 made.steps.append(step)
                 if layout != made.layout and layout not in made.others:
                     made.others.append(layout)
