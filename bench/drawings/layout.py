@@ -14,6 +14,7 @@ from procedures.core.actions import (
     CurrentProbe,
     DisconnectVoltmeter,
     LockRotor,
+    MarkRestPositions,
     Node,
     ReleaseRotor,
     SeparateMeterLeads,
@@ -22,6 +23,7 @@ from procedures.core.actions import (
     StartTurning,
     StopTurning,
     Terminal,
+    TurnToRest,
     UncoupleDynamometer,
     VoltageProbe,
 )
@@ -69,8 +71,10 @@ class Layout:
                 return replace(self, voltmeter=(positive, negative), voltmeter_on_supply=False)
             case ConnectVoltmeterToSupply() | DisconnectVoltmeter():
                 return replace(self, voltmeter=None, voltmeter_on_supply=isinstance(action, ConnectVoltmeterToSupply))
-            case ShortMeterLeads() | SeparateMeterLeads():
-                return replace(self, leads_shorted=isinstance(action, ShortMeterLeads))
+            case ShortMeterLeads():
+                return replace(self, terminals=self._without_meter(), leads_shorted=True)
+            case SeparateMeterLeads():
+                return replace(self, leads_shorted=False)
             case LockRotor() | ReleaseRotor():
                 return replace(self, rotor_locked=isinstance(action, LockRotor))
             case CoupleDynamometer() | UncoupleDynamometer():
@@ -79,3 +83,14 @@ class Layout:
                 return replace(self, shaft_turned=isinstance(action, StartTurning))
             case _:
                 return self
+
+    def _without_meter(self) -> Mapping[Terminal, Socket] | None:
+        meter = (Socket.METER_HIGH, Socket.METER_LOW)
+        if self.terminals is None:
+            return None
+        return {t: Socket.OPEN if socket in meter else socket for t, socket in self.terminals.items()}
+
+
+def turned_by_hand(action: Action | None) -> bool:
+    """Tell whether an action has the shaft turned by hand while it is done."""
+    return isinstance(action, TurnToRest | MarkRestPositions | StartTurning)

@@ -47,6 +47,8 @@ class LiveView:
     def __init__(self) -> None:
         self.run = RunView()
         self.layout = Layout()
+        #: What was connected before the present action; None while nothing is to be done.
+        self.before: Layout | None = None
         self.action: Action | None = None
         self.procedure = ""
         self.step = ""
@@ -91,9 +93,10 @@ class LiveView:
             case ActionStarted():
                 # The words of another version's are shown, and no drawing.
                 self.action = None if isinstance(event.details, UnknownAction) else event.details
+                self.before = self.layout
                 self.layout = self.layout.after(self.action) if self.action else self.layout
             case ActionDone():
-                self.action = None
+                self.action = self.before = None
             case InstrumentOpened():
                 self.instruments[event.instrument] = event
             case ReadingTaken():
@@ -110,7 +113,7 @@ class LiveView:
                     self.energised.pop(event.instrument, None)
             case RunFinished():
                 self.ended = True
-                self.action = None
+                self.action = self.before = None
 
     def _reading(self, event: ReadingTaken) -> None:
         changed = []

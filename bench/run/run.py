@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from bench.i18n.errors import UsageError
 from bench.i18n.language import translator
-from bench.journal.disk import Reserve
+from bench.journal.disk import Reserve, write_file
 from bench.journal.encoding import plain
 from bench.journal.journal import Journal, Listener
 from bench.journal.journal_file import JournalFile
@@ -21,6 +21,7 @@ from bench.run.beginning import beginning
 from bench.run.context import RunContext, run_context
 from bench.run.guarding import guarded
 from bench.run.needs import check_needs, possible
+from bench.run.photos import kept_photos
 from bench.run.plan import Catalogue, Planned, make_plan
 from bench.run.probe_limits import check_asked, given_limits, unstated_probes
 from bench.run.probe_verification import verified_before, verified_channels
@@ -132,12 +133,15 @@ def carry_out(
             view = view_of(previous.events)
             _check_instruments(request, previous, plan, context, set(view.finished) - set(request.repeat))
         # Refused before the run has a folder.
+        photos = kept_photos(request, context.station) if options.folder is None and previous is None else {}
         recorder = _recorder(request, context, leaving)
         interlocks = leaving.enter_context(interlocks_ready(context.station, context.owner.state))
         relays = leaving.enter_context(relays_ready(context.station.watchdog_relays, used, context.station.source))
         folder = request.resume or options.folder or new_run_folder(request.runs, request.motor.nameplate.name)
         if options.folder is None:
             context.owner.work_in(folder.path)
+        for what, photo in photos.items():
+            write_file(folder.photo(what), photo)
         context.operator.announce(folder.path)
         calls = CallWatches(
             interrupts,

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 from procedures.core.places import NODE_NAMES as NODE_NAMES
 from procedures.core.places import SOCKET_NAMES as SOCKET_NAMES
 from procedures.core.places import CurrentProbe as CurrentProbe
@@ -34,7 +34,7 @@ class Connect:
                     text(
                         "{terminal} ({colour}) → {socket}",
                         terminal=terminal.value,
-                        colour=text(colour),
+                        colour=word(colour),
                         socket=SOCKET_NAMES[socket],
                     )
                 )

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.interfaces.text import Text
+from drivers.interfaces.text import Text, Translate
 from procedures.core.nameplate import Nameplate
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Notice, ProcedureResult
@@ -91,6 +91,18 @@ class ProcedureStepRecord:
 
 
 @dataclass(frozen=True)
+class ConnectionRecord:
+    """A connection with which something was measured: the steps that did, and what draws it in a language, as SVG.
+
+    `alike` counts further ones that differ in which terminals they are made to.
+    """
+
+    steps: Sequence[str]
+    draw: Callable[[Translate], str]
+    alike: int = 0
+
+
+@dataclass(frozen=True)
 class ProcedureRecord:
     """One procedure as it ran; `settings` are those it ran with, `cause` why it failed."""
 
@@ -101,6 +113,7 @@ class ProcedureRecord:
     steps: Sequence[ProcedureStepRecord]
     result: ProcedureResult | None
     cause: str = ""
+    connections: Sequence[ConnectionRecord] = ()
 
 
 @dataclass(frozen=True)
@@ -129,7 +142,8 @@ class RunRecord:
     """One run, whole or cut off.
 
     `warnings` stand with the procedure each came from, or with none where they concern several. `truth` is that of a
-    virtual motor. `status` is completed, failed, aborted or interrupted. Times are ISO 8601, UTC.
+    virtual motor. `status` is completed, failed, aborted or interrupted. Times are ISO 8601, UTC. `photos` are what they show,
+    and what draws them.
     """
 
     name: str
@@ -153,4 +167,5 @@ class RunRecord:
     procedures: Sequence[ProcedureRecord]
     journal: JournalEnd
     bench_time: float = 0.0
+    photos: Sequence[tuple[Text, Callable[[Translate], str]]] = ()
     signed: Sequence[SignOff] = ()

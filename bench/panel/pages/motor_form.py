@@ -56,7 +56,8 @@ class _MotorForm:
         ui.label(say(text("New motor"))).classes("text-2xl font-bold mb-2")
         with ui.element("section").classes("mb-card grid gap-3 grid-cols-1 md-grid-cols-2 max-w-4xl"):
             for name, field in NameplateSection.model_fields.items():
-                if name == "wire_colours":
+                # A photo is put beside the file by who has the file.
+                if name in ("wire_colours", "photo"):
                     continue
                 self._fields[name] = self._field(name, field)
             for terminal in ("A", "B", "C"):

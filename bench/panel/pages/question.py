@@ -5,7 +5,9 @@ from typing import Any
 
 from nicegui import ui
 
-from bench.drawings.connections import draw_connections
+from bench.drawings.canvas import Form
+from bench.drawings.connections import Extents, Scene, draw, standing_extents
+from bench.drawings.layout import turned_by_hand
 from bench.journal.stored_result import restore_text
 from bench.operators.typed import BACK
 from bench.panel.live_run import LiveRun
@@ -14,6 +16,7 @@ from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import drawing, named
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
+from bench.report.photos import photos_of
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import (
     Connect,
@@ -23,6 +26,7 @@ from procedures.core.actions import (
     DisconnectVoltmeter,
     ShortMeterLeads,
 )
+from procedures.core.nameplate import Nameplate
 from reports.labels import role_name
 
 _DRAWN = (Connect, ConnectProbes, ConnectVoltmeter, ConnectVoltmeterToSupply, DisconnectVoltmeter, ShortMeterLeads)
@@ -38,7 +42,10 @@ class QuestionCard:
         self._reader = reader
         self._worded: object = ()
         self._answerable: object = ()
-        self._drawn = ""
+        self._drawn: Scene | None = None
+        self._framed = ""
+        self._photographed = False
+        self._extents: dict[Form, Extents] = {}
         self._input: ui.input | None = None
         say = reader.say
         with named(ui.element("section").classes("mb-card shrink-0 overflow-hidden"), say(text("The present step"))):
@@ -46,7 +53,8 @@ class QuestionCard:
             self._step = ui.label().classes("text-2xl font-semibold leading-snug mb-3")
             self._task = ui.element("div").classes("w-full").props("aria-live=polite")
             self._answers = ui.element("div").classes("w-full")
-            self._picture = ui.element("div").classes("w-full max-w-3xl mt-3")
+            self._picture = ui.element("div").classes("w-full mt-3")
+            self._photos = ui.element("div").classes("mb-photos")
 
     def show(self) -> None:
         """Show the present step and question."""
@@ -95,15 +103,38 @@ class QuestionCard:
 
     def _draw(self) -> None:
         view = self._run.view
-        drawn = ""
-        if view.layout.terminals is not None or isinstance(view.action, _DRAWN):
-            drawn = draw_connections(view.layout, nameplate_of(view.run.start), self._reader.translate)
-        if drawn != self._drawn:
-            self._drawn = drawn
-            self._picture.clear()
-            if drawn:
-                with self._picture:
-                    drawing(drawn)
+        if view.procedure != self._framed:
+            # Within a procedure the motor stays where it is.
+            self._framed, self._extents = view.procedure, {}
+        shown = view.layout.terminals is not None or isinstance(view.action, _DRAWN)
+        scene = Scene(view.layout, view.before, by_hand=turned_by_hand(view.action)) if shown else None
+        if scene == self._drawn:
+            return
+        if not self._photographed:
+            self._photographed = True
+            with self._photos:
+                for words, picture in photos_of(self._run.folder):
+                    with ui.element("figure"):
+                        drawing(picture(self._reader.translate))
+                        ui.label(self._reader.say(words)).classes("text-sm")
+        self._drawn = scene
+        self._picture.clear()
+        if scene is None:
+            return
+        plate = nameplate_of(view.run.start)
+        with self._picture:
+            # The stylesheet shows one of them.
+            with ui.element("div").classes("mb-wide"):
+                self._draw_form(scene, plate, Form.WIDE)
+            with ui.element("div").classes("mb-upright"):
+                self._draw_form(scene, plate, Form.UPRIGHT)
+
+    def _draw_form(self, scene: Scene, plate: Nameplate, form: Form) -> None:
+        translate = self._reader.translate
+        extents = self._extents.get(form) or standing_extents(plate, translate, form)
+        made = draw(scene, plate, translate, form=form, extents=extents)
+        self._extents[form] = made.extents
+        drawing(made.svg)
 
     def _ask(self, question: Any) -> None:
         say = self._reader.say

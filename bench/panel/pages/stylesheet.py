@@ -76,6 +76,11 @@ _STYLE = """
   .mb-emergency { background: var(--stop); color: #fff; font-size: 1.5rem; font-weight: 700; padding: 1rem 1.25rem;
     border-radius: 10px; white-space: pre-line; }
   .mb-card svg[role=img] { display: block; width: 100%; height: auto; }
+  .mb-upright { display: none; }
+  .mb-photos { display: flex; flex-wrap: wrap; gap: 1rem; margin-top: .75rem; }
+  .mb-photos figure { flex: 0 1 20rem; margin: 0; }
+  .mb-wide svg[role=img] { max-height: 30rem; }
+  @media (width < 48rem) { .mb-wide { display: none; } .mb-upright { display: block; } }
   .nicegui-content { padding-top: 0; }
   .mb-number { font-variant-numeric: tabular-nums; }
   .mb-table { border-collapse: collapse; width: 100%; }

@@ -76,6 +76,13 @@ def test_the_connections_are_drawn_and_told(panel: Panel, new_page: NewPage) -> 
         page.get_by_role("button", name="Done").click()
         page.wait_for_timeout(100)
     assert "A (white) → supply, plus" in str(picture.get_attribute("aria-label"))
+    wide = picture.bounding_box()
+    page.set_viewport_size({"width": 390, "height": 844})
+    upright = picture.bounding_box()
+    assert wide is not None
+    assert upright is not None
+    assert wide["width"] > wide["height"]
+    assert upright["width"] < upright["height"]
 
 
 def test_a_small_screen_shows_the_whole_drawing_and_keeps_abort_in_reach(panel: Panel, new_page: NewPage) -> None:

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+from PIL import Image
 from playwright.sync_api import Page, expect
 
 from bench.cli.main import main
@@ -124,7 +125,10 @@ def test_hostile_sockets_serial_numbers_and_plans_do_nothing(serve: Serve, new_p
 
 def test_a_hostile_motor_does_nothing_in_its_drawing(panel: Panel, new_page: NewPage) -> None:
     panel.motors.mkdir()
-    hostile_motor(panel.motors / "motor.toml")
+    file = panel.motors / "motor.toml"
+    hostile_motor(file)
+    file.write_text(file.read_text().replace("[nameplate]", '[nameplate]\nphoto = "photo.png"', 1))
+    Image.new("RGB", (40, 30), "orange").save(panel.motors / "photo.png")
     page = new_page()
     page.goto(f"{panel.url}/?motor=motor")
     page.get_by_label("Operator's name").fill(HOSTILE)
@@ -132,7 +136,9 @@ def test_a_hostile_motor_does_nothing_in_its_drawing(panel: Panel, new_page: New
     page.wait_for_url("**/runs/*")
     expect(page.get_by_text("Take the motor's shaft off")).to_be_visible()
     drawing = page.get_by_role("img", name=re.compile("^Connections"))
-    expect(drawing.locator("text").filter(has_text=HOSTILE).first).to_be_visible()
+    expect(drawing.locator("text").filter(has_text=HOSTILE[:20]).first).to_be_visible()
+    expect(page.get_by_role("img", name="Photo of the motor")).to_be_visible()
+    assert page.evaluate("document.querySelector('svg image') instanceof SVGImageElement")
     # Drawn as a picture, and not as unknown elements of a page.
     assert page.evaluate("document.querySelector('svg[role=img] path') instanceof SVGPathElement")
     assert_nothing_acted(page)
