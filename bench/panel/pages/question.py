@@ -8,6 +8,7 @@ from nicegui import ui
 from bench.drawings.canvas import Form
 from bench.drawings.connections import Extents, Scene, draw, standing_extents
 from bench.drawings.layout import turned_by_hand
+from bench.drawings.lines import lines_of
 from bench.journal.stored_result import restore_text
 from bench.operators.typed import BACK
 from bench.panel.live_run import LiveRun
@@ -19,6 +20,7 @@ from bench.panel.sessions import Session
 from bench.report.photos import photos_of
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import (
+    ChangeSetup,
     Connect,
     ConnectProbes,
     ConnectVoltmeter,
@@ -29,7 +31,15 @@ from procedures.core.actions import (
 from procedures.core.nameplate import Nameplate
 from reports.labels import role_name
 
-_DRAWN = (Connect, ConnectProbes, ConnectVoltmeter, ConnectVoltmeterToSupply, DisconnectVoltmeter, ShortMeterLeads)
+_DRAWN = (
+    ChangeSetup,
+    Connect,
+    ConnectProbes,
+    ConnectVoltmeter,
+    ConnectVoltmeterToSupply,
+    DisconnectVoltmeter,
+    ShortMeterLeads,
+)
 
 
 class QuestionCard:
@@ -107,7 +117,11 @@ class QuestionCard:
             # Within a procedure the motor stays where it is.
             self._framed, self._extents = view.procedure, {}
         shown = view.layout.terminals is not None or isinstance(view.action, _DRAWN)
-        scene = Scene(view.layout, view.before, by_hand=turned_by_hand(view.action)) if shown else None
+        scene = (
+            Scene(view.layout, view.before, lines_of(view.action), by_hand=turned_by_hand(view.action))
+            if shown
+            else None
+        )
         if scene == self._drawn:
             return
         if not self._photographed:

@@ -9,6 +9,7 @@ from typing import Any
 
 from bench.drawings.connections import Scene
 from bench.drawings.layout import Layout
+from bench.drawings.lines import lines_of
 from bench.motor.motor_file import load_motor
 from bench.plugins.catalogues import installed
 from procedures.core.actions import Action, MarkRestPositions, TurnToRest
@@ -63,9 +64,8 @@ def actions() -> dict[str, tuple[Action, ...]]:
 
 
 def every_scene() -> list[Scene]:
-    """Return every different step of hand work once: each procedure's on a clear bench, and all one after the other."""
-    chains = [*actions().values(), tuple(action for each in actions().values() for action in each)]
-    found = {repr(scene): scene for chain in chains for scene in _scenes(chain)}
+    """Return every different step of hand work once: each procedure's, from a clear bench on."""
+    found = {repr(scene): scene for chain in actions().values() for scene in _scenes(chain)}
     return list(found.values())
 
 
@@ -74,4 +74,4 @@ def _scenes(chain: tuple[Action, ...]) -> Iterator[Scene]:
     for action in chain:
         layouts.append(layouts[-1].after(action))
     for (before, after), action in zip(pairwise(layouts), chain, strict=True):
-        yield Scene(after, before, by_hand=isinstance(action, TurnToRest | MarkRestPositions))
+        yield Scene(after, before, lines_of(action), by_hand=isinstance(action, TurnToRest | MarkRestPositions))

@@ -70,7 +70,9 @@ def layout_after(actions: Iterable[Action]) -> Layout:
 
 def drawn(scene: Scene, plate: Nameplate, form: Form, translate: Translate = ENGLISH) -> Picture:
     return Picture(
-        draw_connections(scene.layout, plate, translate, before=scene.before, by_hand=scene.by_hand, form=form)
+        draw_connections(
+            scene.layout, plate, translate, before=scene.before, lines=scene.lines, by_hand=scene.by_hand, form=form
+        )
     )
 
 
@@ -108,6 +110,9 @@ def test_every_procedures_hand_work_is_drawn_by_the_rules(scenes: list[Scene]) -
         for form in Form:
             plate, translate = ((WYE, ENGLISH), (DELTA, CHINESE), (WYE, both))[number % 3]
             picture = drawn(scene, plate, form, translate)
+            # Every mark has the number of a line.
+            numbers = difference_of(scene.before, scene.layout, scene.lines, by_hand=scene.by_hand).numbers.values()
+            assert not scene.lines or max(numbers, default=0) <= len(scene.lines), scene
             assert picture.faults() == [], (scene, form)
             names = {spec.label.render(translate): role.value for role, spec in ROLES.items()}
             assert picture.nets(names) == told(scene.layout), (scene, form)
