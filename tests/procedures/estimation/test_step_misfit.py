@@ -185,6 +185,16 @@ def test_an_end_of_range_is_not_seen_where_noise_ends_by_itself() -> None:
     assert clipped_at(-np.minimum(np.round(values), 100.0), 500, 1.0, False) == -100.0
 
 
+@pytest.mark.parametrize("phase", np.linspace(0.0, 6.0, 7))
+def test_hum_is_not_taken_for_the_end_of_a_range(phase: float) -> None:
+    place = np.arange(2000)
+    hum = 2.3 * np.sin(2.0 * np.pi * place / 1300.0 + phase)
+    noise = np.random.default_rng(3).normal(0.0, 0.45, place.size)
+    values = np.round(np.where(place < 500, 0.0, 100.0) + hum + noise)
+    assert clipped_at(values, 500, 1.0, True) is None
+    assert clipped_at(np.minimum(values, 100.0), 500, 1.0, True) == 100.0
+
+
 def readings(batch: Batch) -> list[StepReading]:
     return [
         StepReading(r.time, r.voltage, r.current, r.voltage_step, r.current_step)
