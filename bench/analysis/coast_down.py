@@ -141,7 +141,7 @@ def analyze_coast_down(
         outcome.warn(
             text(
                 "the coast-down ends at {reached:.0%} of its top speed: friction that grows again at low speed (Stribeck) hardly shows "
-                "there, and would move these figures by more than their intervals; record down to 5 % of the top speed",
+                "there, and these intervals are wide enough to hold it; record down to 5 % of the top speed for narrower ones",
                 reached=reached,
             ),
             "coast-lower",
