@@ -18,7 +18,7 @@ class Contribution:
     Rows of two parameters with one `identity` are the same input; a row without has none in common.
     """
 
-    source: str
+    source: Text
     value: float
     standard_uncertainty: float
     sensitivity: float
@@ -98,7 +98,7 @@ class Parameter:
             "convention": self.convention,
             "winding": self.winding,
             "source": self.source,
-            "budget": [vars(row) for row in self.budget],
+            "budget": [{**vars(row), "source": str(row.source)} for row in self.budget],
             **({} if own is None else {"definition": own.for_readers()}),
         }
 

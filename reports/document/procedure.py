@@ -93,7 +93,7 @@ def _budgets(parameters: Sequence[Parameter]) -> Iterator[Block]:
 
 def _shares(parameter: Parameter) -> tuple[tuple[str, float], ...]:
     total = combined(parameter)
-    return tuple((row.identity or row.source, round(row.contribution / total, 9)) for row in parameter.budget)
+    return tuple((row.identity or str(row.source), round(row.contribution / total, 9)) for row in parameter.budget)
 
 
 def _steps(steps: Sequence[ProcedureStepRecord]) -> Table:
