@@ -13,6 +13,7 @@ from drivers.interfaces.text import text
 from procedures.core.actions import ALIGN_D
 from procedures.core.bench import Role
 from procedures.core.parameters import PARAMETERS
+from tests.bench.i18n.help_pages import asked_for
 
 ROOT = Path(__file__).parents[3]
 
@@ -159,6 +160,8 @@ def templates() -> dict[str, str]:
                 for name in inputs_at(node):
                     if re.search("[a-z]{2}", name):
                         found.setdefault(name, str(path.relative_to(ROOT)))
+    for piece, where in asked_for().items():
+        found.setdefault(piece, where)
     found |= {each.convention: "procedures/core/parameters.py" for each in PARAMETERS.values() if each.convention}
     return found | {role.value: "procedures/core/bench.py" for role in Role}
 
