@@ -15,7 +15,7 @@ from bench.journal.step_readings import readings_of
 from bench.journal.waveforms import StoredWaveform, read_waveform
 from bench.plugins.files import catalogues_of_run
 from drivers.interfaces import Identity
-from drivers.interfaces.text import Text
+from drivers.interfaces.text import Text, word
 from procedures.core.procedure import Procedure
 from procedures.core.steps import Step
 from reports.document.record import (
@@ -108,7 +108,15 @@ def _procedure(run: FinishedRun, passage: ProcedurePassage, kind: type[Procedure
         steps=[_step(run, step, steps.get(step.identifier), values) for step in passage.steps],
         result=view.result,
         cause=view.cause,
+        described=_described(kind),
     )
+
+
+def _described(kind: type[Procedure[Any]] | None) -> dict[str, Text]:
+    if kind is None:
+        return {}
+    fields = kind.settings_type().model_fields
+    return {name: word(field.description) for name, field in fields.items() if field.description}
 
 
 def _step(run: FinishedRun, passage: StepPassage, step: Step | None, values: dict[str, object]) -> ProcedureStepRecord:

@@ -5,6 +5,7 @@ from drivers.interfaces.full_scale import FULL_SCALE_READING, gain_of_full_scale
 from drivers.keysight import infiniivision_data as data
 from drivers.keysight.options import InfiniiVisionOptions
 
+_PROBE_SOURCE = "probe"
 _STATED_SOURCE = "probe: as stated"
 _UNSTATED_SOURCE = "probe: error not stated, taken as none"
 
@@ -22,7 +23,7 @@ def trace_accuracy(
         + data.OFFSET_SHARE * abs(settings.offset)
     )
     stated = _STATED_SOURCE if probe.gain or probe.offset else _UNSTATED_SOURCE
-    own = f"probe: {probe.source}" if probe.source else stated
+    own = f"{_PROBE_SOURCE}; {probe.source}" if probe.source else stated
     return Accuracy(
         gain=_gain(options, settings.range, low, high) + probe.gain,
         offset=offset + probe.offset,

@@ -146,7 +146,7 @@ class Uncertainties:
         if key in self._reported:
             return self._reported[key]
         return self.standard(
-            text("{name} by {procedure}", name=parameter.label, procedure=parameter.procedure),
+            text("{name} by {procedure}", name=parameter.label, procedure=word(parameter.procedure)),
             parameter.value,
             parameter.standard_uncertainty,
             parameter.degrees_of_freedom,

@@ -159,9 +159,9 @@ class Withheld:
         """What is said to who needs the figure: which, by which procedure, the cause, what was seen and what to do."""
         return text(
             "{name} was withheld by {procedure} ({cause}): {why}",
-            name=self.name,
-            procedure=self.procedure,
-            cause=self.cause,
+            name=self.label,
+            procedure=word(self.procedure),
+            cause=word(self.cause),
             why=self.message,
         )
 
@@ -189,8 +189,8 @@ def said_of(withheld: Iterable[Withheld]) -> list[Text]:
         text(
             "{names} ({procedure}), {cause}: {why}",
             names=[reason.label for reason in reasons],
-            procedure=reasons[0].procedure,
-            cause=reasons[0].cause,
+            procedure=word(reasons[0].procedure),
+            cause=word(reasons[0].cause),
             why=reasons[0].message,
         )
         for reasons in alike.values()

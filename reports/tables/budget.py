@@ -71,7 +71,7 @@ def _budget(parameter: Parameter, translate: Translate, width: int) -> "Group":
     from rich.text import Text as Words
 
     head = Words(f"{parameter.label.render(translate)} ", style="bold")
-    head.append(f"({parameter.procedure}, §{parameter.section})", style="not bold dim")
+    head.append(f"({translate(parameter.procedure)}, §{parameter.section})", style="not bold dim")
     said = [head, Words(_stated(parameter).render(translate))]
     if not parameter.budget:
         return Group(head, Words(text("It has no uncertainty, and so no budget.").render(translate)), Words(""))

@@ -9,6 +9,7 @@ import pytest
 
 from bench.i18n.errors import UsageError
 from bench.i18n.language import catalogue, language_of, translator
+from bench.journal.verification import Integrity
 from drivers.interfaces.text import text
 from procedures.core.actions import ALIGN_D
 from procedures.core.bench import Role
@@ -102,6 +103,20 @@ def inputs_at(node: ast.AST) -> Iterator[str]:
             yield from whole_parts(value)
 
 
+def slugs_at(node: ast.AST) -> Iterator[str]:
+    """Short names of procedures and findings: they are typed as they stand, and told in the reader's words."""
+    if (
+        isinstance(node, ast.AnnAssign)
+        and ast.unparse(node.target) == "name"
+        and "ClassVar" in ast.unparse(node.annotation)
+    ):
+        yield from literals(node.value)
+    if isinstance(node, ast.ClassDef) and node.name == "Cause":
+        yield from (said for one in node.body if isinstance(one, ast.Assign) for said in literals(one.value))
+    if isinstance(node, ast.Call) and ast.unparse(node.func) == "Notice" and node.args:
+        yield from (given for given in literals(node.args[0]) if given.islower())
+
+
 def whole_parts(node: ast.expr) -> Iterator[str]:
     """What stands between semicolons, without what is filled in."""
     if isinstance(node, ast.JoinedStr):
@@ -154,14 +169,16 @@ def templates() -> dict[str, str]:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             for template in (*terms_at(node), *meanings_at(node)):
                 found.setdefault(template, str(path.relative_to(ROOT)))
-    for folder in ("procedures", "drivers", "bench/analysis"):
+    for folder in ("procedures", "drivers", "bench/analysis", "bench/virtual"):
         for path in sorted((ROOT / folder).rglob("*.py")):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                for name in inputs_at(node):
+                for name in (*inputs_at(node), *(slugs_at(node) if folder == "procedures" else ())):
                     if re.search("[a-z]{2}", name):
                         found.setdefault(name, str(path.relative_to(ROOT)))
     for piece, where in asked_for().items():
         found.setdefault(piece, where)
+    found |= {each.value: "bench/journal/verification.py" for each in Integrity}
+    found |= dict.fromkeys(("completed", "failed", "aborted", "interrupted"), "bench/journal/run_view.py")
     found |= {each.convention: "procedures/core/parameters.py" for each in PARAMETERS.values() if each.convention}
     return found | {role.value: "procedures/core/bench.py" for role in Role}
 
@@ -185,6 +202,7 @@ def test_translations_are_chinese() -> None:
     same = {
         "u",
         "u, %",
+        "· by {procedure}",
         "{terminal} → {socket}",
         "{terminal} ({colour}) → {socket}",
         "{instrument}, {quantity}",
