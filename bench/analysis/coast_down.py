@@ -112,7 +112,7 @@ def analyze_coast_down(
     driven = len(parts) > 1 or any(np.any(part.torque) for part in parts)
     fit = estimated(captures[0], lambda: _fit(records, driven=driven))
     names = SHARED if driven else _RATES
-    found = {name: outcome.estimate(text("ramp fit: {name}", name=word(name)), fit, name) for name in names}
+    found = {name: outcome.estimate(text("ramp fit of {name}", name=word(name)), fit, name) for name in names}
     for error in applied.inputs():
         moved = half_differences(fit, names, partial(_fit, records, error, driven=driven), str(error))
         found = {n: applied.change(outcome.uncertainties, q, error, moved[n]) for n, q in found.items()}
