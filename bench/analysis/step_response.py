@@ -117,7 +117,7 @@ def analyze_step_response(
         outcome.assume(text("the offset of the voltage channel is fitted along: it does not reach the results"))
     loops = {}
     for fitted, of_time in zip(_FITTED, (0.0, 1.0), strict=True):
-        loop = outcome.estimate(f"step fit of the {fitted}", fit, fitted)
+        loop = outcome.estimate(text("step fit of the {name}", name=word(fitted)), fit, fitted)
         loop = outcome.with_errors(loop, "voltage", v.name, gain=1.0, offset=moved[fitted] / shift if moved else 0.0)
         loop = outcome.with_errors(loop, "current", i.name, gain=-1.0)
         loops[fitted] = outcome.with_errors(loop, "time", "time", gain=of_time)

@@ -17,7 +17,7 @@ from bench.plugins.files import catalogues_of_run
 from bench.report.connections import measured_connections
 from bench.report.photos import photos_of
 from drivers.interfaces import Identity
-from drivers.interfaces.text import Text
+from drivers.interfaces.text import Text, word
 from procedures.core.procedure import Procedure
 from procedures.core.steps import Step
 from reports.document.record import (
@@ -118,7 +118,15 @@ def _procedure(
         result=view.result,
         cause=view.cause,
         connections=connections,
+        described=_described(kind),
     )
+
+
+def _described(kind: type[Procedure[Any]] | None) -> dict[str, Text]:
+    if kind is None:
+        return {}
+    fields = kind.settings_type().model_fields
+    return {name: word(field.description) for name, field in fields.items() if field.description}
 
 
 def _step(run: FinishedRun, passage: StepPassage, step: Step | None, values: dict[str, object]) -> ProcedureStepRecord:

@@ -99,9 +99,11 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
                 place = (phase - first) % _PHASES
                 channel, accuracy = list(self._accuracies.items())[place]
                 flux = float(shape.flux[place])
-                own = unc.statistical(f"fundamental of phase {label}", flux, flux * shape.flux_uncertainty)
+                own = unc.statistical(
+                    text("fundamental of phase {phase}", phase=label), flux, flux * shape.flux_uncertainty
+                )
                 gain = Accuracy(gain=accuracy.gain, source=accuracy.source)
-                seen.append(unc.instrument(f"oscilloscope, channel {channel}", own, gain))
+                seen.append(unc.instrument(text("oscilloscope, channel {channel}", channel=channel), own, gain))
             sizes.append(sum(seen[1:], seen[0]) / len(seen))
         farthest = largest_deviation(sizes)
         self.findings |= {
@@ -128,7 +130,7 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         self.report(
             "back_emf_angle_deviation",
             self.bench.uncertainties.statistical(
-                f"angle of the fundamentals, {labels[farthest]}", abs(float(off[farthest])), uncertainty
+                text("angle of the fundamentals, {pair}", pair=labels[farthest]), abs(float(off[farthest])), uncertainty
             ),
             section=self.section,
             estimator="largest deviation of the angle between two phases' fundamentals from 120°",
@@ -152,7 +154,9 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         self.report(
             "back_emf_thd",
             self.bench.uncertainties.statistical(
-                f"harmonics of phase {'ABC'[largest]}", _PER_CENT * float(thd[largest]), _PER_CENT * uncertainty
+                text("harmonics of phase {phase}", phase="ABC"[largest]),
+                _PER_CENT * float(thd[largest]),
+                _PER_CENT * uncertainty,
             ),
             section=self.section,
             estimator="root of the harmonics' squares over the fundamental, noise taken out",

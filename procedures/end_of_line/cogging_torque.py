@@ -140,7 +140,8 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         }
         if found.peak_to_peak > 0.0:
             size = unc.statistical("scatter of the torque over a turn", found.peak_to_peak, found.uncertainty)
-            unseen = "orders too high to be seen" if self.settings.order is None else "multiples within the scatter"
+            high, multiples = text("orders too high to be seen"), text("multiples within the scatter")
+            unseen = high if self.settings.order is None else multiples
             size = size + unc.limit(unseen, 0.0, found.hidden)
             if found.above:
                 size = size + unc.limit("another order beside", 0.5 * found.above, 0.5 * found.above)

@@ -9,7 +9,7 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import Accuracy
-from drivers.interfaces.text import text
+from drivers.interfaces.text import text, word
 from procedures.core.actions import ALL_OPEN, INVERTER, CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.demand import Demand, Demands
@@ -161,6 +161,6 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
             also()
         mean, uncertainty, freedom = mean_of_readings(read)
         accuracy = reading.torque_accuracy
-        own = unc.statistical(f"readings of the torque, {what}", mean, uncertainty, freedom)
+        own = unc.statistical(text("readings of the torque, {what}", what=word(what)), mean, uncertainty, freedom)
         common = Accuracy(gain=accuracy.gain, offset=accuracy.offset, source=accuracy.source)
         return unc.instrument("dynamometer, torque", own, common)

@@ -83,7 +83,7 @@ class NoLoadCurrentSixStep(Procedure[NoLoadCurrentSixStepSettings]):
         """Report the bus current (A)."""
         mean, uncertainty, freedom = mean_of_readings([reading.value for reading in readings])
         unc = self.bench.uncertainties
-        current = unc.statistical("readings of the bus current", mean, uncertainty, freedom)
+        current = unc.statistical("mean of the bus current", mean, uncertainty, freedom)
         self.report(
             "no_load_bus_current",
             unc.instrument("drive, bus current", current, readings[-1].accuracy),

@@ -238,7 +238,9 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
                         gain=gain,
                     )
                 )
-            quantity = self.bench.uncertainties.statistical(f"level on channel {channel}", gain, scatter)
+            quantity = self.bench.uncertainties.statistical(
+                text("level on channel {channel}", channel=channel), gain, scatter
+            )
             quantity = self.bench.uncertainties.instrument(reference, quantity, meter)
             low_end, high_end = self.bench.uncertainties.interval(quantity)
             limit = 0.5 * (high_end - low_end) / gain

@@ -152,7 +152,9 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
         means: list[UncertainReal] = []
         for label, mean, readings, accuracy in zip(labels, found.means, lines.readings, lines.accuracies, strict=True):
             own = found.deviation / len(readings) ** 0.5
-            statistics = unc.statistical(f"repeats of {symbol}_{label}", mean, own, found.degrees_of_freedom)
+            statistics = unc.statistical(
+                text("repeats of {what}", what=f"{symbol}_{label}"), mean, own, found.degrees_of_freedom
+            )
             means.append(unc.instrument("LCR meter", statistics, accuracy))
         farthest = largest_deviation(means)
         size = _PER_CENT * farthest.share

@@ -186,7 +186,9 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         quantity_read = RepeatedQuantity(terminals, Wanted.INDUCTANCE, (f"{axis}_axis_inductance",))
         readings = repeated_readings(self, quantity_read, self.settings.repeats)
         mean, uncertainty, freedom = mean_of_readings([r.inductance for r in readings])
-        quantity = self.bench.uncertainties.statistical(f"repeats of {what}", mean, uncertainty, freedom)
+        quantity = self.bench.uncertainties.statistical(
+            text("repeats of {what}", what=what), mean, uncertainty, freedom
+        )
         return quantity, readings[-1]
 
     def _allowed_for(self, at_d: Position, at_q: Position) -> tuple[UncertainReal, UncertainReal]:

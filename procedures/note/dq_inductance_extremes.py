@@ -285,7 +285,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 ),
             )
         return {
-            axis: self.bench.uncertainties.statistical(f"extreme for {axis}", value, 0.0)
+            axis: self.bench.uncertainties.statistical(text("extreme for {axis}", axis=axis), value, 0.0)
             for axis, value in (("d", low), ("q", high))
         }
 

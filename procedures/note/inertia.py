@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, DynamometerReading
-from drivers.interfaces.text import text
+from drivers.interfaces.text import text, word
 from procedures.core.actions import CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
 from procedures.core.demand import SHAFT, Demands
+from procedures.core.parameters import PARAMETERS
 from procedures.core.procedure import Procedure, Settings
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import Fit, coverage_interval
@@ -375,13 +376,20 @@ class Inertia(Procedure[InertiaSettings]):
         scale = self._torque_scale(ramps.driven, ramps.zero.left(unc))
         return {
             name: scale
-            * unc.statistical(f"fit of {what}: {name}", fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom)
+            * unc.statistical(
+                text("fit of {what}: {name}", what=word(what), name=PARAMETERS[name].label),
+                fit.value(name),
+                fit.uncertainty(name),
+                fit.degrees_of_freedom,
+            )
             for name in NAMES
         }
 
     def _given_tare(self, name: str) -> UncertainReal:
         uncertainty = self.settings.tare_inertia_uncertainty if name == "inertia" else 0.0
-        return self.bench.uncertainties.standard(f"tare: {name}", getattr(self.settings, f"tare_{name}"), uncertainty)
+        return self.bench.uncertainties.standard(
+            text("tare: {name}", name=PARAMETERS[name].label), getattr(self.settings, f"tare_{name}"), uncertainty
+        )
 
     def _torque_scale(self, curve: Curve, zero: UncertainReal) -> UncertainReal:
         """Return one, uncertain as the ramp's torque is: all three figures grow with it."""

@@ -218,7 +218,9 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
 
     def _line(self, pair: LinePair, mean: tuple[float, float, float], accuracy: Accuracy) -> UncertainReal:
         unc = self.bench.uncertainties
-        return unc.instrument("LCR meter", unc.statistical(f"repeats of R_{label_of(pair)}", *mean), accuracy)
+        return unc.instrument(
+            "LCR meter", unc.statistical(text("repeats of {what}", what=f"R_{label_of(pair)}"), *mean), accuracy
+        )
 
     @step("3.2.2/4", "From line to phase: half the mean reading for a wye, one and a half for a delta")
     def to_phase(self, lines: LineReadings) -> PhaseResistance[UncertainReal]:

@@ -155,7 +155,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         fit = resistance.slope(v, i)
         unc, label = self.bench.uncertainties, label_of(pair)
         quantity = unc.statistical(
-            f"slope of V over I, {label}",
+            text("slope of V over I, {pair}", pair=label),
             fit.value("resistance"),
             fit.uncertainty("resistance"),
             fit.degrees_of_freedom,

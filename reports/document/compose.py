@@ -1,6 +1,6 @@
 """A run as a document: what was found, who and what, each procedure, the record."""
 
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 from reports.document.identity import motor_section, record_section, signature_section, station_section
 from reports.document.model import (
     Block,
@@ -71,7 +71,7 @@ def _summary(run: RunRecord) -> ReportSection:
         blocks.append(
             Table(
                 [Column(text("Id")), Column(text("Procedure")), Column(text("Warning or erratum"), wide=True)],
-                [TableRow([identifier, procedure, words]) for identifier, procedure, words in own],
+                [TableRow([word(identifier), word(procedure), words]) for identifier, procedure, words in own],
                 title=text("Warnings and errata"),
             )
         )

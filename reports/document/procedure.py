@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, lines, text, word
 from procedures.core.result import Parameter
 from reports.document.model import (
     Block,
@@ -103,7 +103,7 @@ def _budgets(parameters: Sequence[Parameter]) -> Iterator[Block]:
 
 def _shares(parameter: Parameter) -> tuple[tuple[str, float], ...]:
     total = combined(parameter)
-    return tuple((row.identity or row.source, round(row.contribution / total, 9)) for row in parameter.budget)
+    return tuple((row.identity or str(row.source), round(row.contribution / total, 9)) for row in parameter.budget)
 
 
 def _steps(steps: Sequence[ProcedureStepRecord]) -> Table:
@@ -127,11 +127,19 @@ def _steps(steps: Sequence[ProcedureStepRecord]) -> Table:
     )
 
 
-def _settings(procedure: ProcedureRecord) -> str:
-    return ", ".join(f"{name} = {_shown(value)}" for name, value in procedure.settings.items() if value is not None)
+def _settings(procedure: ProcedureRecord) -> Text:
+    """Return the settings by what they are; one that no description is at hand for by its name."""
+    said = (
+        text("{name}: {value}", name=procedure.described.get(name, word(name)), value=_shown(value))
+        for name, value in procedure.settings.items()
+        if value is not None
+    )
+    return lines(said, "; ")
 
 
-def _shown(value: object) -> str:
+def _shown(value: object) -> Text | str:
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(_shown(item) for item in value) + "]"
+        return lines((_shown(item) for item in value), ", ")
+    if isinstance(value, bool):
+        return text("yes") if value else text("no")
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,7 +1,7 @@
 """What a report is made from: one run, as whoever keeps its record hands it over."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -104,7 +104,7 @@ class ConnectionRecord:
 
 @dataclass(frozen=True)
 class ProcedureRecord:
-    """One procedure as it ran; `settings` are those it ran with, `cause` why it failed."""
+    """One procedure as it ran; `settings` are those it ran with, `described` what they are, `cause` why it failed."""
 
     name: str
     title: Text
@@ -114,6 +114,7 @@ class ProcedureRecord:
     result: ProcedureResult | None
     cause: str = ""
     connections: Sequence[ConnectionRecord] = ()
+    described: Mapping[str, Text] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
