@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from bench.cli.output import padded, print_json, say_broken
 from bench.cli.station_needs import good as needs_met
 from bench.cli.station_needs import outlooks, print_outlooks
-from bench.cli.output import padded, print_json, say_broken
 from bench.eol.line.line_file import load_line
 from bench.i18n.errors import InputError, UsageError, message
 from bench.i18n.language import language_of, translator
