@@ -34,6 +34,7 @@ from bench.safety.calls import CallWatches
 from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits.bounds import known_pole_pairs
+from bench.safety.read_back import SourceReader
 from bench.safety.shutdown import failures, shut_down
 from bench.safety.station_instruments import StationInstruments
 from bench.safety.watchdog_relays import relays_ready
@@ -185,6 +186,8 @@ def carry_out(
             traffic_recorder=recorder,
         )
         context.operator.equip(instruments.available())
+        own = used - context.sharing.roles
+        context.operator.read_back(SourceReader(instruments, own & set(context.station.entries), context.station.way_down))
         runner = Runner(
             instruments,
             context.operator.hands,
