@@ -187,7 +187,9 @@ def carry_out(
         )
         context.operator.equip(instruments.available())
         own = used - context.sharing.roles
-        context.operator.read_back(SourceReader(instruments, own & set(context.station.entries), context.station.way_down))
+        context.operator.read_back(
+            SourceReader(instruments, own & set(context.station.entries), context.station.way_down)
+        )
         runner = Runner(
             instruments,
             context.operator.hands,

@@ -13,10 +13,10 @@ from bench.journal.events.run import MotorReference
 from bench.journal.signatures import sign, signatures
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.budgets import budgets_part
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.history import STATUS
 from bench.panel.pages.misfits import misfits_part
 from bench.panel.pages.parts import named, table
+from bench.panel.pages.reader import Reader
 from bench.panel.pages.waveforms import WaveformsPart
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session

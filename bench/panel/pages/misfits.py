@@ -5,8 +5,8 @@ from typing import Any
 from nicegui import ui
 
 from bench.panel.live_run import LiveRun
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.plots import axes as empty_axes
 from bench.panel.plots import line, thinned
