@@ -6,7 +6,6 @@
     const root = document.documentElement;
     const find = (selector) => document.querySelector(selector);
     let heard = performance.now();
-    let stepAt = heard;
 
     function lostNow() {
         return root.classList.contains("mb-lost");
@@ -35,6 +34,13 @@
         }
     }
 
+    function early(event) {
+        if (event.target.closest?.("[data-done][aria-disabled]")) {
+            event.preventDefault();
+            event.stopImmediatePropagation();
+        }
+    }
+
     function confirm(event) {
         const done = find("[data-done]");
         if (event.key !== "Enter" || !done || event.defaultPrevented || event.isComposing) return;
@@ -43,11 +49,14 @@
         if (other && other !== done) return;
         event.preventDefault();
         event.stopImmediatePropagation();
-        if (!event.repeat && !done.disabled && performance.now() - stepAt >= CONFIRM) done.click();
+        if (!event.repeat) done.click();
     }
 
     function appeared() {
-        stepAt = performance.now();
+        // A second press at the same place would confirm what nobody has read.
+        const done = find("[data-done]");
+        done?.setAttribute("aria-disabled", "true");
+        setTimeout(() => done?.removeAttribute("aria-disabled"), CONFIRM);
         // Once the step's parts stand: they come in the same message.
         requestAnimationFrame(() => find("[data-focus]:not([disabled])")?.focus({ preventScroll: true }));
     }
@@ -116,6 +125,7 @@
     });
     for (const kind of ["click", "keydown", "pointerdown", "input"]) window.addEventListener(kind, refuse, true);
     window.addEventListener("keydown", confirm, true);
+    window.addEventListener("click", early, true);
     window.addEventListener("click", pressed);
     for (const kind of ["pointerdown", "keydown"]) window.addEventListener(kind, allow);
     setInterval(watch, 250);
