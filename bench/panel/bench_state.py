@@ -160,7 +160,7 @@ def _going_down(run: LiveRun) -> BenchState:
         else:
             done.append(text("{role}: off ✓", role=role_name(role)))
     headline = text("Aborting: switching off …") if run.abort_asked_at is not None else text("Ending: switching off …")
-    detail = text("{what}", what=done) if done else text("Asked to stop; each source follows.")
+    detail = Text("{what}", {"what": done}) if done else text("Asked to stop; each source follows.")
     return BenchState(Kind.ABORTING, headline, detail, text("The run is being ended"))
 
 

@@ -50,6 +50,7 @@ class ActionBar:
         entry = self._card.entry
         shown = (
             question["id"] if question else None,
+            entry,
             self.may_answer,
             state.waits,
             state.kind is Kind.UNKNOWN,

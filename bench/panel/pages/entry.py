@@ -43,9 +43,7 @@ class NumberEntry:
         self._buttons: dict[str, ui.element] = {}
         #: Why what stands there was not taken.
         self.held: Text | None = None
-        self._build(question)
-        if proposed is not None:
-            self._field.set_value(f"{proposed / factor_of(self._chosen, self._unit):.4g}")
+        self._build(question, "" if proposed is None else f"{proposed / factor_of(self._chosen, self._unit):.4g}")
 
     @property
     def words(self) -> str:
@@ -73,12 +71,12 @@ class NumberEntry:
         self._field.props["aria-invalid"] = "true" if why else "false"
         self._field.update()
 
-    def _build(self, question: Mapping[str, Any]) -> None:
+    def _build(self, question: Mapping[str, Any], proposed: str) -> None:
         say = self._reader.say
         label = say(self._label())
         ui.label(label).classes("mb-label").props("aria-hidden=true")
         with ui.element("div").classes("mb-field") as self._box:
-            self._field = ui.input(on_change=self._typed).props(
+            self._field = ui.input(value=proposed, on_change=self._typed).props(
                 "borderless data-focus inputmode=decimal autocomplete=off"
             )
             named(self._field, label)

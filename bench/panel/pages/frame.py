@@ -18,6 +18,8 @@ _CHOOSE_ENGLISH = "document.cookie='motorbench_language=en;path=/;SameSite=Stric
 _CHOOSE_CHINESE = "document.cookie='motorbench_language=zh;path=/;SameSite=Strict';location.reload()"
 #: How often (s) a page hears from the server at least; the browser takes three seconds of silence for a lost connection.
 _BEAT = 0.8
+#: What is pressed, dark enough to be read on white and to be written on in white.
+_ACT = "#0b4fa0"
 _PAGES = (
     ("/", text("Measure")),
     ("/line", text("Line")),
@@ -35,6 +37,7 @@ def frame(panel: Panel, session: Session, heading: Text, here: str = "", *, whol
     reader = Reader(session)
     say = reader.say
     add_stylesheet()
+    ui.colors(primary=_ACT)
     ui.page_title(f"motorbench – {say(heading)}")
     ui.link(say(text("Skip to the content")), "#main").classes("mb-skip")
     with ui.header(elevated=False, fixed=False).classes("mb-header items-center gap-2"):
@@ -51,7 +54,7 @@ def frame(panel: Panel, session: Session, heading: Text, here: str = "", *, whol
             _log_out(panel, reader)
     _beat()
     lost_row(reader)
-    with ui.element("div").props("id=main role=main tabindex=-1").classes("mb-page mb-run" if whole else "mb-page"):
+    with ui.element("div").props("id=main tabindex=-1").classes("mb-page mb-run" if whole else "mb-page"):
         yield reader
 
 
