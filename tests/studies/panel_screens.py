@@ -4,6 +4,7 @@ import re
 import sys
 import tempfile
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from playwright.sync_api import Browser, Error, Page, sync_playwright
@@ -44,11 +45,9 @@ def reach(page: Page, words: str) -> None:
     for _ in range(400):
         if page.get_by_text(words).first.is_visible():
             return
-        try:
+        # Where nothing is asked just now, there is nothing to press.
+        with suppress(Error):
             page.locator("[data-done]").click(timeout=300)
-        except Error:
-            # Nothing is asked just now.
-            pass
         page.wait_for_timeout(50)
     raise SystemExit(f"never reached: {words}")
 
@@ -95,7 +94,8 @@ def _take(browser: Browser, server: Server, folder: Path, only: list[str]) -> No
             page.wait_for_timeout(500)
         page.locator(".mb-stop:not([disabled])").click()
         page.get_by_text("ABORTED").first.wait_for()
-        shoot(page, f"{name}_aborted", folder) if name == "hand" else None
+        if name == "hand":
+            shoot(page, "aborted", folder)
     for path, name in (("/", "start"), ("/history", "runs"), ("/statistics", "statistics"), ("/line", "line")):
         if not only or name in only:
             page.goto(server.url + path)
@@ -107,6 +107,8 @@ def _take(browser: Browser, server: Server, folder: Path, only: list[str]) -> No
         page.wait_for_timeout(5000)
         shoot(page, "lost", folder)
         server.start()
+        page.locator(".mb-stop:not([disabled])").click(timeout=20_000)
+        page.get_by_text("ABORTED").first.wait_for()
 
 
 def _after(page: Page, name: str, action: Callable[[], object], folder: Path) -> None:

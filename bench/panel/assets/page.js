@@ -110,8 +110,9 @@
             if (attributeName === "data-beat") heard = performance.now();
             if (attributeName === "data-step") appeared();
             if (attributeName === "data-sound") sound(target.dataset.sound);
-            if (type === "childList" && [...addedNodes].some((node) => node.querySelector?.("[data-beat], [data-step]"))) {
+            if (type === "childList" && [...addedNodes].some((node) => node.querySelector?.("[data-beat]"))) {
                 heard = performance.now();
+                root.lang = find("[data-beat]").dataset.lang;
                 appeared();
                 show();
             }

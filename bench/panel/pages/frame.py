@@ -52,15 +52,16 @@ def frame(panel: Panel, session: Session, heading: Text, here: str = "", *, whol
         _language(reader)
         if session.logged_in:
             _log_out(panel, reader)
-    _beat()
+    _beat(session)
     lost_row(reader)
     with ui.element("div").props("id=main tabindex=-1").classes("mb-page mb-run" if whole else "mb-page"):
         yield reader
 
 
-def _beat() -> None:
+def _beat(session: Session) -> None:
     """Have the browser hear from the server often enough to know when it does not any more."""
     beat = ui.element("div").props("data-beat=0 aria-hidden=true").style("display: none")
+    beat.props["data-lang"] = session.language
 
     def change() -> None:
         beat.props["data-beat"] = str(1 - int(beat.props["data-beat"]))

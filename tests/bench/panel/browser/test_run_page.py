@@ -19,11 +19,8 @@ name = "By hand"
 
 [instruments.lcr_meter]
 driver = "manual"
-frequency_minimum = 20
-frequency_maximum = 100000
-test_level = 1
-resistance_accuracy = { reading = 0.01 }
-inductance_accuracy = { reading = 0.01 }
+resistance_accuracy = { gain = 0.003, offset = 0.0001, source = "assumed" }
+inductance_accuracy = { gain = 0.002, source = "assumed" }
 """
 
 
@@ -44,7 +41,7 @@ def assert_fits(page: Page) -> list[Mapping[str, float]]:
     places = []
     for width, height in SCREENS:
         page.set_viewport_size({"width": width, "height": height})
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.wait_for_function("document.documentElement.scrollWidth <= innerWidth")
         for button in (page.locator(".mb-act .mb-done").first, page.locator(".mb-stop").last):
             expect(button).to_be_in_viewport(ratio=1)
             places.append(place(button))
@@ -159,5 +156,5 @@ def test_the_other_pages_are_accessible_and_fit(panel: Panel, new_page: NewPage)
         assert_accessible(page)
         for width, height in SCREENS:
             page.set_viewport_size({"width": width, "height": height})
-            assert page.evaluate("document.documentElement.scrollWidth") <= width, path
+            page.wait_for_function("document.documentElement.scrollWidth <= innerWidth")
         page.set_viewport_size({"width": 1400, "height": 900})
