@@ -37,6 +37,7 @@ from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits.bounds import known_pole_pairs
 from bench.safety.memory import set_aside, set_aside_newly_loaded
+from bench.safety.read_back import SourceReader
 from bench.safety.shutdown import failures, shut_down
 from bench.safety.station_instruments import StationInstruments
 from bench.safety.watchdog_relays import relays_ready
@@ -195,6 +196,10 @@ def carry_out(
             traffic_recorder=recorder,
         )
         context.operator.equip(instruments.available())
+        own = used - context.sharing.roles
+        context.operator.read_back(
+            SourceReader(instruments, own & set(context.station.entries), context.station.way_down)
+        )
         runner = Runner(
             instruments,
             context.operator.hands,

@@ -3,8 +3,8 @@
 from nicegui import ui
 
 from bench.panel.live_run import LiveRun
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named, table
+from bench.panel.pages.reader import Reader
 from drivers.interfaces.text import text, word
 from procedures.core.result import Parameter
 from reports.document.model import Cell

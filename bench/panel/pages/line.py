@@ -8,10 +8,11 @@ from nicegui import events, ui
 
 from bench.journal.stored_result import restore_text
 from bench.panel.pages.ended_session import offer_abort
-from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.frame import frame
 from bench.panel.pages.line_start import LineStart
 from bench.panel.pages.line_tile import VERDICTS, Tile
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from drivers.interfaces.text import Text, text
@@ -57,7 +58,7 @@ _RETURN = (
 
 def line_page(panel: Panel, session: Session) -> None:
     """Build the page."""
-    with frame(panel, session, text("Line")) as reader:
+    with frame(panel, session, text("Line"), "/line") as reader:
         ui.add_head_html(_STYLE)
         page = _LinePage(panel, session, reader)
         page.build()

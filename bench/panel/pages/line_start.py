@@ -13,8 +13,8 @@ from bench.eol.plan_of_run import plan_name
 from bench.i18n.errors import InputError
 from bench.panel.child_command import child_command
 from bench.panel.launch import BatchOrder
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.station.station_file import VIRTUAL

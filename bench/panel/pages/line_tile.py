@@ -7,8 +7,8 @@ from typing import Any
 from nicegui import ui
 
 from bench.journal.stored_result import restore_text
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from drivers.interfaces.text import Text, text
 
 #: What a tile says in large type: a mark beside the colour, for those who do not tell the colours apart.

@@ -7,8 +7,8 @@ from nicegui import ui
 
 from bench.panel.child_command import child_command
 from bench.panel.live_run import LiveRun
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from drivers.interfaces.text import text
 
 #: Lines of a made text that are shown.
