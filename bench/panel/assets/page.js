@@ -21,7 +21,9 @@
         if (lost) {
             const age = Math.round(silent / 1000);
             for (const place of document.querySelectorAll("[data-words]")) {
-                place.textContent = place.dataset.words.replace("{age}", age);
+                const words = place.dataset.words.replace("{age}", age);
+                // What does not change is left alone: a change is noticed, and would be looked at again.
+                if (place.textContent !== words) place.textContent = words;
             }
         }
     }
@@ -117,7 +119,7 @@
                 show();
             }
         }
-        watch();
+        if (lostNow()) watch();
     }).observe(root, {
         subtree: true,
         childList: true,
