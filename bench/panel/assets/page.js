@@ -28,6 +28,17 @@
         }
     }
 
+    // A server that was started anew knows this page no more: once it answers, the page is loaded anew.
+    async function comeBack() {
+        if (!lostNow()) return;
+        try {
+            const answer = await fetch("/assets/page.css", { cache: "no-store" });
+            if (answer.status < 500 && lostNow()) location.reload();
+        } catch {
+            // Still nobody there.
+        }
+    }
+
     // What is pressed on a page that hears nothing would arrive later, at another step.
     function refuse(event) {
         if (lostNow() && !(event.type === "keydown" && event.key === "Tab") && !event.target.closest?.("a")) {
@@ -132,4 +143,5 @@
     window.addEventListener("click", pressed);
     for (const kind of ["pointerdown", "keydown"]) window.addEventListener(kind, allow);
     setInterval(watch, 250);
+    setInterval(comeBack, 2000);
 })();
