@@ -21,8 +21,21 @@
         if (lost) {
             const age = Math.round(silent / 1000);
             for (const place of document.querySelectorAll("[data-words]")) {
-                place.textContent = place.dataset.words.replace("{age}", age);
+                const words = place.dataset.words.replace("{age}", age);
+                // What does not change is left alone: a change is noticed, and would be looked at again.
+                if (place.textContent !== words) place.textContent = words;
             }
+        }
+    }
+
+    // A server that was started anew knows this page no more: once it answers, the page is loaded anew.
+    async function comeBack() {
+        if (!lostNow()) return;
+        try {
+            const answer = await fetch("/assets/page.css", { cache: "no-store" });
+            if (answer.status < 500 && lostNow()) location.reload();
+        } catch {
+            // Still nobody there.
         }
     }
 
@@ -117,7 +130,7 @@
                 show();
             }
         }
-        watch();
+        if (lostNow()) watch();
     }).observe(root, {
         subtree: true,
         childList: true,
@@ -130,4 +143,5 @@
     window.addEventListener("click", pressed);
     for (const kind of ["pointerdown", "keydown"]) window.addEventListener(kind, allow);
     setInterval(watch, 250);
+    setInterval(comeBack, 2000);
 })();

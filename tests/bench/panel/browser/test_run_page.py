@@ -1,27 +1,15 @@
 import re
 from collections.abc import Callable, Mapping
-from pathlib import Path
 
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Locator, Page, expect
 
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_browser import begin
-from tests.bench.panel.conftest import Server
 
 NewPage = Callable[[], Page]
-Serve = Callable[..., Server]
 SCREENS = ((1280, 800), (1920, 1080), (800, 1280), (390, 844))
 WCAG = {"runOnly": {"type": "tag", "values": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]}}
-BRIDGE = """
-[station]
-name = "By hand"
-
-[instruments.lcr_meter]
-driver = "manual"
-resistance_accuracy = { gain = 0.003, offset = 0.0001, source = "assumed" }
-inductance_accuracy = { gain = 0.002, source = "assumed" }
-"""
 
 
 def assert_accessible(page: Page) -> None:
@@ -103,48 +91,6 @@ def test_a_lost_connection_is_seen_and_comes_back_by_itself(panel: Panel, new_pa
     expect(page.locator("[data-state=off]").last).to_be_visible()
     expect(page.get_by_text(re.compile("Connection lost"))).to_be_hidden()
     expect(page.locator("[data-done]")).to_be_visible()
-
-
-def test_a_number_is_typed_in_its_unit_and_held_back_where_it_is_far_off(
-    serve: Serve, new_page: NewPage, tmp_path: Path
-) -> None:
-    station = tmp_path / "station.toml"
-    station.write_text(BRIDGE)
-    server, page = serve("--station", str(station)), new_page()
-    begin(page, server, "Stator resistance ·")
-    field = page.locator("[data-focus]input, input[data-focus]")
-    for _ in range(40):
-        page.locator("[data-done]:not([aria-disabled])").click()
-        page.wait_for_timeout(200)
-        if field.is_visible() and "resistance" in heading(page).inner_text():
-            break
-    expect(field).to_be_focused()
-    page.keyboard.type("31,8m")
-    expect(page.locator("[data-done]")).to_contain_text("Enter 31,8mΩ")
-    assert_fits(page)
-    assert_accessible(page)
-    next_step(page)
-    # What was typed before says in which unit one reads.
-    expect(page.get_by_role("radio", name="mΩ")).to_have_attribute("aria-checked", "true")
-    expect(page.get_by_role("region", name="Readings")).to_contain_text("31.8 mΩ")
-    page.keyboard.type("3.18")
-    expect(page.locator("[data-done]")).to_contain_text("Enter 3.18 mΩ")
-    page.keyboard.press("Enter")
-    expect(page.get_by_role("alert").filter(has_text="more than five times off")).to_be_visible()
-    expect(page.get_by_role("button", name="Keep 3.18 mΩ")).to_be_visible()
-    assert_accessible(page)
-    # Enter returns to the field; what is typed then takes the place of what stood there.
-    page.keyboard.press("Enter")
-    expect(field).to_be_focused()
-    page.keyboard.type("31.9")
-    expect(field).to_have_value("31.9")
-    next_step(page)
-    expect(page.get_by_role("button", name="Correct the entry before")).to_be_visible()
-    page.keyboard.type("many")
-    page.keyboard.press("Enter")
-    expect(page.get_by_role("alert").filter(has_text="is not a number")).to_be_visible()
-    page.keyboard.press("Control+Escape")
-    expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_be_visible()
 
 
 def test_the_other_pages_are_accessible_and_fit(panel: Panel, new_page: NewPage) -> None:
