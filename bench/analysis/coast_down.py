@@ -15,10 +15,11 @@ from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_capture
 from bench.captures.capture import FloatArray
-from drivers.interfaces.text import Text, Translate, english, text, word
+from drivers.interfaces.text import Text, Translate, english, text
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.mechanics.inertia import QUADRATIC, SHARED, fit_coast_down, fit_ramps
 from procedures.estimation.mechanics.turning import SpeedRamp
+from reports.labels import ParameterLabels
 
 _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 #: A coast-down that ends above this share of its top speed does not show what low speeds do.
@@ -112,7 +113,9 @@ def analyze_coast_down(
     driven = len(parts) > 1 or any(np.any(part.torque) for part in parts)
     fit = estimated(captures[0], lambda: _fit(records, driven=driven))
     names = SHARED if driven else _RATES
-    found = {name: outcome.estimate(text("ramp fit of {name}", name=word(name)), fit, name) for name in names}
+    found = {
+        name: outcome.estimate(text("ramp fit of {name}", name=ParameterLabels({})[name]), fit, name) for name in names
+    }
     for error in applied.inputs():
         moved = half_differences(fit, names, partial(_fit, records, error, driven=driven), str(error))
         found = {n: applied.change(outcome.uncertainties, q, error, moved[n]) for n, q in found.items()}
