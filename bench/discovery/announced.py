@@ -15,8 +15,9 @@ SERVICES = {
     "_vxi-11._tcp.local.": "TCPIP0::{host}::inst0::INSTR",
     "_lxi._tcp.local.": "",
 }
-#: How long (s) answers are waited for.
-LISTENING_TIME = 2.0
+#: How long (s) answers are waited for: who has just answered somebody else is silent for a second (RFC 6762, 6), and questions are
+#: asked at once, after one second and after three.
+LISTENING_TIME = 3.5
 #: How long (ms) one that was heard of is asked for its address: a question is repeated after 0.2, 0.6 and 1.4 s.
 _ASKING_TIME = 1500
 
