@@ -134,7 +134,7 @@ def look_at_a_run(playwright, port, name):
     page = browser.new_page()
     page.goto(f"http://127.0.0.1:{port}/runs/{name}")
     for number in (0, 8, 16):
-        page.locator(".q-select").last.click()
+        page.get_by_role("region", name="Waveforms").locator(".q-select").click()
         page.locator(".q-menu .q-item").nth(number).click()
         page.locator(".h-96 canvas").first.wait_for()
         page.wait_for_timeout(500)
