@@ -19,6 +19,7 @@ from procedures.core.actions import (
     CurrentProbe,
     DisconnectVoltmeter,
     DoubtReading,
+    EnterCommand,
     EnterReading,
     LockRotor,
     MarkRestPositions,
@@ -123,6 +124,10 @@ class FixtureOperator:
                 self._actuator.uncouple_dynamometer()
             case EnterReading():
                 return self._read(action)
+            case EnterCommand():
+                raise ProcedureError(
+                    text("a fixture commands nothing: take --operator terminal or panel for the instruments by hand")
+                )
             case Mend():
                 # What is wrong although every relay followed is for a person to find.
                 return False

@@ -111,6 +111,17 @@ def typed_number(typed: str, unit: str) -> float:
     return value
 
 
+def is_unit(word: str) -> bool:
+    """Tell whether a word is a way of writing a unit."""
+    return word in _KNOWN
+
+
+def unit_of(typed: str) -> str:
+    """Return the unit that stands behind a number as it was typed, by its own sign; empty where none does that is known."""
+    found = _NUMBER.match(typed.strip())
+    return _KNOWN.get(typed.strip()[found.end() :].strip(), ("", 0))[0] if found else ""
+
+
 def _no_number(typed: str, unit: str) -> Text:
     return text("'{typed}' is not a number; type it like {example}", typed=typed, example=_example(unit))
 

@@ -9,6 +9,7 @@ import numpy as np
 from drivers.interfaces import Clock
 from drivers.interfaces.text import text
 from procedures.core.actions import (
+    FINISH,
     Action,
     Connect,
     ConnectProbes,
@@ -17,6 +18,7 @@ from procedures.core.actions import (
     CoupleDynamometer,
     DisconnectVoltmeter,
     DoubtReading,
+    EnterCommand,
     EnterReading,
     LockRotor,
     MarkRestPositions,
@@ -197,6 +199,9 @@ class VirtualOperator:
                 self._at_rest(world.uncouple_dynamometer)
             case EnterReading():
                 return self._read(action)
+            case EnterCommand():
+                # There is nothing that these hands would want to know.
+                return FINISH
             case Mend():
                 # These hands did as they were told; what is wrong all the same is for a person to find.
                 return False

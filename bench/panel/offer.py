@@ -27,7 +27,7 @@ class StepWords:
 class Offered:
     """One procedure as it can be chosen; `settings` by name with default, unit and description.
 
-    One that is `end_of_line` is chosen by name only.
+    One that is `end_of_line` is chosen by name only, one that is `manual` is a run of its own.
     """
 
     name: str
@@ -37,6 +37,7 @@ class Offered:
     steps: tuple[StepWords, ...]
     settings: Mapping[str, Mapping[str, Any]]
     end_of_line: bool = False
+    manual: bool = False
 
 
 class Offer:
@@ -115,6 +116,7 @@ async def _offered(station: str) -> dict[str, Offered]:
             tuple(StepWords(step["id"], step["text"]) for step in data["steps"]),
             data["settings"],
             data["end_of_line"],
+            data["manual"],
         )
         for name, data in reply["procedures"].items()
     }

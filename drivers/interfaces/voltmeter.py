@@ -2,13 +2,14 @@
 
 from typing import Protocol
 
-from drivers.interfaces.declarations import question, reading, setting
+from drivers.interfaces.declarations import in_units, question, reading, setting
 from drivers.interfaces.identity import Accuracy, Instrument, Reading
 
 
 class Voltmeter(Instrument, Protocol):
     """A digital multimeter as a DC voltmeter, for the sense leads of a four-wire resistance measurement."""
 
+    @in_units(full_scale="V")
     @setting
     def configure(self, full_scale: float, power_line_cycles: float = 10.0) -> None:
         """Set the smallest range (V) that holds `full_scale`, and the integration time in power-line cycles.

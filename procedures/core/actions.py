@@ -362,6 +362,30 @@ class DoubtReading:
         return [self.finding]
 
 
+#: The command that ends a run by hand.
+FINISH = "finish"
+
+
+@dataclass(frozen=True)
+class EnterCommand(_Sentence):
+    """Say what the station's instruments are to do next; gives the words typed, None where nobody typed any for `idle` (s), if that ends.
+
+    `said` is what came of the command before, `refused` whether it was refused, `on` what is energised. `roles` can be commanded;
+    `ranges` has the largest value of their arguments where it is known, by role.method.argument, in the argument's own unit.
+    """
+
+    said: Text
+    refused: bool
+    on: tuple[str, ...]
+    idle: float | None
+    roles: tuple[str, ...]
+    ranges: Mapping[str, float]
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Enter a command, or finish")
+
+
 Action = (
     Connect
     | ConnectProbes
@@ -381,6 +405,7 @@ Action = (
     | EnterReading
     | Mend
     | DoubtReading
+    | EnterCommand
 )
 
 #: Two terminals that a line quantity is read between, the first being high or plus.

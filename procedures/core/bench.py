@@ -19,7 +19,7 @@ from drivers.interfaces import (
 )
 from drivers.interfaces import Role as Role
 from drivers.interfaces.text import Text, text
-from procedures.core.actions import Action, DoubtReading, Mend
+from procedures.core.actions import Action, DoubtReading, EnterCommand, Mend
 from procedures.core.events import ActionDone, ActionStarted, Event, Given, StepFailed, StepFinished, StepStarted
 from procedures.core.steps import Step
 from procedures.verification.bench_state import BenchState
@@ -32,7 +32,7 @@ class Operator(Protocol):
         """Do it and return what it gives.
 
         A float for `EnterReading`, angles in rad for `MarkRestPositions`, whether it was done for `Mend`, whether to read
-        again for `DoubtReading`, else None.
+        again for `DoubtReading`, the words typed for `EnterCommand`, else None.
         """
 
 
@@ -165,6 +165,14 @@ class Bench:
             self.recorder.record(StepFailed(step=step.identifier, error=said, time=self.clock.now()))
             raise
         self.recorder.record(StepFinished(step=step.identifier, time=self.clock.now()))
+
+    def command(self, action: EnterCommand) -> str | None:
+        """Have a command said; None where nobody has said one in time."""
+        return cast("str | None", self._perform(action))
+
+    def instrument(self, role: Role) -> Instrument:
+        """Return the instrument of a role, as its driver gives it. Raises ProcedureError where the station has none."""
+        return self._get(role)
 
     def _perform(self, action: Action) -> object:
         name = type(action).__name__

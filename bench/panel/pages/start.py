@@ -133,6 +133,8 @@ class _StartPage:
                 ui.button(say(text("All")), on_click=lambda: self._mark(True)).props("flat dense no-caps")
                 ui.button(say(text("None")), on_click=lambda: self._mark(False)).props("flat dense no-caps")
             for name, procedure in offered.items():
+                if procedure.manual:
+                    continue
                 missing = [] if self._roles is None else sorted(set(procedure.roles) - self._roles)
                 box = ui.checkbox(
                     f"{say(Text(procedure.title))} · {say(section_name(procedure.section))}",
