@@ -39,6 +39,7 @@ def number_in(unit: str, typed: str) -> float:
         word, factor = spoken
         if written == word or (not written and not typed.strip().endswith(unit)):
             if not written:
+                typed_number(typed, "")
                 raise ValueError(
                     text(
                         "'{typed}' may be in {spoken} or in {unit}; type it like {typed} {spoken}",
