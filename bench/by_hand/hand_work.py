@@ -46,7 +46,7 @@ OWNERS: Mapping[Socket, Role] = {
 }
 
 #: What one word says.
-_PLAIN: Mapping[str, Action] = {
+PLAIN: Mapping[str, Action] = {
     "short-meter-leads": ShortMeterLeads(),
     "separate-meter-leads": SeparateMeterLeads(),
     "lock-rotor": LockRotor(),
@@ -62,10 +62,10 @@ WHILE_ON = (TurnToRest, StartTurning, StopTurning)
 
 def hand_work(word: str, rest: Sequence[str], roles: Collection[Role]) -> Action:
     """Return the hand work that a line asks for. Raises ValueError with a Text for what there is not."""
-    if word in _PLAIN:
+    if word in PLAIN:
         if rest:
             raise ValueError(text("{word} stands by itself", word=word))
-        return _PLAIN[word]
+        return PLAIN[word]
     try:
         return _TYPED[word](rest, roles)
     except (KeyError, IndexError):
@@ -160,4 +160,4 @@ USAGE: Mapping[str, Text] = {
     ),
     "start-turning": text("start-turning SPEED, as start-turning 6 rpm"),
 }
-HAND_WORK: tuple[str, ...] = (*_TYPED, *_PLAIN)
+HAND_WORK: tuple[str, ...] = (*_TYPED, *PLAIN)

@@ -33,7 +33,7 @@ class ByHand(Procedure[ByHandSettings]):
 
     name: ClassVar[str] = "by-hand"
     title: ClassVar[str] = "Instruments by hand"
-    section: ClassVar[str] = "S2"
+    section: ClassVar[str] = "S3"
     roles: ClassVar[frozenset[Role]] = frozenset()
     manual: ClassVar[bool] = True
 
@@ -48,7 +48,7 @@ class ByHand(Procedure[ByHandSettings]):
         with Outputs(lambda role: self.bench.instrument(role).make_safe()) as outputs:
             self.command(Commanding(self.bench, present, ranges, outputs, self.settings.idle_time))
 
-    @step("S2/1", "Open the station's instruments")
+    @step("S3/1", "Open the station's instruments")
     def open(self) -> tuple[tuple[Role, ...], dict[str, float]]:
         """Return the roles whose instruments answer, and the largest values that their commands take by role, method and argument.
 
@@ -74,7 +74,7 @@ class ByHand(Procedure[ByHandSettings]):
         return tuple(present), {key: most for key, most in ranges.items() if isfinite(most)}
 
     @step(
-        "S2/2",
+        "S3/2",
         "Carry out what is commanded, until finish; after {idle_time:g} s without a command everything goes off",
         by_hand=True,
     )

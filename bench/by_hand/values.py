@@ -85,13 +85,15 @@ def _choice(argument: Argument, typed: str) -> Any:
 def words_of(argument: Argument, ranges: dict[str, float], key: str) -> Text:
     """Return an argument as help shows it: its name, its unit or choices, its range where it is known."""
     if argument.kind is Kind.CHOICE:
-        shown = text("{name}={choices}", name=argument.name, choices="|".join(c.name.lower() for c in argument.choices))
+        shown = Text(
+            "{name}={choices}", {"name": argument.name, "choices": "|".join(c.name.lower() for c in argument.choices)}
+        )
     elif f"{key}.{argument.name}" in ranges and argument.amount is not None:
         shown = text("{name} ({range})", name=argument.name, range=range_of(argument, ranges[f"{key}.{argument.name}"]))
     else:
         unit = spoken(0.0, argument.unit)[1].replace("|", " / ")
         shown = Text("{name} ({unit})" if unit else "{name}", {"name": argument.name, "unit": unit})
-    return shown if argument.needed else text("[{argument}]", argument=shown)
+    return shown if argument.needed else Text("[{argument}]", {"argument": shown})
 
 
 def range_of(argument: Argument, largest: float) -> Text:

@@ -10,6 +10,7 @@ from bench.journal.stored_result import restore_text
 from bench.operators.typed import BACK
 from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
+from bench.panel.pages.by_hand import ByHandForm, said_lines
 from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import drawing, named
 from bench.panel.panel import Panel
@@ -40,6 +41,7 @@ class QuestionCard:
         self._answerable: object = ()
         self._drawn = ""
         self._input: ui.input | None = None
+        self._by_hand = ByHandForm(reader)
         say = reader.say
         with named(ui.element("section").classes("mb-card shrink-0 overflow-hidden"), say(text("The present step"))):
             self._place = ui.label().classes("text-base").style("color:#44505c")
@@ -126,6 +128,9 @@ class QuestionCard:
         if not self._session.may_lead:
             ui.label(say(text("You are watching."))).classes("text-lg mt-2")
             return
+        if question["kind"] == "command":
+            self._by_hand.offer(question, partial(self._answer, question))
+            return
         with ui.row().classes("items-end gap-4 mt-3"):
             if question["kind"] in ("number", "angles"):
                 self._input = self._number(question)
@@ -156,6 +161,8 @@ class QuestionCard:
 
     def _lines(self, question: Any) -> list[str]:
         say = self._reader.say
+        if question["kind"] == "command":
+            return said_lines(question, self._reader)
         if question["kind"] == "number":
             return [say(text("Read and enter: {quantity}", quantity=restore_text(question["quantity"])))]
         if question["kind"] == "confirm":
