@@ -2,10 +2,11 @@
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from bench.by_hand.connections import Connections
 from bench.by_hand.hand_work import WHILE_ON
-from bench.by_hand.outcome import help_on, outcome_of
+from bench.by_hand.outcome import help_on, kept, outcome_of
 from bench.by_hand.outputs import Outputs, StillOnError, stop
 from bench.by_hand.requests import Call, Finish, HandWork, Help, Request, SwitchOff, request_of
 from drivers.interfaces import InstrumentError, MeasurementError, Role, SetpointError
@@ -43,7 +44,7 @@ class Commanding:
             roles=[role.value for role in roles],
         )
         self._refused = False
-        self.read: list[dict[str, str]] = []
+        self.read: list[dict[str, Any]] = []
 
     def until_finished(self) -> None:
         """Ask for commands and carry them out until the word is finish."""
@@ -132,7 +133,7 @@ class Commanding:
             given = command.carried_out(instrument, call.values)
             said = outcome_of(call, given)
             if given is not None:
-                self.read.append({"command": call.typed, "given": said.render()})
+                self.read.append(kept(call, given))
             return said
         if role in self._outputs:
             raise RefusedError(text("{role} is on already; type off {role} first", role=role.value))
@@ -153,10 +154,10 @@ class Commanding:
                     raise
                 self._outputs.turning(role, call.typed, instrument)
             case _:
-                said = outcome_of(call, call.command.carried_out(instrument, call.values))
-                self.read.append({"command": call.typed, "given": said.render()})
-                return said
-        return text("ON: {typed}", typed=call.typed)
+                given = call.command.carried_out(instrument, call.values)
+                self.read.append(kept(call, given))
+                return outcome_of(call, given)
+        return outcome_of(call, None)
 
     def _after(self, failed: InstrumentError) -> Text:
         """Switch everything off where an instrument failed; a reading that is none leaves things as they are."""

@@ -1,8 +1,8 @@
 """What came of a command, as people read it."""
 
+import math
 from collections.abc import Mapping
-from enum import Enum
-from typing import Any
+from typing import Any, TypeGuard
 
 from bench.by_hand.commands import commands_of
 from bench.by_hand.hand_work import HAND_WORK, USAGE
@@ -12,7 +12,7 @@ from bench.journal.encoding import plain
 from bench.journal.events.instruments import ReadingTaken
 from bench.journal.step_readings import quantities_read
 from drivers.interfaces import Role, Waveform
-from drivers.interfaces.text import Text, lines, text
+from drivers.interfaces.text import Text, lines, text, word
 from reports.labels import role_name
 from reports.tables.figures import scale_of
 
@@ -27,19 +27,47 @@ def outcome_of(call: Call, given: object) -> Text:
     return text("{role}: {given}", role=said["role"], given=_given(call, given))
 
 
-def _given(call: Call, given: object) -> Text:
-    if isinstance(given, Mapping) and any(isinstance(one, Waveform) for one in given.values()):
-        return lines([_wave(wave) for wave in given.values()], _BETWEEN)
-    if isinstance(given, Enum):
-        return text(str(given.value))
+def kept(call: Call, given: object) -> dict[str, Any]:
+    """Return what a command gave as the run's findings keep it: figures by quantity, or what else it was."""
+    told: dict[str, Any] = {"command": call.typed, "instrument": call.command.role.value}
+    if figures := _figures(call, given):
+        return told | {"figures": {str(quantity): [value, unit] for quantity, unit, value in figures}}
+    if _is_record(given):
+        return told | {"record": [int(one.channel) for one in given.values()]}
+    return told | {"given": _shown(given)}
+
+
+def kept_words(read: Mapping[str, Any]) -> Text:
+    """Return what the findings keep of a command as people read it."""
+    if "figures" in read:
+        figures = [
+            text("{quantity} {figure}", quantity=word(quantity), figure=figure(value, unit))
+            for quantity, (value, unit) in read["figures"].items()
+        ]
+        return lines(figures, _BETWEEN)
+    if "record" in read:
+        return text("a record of channels {channels}", channels=[str(one) for one in read["record"]])
+    return word(str(read["given"]))
+
+
+def _is_record(given: object) -> TypeGuard[Mapping[int, Waveform]]:
+    return isinstance(given, Mapping) and any(isinstance(one, Waveform) for one in given.values())
+
+
+def _figures(call: Call, given: object) -> list[tuple[Text, str, float]]:
     role = call.command.role.value
     event = ReadingTaken(instrument=role, call=call.command.method, arguments=(), named={}, value=plain(given))
+    return [one for one in quantities_read(event) if not math.isnan(one[2])]
+
+
+def _given(call: Call, given: object) -> Text:
+    if _is_record(given):
+        return lines([_wave(wave) for wave in given.values()], _BETWEEN)
     read = [
         text("{quantity} {figure}", quantity=quantity, figure=figure(value, unit))
-        for quantity, unit, value in quantities_read(event)
-        if value == value
+        for quantity, unit, value in _figures(call, given)
     ]
-    return lines(read or [Text("{given}", {"given": _shown(given)})], _BETWEEN)
+    return lines(read or [word(_shown(given))], _BETWEEN)
 
 
 def _wave(wave: Waveform) -> Text:

@@ -58,6 +58,11 @@ class Offer:
         offered = self._known(procedure)
         return Text(offered.title if offered else "{name}", {"name": procedure})
 
+    def is_manual(self, procedure: str) -> bool:
+        """Tell whether a person commands it, as far as that is known."""
+        offered = self._known(procedure)
+        return offered is not None and offered.manual
+
     def step(self, procedure: str, identifier: str) -> StepWords | None:
         """Return a step's words, where they are known already."""
         offered = self._known(procedure)

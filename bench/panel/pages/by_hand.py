@@ -8,15 +8,18 @@ from nicegui import ui
 
 from bench.by_hand.commands import Argument, Command, Kind, commands_of
 from bench.by_hand.hand_work import OWNERS, PLAIN
+from bench.by_hand.outcome import kept_words
 from bench.by_hand.values import range_of, spoken
 from bench.by_hand.words import called
 from bench.journal.stored_result import restore_text
 from bench.operators.typed import typed_number
 from bench.panel.pages.frame import Reader
+from bench.panel.pages.parts import named, table
 from drivers.interfaces import Role
 from drivers.interfaces.declarations import Effect
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import FINISH, SOCKET_NAMES, Terminal
+from procedures.core.result import ProcedureResult
 from reports.labels import role_name
 
 #: Sends a command's line to the run.
@@ -25,7 +28,20 @@ Send = Callable[[str], Awaitable[None]]
 
 def said_lines(question: Mapping[str, Any], reader: Reader) -> list[str]:
     """Return what came of the command before, a line each."""
-    return reader.say(restore_text(question["said"])).splitlines()
+    first, *others = reader.say(restore_text(question["said"])).splitlines()
+    return [f"⚠ {first}" if question["details"]["refused"] else first, *others]
+
+
+def read_part(finished: Mapping[str, ProcedureResult], reader: Reader) -> None:
+    """Build the table of what was read by hand; nothing where nothing was."""
+    read = [one for result in finished.values() for one in result.findings.get("read", ())]
+    if not read:
+        return
+    say = reader.say
+    with named(ui.element("section").classes("mb-card mb-4"), say(text("Read by hand"))):
+        ui.label(say(text("Read by hand"))).classes("text-lg font-semibold")
+        rows = [(one["command"], say(role_name(one["instrument"])), say(kept_words(one))) for one in read]
+        table([say(text("Command")), say(text("Instrument")), say(text("Reading"))], rows)
 
 
 class ByHandForm:

@@ -52,6 +52,8 @@ def test_a_technician_uses_the_supply_by_hand(panel: Panel, new_page: NewPage) -
     expect(card).to_contain_text("Everything is off")
     page.get_by_role("button", name="Finish: everything off").click()
     expect(page.get_by_role("button", name="Measure the next motor")).to_be_visible()
+    expect(page.get_by_role("region", name="Read by hand")).to_contain_text("supply measure_current")
+    expect(page.get_by_role("button", name="Repeat")).to_have_count(0)
     events = [json.loads(line) for line in (panel.runs / run / "journal.jsonl").read_text().splitlines()]
     assert [one["kind"] for one in events if "energis" in one["kind"]] == ["energising", "energised", "de_energised"]
     assert events[-1]["data"]["status"] == "completed"
