@@ -16,7 +16,7 @@ from drivers.interfaces.declarations import Amount, Declaration, Effect, declara
 _COMMANDED = (Effect.READING, Effect.SETTING, Effect.SET_POINT, Effect.ENERGISES, Effect.MAKES_SAFE)
 
 
-class Kind(Enum):
+class ArgumentKind(Enum):
     """What an argument is."""
 
     NUMBER = "number"
@@ -26,14 +26,14 @@ class Kind(Enum):
 
 
 @dataclass(frozen=True)
-class Argument:
+class CommandArgument:
     """One value that a command takes, in `unit`; `default` is `Parameter.empty` where it must be given.
 
     `within` is the argument of the method that it is a field of, `amount` what bounds it.
     """
 
     name: str
-    kind: Kind
+    kind: ArgumentKind
     unit: str = ""
     default: Any = Parameter.empty
     choices: Sequence[Enum] = ()
@@ -54,11 +54,11 @@ class Command:
     role: Role
     method: str
     declaration: Declaration
-    arguments: tuple[Argument, ...]
+    arguments: tuple[CommandArgument, ...]
     holders: Mapping[str, type]
 
     def carried_out(self, instrument: Instrument, values: Mapping[str, Any]) -> Any:
-        """Call the method with values by the arguments' names, and return what it gives."""
+        """TypedCommand the method with values by the arguments' names, and return what it gives."""
         plain = {one.name: values[one.name] for one in self.arguments if not one.within and one.name in values}
         for name, holder in self.holders.items():
             inner = [one.name for one in self.arguments if one.within == name]
@@ -86,7 +86,7 @@ def commands_of(role: Role) -> Mapping[str, Command]:
 
 def _command(role: Role, interface: type, name: str, declaration: Declaration) -> Command:
     hints = get_type_hints(getattr(interface, name))
-    arguments, holders = list[Argument](), dict[str, type]()
+    arguments, holders = list[CommandArgument](), dict[str, type]()
     for argument, default in declaration.arguments.items():
         hint = hints[argument]
         if isinstance(hint, type) and is_dataclass(hint):
@@ -99,7 +99,7 @@ def _command(role: Role, interface: type, name: str, declaration: Declaration) -
     return Command(role, name, declaration, tuple(arguments), holders)
 
 
-def _fields(kind: Any, declaration: Declaration) -> list[Argument]:
+def _fields(kind: Any, declaration: Declaration) -> list[CommandArgument]:
     hints = get_type_hints(kind)
     return [
         _argument(
@@ -113,16 +113,16 @@ def _fields(kind: Any, declaration: Declaration) -> list[Argument]:
     ]
 
 
-def _argument(name: str, hint: Any, unit: str, default: Any, amount: Amount | None) -> Argument:
+def _argument(name: str, hint: Any, unit: str, default: Any, amount: Amount | None) -> CommandArgument:
     may_be_none = isinstance(hint, UnionType) and type(None) in get_args(hint)
     kind = next(one for one in get_args(hint) if one is not type(None)) if may_be_none else hint
-    made = Argument(name, Kind.NUMBER, unit, default, may_be_none=may_be_none, amount=amount)
+    made = CommandArgument(name, ArgumentKind.NUMBER, unit, default, may_be_none=may_be_none, amount=amount)
     if isinstance(kind, type) and issubclass(kind, Enum):
-        return replace(made, kind=Kind.CHOICE, choices=tuple(kind))
+        return replace(made, kind=ArgumentKind.CHOICE, choices=tuple(kind))
     if kind is int:
-        return replace(made, kind=Kind.WHOLE)
+        return replace(made, kind=ArgumentKind.WHOLE)
     if get_origin(kind) is not None and get_args(kind) == (int,):
-        return replace(made, kind=Kind.WHOLES)
+        return replace(made, kind=ArgumentKind.WHOLES)
     if kind is not float:
         raise TypeError(f"the argument {name} is of {kind}, which nobody can type")
     return made

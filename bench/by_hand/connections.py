@@ -15,7 +15,7 @@ from procedures.core.actions import (
 )
 
 
-class Connections:
+class HandConnections:
     """The terminals' connection, and whether probes and sense leads are off; None where nobody has said it yet."""
 
     def __init__(self) -> None:

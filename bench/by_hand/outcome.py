@@ -6,7 +6,7 @@ from typing import Any, TypeGuard
 
 from bench.by_hand.commands import commands_of
 from bench.by_hand.hand_work import HAND_WORK, USAGE
-from bench.by_hand.requests import Call
+from bench.by_hand.requests import TypedCommand
 from bench.by_hand.values import spoken, words_of
 from bench.journal.encoding import plain
 from bench.journal.events.instruments import ReadingTaken
@@ -19,7 +19,7 @@ from reports.tables.figures import scale_of
 _BETWEEN = " · "
 
 
-def outcome_of(call: Call, given: object) -> Text:
+def outcome_of(call: TypedCommand, given: object) -> Text:
     """Return what a command gave, or that it was done."""
     said = {"role": role_name(call.command.role.value), "typed": call.typed}
     if given is None:
@@ -27,7 +27,7 @@ def outcome_of(call: Call, given: object) -> Text:
     return text("{role}: {given}", role=said["role"], given=_given(call, given))
 
 
-def kept(call: Call, given: object) -> dict[str, Any]:
+def kept(call: TypedCommand, given: object) -> dict[str, Any]:
     """Return what a command gave as the run's findings keep it: figures by quantity, or what else it was."""
     told: dict[str, Any] = {"command": call.typed, "instrument": call.command.role.value}
     if figures := _figures(call, given):
@@ -54,13 +54,13 @@ def _is_record(given: object) -> TypeGuard[Mapping[int, Waveform]]:
     return isinstance(given, Mapping) and any(isinstance(one, Waveform) for one in given.values())
 
 
-def _figures(call: Call, given: object) -> list[tuple[Text, str, float]]:
+def _figures(call: TypedCommand, given: object) -> list[tuple[Text, str, float]]:
     role = call.command.role.value
     event = ReadingTaken(instrument=role, call=call.command.method, arguments=(), named={}, value=plain(given))
     return [one for one in quantities_read(event) if not math.isnan(one[2])]
 
 
-def _given(call: Call, given: object) -> Text:
+def _given(call: TypedCommand, given: object) -> Text:
     if _is_record(given):
         return lines([_wave(wave) for wave in given.values()], _BETWEEN)
     read = [

@@ -16,7 +16,7 @@ _Leave = Callable[[type[BaseException] | None, BaseException | None, TracebackTy
 
 
 @dataclass(frozen=True)
-class Output:
+class SwitchedOn:
     """Something that is on: the words that switched it on, and how it is left."""
 
     words: str
@@ -35,7 +35,7 @@ class Outputs(AbstractContextManager["Outputs"]):
 
     def __init__(self, make_safe: Callable[[Role], None]) -> None:
         self._make_safe = make_safe
-        self._on: dict[Role, Output] = {}
+        self._on: dict[Role, SwitchedOn] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -63,7 +63,7 @@ class Outputs(AbstractContextManager["Outputs"]):
     def block(self, role: Role, words: str, block: AbstractContextManager[Any]) -> None:
         """Enter a block and stay in it."""
         block.__enter__()
-        self._on[role] = Output(words, block.__exit__)
+        self._on[role] = SwitchedOn(words, block.__exit__)
 
     def turning(self, role: Role, words: str, instrument: Instrument) -> None:
         """Remember what goes on until its instrument is stopped."""
@@ -71,7 +71,7 @@ class Outputs(AbstractContextManager["Outputs"]):
         def leave(*_: object) -> None:
             stop(role, instrument)
 
-        self._on[role] = Output(words, leave)
+        self._on[role] = SwitchedOn(words, leave)
 
     def off(self, role: Role) -> None:
         """Leave what the instrument of a role is in. Raises what its driver reports, once it is off."""
@@ -86,7 +86,7 @@ class Outputs(AbstractContextManager["Outputs"]):
     def _leave(
         self,
         role: Role,
-        output: Output,
+        output: SwitchedOn,
         kind: type[BaseException] | None,
         error: BaseException | None,
         trace: TracebackType | None,

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from bench.by_hand.commanding import Commanding
+from bench.by_hand.command_loop import CommandLoop
 from bench.by_hand.commands import commands_of
 from bench.by_hand.outputs import Outputs
 from drivers.interfaces import InstrumentError, Role
@@ -46,7 +46,7 @@ class ByHand(Procedure[ByHandSettings]):
         """Open what there is, do what is said, and leave nothing on."""
         present, ranges = self.open()
         with Outputs(lambda role: self.bench.instrument(role).make_safe()) as outputs:
-            self.command(Commanding(self.bench, present, ranges, outputs, self.settings.idle_time))
+            self.command(CommandLoop(self.bench, present, ranges, outputs, self.settings.idle_time))
 
     @step("S3/1", "Open the station's instruments")
     def open(self) -> tuple[tuple[Role, ...], dict[str, float]]:
@@ -78,7 +78,7 @@ class ByHand(Procedure[ByHandSettings]):
         "Carry out what is commanded, until finish; after {idle_time:g} s without a command everything goes off",
         by_hand=True,
     )
-    def command(self, commanding: Commanding) -> None:
+    def command(self, commanding: CommandLoop) -> None:
         """Do what is typed, and keep what was read."""
         try:
             commanding.until_finished()

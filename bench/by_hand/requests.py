@@ -44,7 +44,7 @@ class HandWork:
 
 
 @dataclass(frozen=True)
-class Call:
+class TypedCommand:
     """Carry out a command with values by the names of its arguments, as they were typed and in SI units."""
 
     command: Command
@@ -52,7 +52,7 @@ class Call:
     typed: str
 
 
-Request = Finish | SwitchOff | Help | HandWork | Call
+Request = Finish | SwitchOff | Help | HandWork | TypedCommand
 
 
 def request_of(line: str, roles: Collection[Role]) -> Request:
@@ -77,7 +77,7 @@ def request_of(line: str, roles: Collection[Role]) -> Request:
         raise ValueError(
             text("{role} has no {method}; {hint}", role=role.value, method=method, hint=nearest(method, list(commands)))
         )
-    return Call(commands[method], _values(commands[method], list(_joined(rest[1:]))), line)
+    return TypedCommand(commands[method], _values(commands[method], list(_joined(rest[1:]))), line)
 
 
 def _role(word: str, roles: Collection[Role]) -> Role:

@@ -4,7 +4,7 @@ import math
 import re
 from typing import Any
 
-from bench.by_hand.commands import Argument, Kind
+from bench.by_hand.commands import ArgumentKind, CommandArgument
 from bench.operators.typed import typed_number, unit_of
 from drivers.interfaces.text import Text, text
 
@@ -13,19 +13,19 @@ _SPOKEN = {"rad/s": ("rpm", math.pi / 30.0), "rad": ("°", math.pi / 180.0)}
 _NONE = ("none", "-", "无")
 
 
-def value_of(argument: Argument, typed: str) -> Any:
+def value_of(argument: CommandArgument, typed: str) -> Any:
     """Return what was typed for an argument. Raises ValueError with a Text for what it does not take."""
     if argument.may_be_none and typed.lower() in _NONE:
         return None
     try:
         match argument.kind:
-            case Kind.NUMBER:
+            case ArgumentKind.NUMBER:
                 return number_in(argument.unit, typed)
-            case Kind.WHOLE:
+            case ArgumentKind.WHOLE:
                 return _whole(typed)
-            case Kind.WHOLES:
+            case ArgumentKind.WHOLES:
                 return [_whole(part) for part in re.split(r"[,，;+]", typed)]
-            case Kind.CHOICE:
+            case ArgumentKind.CHOICE:
                 return _choice(argument, typed)
     except ValueError as fault:
         raise ValueError(text("{argument}: {fault}", argument=argument.name, fault=fault)) from None
@@ -68,7 +68,7 @@ def _whole(typed: str) -> int:
     return int(number)
 
 
-def _choice(argument: Argument, typed: str) -> Any:
+def _choice(argument: CommandArgument, typed: str) -> Any:
     wanted = typed.lower().replace("-", "_")
     for one in argument.choices:
         if wanted in (one.name.lower(), str(one.value).lower().replace(" ", "_")):
@@ -82,9 +82,9 @@ def _choice(argument: Argument, typed: str) -> Any:
     )
 
 
-def words_of(argument: Argument, ranges: dict[str, float], key: str) -> Text:
+def words_of(argument: CommandArgument, ranges: dict[str, float], key: str) -> Text:
     """Return an argument as help shows it: its name, its unit or choices, its range where it is known."""
-    if argument.kind is Kind.CHOICE:
+    if argument.kind is ArgumentKind.CHOICE:
         shown = Text(
             "{name}={choices}", {"name": argument.name, "choices": "|".join(c.name.lower() for c in argument.choices)}
         )
@@ -96,7 +96,7 @@ def words_of(argument: Argument, ranges: dict[str, float], key: str) -> Text:
     return shown if argument.needed else Text("[{argument}]", {"argument": shown})
 
 
-def range_of(argument: Argument, largest: float) -> Text:
+def range_of(argument: CommandArgument, largest: float) -> Text:
     """Return from where to where an argument may be set, in the unit in which people say it."""
     high, unit = spoken(largest, argument.unit)
     signed = argument.amount is not None and argument.amount.signed

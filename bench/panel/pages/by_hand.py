@@ -6,7 +6,7 @@ from typing import Any
 
 from nicegui import ui
 
-from bench.by_hand.commands import Argument, Command, Kind, commands_of
+from bench.by_hand.commands import ArgumentKind, Command, CommandArgument, commands_of
 from bench.by_hand.hand_work import OWNERS, PLAIN
 from bench.by_hand.outcome import kept_words
 from bench.by_hand.values import range_of, spoken
@@ -126,11 +126,11 @@ class ByHandForm:
             "no-caps data-carry-out"
         )
 
-    def _field(self, command: Command, argument: Argument) -> Any:
+    def _field(self, command: Command, argument: CommandArgument) -> Any:
         say, key = self._reader.say, f"{command.role.value}.{command.method}.{argument.name}"
         label = say(self._labelled(argument, key))
         before = self._values.get(key, "")
-        if argument.kind is Kind.CHOICE:
+        if argument.kind is ArgumentKind.CHOICE:
             words = {one.name.lower(): say(called(one.name.lower())) for one in argument.choices}
             usual = before or ("" if argument.needed else argument.default.name.lower())
             return ui.select(words, value=usual or None, label=label).props("outlined dense").classes("w-full mt-2")
@@ -138,7 +138,7 @@ class ByHandForm:
             ui.input(label=label, value=before).props("outlined dense inputmode=decimal").classes("w-full mt-2 text-lg")
         )
 
-    def _labelled(self, argument: Argument, key: str) -> Text:
+    def _labelled(self, argument: CommandArgument, key: str) -> Text:
         largest = self._question["ranges"].get(key)
         unit = spoken(0.0, argument.unit)[1].replace("|", " / ")
         what: Text = called(argument.name)
@@ -175,7 +175,7 @@ class ByHandForm:
             await self._send(line)
 
 
-def _with_unit(argument: Argument, typed: str) -> str:
+def _with_unit(argument: CommandArgument, typed: str) -> str:
     """Return what was typed into a field; a bare number is in the unit that the field shows."""
     typed = "".join(typed.split())
     try:

@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-from bench.by_hand.commands import Kind, commands_of
-from bench.by_hand.requests import Call, Finish, HandWork, Help, SwitchOff, request_of
+from bench.by_hand.commands import ArgumentKind, commands_of
+from bench.by_hand.requests import Finish, HandWork, Help, SwitchOff, TypedCommand, request_of
 from drivers.interfaces import Aperture, Regulated, Role, Slope
 from procedures.core.actions import (
     Connect,
@@ -32,7 +32,7 @@ def test_every_argument_of_every_instrument_can_be_typed_and_has_its_unit() -> N
         for role in ROLES
         for command in commands_of(role).values()
         for argument in command.arguments
-        if argument.kind is Kind.NUMBER
+        if argument.kind is ArgumentKind.NUMBER
     ]
     assert len(numbers) > 20
     assert [f"{method} {one.name}" for method, one in numbers if not one.unit and one.name not in BARE] == []
@@ -74,7 +74,7 @@ def test_every_argument_of_every_instrument_can_be_typed_and_has_its_unit() -> N
 )
 def test_a_command_takes_its_values_in_the_reader_s_units(line: str, method: str, values: dict[str, object]) -> None:
     request = request_of(line, ROLES)
-    assert isinstance(request, Call)
+    assert isinstance(request, TypedCommand)
     assert request.command.method == method
     rounded = {name: round(value, 9) if isinstance(value, float) else value for name, value in request.values.items()}
     assert rounded == {name: round(value, 9) if isinstance(value, float) else value for name, value in values.items()}

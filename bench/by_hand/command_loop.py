@@ -4,11 +4,11 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from bench.by_hand.connections import Connections
+from bench.by_hand.connections import HandConnections
 from bench.by_hand.hand_work import WHILE_ON
 from bench.by_hand.outcome import help_on, kept, outcome_of
 from bench.by_hand.outputs import Outputs, StillOnError, stop
-from bench.by_hand.requests import Call, Finish, HandWork, Help, Request, SwitchOff, request_of
+from bench.by_hand.requests import Finish, HandWork, Help, Request, SwitchOff, TypedCommand, request_of
 from drivers.interfaces import InstrumentError, MeasurementError, Role, SetpointError
 from drivers.interfaces.declarations import Effect, Lasting, UndeclaredError
 from drivers.interfaces.text import Text, text, text_of
@@ -16,7 +16,7 @@ from procedures.core.actions import EnterCommand
 from procedures.core.bench import Bench, ProcedureError
 
 
-class RefusedError(Exception):
+class CommandRefusedError(Exception):
     """Something that is not done, and why; nothing was sent."""
 
     def __init__(self, why: Text) -> None:
@@ -24,7 +24,7 @@ class RefusedError(Exception):
         super().__init__(why.render())
 
 
-class Commanding:
+class CommandLoop:
     """The instruments in `roles` under a person's commands. `ranges` has the largest values of arguments, as far as they are known.
 
     `idle` (s) is how long something may be on without a command. What was read is kept in `read`.
@@ -38,7 +38,7 @@ class Commanding:
         self._ranges = ranges
         self._outputs = outputs
         self._idle = idle
-        self._connections = Connections()
+        self._connections = HandConnections()
         self._said = text(
             "Ready: {roles}. Say first what is on the motor's terminals (connect); help lists everything",
             roles=[role.value for role in roles],
@@ -73,7 +73,7 @@ class Commanding:
         roles = tuple(role.value for role in self._roles)
         return EnterCommand(self._said, self._refused, on, self._idle if on else None, roles, self._ranges)
 
-    def _carried_out(self, request: Call | HandWork | Help | SwitchOff) -> Text:
+    def _carried_out(self, request: TypedCommand | HandWork | Help | SwitchOff) -> Text:
         """Do it and return what came of it. Raises StillOnError where something cannot be switched off."""
         match request:
             case Help(role):
@@ -83,7 +83,7 @@ class Commanding:
                 return self._switched_off(off)
         try:
             return self._by_hand(request) if isinstance(request, HandWork) else self._call(request)
-        except (RefusedError, SetpointError, UndeclaredError, ProcedureError) as refused:
+        except (CommandRefusedError, SetpointError, UndeclaredError, ProcedureError) as refused:
             self._refused = True
             return refused.text
         except StillOnError:
@@ -113,7 +113,7 @@ class Commanding:
 
     def _by_hand(self, work: HandWork) -> Text:
         if self._outputs and not isinstance(work.action, WHILE_ON):
-            raise RefusedError(
+            raise CommandRefusedError(
                 text(
                     "hands work with everything off, and this is on: {on}; type off first", on=list(self._outputs.words)
                 )
@@ -122,7 +122,7 @@ class Commanding:
         self._connections.after(work.action)
         return text("Done: {typed}", typed=work.typed)
 
-    def _call(self, call: Call) -> Text:
+    def _call(self, call: TypedCommand) -> Text:
         command, role = call.command, call.command.role
         instrument, declaration = self._bench.instrument(role), call.command.declaration
         if declaration.effect is Effect.MAKES_SAFE:
@@ -136,12 +136,12 @@ class Commanding:
                 self.read.append(kept(call, given))
             return said
         if role in self._outputs:
-            raise RefusedError(text("{role} is on already; type off {role} first", role=role.value))
+            raise CommandRefusedError(text("{role} is on already; type off {role} first", role=role.value))
         if (why := self._connections.refusal(role, frozenset(self._roles))) is not None:
-            raise RefusedError(why)
+            raise CommandRefusedError(why)
         return self._energise(call)
 
-    def _energise(self, call: Call) -> Text:
+    def _energise(self, call: TypedCommand) -> Text:
         role, instrument = call.command.role, self._bench.instrument(call.command.role)
         match call.command.declaration.lasting:
             case Lasting.BLOCK:
