@@ -70,7 +70,7 @@ def run(
     serial_number
         The motor's serial number, in place of the one in its file.
     answers
-        TOML file of readings for `--operator answers`.
+        TOML file of readings and commands for `--operator answers`.
     set_
         A setting, `name=value` or `procedure.name=value`; may be given several times.
     language

@@ -80,7 +80,7 @@ class ActionStarted(Event, kind="action"):
 
 @dataclass(frozen=True, kw_only=True)
 class ActionDone(Event, kind="action_done"):
-    """Hand work is done: a reading entered, angles (rad) marked, whether something was put right, a command's words; None for other work."""
+    """Hand work is done: a reading entered, angles (rad) marked, whether something was put right, a command; None for other work."""
 
     action: str
     given: Given

@@ -122,9 +122,8 @@ class ByHandForm:
         energises = command.declaration.effect is Effect.ENERGISES
         words = text("⚡ Switch on: {what}", what=called(command.method)) if energises else called(command.method)
         button = ui.button(say(words), on_click=carry_out, color=None)
-        button.classes(f"{'mb-abort' if energises else 'mb-go'} text-xl px-10 py-4 mt-3").props(
-            "no-caps data-carry-out"
-        )
+        button.classes("mb-abort" if energises else "mb-go").classes("text-xl px-10 py-4 mt-3")
+        button.props("no-caps data-carry-out")
 
     def _field(self, command: Command, argument: CommandArgument) -> Any:
         say, key = self._reader.say, f"{command.role.value}.{command.method}.{argument.name}"
