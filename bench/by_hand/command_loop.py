@@ -118,7 +118,12 @@ class CommandLoop:
                     "hands work with everything off, and this is on: {on}; type off first", on=list(self._outputs.words)
                 )
             )
-        self._bench.perform(work.action)
+        try:
+            self._bench.perform(work.action)
+        except ProcedureError:
+            # Half done, nobody knows what is connected.
+            self._connections = HandConnections()
+            raise
         self._connections.after(work.action)
         return text("Done: {typed}", typed=work.typed)
 
