@@ -38,6 +38,17 @@ def pytest_configure(config: pytest.Config) -> None:
     folder = tempfile.mkdtemp(prefix="motorbench-state-")
     Path(folder).chmod(0o1777)
     config.stash[STATE] = os.environ["MOTORBENCH_STATE"] = folder
+    if worker := getattr(config, "workerinput", None):
+        # In a new clone each worker would else compile the same file at the same time as all others.
+        first = len(config.args) * int(worker["workerid"].removeprefix("gw")) // worker["workercount"]
+        config.args[:] = config.args[first:] + config.args[:first]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Have the tests in one order, whatever was collected first."""
+    if hasattr(config, "workerinput"):
+        items.sort(key=lambda item: str(item.path))
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

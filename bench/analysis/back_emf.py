@@ -225,7 +225,7 @@ def _flux_linkage(
         flux_linkage_least_squares={"value": factor * fitted[0], "standard_uncertainty": factor * fitted[1]},
         flux_linkage_integrated={"value": factor * integrated[0], "standard_uncertainty": factor * integrated[1]},
     )
-    source = _ESTIMATORS[first.drifts] if len(records) == 1 else f"{len(records)} speeds"
+    source = _ESTIMATORS[first.drifts] if len(records) == 1 else text("{count} speeds", count=len(records))
     mean = outcome.uncertainties.statistical(source, over.value, over.uncertainty, over.degrees_of_freedom)
     for name, share in zip(first.names, first.shares, strict=True):
         mean = outcome.with_errors(mean, "voltage", name, gain=float(share))

@@ -19,6 +19,7 @@ from drivers.interfaces.text import Text, Translate, english, text
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.mechanics.inertia import QUADRATIC, SHARED, fit_coast_down, fit_ramps
 from procedures.estimation.mechanics.turning import SpeedRamp
+from reports.labels import ParameterLabels
 
 _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 #: A coast-down that ends above this share of its top speed does not show what low speeds do.
@@ -112,7 +113,9 @@ def analyze_coast_down(
     driven = len(parts) > 1 or any(np.any(part.torque) for part in parts)
     fit = estimated(captures[0], lambda: _fit(records, driven=driven))
     names = SHARED if driven else _RATES
-    found = {name: outcome.estimate(f"ramp fit of {name}", fit, name) for name in names}
+    found = {
+        name: outcome.estimate(text("ramp fit of {name}", name=ParameterLabels({})[name]), fit, name) for name in names
+    }
     for error in applied.inputs():
         moved = half_differences(fit, names, partial(_fit, records, error, driven=driven), str(error))
         found = {n: applied.change(outcome.uncertainties, q, error, moved[n]) for n, q in found.items()}
@@ -141,7 +144,7 @@ def analyze_coast_down(
         outcome.warn(
             text(
                 "the coast-down ends at {reached:.0%} of its top speed: friction that grows again at low speed (Stribeck) hardly shows "
-                "there, and would move these figures by more than their intervals; record down to 5 % of the top speed",
+                "there, and these intervals are wide enough to hold it; record down to 5 % of the top speed for narrower ones",
                 reached=reached,
             ),
             "coast-lower",

@@ -44,7 +44,7 @@ class AnalysisOutcome:
         self._warnings: list[tuple[str, Text]] = []
         self._details: dict[str, Any] = {"source": capture.source, "format": capture.description}
 
-    def estimate(self, source: str, fit: Fit, name: str) -> UncertainReal:
+    def estimate(self, source: Text | str, fit: Fit, name: str) -> UncertainReal:
         """Return a fit's estimate as a Type A input; `source` is what its row of a budget is called."""
         return self.uncertainties.statistical(source, fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom)
 

@@ -83,7 +83,7 @@ def analyze_rotor_sweep(
     significant, p_value = saliency_significant(fit)
     axes = estimated(capture, lambda: axis_inductances(fit))
     for name, axis in (("d_axis_inductance", "d"), ("q_axis_inductance", "q")):
-        reading = outcome.estimate(f"sweep fit of L_{axis}", axes, name)
+        reading = outcome.estimate(text("sweep fit of {name}", name=f"L_{axis}"), axes, name)
         reading = outcome.with_errors(reading, "inductance", inductance.name, gain=1.0, offset=1.0)
         outcome.parameter(
             name,

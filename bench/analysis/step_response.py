@@ -23,6 +23,8 @@ from procedures.techniques.temperature_settings import COLD
 
 #: Channels that are later than this (s) beside each other are no two of one record.
 _LONGEST_SKEW = 1.0
+#: Windings of permanent-magnet motors have time constants of 0.1 to 100 ms, large machines some more (s).
+_LONG_TIME_CONSTANT = 0.5
 _FITTED = ("resistance", "inductance")
 _ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"
 _SKEW = "as taken"
@@ -117,7 +119,7 @@ def analyze_step_response(
         outcome.assume(text("the offset of the voltage channel is fitted along: it does not reach the results"))
     loops = {}
     for fitted, of_time in zip(_FITTED, (0.0, 1.0), strict=True):
-        loop = outcome.estimate(f"step fit of the {fitted}", fit, fitted)
+        loop = outcome.estimate(text("step fit of the {name}", name=word(fitted)), fit, fitted)
         loop = outcome.with_errors(loop, "voltage", v.name, gain=1.0, offset=moved[fitted] / shift if moved else 0.0)
         loop = outcome.with_errors(loop, "current", i.name, gain=-1.0)
         loops[fitted] = outcome.with_errors(loop, "time", "time", gain=of_time)
@@ -161,6 +163,15 @@ def analyze_step_response(
         "E10",
     )
     tau = fit.value("inductance") / fit.value("resistance")
+    if tau > _LONG_TIME_CONSTANT:
+        outcome.warn(
+            text(
+                "the time constant is {tau:.3g} s, where windings have 0.1 ms to 100 ms: is the time column really in seconds? Times in ms "
+                "under a heading in s make the inductance a thousand times too large, and nothing else in the record shows it",
+                tau=tau,
+            ),
+            "long-time-constant",
+        )
     outcome.detail(
         time_constant=tau,
         correlation_resistance_inductance=fit.correlation("resistance", "inductance"),

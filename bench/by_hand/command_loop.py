@@ -4,11 +4,11 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from bench.by_hand.connections import HandConnections
+from bench.by_hand.connections import refusal
 from bench.by_hand.hand_work import WHILE_ON
 from bench.by_hand.outcome import help_on, kept, outcome_of
 from bench.by_hand.outputs import Outputs, StillOnError, stop
-from bench.by_hand.requests import Finish, HandWork, Help, Request, SwitchOff, TypedCommand, request_of
+from bench.by_hand.requests import Finish, HandTask, Help, Request, SwitchOff, TypedCommand, request_of
 from drivers.interfaces import InstrumentError, MeasurementError, Role, SetpointError
 from drivers.interfaces.declarations import Effect, Lasting, UndeclaredError
 from drivers.interfaces.text import Text, text, text_of
@@ -38,7 +38,6 @@ class CommandLoop:
         self._ranges = ranges
         self._outputs = outputs
         self._idle = idle
-        self._connections = HandConnections()
         self._said = text(
             "Ready: {roles}. Say first what is on the motor's terminals (connect); help lists everything",
             roles=[role.value for role in roles],
@@ -73,7 +72,7 @@ class CommandLoop:
         roles = tuple(role.value for role in self._roles)
         return EnterCommand(self._said, self._refused, on, self._idle if on else None, roles, self._ranges)
 
-    def _carried_out(self, request: TypedCommand | HandWork | Help | SwitchOff) -> Text:
+    def _carried_out(self, request: TypedCommand | HandTask | Help | SwitchOff) -> Text:
         """Do it and return what came of it. Raises StillOnError where something cannot be switched off."""
         match request:
             case Help(role):
@@ -82,7 +81,7 @@ class CommandLoop:
                 off = self._outputs.all_off if role is None else partial(self._switch_off, role)
                 return self._switched_off(off)
         try:
-            return self._by_hand(request) if isinstance(request, HandWork) else self._call(request)
+            return self._by_hand(request) if isinstance(request, HandTask) else self._call(request)
         except (CommandRefusedError, SetpointError, UndeclaredError, ProcedureError) as refused:
             self._refused = True
             return refused.text
@@ -111,20 +110,14 @@ class CommandLoop:
             # It may be on although nobody here switched it on.
             stop(role, self._bench.instrument(role))
 
-    def _by_hand(self, work: HandWork) -> Text:
+    def _by_hand(self, work: HandTask) -> Text:
         if self._outputs and not isinstance(work.action, WHILE_ON):
             raise CommandRefusedError(
                 text(
                     "hands work with everything off, and this is on: {on}; type off first", on=list(self._outputs.words)
                 )
             )
-        try:
-            self._bench.perform(work.action)
-        except ProcedureError:
-            # Half done, nobody knows what is connected.
-            self._connections = HandConnections()
-            raise
-        self._connections.after(work.action)
+        self._bench.perform(work.action)
         return text("Done: {typed}", typed=work.typed)
 
     def _call(self, call: TypedCommand) -> Text:
@@ -142,7 +135,7 @@ class CommandLoop:
             return said
         if role in self._outputs:
             raise CommandRefusedError(text("{role} is on already; type off {role} first", role=role.value))
-        if (why := self._connections.refusal(role, frozenset(self._roles))) is not None:
+        if (why := refusal(role, self._bench.state.setup)) is not None:
             raise CommandRefusedError(why)
         return self._energise(call)
 

@@ -58,7 +58,7 @@ class Command:
     holders: Mapping[str, type]
 
     def carried_out(self, instrument: Instrument, values: Mapping[str, Any]) -> Any:
-        """TypedCommand the method with values by the arguments' names, and return what it gives."""
+        """Call the method with values by the arguments' names, and return what it gives."""
         plain = {one.name: values[one.name] for one in self.arguments if not one.within and one.name in values}
         for name, holder in self.holders.items():
             inner = [one.name for one in self.arguments if one.within == name]

@@ -29,21 +29,10 @@ from procedures.core.actions import (
     UncoupleDynamometer,
     VoltageProbe,
 )
+from procedures.core.setup import role_of_lead
 
 #: Whose each socket is.
-OWNERS: Mapping[Socket, Role] = {
-    Socket.SUPPLY_POSITIVE: Role.SUPPLY,
-    Socket.SUPPLY_NEGATIVE: Role.SUPPLY,
-    Socket.METER_HIGH: Role.LCR_METER,
-    Socket.METER_LOW: Role.LCR_METER,
-    Socket.INVERTER_U: Role.INVERTER,
-    Socket.INVERTER_V: Role.INVERTER,
-    Socket.INVERTER_W: Role.INVERTER,
-    Socket.DRIVE_1: Role.DRIVE,
-    Socket.DRIVE_2: Role.DRIVE,
-    Socket.DRIVE_3: Role.DRIVE,
-    Socket.INSULATION_HIGH: Role.INSULATION_TESTER,
-}
+OWNERS: Mapping[Socket, Role] = {one: role_of_lead(one.value) for one in Socket if one is not Socket.OPEN}
 
 #: What one word says.
 PLAIN: Mapping[str, Action] = {

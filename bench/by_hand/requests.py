@@ -36,7 +36,7 @@ class Help:
 
 
 @dataclass(frozen=True)
-class HandWork:
+class HandTask:
     """Have hands do something, in the words typed."""
 
     action: Action
@@ -52,7 +52,7 @@ class TypedCommand:
     typed: str
 
 
-Request = Finish | SwitchOff | Help | HandWork | TypedCommand
+Request = Finish | SwitchOff | Help | HandTask | TypedCommand
 
 
 def request_of(line: str, roles: Collection[Role]) -> Request:
@@ -67,7 +67,7 @@ def request_of(line: str, roles: Collection[Role]) -> Request:
         role = _role(rest[0], roles) if rest else None
         return SwitchOff(role) if first == OFF else Help(role)
     if first in HAND_WORK:
-        return HandWork(hand_work(first, rest, roles), line)
+        return HandTask(hand_work(first, rest, roles), line)
     role = _role(first, roles)
     if not rest:
         raise ValueError(text("{role}: say what it is to do; help {role} lists it", role=role.value))

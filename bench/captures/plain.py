@@ -1,5 +1,7 @@
 """Plain tables: a column of time (or angle) and columns of values, with or without headings."""
 
+import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,17 @@ from bench.captures.units import si, split_heading
 from drivers.interfaces.text import Text, text
 
 _TIME = {"t", "time", "zeit", "x-axis", "seconds", "second"}
+
+
+#: A decimal comma inside quotation marks, and what stands in quotation marks.
+_QUOTED_COMMA, _QUOTED = re.compile(r'"[^",]*\d,\d[^",]*"'), re.compile(r'"[^"]*"')
+
+
+def _without_quoted_commas(lines: list[str]) -> list[str]:
+    """Return lines whose cells are apart by semicolons where commas do that, and decimal commas stand in quotation marks."""
+    if not any("," in _QUOTED.sub("", line) and _QUOTED_COMMA.search(line) for line in lines[:100]):
+        return lines
+    return [";".join(next(csv.reader([line], skipinitialspace=True), [])) for line in lines]
 
 
 def _separator(line: str) -> str | None:
@@ -48,6 +61,7 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_col
     of time, or its number from 1, where it is not the first. Raises CaptureError.
     """
     lines = [line if not line.lstrip().startswith(("#", "%")) else "" for line in lines]
+    lines = _without_quoted_commas(lines)
     first, delimiter = 0, None
     for k, line in enumerate(lines[:100]):
         delimiter = _separator(line)

@@ -3,27 +3,44 @@
 import os
 import platform
 import sys
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from bench.cli.output import print_json
 from bench.i18n.errors import InputError
+from bench.i18n.language import language_of, translator
 from bench.run.console import console_on
-from bench.safety.guardian.scope import guardian_scope
+from bench.safety.guardian.scope import Scope, guardian_scope
 from bench.safety.ownership.owner import holders
 from bench.safety.ownership.state_folder import state_folder
 from bench.station.computer import Computer
 from bench.station.connections import problems
 from bench.station.station_file import load_station
+from drivers.interfaces.text import Text, Translate, text, word
 
 _LIBRARIES = (
     "motorbench", "numpy", "scipy", "GTC", "pydantic", "PyVISA", "PyVISA-py", "pyserial", "pymodbus", "python-can",
     "canopen", "h5py", "matplotlib", "Babel", "cyclopts", "rich",
 )  # fmt: skip
 
+#: What may be done with a device.
+_STATES = {
+    str(state): state
+    for state in (
+        text("usable"),
+        text("no permission"),
+        text("up"),
+        text("down"),
+        text("vendor's VISA library"),
+    )
+}
 
-def doctor(station: Path | None = None, /, *, json: bool = False, runs: Path = Path("runs")) -> int:
+
+def doctor(
+    station: Path | None = None, /, *, json: bool = False, language: str = "auto", runs: Path = Path("runs")
+) -> int:
     """Report versions of libraries, the VISA backends found, USB, serial and CAN devices, permissions, and where a guardian would live.
 
     Parameters
@@ -32,11 +49,14 @@ def doctor(station: Path | None = None, /, *, json: bool = False, runs: Path = P
         A station file: can this computer reach each of its addresses? Nothing is opened; `station check` does that.
     json
         Print one JSON object and nothing else.
+    language
+        en, zh, or auto by the locale.
     runs
         Folder of the runs, which must be writable.
 
     """
-    computer = Computer()
+    translate = translator(language_of(language))
+    computer, guardian = Computer(), guardian_scope()
     found: dict[str, Any] = {
         "python": platform.python_version(),
         "system": platform.platform(),
@@ -53,19 +73,21 @@ def doctor(station: Path | None = None, /, *, json: bool = False, runs: Path = P
         },
         "can_interfaces": {name: "up" if up else "down" for name, up in computer.can_interfaces().items()},
         **_state(),
-        "guardian": guardian_scope().about(),
+        "guardian": guardian.about(),
     }
+    stands = [] if station is None else problems(load_station(station), computer)
     if station is not None:
         found["station"] = [
-            {"instrument": name, "address": address, "problems": [said.render() for said in stands]}
-            for name, address, stands in problems(load_station(station), computer)
+            {"instrument": name, "address": address, "problems": [str(said) for said in told]}
+            for name, address, told in stands
         ]
-    found["problems"] = _problems(found, runs)
+    wrong = _problems(found, [(name, address, said) for name, address, told in stands for said in told], runs)
+    found["problems"] = [str(said) for said in wrong]
     if json:
         print_json(found)
     else:
-        _print(found)
-    return 1 if found["problems"] else 0
+        _print(found, wrong, guardian, translate)
+    return 1 if wrong else 0
 
 
 def _state() -> dict[str, Any]:
@@ -106,58 +128,69 @@ def _backends() -> dict[str, str]:
     return backends
 
 
-def _problems(found: dict[str, Any], runs: Path) -> list[str]:
-    told = [f"the library {name} is missing; run uv sync" for name, has in found["libraries"].items() if has is None]
+def _problems(found: dict[str, Any], stands: Sequence[tuple[str, str, Text]], runs: Path) -> list[Text]:
+    told = [
+        text("the library {name} is missing; run uv sync", name=name)
+        for name, has in found["libraries"].items()
+        if has is None
+    ]
     if not found["visa_backends"]:
-        told.append("no VISA backend; install PyVISA-py or the instrument maker's VISA")
+        told.append(text("no VISA backend; install PyVISA-py or the instrument maker's VISA"))
     told += [
-        f"{port} may not be used; add yourself to its group (often dialout or plugdev)"
+        text("{port} may not be used; add yourself to its group (often dialout or plugdev)", port=port)
         for port, state in found["serial_ports"].items()
         if state != "usable"
     ]
     told += [
-        f"{one['instrument']} at {one['address']}: {said}"
-        for one in found.get("station", ())
-        for said in one["problems"]
+        text("{name} at {address}: {said}", name=name, address=address, said=said) for name, address, said in stands
     ]
     if found["state_problem"]:
-        told.append(found["state_problem"])
+        told.append(Text("{said}", {"said": found["state_problem"]}))
     place = runs if runs.exists() else runs.absolute().parent
     if not os.access(place, os.W_OK):
-        told.append(f"{place} may not be written to; choose another folder with --runs")
+        told.append(text("{place} may not be written to; choose another folder with --runs", place=place))
     return told
 
 
-def _print(found: dict[str, Any]) -> None:
+def _print(found: dict[str, Any], wrong: Sequence[Text], guardian: Scope, translate: Translate) -> None:
     console = console_on(sys.stdout)
-    console.print(f"Python {found['python']} on {found['system']}", markup=False)
+
+    def say(said: Text | str, before: str = "") -> None:
+        console.print(before + (said if isinstance(said, str) else said.render(translate)), markup=False)
+
+    say(text("Python {version} on {system}", version=found["python"], system=found["system"]))
     for name, has in found["libraries"].items():
-        console.print(f"  {name:<12}{has or 'missing'}", markup=False)
-    kinds = (
-        ("VISA backends", "visa_backends"),
-        ("Serial ports", "serial_ports"),
-        ("USB devices", "usb_devices"),
-        ("CAN interfaces", "can_interfaces"),
-    )
-    for title, key in kinds:
-        console.print(f"{title}: {'' if found[key] else 'none'}", markup=False)
+        say(has or text("missing"), f"  {name:<12}")
+    nothing = text("none")
+    for title, key in (
+        (text("VISA backends"), "visa_backends"),
+        (text("Serial ports"), "serial_ports"),
+        (text("USB devices"), "usb_devices"),
+        (text("CAN interfaces"), "can_interfaces"),
+    ):
+        say(text("{place}: {said}", place=title, said="" if found[key] else nothing))
         for name, told in found[key].items():
-            console.print(f"  {name}  {told}", markup=False)
-    console.print(f"State folder: {found['state_folder'] or 'none'}", markup=False)
+            say(_STATES.get(told, word(told)), f"  {name}  ")
+    say(text("State folder: {folder}", folder=found["state_folder"] or nothing))
     for one in found["in_use"]:
-        ended = ", which has ended; its guardian has not" if one["ended"] else ""
-        console.print(
-            f"  {one['user']}: {one['what']} (process {one['pid']}{ended}), since {one['since']}", markup=False
+        values = {"user": one["user"], "what": one["what"], "pid": one["pid"], "since": one["since"]}
+        say(
+            text(
+                "{user}: {what} (process {pid}, which has ended; its guardian has not), since {since}",
+                **values,
+            )
+            if one["ended"]
+            else text("{user}: {what} (process {pid}), since {since}", **values),
+            "  ",
         )
-        console.print(f"      {', '.join(one['instruments'])}", markup=False)
-    console.print(f"Guardian: {found['guardian']['said']}", markup=False)
+        say(", ".join(one["instruments"]), "      ")
+    say(text("Guardian: {said}", said=guardian.said))
     for one in found.get("station", ()):
         if not one["problems"]:
-            console.print(f"✓ {one['instrument']} at {one['address']}", markup=False)
-    for problem in found["problems"]:
-        console.print(f"✗ {problem}", markup=False)
-    if not found["problems"]:
-        further = (
-            "" if "station" in found else " A station file's addresses are judged by: motorbench doctor STATION.toml"
-        )
-        console.print(f"✓ Nothing is missing.{further}", markup=False)
+            say(text("{name} at {address}", name=one["instrument"], address=one["address"]), "✓ ")
+    for problem in wrong:
+        say(problem, "✗ ")
+    if not wrong:
+        say(text("Nothing is missing."), "✓ ")
+        if "station" not in found:
+            say(text("A station file's addresses are judged by: motorbench doctor STATION.toml"), "  ")

@@ -1,16 +1,16 @@
 """`motorbench export`: a run's parameters as a controller's file."""
 
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from bench.cli.new_file import write_new
 from bench.cli.output import broken_of, print_catalogue, print_json, say_broken
 from bench.i18n.errors import InputError, UsageError, at
 from bench.i18n.language import language_of, translator
-from drivers.interfaces.text import Translate, reason_of, text
+from drivers.interfaces.text import Translate, text
 
 if TYPE_CHECKING:
     from reports.exports.target import Sheet, Target
@@ -26,6 +26,7 @@ def export(
     list_: Annotated[bool, Parameter(name="--list")] = False,
     station: str = "virtual",
     output: Path | None = None,
+    force: bool = False,
     largest_uncertainty: float | None = None,
     bandwidth: float | None = None,
     as_detected: bool = False,
@@ -49,7 +50,9 @@ def export(
     station
         With --list: a station file, whose plug-ins are listed too.
     output
-        File to write; without it the file's content goes to standard output.
+        File to write; without it the file's content goes to standard output. One that is there with other content is not overwritten.
+    force
+        Overwrite that file.
     largest_uncertainty
         Largest relative standard uncertainty with which a parameter is exported, instead of the stated bounds (docs/reference/exports.md).
     bandwidth
@@ -121,7 +124,7 @@ def export(
         ) from None
     content = target.write(sheet)
     if output is not None:
-        _write(output, content)
+        write_new(output, content, force=force)
     for reason in sheet.left_out:
         print(f"motorbench: left out: {reason.render(translate)}", file=sys.stderr)
     for notice in sheet.subject.warnings:
@@ -150,22 +153,6 @@ def _list(station: str, translate: Translate, *, json: bool) -> int:
     print_catalogue(exports, lambda name: exports[name].title)
     say_broken(broken, translate)
     return 0
-
-
-def _write(path: Path, content: str) -> None:
-    """Write the file whole or not at all. Raises InputError where it cannot be written."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        with part.open("w", encoding="utf-8", newline="") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise InputError(
-            text("{path}: the file cannot be written: {strerror}", path=path, strerror=reason_of(error))
-        ) from None
 
 
 def _as_dict(target: "Target", sheet: "Sheet", content: str, output: Path | None) -> dict[str, Any]:

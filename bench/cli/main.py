@@ -96,6 +96,7 @@ def make_app() -> App:
         ("eol_schema:schema", "schema", "The plan file's JSON schema, for editors."),
         ("eol_export:export", "export", "Records as CSV, Parquet, JUnit XML or JSON lines."),
         ("eol_labels:labels", "labels", "The label line of each motor of a batch."),
+        ("eol_plan:plan", "plan", "Write a plan from a measured motor."),
         ("eol_stats:stats", "stats", "Yield, failures, capability, charts, gauge R&R."),
     ):
         eol.command(f"bench.cli.{where}", name=name, help=words)
@@ -119,11 +120,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.exit(code)
 
 
+def _app(given: list[str]) -> App:
+    """Return the application, where it is to show its help in another language than English with that."""
+    app = make_app()
+    helped = "--help" in given or "-h" in given or sum(not word.startswith("-") for word in given) < 2
+    if not helped or (language := _language(given)) == "en":
+        return app
+    from bench.cli.help import in_language
+    from bench.i18n.language import translator
+
+    return in_language(app, translator(language))
+
+
 def _run(given: list[str]) -> int:
     try:
-        code = make_app()(given, exit_on_error=False, print_error=False)
+        code = _app(given)(given, exit_on_error=False, print_error=False)
     except CycloptsError as error:
-        return _refuse(given, InputError(_usage(error)), USAGE)
+        from bench.cli.usage_errors import said_of
+
+        return _refuse(given, InputError(said_of(error)), USAGE)
     except (UsageError, FileError) as error:
         return _refuse(given, error, USAGE)
     except InputError as error:
@@ -154,10 +169,6 @@ def _unexpected(given: list[str], error: Exception) -> int:
     return _refuse(given, InputError(said), FAILED)
 
 
-def _usage(error: CycloptsError) -> str:
-    return f"{str(error).strip()} See motorbench --help"
-
-
 def _refuse(given: list[str], error: Exception, code: int) -> int:
     """Say what went wrong in the reader's language; a program that reads the JSON gets it in English."""
     from bench.i18n.language import translator
@@ -175,7 +186,7 @@ def _language(given: list[str]) -> str:
     from bench.i18n.language import LANGUAGES, language_of
 
     wish = "auto"
-    for word, following in zip(given, [*given[1:], ""], strict=True):
+    for word, following in zip(given, [*given, ""][1:], strict=True):
         option, equals, value = word.partition("=")
         if option == "--language":
             wish = value if equals else following

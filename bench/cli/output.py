@@ -33,11 +33,18 @@ def broken_of(catalogues: Catalogues, catalogue: Catalogue[Any]) -> tuple[Broken
     return (*catalogues.unusable, *catalogue.broken())
 
 
+def padded(words: str, width: int) -> str:
+    """Return words filled up to so many columns of a terminal, of which a Chinese character takes two."""
+    from rich.cells import cell_len
+
+    return words + " " * max(width - cell_len(words), 0)
+
+
 def print_catalogue(catalogue: Catalogue[Any], about: Callable[[str], str]) -> None:
     """Print names, what is said of each, and where it comes from."""
     console = console_on(sys.stdout)
     for name in catalogue:
-        console.print(f"{name:<28}{about(name):<60} {catalogue.origin(name)}", markup=False, soft_wrap=True)
+        console.print(f"{name:<28}{padded(about(name), 60)} {catalogue.origin(name)}", markup=False, soft_wrap=True)
 
 
 def print_summary(view: RunView, folder: RunFolder, translate: Translate) -> None:

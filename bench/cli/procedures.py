@@ -57,7 +57,7 @@ def procedures(*, station: str = "virtual", json: bool = False, markdown: bool =
         origin = "" if found.origin(name).name == OURS else f"  [dim]({found.origin(name)})[/dim]"
         console.print(f"[bold]{name}[/bold]  §{entry['section']}  {entry['title']}{origin}")
         if entry["roles"]:
-            console.print(f"  [dim]{', '.join(entry['roles'])}[/dim]")
+            console.print(f"  [dim]{translate(', ').join(translate(role) for role in entry['roles'])}[/dim]")
         defaults = found[name].settings_type()().model_dump()
         for step in found[name].steps():
             said = step.words(defaults).render(translate)

@@ -91,6 +91,9 @@ def _together(lines: Sequence[ScriptLine], translate: Translate) -> Iterator[str
     """Say what happens in a step, the set points of one call in one line."""
     points: list[SetPoint] = []
     for line, following in zip(lines, [*lines[1:], None], strict=False):
+        if line.kind == "action":
+            yield from _asked(line)
+            continue
         if line.set_point is None:
             yield _said(line, translate)
             continue
@@ -110,11 +113,15 @@ def _parameter(line: ScriptLine) -> str:
     return line.set_point.parameter if line.set_point else ""
 
 
+def _asked(line: ScriptLine) -> Iterator[str]:
+    """Say what hands are asked for, each of its lines with the number that it has on the drawing."""
+    head, *rest = line.words
+    yield f"☞ {head}" + (f"  ×{line.times}" if line.times > 1 else "")
+    yield from (f"    {number}. {words}" for number, words in enumerate(rest, 1))
+
+
 def _said(line: ScriptLine, translate: Translate) -> str:
     times = f"  ×{line.times}" if line.times > 1 else ""
-    if line.kind == "action":
-        head, *rest = line.words
-        return f"☞ {head} {'; '.join(rest)}".rstrip() + times
     if line.kind in _SWITCHED:
         return f"{line.instrument}: {_SWITCHED[line.kind].render(translate)}{times}"
     return f"{line.instrument}: {line.call} {', '.join(line.words)}".rstrip() + times

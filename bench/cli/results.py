@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from bench.cli.output import print_end, print_json, print_summary
+from bench.cli.output import padded, print_end, print_json, print_summary
 from bench.files.toml_file import nearest
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
@@ -19,7 +19,7 @@ from bench.journal.run_folder import RunFolder, existing_run_folder, run_folders
 from bench.journal.run_result import end_of
 from bench.journal.run_view import RunView, view_of
 from bench.run.console import console_on
-from drivers.interfaces.text import Translate, text
+from drivers.interfaces.text import Translate, lines, text, word
 from procedures.core.result import Parameter as Measured
 
 #: Procedures that a list names one by one.
@@ -72,29 +72,36 @@ def results(
     return 0
 
 
-def list_runs(*, json: bool = False, runs: Path = Path("runs")) -> int:
+def list_runs(*, json: bool = False, language: str = "auto", runs: Path = Path("runs")) -> int:
     """List the runs of a folder in the order they began.
 
     Parameters
     ----------
     json
         Print one JSON object and nothing else.
+    language
+        en, zh, or auto by the locale.
     runs
         Folder of the runs.
 
     """
+    translate = translator(language_of(language))
     found = [overview(folder) for folder in run_folders(runs)]
     if json:
         print_json({"runs": [asdict(each) for each in found]})
     elif not found:
-        print(f"there are no runs in {runs}")
+        print(text("there are no runs in {runs}", runs=runs).render(translate))
     else:
         widest = max(len(each.name) for each in found)
         for each in found:
+            many = len(each.procedures) > _NAMED
             what = (
-                ", ".join(each.procedures) if len(each.procedures) <= _NAMED else f"{len(each.procedures)} procedures"
+                text("{count} procedures", count=len(each.procedures))
+                if many
+                else lines(map(word, each.procedures), ", ")
             )
-            print(f"{each.name:{widest}}  {each.status:11}  {each.motor}: {what}")
+            status = padded(translate(each.status), 11)
+            print(f"{each.name:{widest}}  {status}  {each.motor}: {what.render(translate)}")
     return 0
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from bench.files.toml_file import read
 from bench.i18n.errors import InputError, UsageError
+from bench.i18n.language import language_of, translator
 from bench.station.station_file import VIRTUAL
 from drivers.interfaces.text import reason_of, text
 
@@ -103,7 +104,9 @@ def serve(
     build(panel, AllowedHosts(host, allow_host))
     logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
     scheme, name = "https" if certificate else "http", _reached_by(host)
-    app.on_startup(lambda: print(f"The panel: {scheme}://{name}:{port} (Ctrl-C ends it; a run goes on)", flush=True))
+    where = text("The panel: {address} (Ctrl-C ends it; a run goes on)", address=f"{scheme}://{name}:{port}")
+    said = where.render(translator(language_of("auto")))
+    app.on_startup(lambda: print(said, flush=True))
     ui.run(
         host=host,
         port=port,

@@ -1,7 +1,6 @@
 """`motorbench sim serve`: the virtual bench on real sockets, in a process of its own."""
 
 import gc
-import ipaddress
 import json as json_format
 import logging
 import os
@@ -11,12 +10,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.cli.new_file import write_new
 from bench.cli.options import Seed
+from bench.cli.serving import check_host, check_ports, say_refused, unavailable
 from bench.i18n.errors import InputError, UsageError
-from drivers.interfaces.text import reason_of, text
+from drivers.interfaces.text import text
 
-#: At most so many ports are served.
-_PORTS = 100
 #: After so long (s) a thread that computes lets another one go on.
 _SWITCH_INTERVAL = 1.0e-3
 #: How long (s) a client may be idle.
@@ -31,6 +30,7 @@ def serve(
     motor: str,
     station: Path | None = None,
     station_file: Path | None = None,
+    force: bool = False,
     json: bool = False,
     speedup: float = 1.0,
     seed: Seed = 0,
@@ -58,7 +58,9 @@ def serve(
     station
         A station file whose instruments are served, plug-ins included, each by what its driver names; without one, the standard bench.
     station_file
-        Write the station file here instead, and print the addresses only.
+        Write the station file here instead, and print the addresses only. One that is there with other content is not overwritten.
+    force
+        Overwrite that file.
     json
         Print one JSON object on one line and nothing else.
     speedup
@@ -166,7 +168,16 @@ def serve(
         with interrupts.raising(), _opened(virtual, speedup, host, seed, told, more, ports) as bench:
             inject(given, bench.bench.injector.add)
             described = describe(bench.preferred(), bench.control, bench.interlocks(), bench.watchdog_relays())
-            _tell(bench, told, described if own is None else own.file(described), station_file, json, seed)
+            _tell(
+                bench,
+                told,
+                described if own is None else own.file(described),
+                station_file,
+                json=json,
+                seed=seed,
+                force=force,
+            )
+            say_refused(bench.refused_clients)
             # Looked through for what could be freed, all that is loaded holds everybody up for 40 ms.
             gc.freeze()
             # The contacts' thread waits no longer than this for one that computes.
@@ -229,34 +240,25 @@ def _opened(
     except UnservedError as error:
         raise unserved(error.name, reason(error.__cause__ or error)) from error
     except OSError as error:
-        raise InputError(
-            text("the virtual bench cannot be served on {host}: {error}", host=host, error=error)
-        ) from error
-
-
-def check_ports(base_port: int | None) -> None:
-    """Raise UsageError for a first port that leaves no room for the others."""
-    if base_port is not None and not 1024 <= base_port <= 65535 - _PORTS:
-        raise UsageError(text("--base-port {port}: allowed is 1024 to {most}", port=base_port, most=65535 - _PORTS))
-
-
-def check_host(host: str) -> None:
-    """Raise UsageError for what is no IPv4 address."""
-    try:
-        ipaddress.IPv4Address(host)
-    except ValueError:
-        raise UsageError(text("--host {host}: give an IPv4 address, like 127.0.0.1", host=host)) from None
+        raise unavailable(error, host) from error
 
 
 def _tell(
-    bench: "ServedBench", told: dict[str, Any], station: dict[str, Any], file: Path | None, json: bool, seed: int
+    bench: "ServedBench",
+    told: dict[str, Any],
+    station: dict[str, Any],
+    file: Path | None,
+    *,
+    json: bool,
+    seed: int,
+    force: bool,
 ) -> None:
     from tomli_w import dumps as toml_text
 
     from bench.virtual.virtual_station import as_text
 
     if file is not None:
-        _write(file, toml_text(station))
+        write_new(file, toml_text(station), force=force)
     if json:
         made = {
             "station": station,
@@ -281,15 +283,3 @@ def _tell(
     print(
         f"motorbench: {told['name']} is served at {bench.clock.speedup:g} × real time; Ctrl-C ends it", file=sys.stderr
     )
-
-
-def _write(file: Path, content: str) -> None:
-    """Write the file whole or not at all: others wait for it to be there."""
-    draft = file.with_name(f".{file.name}.{os.getpid()}")
-    try:
-        draft.write_text(content, encoding="utf-8")
-        draft.replace(file)
-    except OSError as error:
-        raise InputError(
-            text("{file}: the station file cannot be written: {strerror}", file=file, strerror=reason_of(error))
-        ) from error

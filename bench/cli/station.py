@@ -4,9 +4,13 @@ import sys
 from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from bench.cli.output import print_json, say_broken
+from cyclopts import Parameter
+
+from bench.cli.output import padded, print_json, say_broken
+from bench.cli.station_needs import good as needs_met
+from bench.cli.station_needs import outlooks, print_outlooks
 from bench.eol.line.line_file import load_line
 from bench.i18n.errors import InputError, UsageError, message
 from bench.i18n.language import language_of, translator
@@ -24,7 +28,7 @@ from bench.station.clock import SystemClock, wall_date
 from bench.station.station_file import Entry, Station, load_station
 from bench.station.visa_library import StationVisa
 from drivers.interfaces import InstrumentError
-from drivers.interfaces.text import Text, Translate, english, text
+from drivers.interfaces.text import Text, Translate, english, text, word
 from drivers.manual.prompt import Prompt
 from procedures.core.bench import Role
 from procedures.core.nameplate import Nameplate, WindingConnection
@@ -44,15 +48,27 @@ class Nobody:
         """Go on."""
 
 
-def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
-    """Open every instrument of a station file, say who answers, whose calibration is overdue and which watchdogs are armed.
+def check(
+    station: Path,
+    *procedures: str,
+    set_: Annotated[tuple[str, ...], Parameter(name="--set")] = (),
+    language: str = "auto",
+    json: bool = False,
+) -> int:
+    """Open every instrument of a station file, say who answers, whose calibration is overdue and which watchdogs are armed,
+    and for each procedure what the station lacks or what people are asked for.
 
-    Nothing is energised.
+    Nothing is energised. Exit status 1 where an instrument does not answer, or a procedure that is named cannot run; where none is
+    named, if none can.
 
     Parameters
     ----------
     station
         The station file.
+    procedures
+        Procedures that must be possible; where none is named, one of `all` must.
+    set_
+        A setting of them, as `motorbench run` takes it.
     language
         en, zh, or auto by the locale; JSON is English where none is asked for.
     json
@@ -61,6 +77,7 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
     """
     translate = english if json and language == "auto" else translator(language_of(language))
     read = load_station(station)
+    needs = outlooks(read, procedures, set_)
     overdue = [notice.message.render(translate) for notice in read.check_calibrations(wall_date(), read.entries)]
     prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, Nobody())
     nowhere = Unrecorded()
@@ -82,7 +99,8 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
             closing = instruments.close()
     trip = Latch(state, read).standing()
     looked_at = (*found.values(), *contacts.values(), *relays.values())
-    good = not closing and trip is None and all(told["error"] is None for told in looked_at)
+    possible = needs_met(needs, named=procedures not in ((), ("all",)))
+    good = possible and not closing and trip is None and all(told["error"] is None for told in looked_at)
     if json:
         print_json(
             {
@@ -92,6 +110,7 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
                 "trip": None if trip is None else asdict(trip),
                 "watchdog_relays": relays,
                 "watchdogs": [one.as_dict() for one in watchdogs],
+                "procedures": {each.name: each.as_dict(translate) for each in needs},
                 "closing": list(closing),
                 "overdue": overdue,
                 "broken": [one.as_dict() for one in read.catalogues.broken(load=False)],
@@ -101,14 +120,15 @@ def check(station: Path, *, language: str = "auto", json: bool = False) -> int:
     else:
         say_broken(read.catalogues.broken(load=False), translate)
         tripped = [] if trip is None else [stood(trip).render(translate)]
-        _print(read.name, found, contacts, relays, [*tripped, *overdue, *closing])
+        _print(read.name, found, contacts, relays, [*tripped, *overdue, *closing], translate)
         for one in watchdogs:
             mark = "!" if one.missing else "✓"
             console_on(sys.stdout).print(f"  {mark} {one.words.render(translate)}", markup=False, soft_wrap=True)
+        print_outlooks(needs, translate)
     return 0 if good else 1
 
 
-def reset(station: Path, *, by: str, json: bool = False) -> int:
+def reset(station: Path, *, by: str, json: bool = False, language: str = "auto") -> int:
     """Allow runs again after an interlock was open; all interlocks must be closed.
 
     Parameters
@@ -119,6 +139,8 @@ def reset(station: Path, *, by: str, json: bool = False) -> int:
         The name of the person who has seen to it, for the record.
     json
         Print one JSON object and nothing else.
+    language
+        en, zh, or auto by the locale.
 
     """
     if not by.strip():
@@ -135,10 +157,19 @@ def reset(station: Path, *, by: str, json: bool = False) -> int:
     trip = trips[0] if trips else None
     if json:
         print_json({"reset": trip is not None, "trip": None if trip is None else asdict(trip)})
-    elif trip is None:
-        print("nothing to reset: no interlock has been open")
     else:
-        print(f"reset by {by.strip()}: the interlock {trip.interlock} was {trip.how} at {trip.wall}")
+        was = (
+            text("nothing to reset: no interlock has been open")
+            if trip is None
+            else text(
+                "reset by {person}: the interlock {interlock} was {how} at {time}",
+                person=by.strip(),
+                interlock=trip.interlock,
+                how=word(trip.how),
+                time=trip.wall,
+            )
+        )
+        print(was.render(translator(language_of(language))))
     return 0
 
 
@@ -236,29 +267,36 @@ def _print(
     contacts: dict[str, dict[str, Any]],
     relays: dict[str, dict[str, Any]],
     faults: list[str],
+    translate: Translate,
 ) -> None:
     console = console_on(sys.stdout)
+
+    def say(said: Text) -> str:
+        return said.render(translate)
+
     console.print(name, style="bold", markup=False)
     if not found:
-        console.print("  no instruments; add [instruments.<role>] tables to the file", markup=False)
+        console.print(f"  {say(text('no instruments; add [instruments.ROLE] tables to the file'))}", markup=False)
     for role, told in found.items():
         mark, words = ("✓", told["identity"]) if told["error"] is None else ("✗", told["error"])
-        console.print(f"  {mark} {role:<18}{told['driver']:<24}{told['address'] or '–'}", markup=False)
+        console.print(
+            f"  {mark} {padded(translate(role), 18)}{told['driver']:<24}{told['address'] or '–'}", markup=False
+        )
         console.print(f"      {words}", markup=False)
         for one in told["found_state"]:
             if one["changed"] or one["wanted"] is None:
-                then = f" → {one['wanted']}, put back at the end" if one["changed"] else ""
+                then = say(text(" → {wanted}, put back at the end", wanted=one["wanted"])) if one["changed"] else ""
                 console.print(
                     f"      {one['query']} {one['found']}{then}: {one['effect']}", markup=False, soft_wrap=True
                 )
     for contact, told in contacts.items():
-        mark, words = ("✓", "closed") if told["error"] is None else ("✗", told["error"])
-        console.print(f"  {mark} {contact:<18}{'interlock':<24}{told['address']}", markup=False)
+        mark, words = ("✓", say(text("closed"))) if told["error"] is None else ("✗", told["error"])
+        console.print(f"  {mark} {contact:<18}{padded(say(text('interlock')), 24)}{told['address']}", markup=False)
         console.print(f"      {words}", markup=False)
     for relay, told in relays.items():
-        state = "picked up" if told["picked_up"] else "dropped out"
+        state = say(text("picked up") if told["picked_up"] else text("dropped out"))
         mark, words = ("✓", state) if told["error"] is None else ("✗", told["error"])
-        console.print(f"  {mark} {relay:<18}{'watchdog relay':<24}{told['address']}", markup=False)
+        console.print(f"  {mark} {relay:<18}{padded(say(text('watchdog relay')), 24)}{told['address']}", markup=False)
         console.print(f"      {words}", markup=False)
     for fault in faults:
         console.print(f"  ✗ {fault}", markup=False)

@@ -3,6 +3,7 @@
 from bench.cli.output import print_catalogue, print_json, say_broken
 from bench.i18n.language import language_of, translator
 from bench.station.station_file import catalogues_at
+from drivers.interfaces.text import Text, lines, text, word
 
 
 def drivers(*, station: str = "virtual", language: str = "auto", json: bool = False) -> int:
@@ -51,18 +52,23 @@ def drivers(*, station: str = "virtual", language: str = "auto", json: bool = Fa
             }
         )
         return 0
-    print_catalogue(found, lambda name: ", ".join(driver.role.value for driver in found[name]))
+    translate = translator(language_of(language))
+
+    def say(said: Text | str) -> str:
+        return word(said).render(translate)
+
+    print_catalogue(found, lambda name: say(lines((word(one.role.value) for one in found[name]), ", ")))
     print()
     for name, roles in found.items():
         for source in dict.fromkeys(source for driver in roles for source in driver.sources):
-            print(f"{name:<28}written from {source}")
+            print(f"{name:<28}{say(text('written from {source}', source=source))}")
     print()
-    print_catalogue(relays, lambda _: "watchdog relay")
+    print_catalogue(relays, lambda _: say(text("watchdog relay")))
     print()
-    print_catalogue(contacts, lambda name: " ".join(["interlock", *contacts[name].schemes]))
+    print_catalogue(contacts, lambda name: " ".join([say(text("interlock")), *contacts[name].schemes]))
     print()
-    print_catalogue(simulated, lambda name: f"simulated {simulated[name].role}")
+    print_catalogue(simulated, lambda name: say(text("simulated {role}", role=word(simulated[name].role))))
     print()
-    print_catalogue(outputs, lambda _: "records")
-    say_broken(broken, translator(language_of(language)))
+    print_catalogue(outputs, lambda _: say(text("records")))
+    say_broken(broken, translate)
     return 0

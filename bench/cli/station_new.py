@@ -9,8 +9,9 @@ from typing import Any
 
 from tomli_w import dumps
 
+from bench.cli.new_file import refuse_existing
 from bench.cli.station import check
-from bench.cli.station_scan import print_report, refuse_existing, request_of, scanned, write_draft
+from bench.cli.station_scan import print_report, request_of, scanned, write_draft
 from bench.discovery.station_draft import Candidate, candidates
 from bench.i18n.errors import InputError, message
 from bench.i18n.language import language_of, translator

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from bench.cli.new_file import refuse_existing
 from bench.cli.output import print_json, say_broken
 from bench.discovery.findings import FoundInstrument, ScanReport
 from bench.discovery.scan import ScanRequest
@@ -151,16 +152,6 @@ def scanned(request: ScanRequest, station: Station | None, visa_library: str, tr
             )
         finally:
             visa.close()
-
-
-def refuse_existing(file: Path, *, force: bool) -> None:
-    """Raise UsageError where a file is there already and may not be overwritten, or its folder is not."""
-    if not file.parent.is_dir():
-        raise UsageError(text("{file}: there is no folder {folder}", file=str(file), folder=str(file.parent)))
-    if file.exists() and not force:
-        raise UsageError(
-            text("{file} is there already; name another file, or overwrite it with --force", file=str(file))
-        )
 
 
 def write_draft(file: Path, content: str) -> None:

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.cli.new_file import refuse_existing
 from bench.cli.output import print_json
 from bench.cli.station import NO_MOTOR, Nobody, held, look
-from bench.cli.station_scan import refuse_existing
 from bench.i18n.errors import InputError, message
 from bench.i18n.language import language_of, translator
 from bench.journal.unrecorded import Unrecorded
@@ -19,9 +19,10 @@ from bench.safety.station_instruments import StationInstruments
 from bench.station.clock import SystemClock
 from bench.station.station_file import load_station
 from bench.station.visa_library import StationVisa
+from bench.traffic.growing_file import GrowingFile
 from bench.traffic.recorder import TrafficRecorder
 from bench.traffic.sampling import sample
-from bench.traffic.traffic_file import SessionRecording, read_recording, write_recording
+from bench.traffic.traffic_file import SessionRecording, read_recording
 from drivers.interfaces.text import english, text
 
 if TYPE_CHECKING:
@@ -61,9 +62,9 @@ def record(
     refuse_existing(out, force=force)
     read = load_station(station)
     clock, nowhere = SystemClock(), Unrecorded()
-    recorder = TrafficRecorder(clock.now)
-    # A file that cannot be written is found out before anything is asked.
-    write_recording(recorder.recording(read), out)
+    tables = {role.value: entry.table for role, entry in read.entries.items()}
+    growing = GrowingFile(out, tables, identifiable=identifiable)
+    recorder = TrafficRecorder(clock.now, growing.take)
     with owning(state_folder(), "motorbench station record") as owner:
         instruments = StationInstruments(
             read,
@@ -92,7 +93,7 @@ def record(
         finally:
             instruments.close()
             made = recorder.recording(read, identifiable=identifiable)
-            write_recording(made, out)
+            growing.finish(made)
     counts = {role.value: sum(line.kind in "><" for line in made.of(role)) for role in made.carriers}
     if json:
         about = {role: {**told, "messages": counts.get(role, 0)} for role, told in found.items()}
@@ -136,9 +137,7 @@ def replay(
     """
     recording = read_recording(file, str(station) if station else "")
     if not recording.carriers:
-        raise InputError(
-            text("{file}: no instrument's messages are in it; they are written when the run ends", file=str(file))
-        )
+        raise InputError(text("{file}: no instrument's messages are in it", file=str(file)))
     if serve:
         return _serve(recording, host, base_port, tolerant=tolerant)
     from bench.traffic.replay import replay as replayed
@@ -146,7 +145,8 @@ def replay(
     done = replayed(recording, tolerant=tolerant)
     good = all(one.difference is None for one in done)
     if json:
-        print_json({"file": str(file), "instruments": {one.role.value: _as_dict(one) for one in done}, "good": good})
+        told = {one.role.value: _as_dict(one) for one in done}
+        print_json({"file": str(file), "unfinished": recording.unfinished, "instruments": told, "good": good})
     else:
         _print_replayed(recording, done)
     return 0 if good else 1
@@ -155,7 +155,7 @@ def replay(
 def _serve(recording: SessionRecording, host: str, base_port: int | None, *, tolerant: bool) -> int:
     from tomli_w import dumps
 
-    from bench.cli.sim_serve import check_host, check_ports
+    from bench.cli.serving import check_host, check_ports, unavailable
     from bench.safety.interrupts import Interrupted, Interrupts
     from bench.traffic.sessions import session_of
     from bench.virtual.virtual_station import as_text
@@ -182,7 +182,7 @@ def _serve(recording: SessionRecording, host: str, base_port: int | None, *, tol
         # That is how serving ends.
         return 0
     except OSError as error:
-        raise InputError(text("the recording cannot be served on {host}: {error}", host=host, error=error)) from error
+        raise unavailable(error, host) from error
     return 0
 
 
@@ -202,6 +202,10 @@ def _print_replayed(recording: SessionRecording, done: "Sequence[Replayed]") -> 
     console = console_on(sys.stdout)
     made = f", made {recording.about['made']}" if "made" in recording.about else ""
     console.print(f"{recording.source}{made}", style="bold", markup=False, soft_wrap=True)
+    if recording.unfinished:
+        console.print(
+            f"  cut short after {len(recording.lines)} lines: what was recorded by then is replayed", markup=False
+        )
     for one in done:
         driver = recording.tables[one.role.value]["driver"]
         mark = "✓" if one.difference is None else "✗"

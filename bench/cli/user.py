@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from bench.i18n.errors import UsageError
+from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import text
 
 
@@ -30,5 +31,6 @@ def add(name: str, *, role: str = "operator", file: Path = Path("people.toml")) 
     else:
         password = sys.stdin.readline().rstrip("\r\n")
     add_person(file, name, role, password)
-    print(f"{name} may log in as {role}: {file}")
+    said = text("{name} may log in as {role}: {file}", name=name, role=role, file=file)
+    print(said.render(translator(language_of("auto"))))
     return 0

@@ -3,12 +3,14 @@
 from pathlib import Path
 
 from bench.cli.output import print_json
+from bench.i18n.language import language_of, translator
 from bench.journal.run_folder import existing_run_folder
 from bench.journal.verification import Integrity
 from bench.journal.verify import verify as verify_run
+from drivers.interfaces.text import text
 
 
-def verify(run: str, *, sha256: str = "", json: bool = False, runs: Path = Path("runs")) -> int:
+def verify(run: str, *, sha256: str = "", json: bool = False, language: str = "auto", runs: Path = Path("runs")) -> int:
     """Show whether a run's journal, waveforms and result are as they were written; the status is 0 only where they are.
 
     Parameters
@@ -19,6 +21,8 @@ def verify(run: str, *, sha256: str = "", json: bool = False, runs: Path = Path(
         Hash of the journal's last event, as it was noted outside the run's folder.
     json
         Print one JSON object and nothing else.
+    language
+        en, zh, or auto by the locale.
     runs
         Folder of the runs.
 
@@ -38,11 +42,19 @@ def verify(run: str, *, sha256: str = "", json: bool = False, runs: Path = Path(
             }
         )
     else:
-        print(f"{folder.path}: {found.verdict.value}")
+        translate = translator(language_of(language))
+        print(f"{folder.path}: {translate(found.verdict.value)}")
         for finding in found.findings:
             print(f"  {finding}")
         if found.unproven:
             print(f"  {found.unproven}")
-        print(f"  journal    {found.events} whole events, the last with SHA-256 {found.last_hash or 'none'}")
-        print(f"  waveforms  {found.waveforms} files compared")
+        for said in (
+            text(
+                "journal    {count} whole events, the last with SHA-256 {hash}",
+                count=found.events,
+                hash=found.last_hash or "–",
+            ),
+            text("waveforms  {count} files compared", count=found.waveforms),
+        ):
+            print(f"  {said.render(translate)}")
     return 0 if found.verdict is Integrity.UNTOUCHED else 1

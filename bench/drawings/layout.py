@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from procedures.core.actions import (
     Action,
+    ChangeSetup,
     Connect,
     ConnectProbes,
     ConnectVoltmeter,
@@ -13,6 +14,8 @@ from procedures.core.actions import (
     CurrentProbe,
     DisconnectVoltmeter,
     LockRotor,
+    MarkRestPositions,
+    Node,
     ReleaseRotor,
     SeparateMeterLeads,
     ShortMeterLeads,
@@ -20,9 +23,11 @@ from procedures.core.actions import (
     StartTurning,
     StopTurning,
     Terminal,
+    TurnToRest,
     UncoupleDynamometer,
     VoltageProbe,
 )
+from procedures.core.setup import BenchSetup
 
 
 @dataclass(frozen=True)
@@ -38,9 +43,26 @@ class Layout:
     dynamometer_coupled: bool = False
     shaft_turned: bool = False
 
+    def _of(self, setup: BenchSetup) -> "Layout":
+        high, low = setup.voltmeter or (None, None)
+        on_supply = high is Node.SUPPLY_POSITIVE
+        metered = None if high is None or low is None or on_supply else (Terminal(high.value), Terminal(low.value))
+        return replace(
+            self,
+            terminals=setup.terminals if setup.known else None,
+            probes=setup.probes,
+            voltmeter=metered,
+            voltmeter_on_supply=on_supply,
+            leads_shorted=setup.leads_shorted,
+            rotor_locked=setup.rotor_locked is True,
+            dynamometer_coupled=setup.coupled is True,
+        )
+
     def after(self, action: Action) -> "Layout":
         """Return what an action makes of it; actions that connect nothing leave it as it is."""
         match action:
+            case ChangeSetup(after=after):
+                return self._of(after)
             case Connect():
                 return replace(self, terminals=action.complete())
             case ConnectProbes(probes=probes):
@@ -49,8 +71,10 @@ class Layout:
                 return replace(self, voltmeter=(positive, negative), voltmeter_on_supply=False)
             case ConnectVoltmeterToSupply() | DisconnectVoltmeter():
                 return replace(self, voltmeter=None, voltmeter_on_supply=isinstance(action, ConnectVoltmeterToSupply))
-            case ShortMeterLeads() | SeparateMeterLeads():
-                return replace(self, leads_shorted=isinstance(action, ShortMeterLeads))
+            case ShortMeterLeads():
+                return replace(self, terminals=self._without_meter(), leads_shorted=True)
+            case SeparateMeterLeads():
+                return replace(self, leads_shorted=False)
             case LockRotor() | ReleaseRotor():
                 return replace(self, rotor_locked=isinstance(action, LockRotor))
             case CoupleDynamometer() | UncoupleDynamometer():
@@ -59,3 +83,14 @@ class Layout:
                 return replace(self, shaft_turned=isinstance(action, StartTurning))
             case _:
                 return self
+
+    def _without_meter(self) -> Mapping[Terminal, Socket] | None:
+        meter = (Socket.METER_HIGH, Socket.METER_LOW)
+        if self.terminals is None:
+            return None
+        return {t: Socket.OPEN if socket in meter else socket for t, socket in self.terminals.items()}
+
+
+def turned_by_hand(action: Action | None) -> bool:
+    """Tell whether an action has the shaft turned by hand while it is done."""
+    return isinstance(action, TurnToRest | MarkRestPositions | StartTurning)

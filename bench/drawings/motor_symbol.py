@@ -1,86 +1,142 @@
-"""The motor as it is drawn: three terminals, the windings behind them in star or delta, and the Hall sensors' connector."""
+"""The motor as it is drawn: rails in the wires' colours, terminals, windings, Hall sensors, frame."""
 
-import math
-
-from bench.drawings.canvas import FAINT, Canvas
-from procedures.core.actions import Node, Terminal
+from bench.drawings.canvas import Layer, straight
+from bench.drawings.colours import css_colour
+from bench.drawings.leads import ARTIFICIAL_NEUTRAL, FRAME, HALL_PINS, STAR_POINT, SUPPLY_OUTPUT
+from bench.drawings.lettering import width_of
+from bench.drawings.palette import FLANGE, INK, PAPER
+from bench.drawings.sheet import MOTOR_FRAME, OPEN, PHASES, DrawingSheet, Horizontal
+from bench.drawings.sources import Sources, colour_of_source
+from bench.drawings.tap_symbols import GROUND
+from bench.drawings.taps import Taps
+from drivers.interfaces.text import text
+from procedures.core.bench import Role
 from procedures.core.nameplate import WindingConnection
 
-#: Where the terminals stand.
-TERMINAL_X = 520.0
-TERMINAL_Y = {Terminal.A: 100.0, Terminal.B: 205.0, Terminal.C: 310.0}
-_CENTRE = (665.0, 205.0)
-#: Pins of the Hall sensors' connector, from above: where they stand.
-HALL_X = 612.0
-HALL_Y = {Node.HALL_1: 427.0, Node.HALL_2: 452.0, Node.HALL_3: 477.0, Node.HALL_GROUND: 502.0}
-_HALL_WIDTH = 150.0
-_BODY = 122.0
-_REACH = 74.0
-_BUMPS = 4
-_ANGLES = {Terminal.A: -90.0, Terminal.B: 150.0, Terminal.C: 30.0}
-#: Outer ends of the windings; so placed that no lead crosses another.
-_CORNERS = {
-    terminal: (
-        _CENTRE[0] + _REACH * math.cos(math.radians(angle)),
-        _CENTRE[1] + _REACH * math.sin(math.radians(angle)),
+#: How long the motor's body is, and where its coils end.
+BODY_LENGTH = 150.0
+_COIL_FIRST, _COIL_STEP, _COIL_END = 28.0, 16.0, 118.0
+_HALF_BOX = 26.0
+
+
+def place_rails(sheet: DrawingSheet, sources: Sources, taps: Taps) -> None:
+    """Put every node's rail among the lines that columns hop over."""
+    for node, v in sheet.v.items():
+        touching = [column.u for group in taps.groups for column in group.columns if column.node == node]
+        first, last = sheet.strip, sheet.end
+        if node == ARTIFICIAL_NEUTRAL:
+            first, last = min([taps.resistors["A"], *touching]), max([taps.resistors["C"], *touching])
+        elif node in SUPPLY_OUTPUT:
+            last = max(touching, default=sheet.strip)
+        elif node not in PHASES and node not in sources.fed:
+            first = min(touching, default=sheet.end) - 30.0
+        sheet.horizontals.append(Horizontal(v, first, last, node))
+
+
+def draw_rails(sheet: DrawingSheet) -> None:
+    """Draw the rails, the terminals' in their wires' colours with a dark edge."""
+    for line in sheet.horizontals:
+        if line.net not in sheet.v:
+            continue
+        node = str(line.net)
+        way = straight((line.first, line.v), (line.last, line.v))
+        if node in PHASES:
+            sheet.canvas.path(Layer.RAIL, way, INK, 11.0)
+            sheet.canvas.path(Layer.RAIL, way, css_colour(sheet.plate.wire_colours.get(node, "")), 7.0)
+        elif node in SUPPLY_OUTPUT:
+            sheet.canvas.path(Layer.RAIL, way, colour_of_source((Role.SUPPLY, SUPPLY_OUTPUT[node])), 5.0)
+        else:
+            sheet.canvas.path(Layer.RAIL, way, INK, 3.0)
+
+
+def draw_motor(sheet: DrawingSheet, sources: Sources) -> None:
+    """Draw body, windings, what is brought out of it, and the terminals."""
+    u, low = sheet.end, sheet.low
+    sheet.canvas.box(Layer.BOX, (u, -46.0), (u + BODY_LENGTH, low + 46.0), round_by=14.0)
+    sheet.canvas.box(
+        Layer.BOX, (u + BODY_LENGTH, -30.0), (u + BODY_LENGTH + 12.0, low + 30.0), fill=FLANGE, round_by=2.0
     )
-    for terminal, angle in _ANGLES.items()
-}
+    _draw_windings(sheet)
+    _draw_brought_out(sheet)
+    for node in PHASES:
+        _draw_terminal(sheet, node, sources)
+    if FRAME in sources.fed:
+        _draw_frame_terminal(sheet)
 
 
-def node_place(node: Node) -> tuple[float, float] | None:
-    """Return where a probe touches a node of the motor; None for one that is no part of it."""
-    if node is Node.STAR_POINT:
-        return _CENTRE
-    if node in HALL_Y:
-        return HALL_X, HALL_Y[node]
-    if node.value not in [terminal.value for terminal in Terminal]:
-        return None
-    return TERMINAL_X, TERMINAL_Y[Terminal(node.value)]
+def _draw_windings(sheet: DrawingSheet) -> None:
+    u, v = sheet.end, [sheet.v[node] for node in PHASES]
+    for place in v:
+        bumps = []
+        for number in range(4):
+            a, b = u + _COIL_FIRST + _COIL_STEP * number, u + _COIL_FIRST + _COIL_STEP * (number + 1)
+            bumps.append(("C", ((a, place - 17.0), (b, place - 17.0), (b, place))))
+        way = [*straight((u, place), (u + _COIL_FIRST, place)), *bumps, ("L", ((u + _COIL_END, place),))]
+        sheet.canvas.path(Layer.BOX, way)
+    end = u + _COIL_END
+    if sheet.plate.connection is WindingConnection.WYE:
+        sheet.canvas.path(Layer.BOX, straight((end, v[0]), (end, v[2])))
+        sheet.canvas.disc(Layer.BOX, end, v[1], 6.0, fill=INK)
+        return
+    # Delta: each winding's end goes to the beginning of the next.
+    start = u + 14.0
+    for first, following in ((v[0], v[1]), (v[1], v[2])):
+        aside = (first + following) / 2.0 + 4.0
+        sheet.canvas.path(Layer.BOX, straight((end, first), (end, aside), (start, aside), (start, following)))
+    back = straight((end, v[2]), (end + 16.0, v[2]), (end + 16.0, -30.0), (start, -30.0), (start, v[0]))
+    sheet.canvas.path(Layer.BOX, back)
+    for place in v:
+        sheet.canvas.disc(Layer.BOX, start, place, 4.5, fill=INK)
 
 
-def draw_motor(canvas: Canvas, connection: WindingConnection, *, name: str) -> None:
-    """Draw body, windings, terminals and the motor's name."""
-    canvas.circle(*_CENTRE, _BODY, fill=FAINT)
-    for terminal, corner in _CORNERS.items():
-        canvas.line(f"M {TERMINAL_X:g} {TERMINAL_Y[terminal]:g} L {corner[0]:g} {corner[1]:g}")
-    if connection is WindingConnection.WYE:
-        for corner in _CORNERS.values():
-            canvas.line(_coil(corner, _CENTRE), width=3)
-        canvas.circle(*_CENTRE, 4, fill="#20262b")
-    else:
-        places = list(_CORNERS.values())
-        for first, second in zip(places, [*places[1:], places[0]], strict=True):
-            canvas.line(_coil(first, second), width=3)
-    for terminal, y in TERMINAL_Y.items():
-        canvas.circle(TERMINAL_X, y, 17)
-        canvas.text(TERMINAL_X, y, terminal.value, size=20, bold=True)
-    canvas.text(_CENTRE[0], _CENTRE[1] + _BODY + 22, name, bold=True)
+def _draw_brought_out(sheet: DrawingSheet) -> None:
+    u, low = sheet.end, sheet.low
+    halls = [sheet.v[pin] for pin in HALL_PINS if pin in sheet.v]
+    if halls:
+        words = sheet.say(text("Hall"))
+        wide = width_of(words, 17, bold=True) + 20.0
+        first, last, deep = halls[0] - 24.0, halls[-1] + 24.0, 108.0
+        if sheet.upright:
+            last = max(last, first + wide)
+        else:
+            deep = max(deep, 42.0 + wide)
+        sheet.canvas.box(Layer.BOX, (u, first), (u + deep, last))
+        x, y = sheet.canvas.page(u + (76.0 if sheet.upright else (deep + 42.0) / 2.0), (first + last) / 2.0)
+        sheet.canvas.words(x, y, words, size=17, bold=True)
+        for pin in HALL_PINS:
+            if pin in sheet.v:
+                sheet.canvas.words(*sheet.canvas.page(u + 24.0, sheet.v[pin]), pin, size=16, bold=True)
+    if STAR_POINT in sheet.v:
+        out = u + _COIL_END
+        sheet.canvas.path(Layer.BOX, straight((u, sheet.v[STAR_POINT]), (out, sheet.v[STAR_POINT]), (out, low)))
+        x, y = sheet.canvas.page(u + 22.0, sheet.v[STAR_POINT])
+        sheet.canvas.words(*((x + 14.0, y) if sheet.upright else (x, y - 14.0)), STAR_POINT, size=16, bold=True)
+    if FRAME in sheet.v:
+        out, v = u + BODY_LENGTH / 2.0, sheet.v[FRAME]
+        sheet.canvas.path(Layer.RAIL, straight((u, v), (out, v), (out, low + 46.0)))
+        sheet.canvas.disc(Layer.MARK, out, low + 46.0, 6.5, fill=INK)
 
 
-def draw_hall_connector(canvas: Canvas, name: str) -> None:
-    """Draw the Hall sensors' connector below the motor, with its name."""
-    heights = list(HALL_Y.values())
-    canvas.box(HALL_X, heights[0] - 15.0, _HALL_WIDTH, heights[-1] - heights[0] + 30.0, fill=FAINT)
-    canvas.text(HALL_X + 0.5 * _HALL_WIDTH + 10.0, 0.5 * (heights[0] + heights[-1]), name, size=15, bold=True)
-    for node, y in HALL_Y.items():
-        canvas.circle(HALL_X, y, 12)
-        canvas.text(HALL_X, y, node.value, size=12, bold=True)
+def _draw_terminal(sheet: DrawingSheet, node: str, sources: Sources) -> None:
+    v, half = sheet.v[node], sheet.half_terminal(node)
+    along, across = (_HALF_BOX, half) if sheet.upright else (half, _HALF_BOX)
+    sheet.canvas.box(Layer.MARK, (sheet.strip - along, v - across), (sheet.strip + along, v + across), fill=PAPER)
+    colour = sheet.colour_of(node)
+    x, y = sheet.canvas.page(sheet.strip, v)
+    sheet.canvas.words(x, y - (10.0 if colour else 0.0), node, size=24, bold=True)
+    sheet.canvas.words(x, y + 14.0, colour, size=16)
+    if node not in sources.fed:
+        end = sheet.strip - along - 33.0
+        sheet.canvas.path(Layer.LEAD, straight((sheet.strip - along, v), (end, v)))
+        sheet.canvas.path(Layer.LEAD, straight((end, v - 11.0), (end, v + 11.0)))
+        x, y = sheet.canvas.page(end - (14.0 if sheet.upright else 8.0), v)
+        sheet.canvas.words(x, y, sheet.say(OPEN), size=16, anchor="middle" if sheet.upright else "end")
 
 
-def draw_remark(canvas: Canvas, row: int, words: str) -> None:
-    """Write what holds for the shaft below the motor's name, line by line from 0."""
-    canvas.text(_CENTRE[0], _CENTRE[1] + _BODY + 46 + 22 * row, words)
-
-
-def _coil(start: tuple[float, float], end: tuple[float, float]) -> str:
-    """Return a path of half circles between two points, with a straight piece at either end."""
-    dx, dy = end[0] - start[0], end[1] - start[1]
-    step = 0.64 / _BUMPS
-    radius = math.hypot(dx, dy) * step / 2.0
-
-    def at(share: float) -> str:
-        return f"{start[0] + share * dx:.1f} {start[1] + share * dy:.1f}"
-
-    bumps = " ".join(f"A {radius:.1f} {radius:.1f} 0 0 1 {at(0.18 + step * (n + 1))}" for n in range(_BUMPS))
-    return f"M {at(0.0)} L {at(0.18)} {bumps} L {at(1.0)}"
+def _draw_frame_terminal(sheet: DrawingSheet) -> None:
+    v, half = sheet.v[FRAME], sheet.half_terminal(FRAME)
+    along, across = (_HALF_BOX, half) if sheet.upright else (half, _HALF_BOX)
+    sheet.canvas.box(Layer.MARK, (sheet.strip - along, v - across), (sheet.strip + along, v + across), fill=PAPER)
+    x, y = sheet.canvas.page(sheet.strip, v)
+    sheet.canvas.symbol(sheet.strip, v, GROUND, lower=-9.0)
+    sheet.canvas.words(x, y + 14.0, sheet.say(MOTOR_FRAME), size=16)

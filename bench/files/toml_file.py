@@ -1,5 +1,6 @@
 """Strict TOML files: whatever is wrong is named with file, key, what was given and what is allowed."""
 
+import codecs
 import difflib
 import re
 import tomllib
@@ -38,7 +39,10 @@ _LIBRARYS = (
 
 
 def read(path: Path, what: Text) -> tuple[bytes, dict[str, Any]]:
-    """Return a TOML file's bytes and content. Raises FileError naming the file (`what` it is), line and cause."""
+    """Return a TOML file's bytes, without the byte order mark that some editors put first, and content.
+
+    Raises FileError naming the file (`what` it is), line and cause.
+    """
     try:
         with path.open("rb") as file:
             content = file.read(LONGEST + 1)
@@ -51,6 +55,7 @@ def read(path: Path, what: Text) -> tuple[bytes, dict[str, Any]]:
         raise FileError(text("{path!r} is no name of a {what}", path=str(path), what=what)) from None
     if len(content) > LONGEST:
         raise FileError(text("{path}: more than {most} MiB are no {what}", path=path, most=LONGEST // 2**20, what=what))
+    content = content.removeprefix(codecs.BOM_UTF8)
     return content, parse(content, str(path))
 
 

@@ -44,6 +44,10 @@ class RunFolder:
         """Folder of the samples that the journal refers to."""
         return self.path / "waveforms"
 
+    def photo(self, what: str) -> Path:
+        """Return the file of a photo that the run keeps to be shown: of the `motor` or of the `station`."""
+        return self.path / f"photo-{what}.jpg"
+
     @property
     def reserve(self) -> Path:
         """Room that is kept for the end of a run while it goes on."""

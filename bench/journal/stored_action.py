@@ -4,9 +4,11 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, cast, get_args
 
+from drivers.interfaces import Role
 from drivers.interfaces.text import Text
 from procedures.core.actions import (
     Action,
+    ChangeSetup,
     Connect,
     ConnectProbes,
     ConnectVoltmeter,
@@ -20,7 +22,11 @@ from procedures.core.actions import (
     Terminal,
     VoltageProbe,
 )
+from procedures.core.setup import BenchSetup, LeadContact
+from procedures.core.setup_change import Change, ChangeKind
 
+#: A setup's fields that are no contacts.
+_STATE = ("known", "leads_shorted", "rotor_locked", "coupled")
 _KINDS: Mapping[str, type[Any]] = {kind.__name__: kind for kind in get_args(Action)}
 
 
@@ -37,6 +43,9 @@ def restore_action(event: Mapping[str, Any]) -> Action:
 
 
 def _made(kind: type[Any], details: Mapping[str, Any]) -> object:
+    if kind is ChangeSetup:
+        before, after = (_setup(details[name]) for name in ("before", "after"))
+        return ChangeSetup(tuple(_change(each) for each in details["changes"]), before, after)
     if kind is Connect:
         return Connect({Terminal(t): Socket(socket) for t, socket in details["terminals"].items()})
     if kind is ConnectProbes:
@@ -64,6 +73,16 @@ def _made(kind: type[Any], details: Mapping[str, Any]) -> object:
             dict(details["ranges"]),
         )
     return kind(**{field.name: details[field.name] for field in fields(kind)})
+
+
+def _setup(details: Mapping[str, Any]) -> BenchSetup:
+    contacts = tuple(LeadContact(each["lead"], each["place"]) for each in details["contacts"])
+    return BenchSetup(contacts, **{name: details[name] for name in _STATE})
+
+
+def _change(details: Mapping[str, Any]) -> Change:
+    role = details["role"]
+    return Change(**{**details, "kind": ChangeKind(details["kind"]), "role": None if role is None else Role(role)})
 
 
 def _probe(details: Mapping[str, Any]) -> VoltageProbe | CurrentProbe:

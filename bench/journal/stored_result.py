@@ -21,7 +21,7 @@ def store(result: ProcedureResult) -> dict[str, Any]:
     return {
         "procedure": result.procedure,
         "section": result.section,
-        "parameters": [{"name": p.name, **p.as_dict()} for p in result.parameters],
+        "parameters": [_store_parameter(parameter) for parameter in result.parameters],
         "warnings": [store_notice(notice) for notice in result.warnings],
         "findings": dict(result.findings),
         **({"withheld": withheld} if withheld else {}),
@@ -38,6 +38,44 @@ def restore(data: Mapping[str, Any]) -> ProcedureResult:
         findings=data["findings"],
         withheld=tuple(restore_withheld(entry) for entry in data.get("withheld", ())),
     )
+
+
+def _store_parameter(parameter: Parameter) -> dict[str, Any]:
+    budget = [_store_row(row) for row in parameter.budget]
+    return {"name": parameter.name, **parameter.as_dict(), "budget": budget}
+
+
+def _store_row(row: Contribution) -> dict[str, Any]:
+    """Return a row of a budget; most of a journal is these, so that words stand by themselves and no identity twice."""
+    stored: dict[str, Any] = {**vars(row), "source": _store_source(row.source)}
+    if row.source.values and row.identity == str(row.source):
+        del stored["identity"]
+    return stored
+
+
+def _restore_row(data: Mapping[str, Any]) -> Contribution:
+    source = _restore_source(data["source"])
+    own = str(source) if isinstance(data["source"], dict) else ""
+    return Contribution(**{"identity": own, **data, "source": source})
+
+
+def _store_source(source: object) -> Any:
+    if not isinstance(source, Text):
+        return _store_value(source)
+    if not source.values:
+        return source.template
+    return {"template": source.template, "values": {name: _store_source(v) for name, v in source.values.items()}}
+
+
+def _restore_source(stored: Any) -> Text:
+    """Return an input's name; older journals have it as a finished English string."""
+    if isinstance(stored, str):
+        return word(stored)
+    values = {
+        name: _restore_source(value) if isinstance(value, str | dict) else value
+        for name, value in stored["values"].items()
+    }
+    return _sayable(Text(stored["template"], values))
 
 
 def _store_withheld(reason: Withheld) -> dict[str, Any]:
@@ -74,10 +112,13 @@ def store_text(message: Text) -> dict[str, Any]:
 
 def restore_text(data: Mapping[str, Any]) -> Text:
     """Return the sentence that `store_text` took apart. Raises ValueError, KeyError or TypeError for one that cannot be said."""
-    for _, name, form, _ in Formatter().parse(data["template"]):
+    return _sayable(Text(data["template"], {name: _restore_value(value) for name, value in data["values"].items()}))
+
+
+def _sayable(sentence: Text) -> Text:
+    for _, name, form, _ in Formatter().parse(sentence.template):
         if name is not None and not (name.isidentifier() and _FORM.fullmatch(form or "")):
             raise ValueError(f"{{{name}:{form}}} is no place for a value")
-    sentence = Text(data["template"], {name: _restore_value(value) for name, value in data["values"].items()})
     sentence.render()
     return sentence
 
@@ -137,7 +178,7 @@ def restore_parameter(data: Mapping[str, Any]) -> Parameter:
         convention=data["convention"],
         winding=None if data["winding"] is None else _float(data["winding"]),
         source=data["source"],
-        budget=tuple(Contribution(**row) for row in data["budget"]),
+        budget=tuple(_restore_row(row) for row in data["budget"]),
         definition=stored_definition(data, data["name"]),
     )
 

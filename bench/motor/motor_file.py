@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
+from bench.files.photo import Photo, photo_beside
 from bench.files.toml_file import Section, parse, validate
 from bench.i18n.errors import InputError, at
 from bench.motor.motor_insides import InsideSection
@@ -149,7 +150,7 @@ class _File(TypedMotor):
 class MotorFile:
     """A motor file that was read: its plate, the truth of a virtual motor where it holds one, and what identifies it.
 
-    `six_step` is the drive of a BLDC file, whose machine the virtual motor then is.
+    `six_step` is the drive of a BLDC file, whose machine the virtual motor then is; `photo` stands beside the file.
     """
 
     source: str
@@ -158,6 +159,7 @@ class MotorFile:
     nameplate: Nameplate
     virtual: VirtualMotor | None
     six_step: SixStepDrive | None = None
+    photo: Photo | None = None
 
     def virtual_motor(self) -> VirtualMotor:
         """Return the virtual motor. Raises InputError where the file has none."""
@@ -180,7 +182,8 @@ def load_motor(reference: str, procedures: "Procedures | None" = None) -> MotorF
     Raises InputError for a file that cannot be read or is not right, naming key, value and allowed range.
     """
     source, content, data = motor_content(reference)
-    return _motor(content, data, source, procedures)
+    read = _motor(content, data, source, procedures)
+    return replace(read, photo=photo_beside(source, "nameplate.photo", data["nameplate"].get("photo", "")))
 
 
 def recorded_motor(content: str, source: str) -> MotorFile:

@@ -43,6 +43,10 @@ def number(
     )
 
 
+#: Fields of the table that the nameplate of procedures takes otherwise, or not at all.
+_NOT_OF_THE_PLATE = ("wire_colours", "photo")
+
+
 class WireColours(Section):
     """Colour of each terminal's wire."""
 
@@ -66,6 +70,7 @@ class NameplateSection(Section):
     maximum_winding_temperature: float | None = number("°C", None, at_least=-40.0, up_to=300.0)
     wire_colours: WireColours = WireColours()
     serial_number: str = ""
+    photo: str = Field(default="", max_length=255, description="the name of a JPEG or PNG file beside this one")
     insulation_test_voltage: float | None = number(
         "V", None, above=0.0, up_to=1e4, description="DC, between winding and frame"
     )
@@ -104,7 +109,7 @@ class NameplateSection(Section):
     def nameplate(self, expected: "ExpectedSection", tolerance: Mapping[str, float]) -> Nameplate:
         """Return it as procedures see it, with the type values and tolerances of the same file."""
         return Nameplate(
-            **{name: getattr(self, name) for name in NameplateSection.model_fields if name != "wire_colours"},
+            **{name: getattr(self, name) for name in NameplateSection.model_fields if name not in _NOT_OF_THE_PLATE},
             wire_colours={terminal: colour for terminal, colour in self.wire_colours.model_dump().items() if colour},
             expected=expected.values(),
             tolerance=dict(tolerance),

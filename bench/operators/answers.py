@@ -10,7 +10,7 @@ from typing import Any
 from bench.files.toml_file import nearest, read
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text, text
-from procedures.core.actions import FINISH, Action, EnterCommand, EnterReading, MarkRestPositions
+from procedures.core.actions import FINISH, EnterCommand, EnterReading, HandWork, MarkRestPositions
 from procedures.core.bench import Operator, ProcedureError
 
 #: The key of the marked angles of `MarkRestPositions`.
@@ -121,7 +121,7 @@ class AnswersOperator:
         self._answers = answers
         self._hands = hands
 
-    def perform(self, action: Action) -> object:
+    def perform(self, action: HandWork) -> object:
         """Answer a reading or the marked angles (degrees in the file, rad returned); everything else is done at once."""
         if isinstance(action, EnterReading):
             value = float(self._answers.next(action.key, action.sentence().render()))

@@ -1,6 +1,6 @@
 """A fixture in place of hands: a switch matrix connects, a rotor actuator holds, turns and frees the shaft."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import assert_never, cast
 
 from bench.journal.events.instruments import DeEnergised, Energising
@@ -8,33 +8,23 @@ from bench.journal.events.safety import MadeSafe
 from bench.operators.rest import RestFinder
 from drivers.interfaces import Clock, Instrument, Role, RotorActuator, SwitchMatrix
 from drivers.interfaces.role import ROLES as SPECS
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import (
-    Action,
-    Connect,
-    ConnectProbes,
-    ConnectVoltmeter,
-    ConnectVoltmeterToSupply,
-    CoupleDynamometer,
-    CurrentProbe,
-    DisconnectVoltmeter,
+    ChangeSetup,
     DoubtReading,
     EnterCommand,
     EnterReading,
-    LockRotor,
+    HandWork,
     MarkRestPositions,
     Mend,
-    ReleaseRotor,
-    SeparateMeterLeads,
-    ShortMeterLeads,
-    Socket,
     StartTurning,
     StopTurning,
     TurnToRest,
-    UncoupleDynamometer,
 )
 from procedures.core.bench import ProcedureError
 from procedures.core.events import Event
+from procedures.core.setup import BenchSetup, LeadContact
+from procedures.core.setup_change import Change, ChangeKind
 
 #: The roles that a fixture consists of.
 ROLES = frozenset(role for role, spec in SPECS.items() if spec.in_fixture)
@@ -42,9 +32,8 @@ ROLES = frozenset(role for role, spec in SPECS.items() if spec.in_fixture)
 _SOURCES = frozenset(role.value for role, spec in SPECS.items() if spec.feeds_winding)
 #: How far (rad) a shaft is moved to feel whether it is free: further than the actuator may stop short.
 _FEELING = 0.1
-#: The parts of what is connected, each changed by actions of its own.
-_SOCKETS, _PROBES, _SENSES, _SHORT = "sockets", "probes", "senses", "short"
-_NOTHING: Mapping[str, frozenset[str]] = dict.fromkeys((_SOCKETS, _PROBES, _SENSES, _SHORT), frozenset())
+#: The relay that joins the bridge's leads.
+_SHORT = "leads:short"
 
 
 class FixtureOperator:
@@ -58,7 +47,7 @@ class FixtureOperator:
         self._clock = clock
         self._thermometer = thermometer
         self._instruments: Mapping[Role, Instrument] = {}
-        self._parts = dict(_NOTHING)
+        self._closed: frozenset[str] = frozenset()
         self._points: tuple[frozenset[str], frozenset[str]] | None = None
         self._feeding = 0
         self._felt = False
@@ -76,9 +65,9 @@ class FixtureOperator:
             case DeEnergised():
                 self._feeding -= event.instrument in _SOURCES
             case MadeSafe() if event.instrument == Role.SWITCH_MATRIX.value:
-                self._parts = dict(_NOTHING)
+                self._closed = frozenset()
 
-    def perform(self, action: Action) -> object:
+    def perform(self, action: HandWork) -> object:
         """Do it; ProcedureError where the fixture cannot, and what its instruments raise."""
         start = self._clock.now()
         try:
@@ -86,28 +75,10 @@ class FixtureOperator:
         finally:
             self.hand_time += self._clock.now() - start
 
-    def _do(self, action: Action) -> object:
+    def _do(self, action: HandWork) -> object:
         match action:
-            case Connect():
-                self._connect(action)
-            case ConnectProbes():
-                self._join({_PROBES: self._probes(action)})
-            case ConnectVoltmeter():
-                ends = (f"{action.positive.value}:voltmeter+", f"{action.negative.value}:voltmeter-")
-                self._join({_SENSES: frozenset(ends)})
-            case ConnectVoltmeterToSupply():
-                self._join({_SENSES: frozenset({"S+:voltmeter+", "S-:voltmeter-"})})
-            case DisconnectVoltmeter():
-                self._join({_SENSES: frozenset()})
-            case ShortMeterLeads():
-                self._join({_SOCKETS: frozenset(), _SHORT: frozenset({"leads:short"})})
-            case SeparateMeterLeads():
-                self._join({_SHORT: frozenset()})
-            case LockRotor():
-                self._rest().wait()
-                self._actuator.lock()
-            case ReleaseRotor():
-                self._release()
+            case ChangeSetup():
+                self._change_setup(action)
             case TurnToRest():
                 self._rest().nudge()
             case MarkRestPositions():
@@ -116,12 +87,6 @@ class FixtureOperator:
                 self._actuator.turn(action.speed)
             case StopTurning():
                 self._actuator.stop()
-            case CoupleDynamometer():
-                self._rest().wait()
-                self._actuator.couple_dynamometer()
-            case UncoupleDynamometer():
-                self._rest().wait()
-                self._actuator.uncouple_dynamometer()
             case EnterReading():
                 return self._read(action)
             case EnterCommand():
@@ -146,50 +111,47 @@ class FixtureOperator:
             self._actuator.move_by(-_FEELING)
             self._felt = True
 
-    def _connect(self, action: Connect) -> None:
-        sockets = {terminal: socket for terminal, socket in action.complete().items() if socket is not Socket.OPEN}
-        names = frozenset(f"{terminal.value}:{socket.value}" for terminal, socket in sockets.items())
-        changed = {_SOCKETS: names}
-        if Socket.INSULATION_HIGH in sockets.values():
-            # Nothing else may be on that voltage; whoever needs the probes afterwards asks for them.
-            changed |= {_PROBES: frozenset(), _SENSES: frozenset(), _SHORT: frozenset()}
-        self._join(changed)
-
-    def _probes(self, action: ConnectProbes) -> frozenset[str]:
-        _, fixed = self._known()
-        wanted = set[str]()
-        for probe in action.probes:
-            if isinstance(probe, CurrentProbe):
-                name = f"{probe.terminal.value}:channel{probe.channel}~"
-                if name not in fixed:
-                    raise ProcedureError(
-                        text(
-                            "the fixture has no current probe of channel {channel} round the wire of {terminal}: a current probe "
-                            'is fitted for good; put "{name}" into fixed of [instruments.switch_matrix]',
-                            channel=probe.channel,
-                            terminal=probe.terminal.value,
-                            name=name,
-                        )
-                    )
+    def _change_setup(self, action: ChangeSetup) -> None:
+        """Do one change after the other; relays that do alike are switched together, opened ones before those that close."""
+        self._check(action.after)
+        waiting: list[Change] = []
+        for change in action.changes:
+            if waiting and _batch(change) != _batch(waiting[0]):
+                self._switch(waiting)
+                waiting = []
+            if _batch(change) is None:
+                self._do_to_shaft(change.kind)
             else:
-                wanted |= {
-                    f"{probe.positive.value}:channel{probe.channel}+",
-                    f"{probe.negative.value}:channel{probe.channel}-",
-                }
-        return frozenset(wanted)
+                waiting.append(change)
+        if waiting:
+            self._switch(waiting)
 
-    def _join(self, changed: Mapping[str, frozenset[str]]) -> None:
-        """Have the crosspoints of all parts closed, those of some of them changed."""
-        if self._feeding:
-            raise ProcedureError(
-                text(
-                    "the fixture switches no relay while the supply, the inverter or the drive is on; switch it off first"
-                )
-            )
+    def _do_to_shaft(self, kind: ChangeKind) -> None:
+        match kind:
+            case ChangeKind.STAND_STILL:
+                if Role.ROTOR_ACTUATOR in self._instruments:
+                    self._rest().wait()
+            case ChangeKind.LOCK:
+                self._rest().wait()
+                self._actuator.lock()
+            case ChangeKind.FREE:
+                self._release()
+            case ChangeKind.COUPLE:
+                self._rest().wait()
+                self._actuator.couple_dynamometer()
+            case ChangeKind.UNCOUPLE:
+                self._rest().wait()
+                self._actuator.uncouple_dynamometer()
+
+    def _check(self, setup: BenchSetup) -> None:
+        """Raise ProcedureError, before anything is switched, for a setup that the fixture has no crosspoints for."""
         there, fixed = self._known()
-        parts = {**self._parts, **changed}
-        wanted = frozenset[str]().union(*parts.values()) - fixed
-        missing = sorted(wanted - there)
+        wanted = {contact.name: contact for contact in setup.contacts}
+        names = {*wanted, *((_SHORT,) if setup.leads_shorted else ())} - fixed
+        missing = sorted(names - there)
+        for name in missing:
+            if name.endswith("~"):
+                raise ProcedureError(_no_current_probe(wanted[name]))
         if missing:
             raise ProcedureError(
                 text(
@@ -198,8 +160,35 @@ class FixtureOperator:
                     names=", ".join(missing),
                 )
             )
-        self._matrix.connect(sorted(wanted))
-        self._parts = parts
+
+    def _switch(self, changes: Sequence[Change]) -> None:
+        """Have relays follow, those of what is wired for good excepted."""
+        if self._feeding:
+            raise ProcedureError(
+                text(
+                    "the fixture switches no relay while the supply, the inverter or the drive is on; switch it off first"
+                )
+            )
+        _, fixed = self._known()
+        closed = set(self._closed)
+        for change in changes:
+            match change.kind:
+                case ChangeKind.CLEAR:
+                    closed.clear()
+                case ChangeKind.CLIP_TOGETHER:
+                    closed.add(_SHORT)
+                case ChangeKind.TAKE_APART:
+                    closed.discard(_SHORT)
+                case ChangeKind.TAKE_OFF:
+                    closed.discard(LeadContact(change.lead, change.place).name)
+                case _:
+                    closed.discard(LeadContact(change.lead, change.origin).name)
+                    closed.add(LeadContact(change.lead, change.place).name)
+        switched = frozenset(closed) - fixed
+        if switched == self._closed and not any(change.kind is ChangeKind.CLEAR for change in changes):
+            return
+        self._matrix.connect(sorted(switched))
+        self._closed = switched
 
     def _known(self) -> tuple[frozenset[str], frozenset[str]]:
         """Return the crosspoints there are, and what is connected for good."""
@@ -246,3 +235,25 @@ class FixtureOperator:
                     role=role.value,
                 )
             ) from None
+
+
+def _batch(change: Change) -> str | None:
+    """Return which relays are switched together with that of a change: what comes off, what goes on; None for the shaft."""
+    match change.kind:
+        case ChangeKind.CLEAR | ChangeKind.TAKE_OFF | ChangeKind.TAKE_APART:
+            return "off"
+        case ChangeKind.CLIP_TOGETHER:
+            return "leads"
+        case ChangeKind.MOVE | ChangeKind.PUT_ON:
+            return "wires" if LeadContact(change.lead, change.place).is_socket else "beside"
+    return None
+
+
+def _no_current_probe(contact: LeadContact) -> Text:
+    return text(
+        "the fixture has no current probe of channel {channel} round the wire of {terminal}: a current probe "
+        'is fitted for good; put "{name}" into fixed of [instruments.switch_matrix]',
+        channel=contact.lead.removeprefix("channel").rstrip("~"),
+        terminal=contact.place,
+        name=contact.name,
+    )

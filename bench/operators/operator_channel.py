@@ -26,7 +26,7 @@ class OperatorLine:
     """Listens on loopback until closed.
 
     Who connects sends `{"token": …}` first, the one that stands in the run's folder, readable by its owner alone; then
-    it gets what was said last, and everything said from then on. Each of its lines is answered by `{"heard": …}` or
+    it gets what was said last, and everything said and told from then on. Each of its lines is answered by `{"heard": …}` or
     `{"refused": …}`, in English, with the same as a stored Text under `text`.
     """
 
@@ -59,6 +59,18 @@ class OperatorLine:
             listeners = list(self._listeners.values())
         for listener in listeners:
             listener.send(self._last)
+
+    def tell(self, message: Mapping[str, Any]) -> None:
+        """Tell everyone who listens now, and nobody who connects later: it holds for this moment only."""
+        with self._lock:
+            listeners = list(self._listeners.values())
+        for listener in listeners:
+            listener.send(plain(message))
+
+    @property
+    def heard(self) -> bool:
+        """Whether anybody listens."""
+        return bool(self._listeners)
 
     def close(self) -> None:
         """Stop listening and take the announcement back."""

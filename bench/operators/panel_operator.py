@@ -2,26 +2,36 @@
 
 import math
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import count
 from time import monotonic
-from typing import Any
+from typing import Any, Protocol
 
 from bench.journal.stored_result import store_text
 from bench.operators.entry import TypedEntry, within
 from bench.operators.operator_channel import OperatorLine
 from bench.operators.terminal import named
-from bench.operators.typed import BACK, typed_number
+from bench.operators.typed import BACK, named_choice, typed_number
 from bench.safety.interrupts import Interrupted, Interrupts
+from bench.safety.read_back import ReadBack
 from drivers.interfaces import RetypeError
 from drivers.interfaces.text import Text, text, text_of
-from procedures.core.actions import Action, DoubtReading, EnterCommand, EnterReading, MarkRestPositions, Mend
+from procedures.core.actions import DoubtReading, EnterCommand, EnterReading, HandWork, MarkRestPositions, Mend
 from procedures.core.bench import Operator
 
 #: Waiting is cut into slices (s): an exception in the middle of it could leave the condition's lock taken.
 _SLICE = 0.05
 #: Characters of a command.
 _LONGEST = 1000
+#: So long (s) after the sources have been read back they are asked anew.
+_READ_BACK = 0.3
+
+
+class Sources(Protocol):
+    """The run's sources and its shaft."""
+
+    def read(self, *, again: bool = False) -> Sequence[ReadBack]:
+        """Return what each says of itself now; `again` tries those anew that could not be opened."""
 
 
 class DistantOperator:
@@ -42,12 +52,16 @@ class DistantOperator:
         self._given: list[Any] = []
         self._watched = monotonic()
         self._closed = threading.Event()
+        #: The sources that are read back while a person is asked, once the run has them.
+        self.sources: Sources | None = None
+        self._read_back = -math.inf
+        self._again = False
         self.entry = TypedEntry()
         self.line = OperatorLine(self._hear)
         self._watch = threading.Thread(target=self._watch_chair, name="empty chair", daemon=True)
         self._watch.start()
 
-    def perform(self, action: Action) -> object:
+    def perform(self, action: HandWork) -> object:
         """Have it done or read; return what it gives."""
         if isinstance(action, EnterReading):
             seen = self._hands.perform(action) if self._hands else None
@@ -81,7 +95,7 @@ class DistantOperator:
         minimum: float,
         maximum: float,
         *,
-        action: Action | None = None,
+        action: HandWork | None = None,
         proposed: object = None,
     ) -> float:
         """Ask for a number in `unit` within `minimum` … `maximum`."""
@@ -105,7 +119,7 @@ class DistantOperator:
                 tried.append((BACK, None))
                 return None
             try:
-                number = within(_number(given, unit), unit, minimum, maximum)
+                number = within(_number(given, unit, str(quantity)), unit, minimum, maximum)
             except ValueError as fault:
                 tried.append((str(given), text_of(fault)))
                 raise
@@ -139,27 +153,53 @@ class DistantOperator:
             self._given = []
         self.line.say({"question": {**asked, "id": number}})
         try:
-            with self._condition:
-                while not self._given:
+            while True:
+                # Nobody is kept waiting for an instrument: what is answered meanwhile is taken.
+                self._tell_sources()
+                with self._condition:
+                    if self._given:
+                        return self._given[0]
                     if self._closed.is_set():
                         raise Interrupted(text("the panel's line, which was taken down"))
                     self._interrupts.check()
                     if monotonic() > deadline:
                         return None
                     self._condition.wait(_SLICE)
-                return self._given[0]
         finally:
             with self._condition:
                 self._question = None
             self.line.say({"question": None})
+
+    def _tell_sources(self) -> None:
+        """Read the sources back, where it is time; only the run's own thread may ask its instruments."""
+        due = self._again or monotonic() - self._read_back >= _READ_BACK
+        if self.sources is None or not due or not self.line.heard or not self._interrupts.in_own_thread():
+            return
+        again, self._again = self._again, False
+        found = self.sources.read(again=again)
+        self._read_back = monotonic()
+        said = [
+            {
+                "role": one.role,
+                "found": one.found.value,
+                "feeds": one.feeds,
+                "values": [[value.value, value.unit] for value in one.values],
+                "error": store_text(one.error) if one.error else None,
+            }
+            for one in found
+        ]
+        self.line.tell({"sources": said})
 
     def _hear(self, message: Mapping[str, Any]) -> Text | None:
         self._watched = monotonic()
         if "abort" in message:
             self._interrupts.request(text("{person} at the panel", person=message["abort"] or text("a person")))
             return None
+        if message.get("again"):
+            self._again = True
+            return None
         if "answer" not in message:
-            return None if message.get("watching") else text("there are answer, abort and watching")
+            return None if message.get("watching") else text("there are answer, abort, again and watching")
         with self._condition:
             question = self._question
             if question is None or message.get("id") != question["id"]:
@@ -217,9 +257,10 @@ def _choice(value: object) -> bool:
     raise ValueError(text("this is answered by yes or no"))
 
 
-def _number(value: object, unit: str = "°") -> float:
+def _number(value: object, unit: str = "°", question: str = "") -> float:
     if isinstance(value, str):
-        return typed_number(value, unit)
+        chosen = named_choice(value, question)
+        return typed_number(value, unit) if chosen is None else chosen
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(text("{value} is not a number", value=repr(value)))
     return float(value)

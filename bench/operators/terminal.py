@@ -5,12 +5,20 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, overload
 
 from bench.operators.entry import TypedEntry, within
-from bench.operators.typed import BACK, typed_number
+from bench.operators.typed import BACK, named_choice, typed_number
 from bench.operators.typed_lines import TypedLines
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces import RetypeError
 from drivers.interfaces.text import Text, Translate, text, text_of
-from procedures.core.actions import Action, DoubtReading, EnterCommand, EnterReading, MarkRestPositions, Mend
+from procedures.core.actions import (
+    ChangeSetup,
+    DoubtReading,
+    EnterCommand,
+    EnterReading,
+    HandWork,
+    MarkRestPositions,
+    Mend,
+)
 from procedures.core.bench import Operator
 from reports.labels import role_name
 
@@ -50,7 +58,7 @@ class TerminalOperator:
         self._interrupts = interrupts or Interrupts()
         self.entry = TypedEntry()
 
-    def perform(self, action: Action) -> object:
+    def perform(self, action: HandWork) -> object:
         """Say what to do and wait until it is done; return the reading typed, or the angles in rad."""
         if isinstance(action, EnterCommand):
             return self._command(action)
@@ -64,10 +72,15 @@ class TerminalOperator:
             return (
                 self._line(text("Press Enter to enter it again, or type y to confirm it as it is")).lower() not in _YES
             )
+        from rich.table import Table
+
         lines = [line.render(self._translate) for line in action.lines(self._colours)]
         self._console.print(f"\n[bold]▶ {_plain(lines[0])}[/bold]")
-        for line in lines[1:]:
-            self._console.print(f"    {_plain(line)}")
+        rows = Table.grid(padding=(0, 1), pad_edge=False)
+        for number, line in enumerate(lines[1:], 1):
+            rows.add_row(f"   {number}." if isinstance(action, ChangeSetup) else "   ", _plain(line))
+        if rows.row_count:
+            self._console.print(rows)
         if self._hands is not None:
             self._line(text("Done? Press Enter"))
             return self._hands.perform(action)
@@ -93,7 +106,8 @@ class TerminalOperator:
                 self.entry.typed(quantity, unit, typed, None)
                 raise RetypeError
             try:
-                value = within(typed_number(typed, unit), unit, minimum, maximum)
+                chosen = named_choice(typed, str(quantity))
+                value = within(typed_number(typed, unit) if chosen is None else chosen, unit, minimum, maximum)
             except ValueError as fault:
                 self.entry.typed(quantity, unit, typed, None, text_of(fault))
                 self._say(text_of(fault))

@@ -1,119 +1,52 @@
 """A pair of hands on the virtual bench: not quite steady, and with eyes that read a dial to a degree."""
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any, Protocol, assert_never
+from collections.abc import Callable
+from typing import assert_never
 
 import numpy as np
 
-from drivers.interfaces import Clock
+from bench.operators.hands_on import HandsOn
+from bench.operators.virtual_leads import VirtualLeads
 from drivers.interfaces.text import text
 from procedures.core.actions import (
     FINISH,
-    Action,
-    Connect,
-    ConnectProbes,
-    ConnectVoltmeter,
-    ConnectVoltmeterToSupply,
-    CoupleDynamometer,
-    DisconnectVoltmeter,
+    ChangeSetup,
     DoubtReading,
     EnterCommand,
     EnterReading,
-    LockRotor,
+    HandWork,
     MarkRestPositions,
     Mend,
-    Node,
-    ReleaseRotor,
-    SeparateMeterLeads,
-    ShortMeterLeads,
     StartTurning,
     StopTurning,
     TurnToRest,
-    UncoupleDynamometer,
-    VoltageProbe,
 )
 from procedures.core.bench import ProcedureError
+from procedures.core.setup import LeadContact
+from procedures.core.setup_change import Change, ChangeKind
 from procedures.verification.stated_probes import KEY as PROBE_LIMIT
 
-#: What the hands need for each kind of work (s), as a practised person does.
-_WIRING, _PROBE, _LEADS, _LOCK, _COUPLING, _READING = 15.0, 8.0, 5.0, 3.0, 30.0, 5.0
+#: What the hands need (s), as a practised person does: to take one lead off, to put one on, for the shaft's lock and coupling, to read.
+_OFF, _ON, _LOCK, _COUPLING, _READING = 2.0, 5.0, 3.0, 30.0, 5.0
 #: A dial is read to this (rad, all errors within it equally likely).
 _DIAL = math.radians(1.0)
 #: The speed of a hand that tries to turn evenly varies by about this share.
 _WOBBLE = 0.1
 #: A shaft slower than this (rad/s) may be stopped by hand.
 _SLOW = 5.0
+#: And slower than this it stands for whoever looks.
+_STANDING = 0.05
 _SETTLE = 0.5
 #: How fast (rad/s) and how long (s) a released shaft is turned to feel whether it is free.
 _FEELING_SPEED, _FEELING = 0.3, 0.05
 #: A shaft stands for the eye that sees it move less than this (rad) in this time (s); it looks at most this often.
 _STILL, _LOOK, _PATIENCE = 5.0e-4, 0.25, 400
-_CHANNELS = range(1, 9)
 #: What a thermometer on the winding is off at most (K).
 _THERMOMETER = 0.5
 _MOST_MARKS = 500
 #: A shaft that has not got this far (rad) is still at the same position; the hand tries again this often.
 _SAME, _TRIES = math.radians(3.0), 3
-
-
-class HandsOn(Protocol):
-    """What hands can do on a virtual bench, and eyes see: a World, in this process or in another."""
-
-    @property
-    def clock(self) -> Clock:
-        """Return the bench's time."""
-
-    def connect(self, wiring: Mapping[str, str]) -> None:
-        """Wire the motor's terminals anew."""
-
-    def attach_voltage_probe(self, channel: int, positive: Any, negative: Any) -> None:
-        """Put a voltage probe on two nodes."""
-
-    def attach_current_probe(self, channel: int, terminal: Any) -> None:
-        """Clip a current probe round a wire."""
-
-    def detach_probe(self, channel: int) -> None:
-        """Take a probe off."""
-
-    def attach_voltmeter(self, positive: Any, negative: Any) -> None:
-        """Put the voltmeter's leads on two terminals."""
-
-    def detach_voltmeter(self) -> None:
-        """Take them off."""
-
-    def short_leads(self, shorted: bool) -> None:
-        """Clip the bridge's leads together, or part them."""
-
-    def lock_rotor(self) -> None:
-        """Lock the shaft."""
-
-    def release_rotor(self) -> None:
-        """Open the lock."""
-
-    def turn_shaft(self, speed: float, wobble: float = 0.0) -> None:
-        """Turn the shaft by hand."""
-
-    def hold_shaft(self) -> None:
-        """Hold the shaft still."""
-
-    def let_go(self) -> None:
-        """Take the hand off the shaft."""
-
-    def nudge_to_next_rest(self, direction: int = 1) -> float:
-        """Pull the shaft over to the next rest; return how long that takes (s)."""
-
-    def couple_dynamometer(self) -> None:
-        """Couple the dynamometer."""
-
-    def uncouple_dynamometer(self) -> None:
-        """Take the dynamometer off."""
-
-    def dial_angle(self) -> float:
-        """Return the shaft's angle (rad)."""
-
-    def truth(self) -> dict[str, Any]:
-        """Return what is really so."""
 
 
 class VirtualOperator:
@@ -130,6 +63,7 @@ class VirtualOperator:
         self.hand_time = 0.0
         # When turning began (s), at which angle (rad), how fast (rad/s).
         self._turning: tuple[float, float, float] | None = None
+        self._leads = VirtualLeads(world)
 
     def thermometer(self) -> float:
         """Return the winding's temperature (°C) as this operator's thermometer shows it."""
@@ -141,7 +75,7 @@ class VirtualOperator:
         """Return what disturbs these hands; a bench that says nothing of it has usual ones."""
         return float(self._world.truth().get("hands", {}).get(name, usual))
 
-    def perform(self, action: Action) -> object:
+    def perform(self, action: HandWork) -> object:
         """Do it; ProcedureError where the world does not let it be done."""
         start = self._world.clock.now()
         try:
@@ -153,34 +87,13 @@ class VirtualOperator:
         finally:
             self.hand_time += self._world.clock.now() - start
 
-    def _do(self, action: Action) -> object:
+    def _do(self, action: HandWork) -> object:
         world = self._world
         match action:
-            case Connect():
-                self._take(_WIRING)
-                world.connect({terminal.value: socket.value for terminal, socket in action.complete().items()})
-            case ConnectProbes():
-                self._fit(action)
-            case ConnectVoltmeter():
-                self._take(_PROBE)
-                world.attach_voltmeter(action.positive.value, action.negative.value)
-            case ConnectVoltmeterToSupply():
-                self._take(_PROBE)
-                world.attach_voltmeter(Node.SUPPLY_POSITIVE.value, Node.SUPPLY_NEGATIVE.value)
-            case DisconnectVoltmeter():
-                self._take(_PROBE)
-                world.detach_voltmeter()
-            case ShortMeterLeads() | SeparateMeterLeads():
-                self._take(_LEADS)
-                world.short_leads(isinstance(action, ShortMeterLeads))
-            case LockRotor():
-                self._take(_LOCK)
-                self._wait_for_rest()
-                world.lock_rotor()
-            case ReleaseRotor():
-                self._take(_LOCK)
-                world.release_rotor()
-                self._move_a_little()
+            case ChangeSetup():
+                for change in action.changes:
+                    self._change(change)
+                self._leads.wire(action)
             case TurnToRest():
                 self._next_rest()
             case MarkRestPositions():
@@ -193,10 +106,6 @@ class VirtualOperator:
                 self._take(_SETTLE)
                 world.let_go()
                 self._feel()
-            case CoupleDynamometer():
-                self._at_rest(world.couple_dynamometer)
-            case UncoupleDynamometer():
-                self._at_rest(world.uncouple_dynamometer)
             case EnterReading():
                 return self._read(action)
             case EnterCommand():
@@ -253,16 +162,38 @@ class VirtualOperator:
     def _take(self, seconds: float) -> None:
         self._world.clock.sleep(seconds)
 
-    def _fit(self, action: ConnectProbes) -> None:
+    def _change(self, change: Change) -> None:
         world = self._world
-        self._take(_PROBE * len(action.probes))
-        for channel in _CHANNELS:
-            world.detach_probe(channel)
-        for probe in action.probes:
-            if isinstance(probe, VoltageProbe):
-                world.attach_voltage_probe(probe.channel, probe.positive.value, probe.negative.value)
-            else:
-                world.attach_current_probe(probe.channel, probe.terminal.value)
+        match change.kind:
+            case ChangeKind.STAND_STILL:
+                self._wait_for_slow(_STANDING)
+                self._wait_for_rest()
+            case ChangeKind.CLEAR:
+                self._take(_OFF)
+                self._leads.clear()
+            case ChangeKind.TAKE_OFF:
+                self._take(_OFF)
+                self._leads.take_off(LeadContact(change.lead, change.place))
+            case ChangeKind.MOVE | ChangeKind.PUT_ON:
+                self._take(_ON)
+                self._leads.put_on(LeadContact(change.lead, change.place), LeadContact(change.lead, change.origin))
+            case ChangeKind.CLIP_TOGETHER | ChangeKind.TAKE_APART:
+                self._take(_ON)
+                world.short_leads(change.kind is ChangeKind.CLIP_TOGETHER)
+            case ChangeKind.LOCK:
+                self._take(_LOCK)
+                self._wait_for_rest()
+                world.lock_rotor()
+            case ChangeKind.FREE:
+                self._take(_LOCK)
+                world.release_rotor()
+                self._move_a_little()
+            case ChangeKind.COUPLE:
+                self._at_rest(world.couple_dynamometer)
+            case ChangeKind.UNCOUPLE:
+                self._at_rest(world.uncouple_dynamometer)
+            case _:
+                assert_never(change.kind)
 
     def _next_rest(self) -> float:
         self._take(self._world.nudge_to_next_rest() + _SETTLE)
@@ -290,12 +221,16 @@ class VirtualOperator:
     def _dial_error(self) -> float:
         return float(self._random.uniform(-_DIAL, _DIAL))
 
-    def _at_rest(self, work: Callable[[], None]) -> None:
-        world = self._world
+    def _wait_for_slow(self, speed: float) -> None:
+        """Look until the shaft is slower than this (rad/s)."""
         for _ in range(600):
-            if abs(world.truth()["shaft_speed"]) < _SLOW:
+            if abs(self._world.truth()["shaft_speed"]) < speed:
                 break
             self._take(1.0)
+
+    def _at_rest(self, work: Callable[[], None]) -> None:
+        world = self._world
+        self._wait_for_slow(_SLOW)
         locked = world.truth()["rotor_locked"]
         if not locked:
             world.hold_shaft()

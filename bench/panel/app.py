@@ -2,11 +2,13 @@
 
 import asyncio
 from contextlib import suppress
+from pathlib import Path
 
 from nicegui import app, core, ui
 from nicegui.client import templates
 from starlette.requests import Request
 
+import reports
 from bench.i18n.errors import InputError
 from bench.panel.content_policy import mark_scripts
 from bench.panel.gate import Gate
@@ -27,6 +29,9 @@ from drivers.interfaces.text import text
 
 #: Longest wait (s) for the words of procedures; a page that takes longer than 3 s is none.
 _WORDS = 2.0
+#: Style and script of the pages, and the report's fonts.
+_ASSETS = Path(__file__).parent / "assets"
+_FONTS = Path(reports.__file__).parent / "fonts"
 
 
 def build(panel: Panel, hosts: AllowedHosts) -> None:
@@ -36,6 +41,8 @@ def build(panel: Panel, hosts: AllowedHosts) -> None:
     guard.install()
     mark_scripts(templates.env)
     app.add_middleware(Gate, hosts=hosts, sessions=panel.sessions, login=access is not None)
+    app.add_static_files("/assets/fonts", _FONTS)
+    app.add_static_files("/assets", _ASSETS)
     app.on_startup(guard.open)
     app.on_shutdown(guard.close)
     app.on_startup(panel.open)

@@ -2,11 +2,13 @@
 
 import asyncio
 from pathlib import Path
+from time import monotonic
 
 from bench.journal.run_folder import RunFolder
 from bench.panel.live_view import LiveView
 from bench.panel.run_line import RunLine
 from bench.panel.tail import JournalTail
+from drivers.interfaces.text import Text
 
 #: How often (s) the journal is looked at: a reading is to be seen 150 ms after it was written.
 _LOOK = 0.04
@@ -21,6 +23,8 @@ class LiveRun:
         self.folder = RunFolder(folder)
         self.view = LiveView()
         self.line = RunLine(folder)
+        #: When somebody at a panel asked for the abort (s, monotonic).
+        self.abort_asked_at: float | None = None
         self._tail = JournalTail(self.folder.journal)
         self._task: asyncio.Task[None] | None = None
 
@@ -49,6 +53,14 @@ class LiveRun:
         """Take in what was written since the last look."""
         for event in self._tail.read_new():
             self.view.take(event)
+
+    async def abort(self, person: str) -> Text | None:
+        """Have the run carry out the shutdown; return why not, or None."""
+        fault = await self.line.abort(person)
+        if fault is None:
+            self.abort_asked_at = self.abort_asked_at or monotonic()
+            self.line.changes += 1
+        return fault
 
     async def close(self) -> None:
         """Stop following; the run itself goes on."""

@@ -7,12 +7,20 @@ from bench.drawings.layout import Layout
 from bench.journal.codec import RecordedEvent, UnknownEvent
 from bench.journal.events.instruments import DeEnergised, Energising, InstrumentOpened, ReadingTaken, WaveformsTaken
 from bench.journal.events.run import ProcedureStarted, RunFinished, RunResumed, RunStarted
-from bench.journal.events.safety import MadeSafe
+from bench.journal.events.safety import MadeSafe, ShutdownStarted
 from bench.journal.run_view import RunView
 from bench.journal.step_readings import quantities_read
 from drivers.interfaces.text import Text
 from procedures.core.actions import Action
-from procedures.core.events import ActionDone, ActionStarted, StepStarted, UnknownAction
+from procedures.core.events import (
+    ActionDone,
+    ActionStarted,
+    ReadingTyped,
+    RepeatsTaken,
+    RepeatStarted,
+    StepStarted,
+    UnknownAction,
+)
 
 #: Readings kept for the live plot, per instrument and quantity.
 _KEPT = 20_000
@@ -38,6 +46,16 @@ class WaveformRecord:
     step: str
 
 
+@dataclass(frozen=True)
+class TypedPlace:
+    """What a typed number is: the quantity as it was asked, in English and without its place, and that place."""
+
+    quantity: str
+    unit: str
+    terminals: str
+    number: int
+
+
 class LiveView:
     """The present state that a journal's events add up to; feed it events in order.
 
@@ -47,6 +65,8 @@ class LiveView:
     def __init__(self) -> None:
         self.run = RunView()
         self.layout = Layout()
+        #: What was connected before the present action; None while nothing is to be done.
+        self.before: Layout | None = None
         self.action: Action | None = None
         self.procedure = ""
         self.step = ""
@@ -57,7 +77,13 @@ class LiveView:
         #: Those whose newest is the newest of all; None where the procedure has read nothing yet.
         self.latest: Readings | None = None
         self.waveforms: deque[WaveformRecord] = deque(maxlen=64)
-        self.made_safe: list[MadeSafe] = []
+        #: The newest outcome of each item of the shutdown, by instrument and item.
+        self.made_safe: dict[tuple[str, str], MadeSafe] = {}
+        #: Why the run switches everything off now; None where it does not.
+        self.going_down: str | None = None
+        #: What was typed in this procedure and taken, oldest first; an entry typed again stands in its place.
+        self.typed: dict[TypedPlace, float] = {}
+        self.repeat: RepeatStarted | None = None
         self.instruments: dict[str, InstrumentOpened] = {}
         self.resumed = 0
         self.time = 0.0
@@ -77,6 +103,7 @@ class LiveView:
                 self.ended = False
             case RunResumed():
                 self.ended = False
+                self.going_down = None
                 self.resumed += 1
                 self.energised.clear()
             case ProcedureStarted():
@@ -84,6 +111,8 @@ class LiveView:
                 self.step_values = dict(event.settings if event.values is None else event.values)
                 self.readings.clear()
                 self.latest = None
+                self.typed.clear()
+                self.repeat = None
             case StepStarted():
                 self.step = event.step
                 here = self.run.procedures.get(self.procedure)
@@ -91,26 +120,46 @@ class LiveView:
             case ActionStarted():
                 # The words of another version's are shown, and no drawing.
                 self.action = None if isinstance(event.details, UnknownAction) else event.details
+                self.before = self.layout
                 self.layout = self.layout.after(self.action) if self.action else self.layout
             case ActionDone():
-                self.action = None
+                self.action = self.before = None
             case InstrumentOpened():
                 self.instruments[event.instrument] = event
             case ReadingTaken():
                 self._reading(event)
             case WaveformsTaken():
                 self.waveforms.append(WaveformRecord(event, self.procedure, self.step))
+            case RepeatStarted():
+                self.repeat = event
+            case RepeatsTaken():
+                self.repeat = None
+            case ReadingTyped():
+                self._typed(event)
+            case ShutdownStarted():
+                self.going_down = event.cause
+                self.made_safe.clear()
             case Energising():
                 self.energised[event.instrument] = self.time
             case DeEnergised():
                 self.energised.pop(event.instrument, None)
             case MadeSafe():
-                self.made_safe.append(event)
+                self.made_safe[event.instrument, event.item] = event
                 if event.outcome == "safe":
                     self.energised.pop(event.instrument, None)
             case RunFinished():
                 self.ended = True
-                self.action = None
+                self.going_down = None
+                self.action = self.before = None
+
+    def _typed(self, event: ReadingTyped) -> None:
+        if event.value is None:
+            return
+        at = self.repeat
+        terminals, number = (at.terminals, at.number) if at else ("", 0)
+        self.typed[TypedPlace(event.quantity.partition(f", {terminals}")[0], event.unit, terminals, number)] = (
+            event.value
+        )
 
     def _reading(self, event: ReadingTaken) -> None:
         changed = []

@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from bench.i18n.errors import InputError
+from bench.panel.child_command import child_command
 from drivers.interfaces.text import Text, text
-
-_TIME = 120.0
 
 
 @dataclass(frozen=True)
@@ -128,25 +126,7 @@ async def _offered(station: str) -> dict[str, Offered]:
 
 
 async def _command(*arguments: str) -> Mapping[str, Any]:
-    process = await asyncio.create_subprocess_exec(
-        sys.executable,
-        "-P",
-        "-m",
-        "motorbench",
-        *arguments,
-        stdin=asyncio.subprocess.DEVNULL,
-        stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.PIPE,
-    )
-    try:
-        async with asyncio.timeout(_TIME):
-            out, errors = await process.communicate()
-    except TimeoutError:
-        process.kill()
-        await process.wait()
-        raise InputError(
-            text("motorbench {command} did not answer within {time:g} s", command=" ".join(arguments), time=_TIME)
-        ) from None
+    out, complaint = await child_command(*arguments)
     try:
         reply = json.loads(out)
     except ValueError:
@@ -154,5 +134,4 @@ async def _command(*arguments: str) -> Mapping[str, Any]:
     if isinstance(reply, dict) and set(reply) != {"error"}:
         return reply
     # What it printed for programs is English; what it said to people is in their language.
-    complaint = errors.decode("utf-8", "replace").strip().rpartition("motorbench: ")[2]
     raise InputError(complaint or text("motorbench {command} said nothing", command=" ".join(arguments)))

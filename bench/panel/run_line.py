@@ -2,9 +2,11 @@
 
 import asyncio
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 from bench.journal.stored_result import restore_text, store_text
@@ -31,6 +33,9 @@ class RunLine:
         self.question: Mapping[str, Any] | None = None
         self.alive = False
         self.changes = 0
+        #: What the run's sources said of themselves when they were asked last, and when that was heard (s, monotonic).
+        self.sources: Sequence[Mapping[str, Any]] = ()
+        self.sources_at = -math.inf
         self._replies: asyncio.Queue[Mapping[str, Any]] = asyncio.Queue()
         self._speaking = asyncio.Lock()
         self._writer: asyncio.StreamWriter | None = None
@@ -59,6 +64,10 @@ class RunLine:
         """Have the run carry out the shutdown; return why not, or None."""
         return await self.say({"abort": person})
 
+    async def ask_again(self) -> Text | None:
+        """Have the sources read back anew, those too that could not be reached; return why not, or None."""
+        return await self.say({"again": True})
+
     async def close(self) -> None:
         """Hang up; the run goes on, and ends itself where nobody else watches."""
         for task in self._tasks:
@@ -70,6 +79,9 @@ class RunLine:
 
     def take(self, message: Mapping[str, Any]) -> bool:
         """Take in what the run says of itself; tell whether it did."""
+        if "sources" in message:
+            self.sources, self.sources_at = message["sources"], monotonic()
+            return True
         if "question" not in message:
             return False
         self.question = message["question"]

@@ -18,7 +18,8 @@ from bench.journal.unrecorded import Unrecorded
 from bench.operators.fixture import ROLES as FIXTURE
 from bench.rehearsal.script import Script, highest_as_dict
 from bench.rehearsal.twin import Twin, twin_of
-from bench.run.plan import Catalogue, check_roles, make_plan, possible
+from bench.run.needs import check_needs, possible
+from bench.run.plan import Catalogue, make_plan
 from bench.run.progress import Progress
 from bench.run.request import RunRequest
 from bench.run.retry_policy import never_stop
@@ -131,7 +132,7 @@ def rehearse(request: RunRequest, catalogue: Catalogue, console: "Console") -> R
     station = _station(request)
     if list(request.procedures) == ["all"]:
         plan = possible(plan, station, console, translate)
-    check_roles(plan, station)
+    check_needs(plan, station)
     with twin_of(station, request.motor, request.seed) as twin:
         context, view = twin.context, RunView()
         folder = new_run_folder(request.runs / FOLDER, f"rehearsal-{request.motor.nameplate.name}")

@@ -14,12 +14,15 @@ from bench.journal.signatures import MEANINGS, Signature, signatures
 from bench.journal.step_readings import readings_of
 from bench.journal.waveforms import StoredWaveform, read_waveform
 from bench.plugins.files import catalogues_of_run
+from bench.report.connections import measured_connections
+from bench.report.photos import photos_of
 from drivers.interfaces import Identity
-from drivers.interfaces.text import Text
+from drivers.interfaces.text import Text, word
 from procedures.core.procedure import Procedure
 from procedures.core.steps import Step
 from reports.document.record import (
     CalibrationRecord,
+    ConnectionRecord,
     InstrumentRecord,
     JournalEnd,
     ProcedureRecord,
@@ -37,7 +40,7 @@ def record_of(run: FinishedRun) -> RunRecord:
     view, start = run.view, run.start
     motor, station = start.motor, start.station
     known = catalogues_of_run(start.software).procedures
-    taken = passages(run.events)
+    taken, drawn = passages(run.events), measured_connections(run.events, run.nameplate)
     return RunRecord(
         name=run.name,
         status=view.status,
@@ -57,9 +60,10 @@ def record_of(run: FinishedRun) -> RunRecord:
         parameters=view.parameters(),
         warnings=view.warnings(),
         truth=view.truth,
-        procedures=[_procedure(run, passage, known.get(name)) for name, passage in taken.items()],
+        procedures=[_procedure(run, made, known.get(name), drawn.get(name, ())) for name, made in taken.items()],
         journal=JournalEnd(len(run.events), run.last_hash, run.torn),
         bench_time=view.bench_time,
+        photos=photos_of(run.folder),
         signed=[_signed(each) for each in signatures(run.folder)],
     )
 
@@ -96,7 +100,12 @@ def _instrument(role: str, entry: InstrumentEntry, identity: Identity | None, da
     )
 
 
-def _procedure(run: FinishedRun, passage: ProcedurePassage, kind: type[Procedure[Any]] | None) -> ProcedureRecord:
+def _procedure(
+    run: FinishedRun,
+    passage: ProcedurePassage,
+    kind: type[Procedure[Any]] | None,
+    connections: Sequence[ConnectionRecord],
+) -> ProcedureRecord:
     view = run.view.procedures[passage.name]
     values = {**passage.settings, "rated_current": run.nameplate.rated_current}
     steps = {step.identifier: step for step in kind.steps()} if kind is not None else {}
@@ -108,7 +117,16 @@ def _procedure(run: FinishedRun, passage: ProcedurePassage, kind: type[Procedure
         steps=[_step(run, step, steps.get(step.identifier), values) for step in passage.steps],
         result=view.result,
         cause=view.cause,
+        connections=connections,
+        described=_described(kind),
     )
+
+
+def _described(kind: type[Procedure[Any]] | None) -> dict[str, Text]:
+    if kind is None:
+        return {}
+    fields = kind.settings_type().model_fields
+    return {name: word(field.description) for name, field in fields.items() if field.description}
 
 
 def _step(run: FinishedRun, passage: StepPassage, step: Step | None, values: dict[str, object]) -> ProcedureStepRecord:

@@ -3,20 +3,17 @@
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bench.files.toml_file import nearest, validate
-from bench.i18n.errors import InputError, UsageError
+from bench.i18n.errors import UsageError
 from bench.plugins.catalogue import Catalogue as Plugins
 from bench.station.station_file import Station
 from drivers.interfaces.role import Role
-from drivers.interfaces.text import Text, Translate, text
+from drivers.interfaces.text import Text, text
 from procedures.core.parameter_definition import ParameterTable
 from procedures.core.procedure import Procedure, Settings
 from procedures.known_parameters import known_parameters
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 Catalogue = Mapping[str, type[Procedure[Any]]]
 
@@ -63,37 +60,6 @@ def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catal
         )
         for name in wanted
     ]
-
-
-def possible(plan: list[Planned], station: Station, console: "Console", translate: Translate) -> list[Planned]:
-    """Return the procedures that the station has the instruments for, and say which are left out."""
-    possible = []
-    for planned in plan:
-        missing = sorted(role.value for role in planned.procedure.roles - set(station.entries))
-        if missing:
-            left_out = text(
-                "{procedure} is left out: the station has no {roles}", procedure=planned.name, roles=missing
-            )
-            console.print(left_out.render(translate), markup=False)
-        else:
-            possible.append(planned)
-    return possible
-
-
-def check_roles(plan: Sequence[Planned], station: Station) -> None:
-    """Raise InputError where the station has not the instruments that a procedure needs."""
-    for planned in plan:
-        wanted = planned.procedure.roles_at(planned.settings, station.entries.keys())
-        missing = [f"[instruments.{role.value}]" for role in wanted if role not in station.entries]
-        if missing:
-            raise InputError(
-                text(
-                    "{source}: {name} needs {names}; add it to the file",
-                    source=station.source,
-                    name=planned.name,
-                    names=sorted(missing),
-                )
-            )
 
 
 def roles_of(plan: Iterable[Planned], station: Station) -> set[Role]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from bench.i18n.errors import UsageError
 from bench.i18n.language import translator
-from bench.journal.disk import Reserve
+from bench.journal.disk import Reserve, write_file
 from bench.journal.encoding import plain
 from bench.journal.journal import Journal, Listener
 from bench.journal.journal_file import JournalFile
@@ -20,7 +20,9 @@ from bench.plugins.records import RecordOutputs
 from bench.run.beginning import beginning
 from bench.run.context import RunContext, run_context
 from bench.run.guarding import guarded
-from bench.run.plan import Catalogue, Planned, check_roles, make_plan, possible, roles_of
+from bench.run.needs import check_needs, possible
+from bench.run.photos import kept_photos
+from bench.run.plan import Catalogue, Planned, make_plan, roles_of
 from bench.run.probe_limits import check_asked, given_limits, unstated_probes
 from bench.run.probe_verification import verified_before, verified_channels
 from bench.run.progress import Progress
@@ -34,6 +36,8 @@ from bench.safety.calls import CallWatches
 from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
 from bench.safety.limits.bounds import known_pole_pairs
+from bench.safety.memory import set_aside, set_aside_newly_loaded
+from bench.safety.read_back import SourceReader
 from bench.safety.shutdown import failures, shut_down
 from bench.safety.station_instruments import StationInstruments
 from bench.safety.watchdog_relays import relays_ready
@@ -42,8 +46,8 @@ from bench.station.clock import wall_date
 from bench.station.library_logs import quieten_libraries
 from bench.station.shutdown_sequence import OFF_BY, Do
 from bench.station.station_file import VIRTUAL, Station
+from bench.traffic.growing_file import GrowingFile
 from bench.traffic.recorder import TrafficRecorder
-from bench.traffic.traffic_file import write_recording
 from bench.virtual.fault_hooks import StepReporter, recording
 from drivers.interfaces import InstrumentError
 from drivers.interfaces.text import Text, text
@@ -75,7 +79,7 @@ def run(
     with run_context(request, console, interrupts, purpose) as context:
         if list(request.procedures) == ["all"]:
             plan = possible(plan, context.station, console, translate)
-        check_roles(plan, context.station)
+        check_needs(plan, context.station)
         used = roles_of(plan, context.station) | context.operator.roles
         live = (request.station == VIRTUAL and request.operator != "terminal") or request.operator == "answers"
         options = RunOptions(
@@ -131,12 +135,15 @@ def carry_out(
             view = view_of(previous.events)
             _check_instruments(request, previous, plan, context, set(view.finished) - set(request.repeat))
         # Refused before the run has a folder.
+        photos = kept_photos(request, context.station) if options.folder is None and previous is None else {}
         recorder = _recorder(request, context, leaving)
         interlocks = leaving.enter_context(interlocks_ready(context.station, context.owner.state))
         relays = leaving.enter_context(relays_ready(context.station.watchdog_relays, used, context.station.source))
         folder = request.resume or options.folder or new_run_folder(request.runs, request.motor.nameplate.name)
         if options.folder is None:
             context.owner.work_in(folder.path)
+        for what, photo in photos.items():
+            write_file(folder.photo(what), photo)
         context.operator.announce(folder.path)
         calls = CallWatches(
             interrupts,
@@ -154,6 +161,8 @@ def carry_out(
                 lifelines=(*options.lifelines, *context.owner.descriptors),
             )
         )
+        if guard.about() is not None:
+            leaving.enter_context(set_aside())
         reserve = Reserve(folder.reserve) if options.durable else None
         journal = Journal(
             folder.journal, context.clock.now, durable=options.durable, previous=previous, reserve=reserve
@@ -164,6 +173,8 @@ def carry_out(
         journal.listen(calls.hear)
         guard.record_in(journal)
         journal.listen(guard.hear)
+        if guard.about() is not None:
+            journal.listen(set_aside_newly_loaded)
         context.operator.record_in(journal)
         journal.listen(context.operator.hear)
         context.simulation.listen_to_faults(recording(journal))
@@ -186,6 +197,10 @@ def carry_out(
             traffic_recorder=recorder,
         )
         context.operator.equip(instruments.available())
+        own = used - context.sharing.roles
+        context.operator.read_back(
+            SourceReader(instruments, own & set(context.station.entries), context.station.way_down)
+        )
         runner = Runner(
             instruments,
             context.operator.hands,
@@ -234,16 +249,15 @@ def carry_out(
 
 
 def _recorder(request: RunRequest, context: RunContext, leaving: ExitStack) -> TrafficRecorder | None:
-    """Return what takes down the traffic of a run that is to be recorded; the file is written when the run is left, however it ends."""
+    """Return what takes down the traffic of a run that is to be recorded; its file grows with it, and is whole when the run is left."""
     file = request.record
     if file is None:
         return None
-    recorder = TrafficRecorder(context.clock.now)
     if file.exists():
         raise UsageError(text("--record {file}: it is there already; name another file", file=file))
-    # A file that cannot be written is found out before anything is measured.
-    write_recording(recorder.recording(context.station), file)
-    leaving.callback(lambda: write_recording(recorder.recording(context.station), file))
+    growing = GrowingFile(file, {role.value: entry.table for role, entry in context.station.entries.items()})
+    recorder = TrafficRecorder(context.clock.now, growing.take)
+    leaving.callback(lambda: growing.finish(recorder.recording(context.station)))
     return recorder
 
 

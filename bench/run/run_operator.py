@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bench.safety.read_back import SourceReader
 from bench.safety.station_instruments import Prompts
 from drivers.interfaces import Instrument
 from procedures.core.bench import Operator, Recorder, Role
@@ -38,6 +39,9 @@ class RunOperator:
 
     def equip(self, instruments: Mapping[Role, Instrument]) -> None:
         """Hand over the station's instruments."""
+
+    def read_back(self, sources: SourceReader) -> None:
+        """Hand over what reads the run's sources back while a person is asked."""
 
     def hear(self, event: Event) -> None:
         """Take an event of the journal."""
@@ -103,6 +107,10 @@ class PanelHands(RunOperator):
     def announce(self, folder: Path) -> None:
         """Say in the run's folder how the person is reached."""
         self.person.line.announce(folder)
+
+    def read_back(self, sources: SourceReader) -> None:
+        """Have the sources' state told on the run's line."""
+        self.person.sources = sources
 
     def hear(self, event: Event) -> None:
         """Take an event of the journal: which reading is about to be typed."""

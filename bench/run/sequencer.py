@@ -22,6 +22,7 @@ from bench.journal.events.run import (
 from bench.journal.events.safety import ShutdownStarted
 from bench.journal.journal import Journal
 from bench.journal.run_view import RunView
+from bench.run.feeding import FeedingRoles
 from bench.run.plan import Planned
 from bench.run.retry_policy import After, Attempt, Next, stop_at_failure
 from bench.safety.guardian.link import SWITCHED_OFF, Guard, Unguarded
@@ -140,7 +141,11 @@ class Runner:
         status = "completed"
         self.journal.record(begin)
         self.interrupts.check()
-        bench = Bench(self.instruments.available(), self.operator, self.clock, self.journal, self.view.sessions)
+        feeding = FeedingRoles()
+        self.journal.listen(feeding.hear)
+        bench = Bench(
+            self.instruments.available(), self.operator, self.clock, self.journal, self.view.sessions, feeding
+        )
         verified = self.view.finished.get(PROBE_VERIFICATION)
         bench.state.verified_channels = (
             VerifiedChannels.of_findings(verified.findings) if verified else self.verified_channels
@@ -231,6 +236,8 @@ class Runner:
                 # What is shared stays so until the shutdown is done.
                 raise
             self._walk()
+            # The shutdown has opened relays, and people look what is wrong.
+            bench.state.forget()
             self._give_back(shared)
             return Attempt(planned, started, self.clock.now(), error=error, cause=cause)
         ended = self.clock.now()

@@ -2,6 +2,7 @@
 
 import hashlib
 import platform
+from functools import cache
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
@@ -24,7 +25,9 @@ def software(catalogues: Catalogues | None = None) -> dict[str, str]:
     return own | {told["name"]: told.get("version") or told.get("sha256", "") for told in plugins}
 
 
+@cache
 def _code() -> str:
+    """Return the hash at the process's first run: what was loaded by then computes, whatever becomes of the files."""
     digest = hashlib.sha256()
     for package in _OWN:
         spec = find_spec(package)

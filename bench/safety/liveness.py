@@ -9,7 +9,7 @@ from bench.station.sharing import Sharing
 from drivers.interfaces import Clock
 from drivers.interfaces.text import Text
 from drivers.manual.prompt import Prompt
-from procedures.core.actions import Action
+from procedures.core.actions import HandWork
 from procedures.core.bench import Operator, Role
 
 
@@ -88,7 +88,7 @@ class WatchedOperator:
         self._operator = operator
         self._waits = waits
 
-    def perform(self, action: Action) -> object:
+    def perform(self, action: HandWork) -> object:
         """Have it done."""
         with self._waits.asking():
             return self._operator.perform(action)

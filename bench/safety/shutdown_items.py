@@ -1,7 +1,7 @@
 """How each item of a shutdown sequence is done to its instrument."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -47,34 +47,30 @@ def perform(one: Item, instrument: Any, clock: Clock, hurry: Hurry) -> Measured 
     still too large.
     """
     if one.measures:
-        return _await(one, _measurement(one, instrument), clock, hurry)
+        return _await(one, instrument, clock, hurry)
     getattr(instrument, method_of(one.do, one.role))()
     return None
 
 
-def _measurement(one: Item, instrument: Any) -> Callable[[], Measured]:
-    def voltage() -> Measured:
+def measured(one: Item, instrument: Any) -> Measured:
+    """Measure once what a measuring item looks at. Raises what the driver raises."""
+    if one.do is Do.VOLTAGE_DECAYED:
         if one.role is Role.VOLTMETER:
             # Its range is whatever the last measurement needed, millivolts perhaps.
             instrument.configure(max(100.0, one.below))
         return Measured(abs(instrument.measure_voltage().value), "V")
-
-    def speed() -> Measured:
-        if one.role is Role.DYNAMOMETER:
-            return Measured(abs(instrument.measure().speed), "rad/s")
-        if one.role is Role.TACHOMETER:
-            return Measured(abs(instrument.measure_speed().value), "rad/s")
-        return Measured(abs(instrument.measure_frequency().value) * 2.0 * math.pi, "rad/s")
-
-    def current() -> Measured:
+    if one.do is Do.CURRENT_ZERO:
         return Measured(abs(instrument.measure_current().value), "A")
+    if one.role is Role.DYNAMOMETER:
+        return Measured(abs(instrument.measure().speed), "rad/s")
+    if one.role is Role.TACHOMETER:
+        return Measured(abs(instrument.measure_speed().value), "rad/s")
+    return Measured(abs(instrument.measure_frequency().value) * 2.0 * math.pi, "rad/s")
 
-    return {Do.VOLTAGE_DECAYED: voltage, Do.CURRENT_ZERO: current}.get(one.do, speed)
 
-
-def _await(one: Item, measure: Callable[[], Measured], clock: Clock, hurry: Hurry) -> Measured:
+def _await(one: Item, instrument: Any, clock: Clock, hurry: Hurry) -> Measured:
     deadline = clock.now() + one.within
-    while not (found := measure()).value <= one.below:
+    while not (found := measured(one, instrument)).value <= one.below:
         if hurry.is_set() or clock.now() >= deadline:
             waited = "" if hurry.is_set() else f" after {one.within:g} s"
             what = _WHAT[one.do]

@@ -2,13 +2,14 @@
 
 import hashlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from datetime import date
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field
 
+from bench.files.photo import Photo, photo_beside
 from bench.files.toml_file import Section, nearest, read, validate
 from bench.i18n.errors import InputError, at
 from bench.plugins.catalogues import OURS, Catalogues, installed
@@ -38,6 +39,7 @@ class _Station(Section):
     visa_library: str = "@py"
     overdue: Literal["warn", "refuse"] = "warn"
     signatures: int = Field(default=0, ge=0, le=5, description="how many people sign a run off at the panel")
+    photo: str = Field(default="", max_length=255, description="the name of a JPEG or PNG file beside this one")
     control: str = Field(
         default="",
         pattern=r"^(http://[^\s/:]+:[0-9]{1,5})?$",
@@ -102,7 +104,7 @@ class Station:
     of a virtual bench in another process are to be had; `way_down` is how it becomes harmless, `interlocks` are the
     contacts that must be closed while anything is energised, `fixture` is what a fixture in place of hands knows, `watchdog_relays`
     are fed while what is behind them is energised. `catalogues` are what can be had here, the file's plug-ins included;
-    `outputs` name those that finished records are handed to.
+    `outputs` name those that finished records are handed to; `photo` shows the bench or its fixture.
     """
 
     source: str
@@ -120,6 +122,7 @@ class Station:
     watchdog_relays: tuple[RelayEntry, ...] = ()
     catalogues: Catalogues = field(default_factory=installed)
     outputs: tuple[str, ...] = ()
+    photo: Photo | None = None
 
     def check_calibrations(self, today: date, roles: Iterable[Role]) -> tuple[Notice, ...]:
         """Return a warning for every calibration among these roles that is overdue.
@@ -145,7 +148,8 @@ def catalogues_at(station: str) -> Catalogues:
 def load_station(path: Path) -> Station:
     """Read a station file. Raises InputError naming file, key, what was given and what is allowed."""
     content, data = read(path, text("station file"))
-    return make_station(data, str(path), content)
+    station = make_station(data, str(path), content)
+    return replace(station, photo=photo_beside(str(path), "station.photo", data["station"].get("photo", "")))
 
 
 def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Station:

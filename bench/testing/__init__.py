@@ -20,7 +20,8 @@ from bench.motor.motor_file import MotorFile, load_motor
 from bench.plugins.catalogues import installed
 from bench.run.console import console_on
 from bench.run.context import run_context
-from bench.run.plan import Planned, check_roles, make_plan
+from bench.run.needs import check_needs
+from bench.run.plan import Planned, make_plan
 from bench.run.request import RunOptions, RunRequest
 from bench.run.run import carry_out
 from bench.safety.interrupts import Interrupts
@@ -204,7 +205,7 @@ def run_planned(
         [each.name for each in planned], motor, "virtual", "en", runs, seed=seed, faults=given, guardian=False
     )
     with run_context(request, console_on(io.StringIO()), interrupts) as context:
-        check_roles(planned, context.station)
+        check_needs(planned, context.station)
         done = carry_out(request, planned, context, interrupts, options or RunOptions())
     return Ran(
         done.view.status,

@@ -19,13 +19,44 @@ _SERIAL_OBJECT = re.compile(rb"(#43181004)[0-9A-F]{8}")
 
 def anonymous(recording: SessionRecording) -> SessionRecording:
     """Return a recording whose hosts are called by their roles, and whose serial numbers are crossed out, byte for byte."""
-    tables = {
+    numbers = InstrumentSerials()
+    for line in recording.lines:
+        numbers.learn(line)
+    return replace(
+        recording,
+        tables=anonymous_tables(recording.tables),
+        lines=[numbers.crossed_out(line) for line in recording.lines],
+    )
+
+
+def anonymous_tables(tables: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Return instruments' tables of a station file, by role, whose hosts are called by their roles, without serial numbers."""
+    return {
         role: {**_bare(table), **({"address": address_of(role, table["address"])} if "address" in table else {})}
-        for role, table in recording.tables.items()
+        for role, table in tables.items()
     }
-    crossed = {role: _numbers(recording, role) for role in recording.carriers}
-    lines = [_crossed_out(line, crossed.get(line.role, set())) for line in recording.lines]
-    return replace(recording, tables=tables, lines=lines)
+
+
+class InstrumentSerials:
+    """The serial numbers that the instruments have told."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[Role, set[bytes]] = {}
+        self._asked: set[Role] = set()
+
+    def learn(self, line: TrafficLine) -> None:
+        """Look whether a line tells one; lines come in their order."""
+        if line.kind == ">":
+            (self._asked.add if _ASKED.match(line.content) else self._asked.discard)(line.role)
+        elif line.kind == "<" and line.role in self._asked and (match := _THIRD_FIELD.match(line.content)):
+            self._numbers.setdefault(line.role, set()).add(match[1])
+
+    def crossed_out(self, line: TrafficLine) -> TrafficLine:
+        """Return a line without those of its instrument that are known by now."""
+        content = _SERIAL_OBJECT.sub(rb"\g<1>00000000", line.content)
+        for number in self._numbers.get(line.role, ()):
+            content = content.replace(number, b"X" * len(number))
+        return replace(line, content=content)
 
 
 def address_of(role: str, address: str) -> str:
@@ -40,20 +71,3 @@ def _bare(table: Mapping[str, Any]) -> dict[str, Any]:
     return {
         key: _bare(value) if isinstance(value, Mapping) else value for key, value in table.items() if key not in _OWN
     }
-
-
-def _numbers(recording: SessionRecording, role: Role) -> set[bytes]:
-    found, asked = set(), False
-    for line in recording.of(role):
-        if line.kind == ">":
-            asked = _ASKED.match(line.content) is not None
-        elif line.kind == "<" and asked and (match := _THIRD_FIELD.match(line.content)):
-            found.add(match[1])
-    return found
-
-
-def _crossed_out(line: TrafficLine, numbers: set[bytes]) -> TrafficLine:
-    content = _SERIAL_OBJECT.sub(rb"\g<1>00000000", line.content)
-    for number in numbers:
-        content = content.replace(number, b"X" * len(number))
-    return replace(line, content=content)

@@ -25,10 +25,11 @@ _DIGITS = 9
 
 
 class TrafficRecorder:
-    """Takes down the sessions of several instruments from any thread; `now` is the time (s) of their clock."""
+    """Takes down the sessions of several instruments from any thread; `now` is the time (s) of their clock, `tell` hears each line."""
 
-    def __init__(self, now: Callable[[], float]) -> None:
+    def __init__(self, now: Callable[[], float], tell: Callable[[TrafficLine], None] = lambda _: None) -> None:
         self._now = now
+        self._tell = tell
         self._lock = threading.Lock()
         self._begin: float | None = None
         self._lines: list[TrafficLine] = []
@@ -39,7 +40,9 @@ class TrafficRecorder:
         """Return what receives the bytes of an instrument's wire."""
 
         def told(carrier: Carrier, direction: Direction, data: bytes) -> None:
-            self._carriers[role] = carrier
+            if role not in self._carriers:
+                self._carriers[role] = carrier
+                self._tell(TrafficLine(self._time(), role, "@", carrier.encode()))
             caller = role, threading.get_ident()
             beside = direction == ">" and caller not in self._calling
             if (call := self._calling.get(caller)) is not None:
@@ -68,8 +71,7 @@ class TrafficRecorder:
         with self._lock:
             lines, carriers = tuple(self._lines), dict(self._carriers)
         tables = {role.value: station.entries[role].table for role in carriers}
-        about = {"made": datetime.now(UTC).isoformat(timespec="seconds"), "motorbench": version("motorbench")}
-        made = SessionRecording(tables, carriers, [line for line in lines if line.role in carriers], about)
+        made = SessionRecording(tables, carriers, [line for line in lines if line.role in carriers], made_now())
         return made if identifiable else anonymous(made)
 
     @contextmanager
@@ -96,9 +98,19 @@ class TrafficRecorder:
 
     def _add(self, role: Role, kind: Kind, content: bytes) -> None:
         with self._lock:
-            now = self._now()
-            self._begin = now if self._begin is None else self._begin
-            self._lines.append(TrafficLine(now - self._begin, role, kind, content))
+            line = TrafficLine(self._time(), role, kind, content)
+            self._lines.append(line)
+            self._tell(line)
+
+    def _time(self) -> float:
+        now = self._now()
+        self._begin = now if self._begin is None else self._begin
+        return now - self._begin
+
+
+def made_now() -> dict[str, str]:
+    """Return what a recording says of itself: when it was made, and by which version."""
+    return {"made": datetime.now(UTC).isoformat(timespec="seconds"), "motorbench": version("motorbench")}
 
 
 class _RecordedCalls:

@@ -11,8 +11,11 @@ r"""The file of a recording: a station's instruments as TOML, then a line for ea
     --- end of 3 lines
 
 After time (s) and role stands what the line is. Bytes that are no text are escaped as in Python, or stand as hexadecimal numbers.
+While it is recorded the file grows: its head says `unfinished = true`, lines marked `@` tell what carries an instrument's messages,
+and there is no end.
 """
 
+import codecs
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -31,13 +34,16 @@ from drivers.transport.wire import Carrier
 
 VERSION = 1
 _FIRST = "# motorbench traffic "
+_UNFINISHED = "unfinished"
 _TRAFFIC, _END = "--- traffic", "--- end of {} lines"
 #: A call of the driver, a message to and from the instrument, one sent beside the calls (by what feeds a watchdog), why none went
-#: or came, and what came of the call.
-Kind = Literal["=", ">", "<", "~", "!", "#"]
+#: or came, what came of the call, and what carries an instrument's messages, in a file that grows.
+Kind = Literal["=", ">", "<", "~", "!", "#", "@"]
 _LINE = re.compile(
-    r" *(?P<time>[0-9]{1,12}\.[0-9]{1,9}) (?P<role>[a-z_]+) (?P<kind>[=><~!#])(?P<hexadecimal>x?)(?: (?P<content>.*))?"
+    r" *(?P<time>[0-9]{1,12}\.[0-9]{1,9}) (?P<role>[a-z_]+) (?P<kind>[=><~!#@])(?P<hexadecimal>x?)(?: (?P<content>.*))?"
 )
+#: What stands as words, not as bytes.
+_WORDS = "=#@"
 #: So many bytes stand on a line of hexadecimal numbers; those that continue it begin with a mark.
 _WIDTH, _CONTINUED = 64, "| "
 #: A recording is held in memory (bytes).
@@ -46,7 +52,7 @@ _LONGEST = 256 * 1024 * 1024
 
 @dataclass(frozen=True)
 class TrafficLine:
-    """One line: bench `time` (s), `role`, what it is, and its bytes, UTF-8 for calls and outcomes; `number` in the file from 1."""
+    """One line: bench `time` (s), `role`, what it is, and its bytes, UTF-8 for what are words; `number` in the file from 1."""
 
     time: float
     role: Role
@@ -57,14 +63,18 @@ class TrafficLine:
     @property
     def words(self) -> str:
         """Its content as the file has it, on one line."""
-        return self.content.decode("utf-8", "replace") if self.kind in "=#" else escaped(self.content)
+        return self.content.decode("utf-8", "replace") if self.kind in _WORDS else escaped(self.content)
+
+    def row(self) -> str:
+        """Return it as the file has it, without the end of line."""
+        return f"{self.time:10.3f} {self.role.value} {self.kind}{_shown(self)}".rstrip()
 
 
 @dataclass(frozen=True)
 class SessionRecording:
     """A session: its instruments as a station file has them, by role, what carries their messages, and the lines.
 
-    `plugins_of` is a station file whose plug-ins its drivers may be.
+    `plugins_of` is a station file whose plug-ins its drivers may be; `unfinished` is one whose recording was cut short.
     """
 
     tables: Mapping[str, Mapping[str, Any]]
@@ -73,6 +83,7 @@ class SessionRecording:
     about: Mapping[str, Any] = field(default_factory=dict)
     source: str = "recording"
     plugins_of: str = ""
+    unfinished: bool = False
 
     def of(self, role: Role) -> Sequence[TrafficLine]:
         """Return the lines of one instrument."""
@@ -88,20 +99,15 @@ class SessionRecording:
 
     def text(self) -> str:
         """Return the file's content."""
+        rows = [line.row() for line in self.lines]
+        return self.head() + "\n".join([*rows, _END.format(len(rows)), ""])
+
+    def head(self, *, unfinished: bool = False) -> str:
+        """Return what stands before the lines, in a file that grows with its mark."""
         carriers = {role.value: carrier for role, carrier in self.carriers.items()}
-        head = dumps({"recording": {**self.about, "carriers": carriers}, "instruments": self.tables})
-        body = [f"{line.time:10.3f} {line.role.value} {line.kind}{_shown(line)}".rstrip() for line in self.lines]
-        return "\n".join([f"{_FIRST}{VERSION}", head, _TRAFFIC, *body, _END.format(len(body)), ""])
-
-
-def write_recording(recording: SessionRecording, path: Path) -> None:
-    """Write the file. Raises FileError where that cannot be."""
-    try:
-        path.write_text(recording.text(), encoding="utf-8")
-    except OSError as error:
-        raise FileError(
-            text("{path}: the recording cannot be written: {error}", path=path, error=reason_of(error))
-        ) from None
+        about = {**self.about, **({_UNFINISHED: True} if unfinished else {}), "carriers": carriers}
+        tables = dumps({"recording": about, "instruments": self.tables})
+        return f"{_FIRST}{VERSION}\n{tables}\n{_TRAFFIC}\n"
 
 
 def read_recording(path: Path, plugins_of: str = "") -> SessionRecording:
@@ -109,7 +115,11 @@ def read_recording(path: Path, plugins_of: str = "") -> SessionRecording:
     try:
         if path.stat().st_size > _LONGEST:
             raise FileError(text("{path}: more than {most} MiB are no recording", path=path, most=_LONGEST // 2**20))
-        content = path.read_text(encoding="utf-8")
+        raw = path.read_bytes().removeprefix(codecs.BOM_UTF8)
+        if f"\n{_UNFINISHED} = true\n".encode() in raw[: raw.find(_TRAFFIC.encode())]:
+            # The last line may have been cut in the middle of a character.
+            raw = raw[: raw.rfind(b"\n") + 1]
+        content = raw.decode("utf-8")
     except OSError as error:
         raise FileError(
             text("{path}: the recording cannot be read: {error}", path=path, error=reason_of(error))
@@ -126,17 +136,23 @@ def parse_recording(content: str, source: str, plugins_of: str = "") -> SessionR
     if _TRAFFIC not in rows or not rows[-1] == "":
         raise broken(source, len(rows), text("the file ends early, or lines are missing; have it sent again"))
     start = rows.index(_TRAFFIC)
-    body = rows[start + 1 : -2]
     try:
         head = parse("\n".join(rows[:start]).encode(), source)
-        lines = _lines(body, source, start + 2)
-        if rows[-2] != _END.format(len(lines)):
-            raise broken(source, len(rows) - 1, text("the file ends early, or lines are missing; have it sent again"))
         about = dict(head.pop("recording"))
-        carriers = {Role(role): cast("Carrier", carrier) for role, carrier in about.pop("carriers").items()}
+        unfinished = about.pop(_UNFINISHED, False) is True
+        lines = _lines(rows[start + 1 : -1 if unfinished else -2], source, start + 2, torn=unfinished)
+        if not unfinished and rows[-2] != _END.format(len(lines)):
+            raise broken(source, len(rows) - 1, text("the file ends early, or lines are missing; have it sent again"))
+        told = {line.role.value: line.words for line in lines if line.kind == "@"}
+        lines = [line for line in lines if line.kind != "@"]
+        carriers = {Role(role): cast("Carrier", one) for role, one in {**about.pop("carriers"), **told}.items()}
         if unknown := set(carriers.values()) - set(get_args(Carrier)):
             raise broken(source, 1, text("unknown carrier {carrier}", carrier=sorted(map(str, unknown))[0]))
-        found = SessionRecording(head.get("instruments", {}), carriers, lines, about, source, plugins_of)
+        tables = head.get("instruments", {})
+        # A station file's others, to which nothing was said, are in a file that grows.
+        tables = {role: table for role, table in tables.items() if not unfinished or Role(role) in carriers}
+        lines = [line for line in lines if not unfinished or line.role in carriers]
+        found = SessionRecording(tables, carriers, lines, about, source, plugins_of, unfinished)
         if missing := {line.role.value for line in lines} - {
             role.value for role in found.station().entries.keys() & carriers
         }:
@@ -174,7 +190,7 @@ def _check_version(first: str, source: str) -> None:
 
 
 def _shown(line: TrafficLine) -> str:
-    if line.kind in "=#":
+    if line.kind in _WORDS:
         return f" {line.words}"
     said = escaped(line.content)
     if len(said) <= 2 * len(line.content) + 8:
@@ -183,13 +199,16 @@ def _shown(line: TrafficLine) -> str:
     return "x " + f"\n{_CONTINUED}".join(rows)
 
 
-def _lines(rows: Sequence[str], source: str, first: int) -> list[TrafficLine]:
+def _lines(rows: Sequence[str], source: str, first: int, *, torn: bool = False) -> list[TrafficLine]:
+    """Return the lines; where the file was `torn`, without a last one that may go on."""
     found: list[tuple[int, str, list[str]]] = []
     for number, row in enumerate(rows, first):
         if found and row.startswith(_CONTINUED):
             found[-1][2].append(row.removeprefix(_CONTINUED))
         else:
             found.append((number, row, []))
+    if torn and found and _may_go_on(found[-1][1], found[-1][2]):
+        found.pop()
     lines = []
     for number, row, more in found:
         try:
@@ -197,6 +216,13 @@ def _lines(rows: Sequence[str], source: str, first: int) -> list[TrafficLine]:
         except ValueError:
             raise broken(source, number, text("no line of a recording: {row}", row=repr(row[:60]))) from None
     return lines
+
+
+def _may_go_on(row: str, more: Sequence[str]) -> bool:
+    """Tell whether a line of hexadecimal numbers is full to its end, so that the next part of it may be missing."""
+    match = _LINE.fullmatch(row)
+    last = more[-1] if more else (match["content"] or "" if match else "")
+    return match is not None and bool(match["hexadecimal"]) and len(last) == 3 * _WIDTH - 1
 
 
 def _line(number: int, row: str, more: Sequence[str]) -> TrafficLine:
@@ -209,7 +235,7 @@ def _line(number: int, row: str, more: Sequence[str]) -> TrafficLine:
 
 
 def _bytes(kind: Kind, said: str, hexadecimal: bool) -> bytes:
-    if kind in "=#":
+    if kind in _WORDS:
         return said.encode()
     return bytes.fromhex(said) if hexadecimal else said.encode("ascii").decode("unicode_escape").encode("latin-1")
 

@@ -2,7 +2,7 @@
 
 import http.client
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -68,6 +68,10 @@ class ServedWorld:
     def connect(self, wiring: Mapping[str, str]) -> None:
         """Wire the motor's terminals anew."""
         self._act("connect", wiring=dict(wiring))
+
+    def take_off(self, terminals: Iterable[str]) -> None:
+        """Take the wires of these terminals off."""
+        self._act("take_off", terminals=list(terminals))
 
     def attach_voltage_probe(self, channel: int, positive: str, negative: str) -> None:
         """Put a voltage probe on two nodes."""

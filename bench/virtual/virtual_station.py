@@ -7,7 +7,8 @@ from typing import Any
 from bench.station.station_file import VIRTUAL, Station, make_station
 
 #: What the virtual units' individual errors are drawn from.
-_DRAWN = "specification of the virtual unit"
+_PROBE_SOURCE = "within the limits of the virtual oscilloscope"
+_UNIT_SOURCE = "specification of the virtual unit"
 #: An address as the virtual bench gives it: text, or for a CAN node its parts.
 Address = str | Mapping[str, str | int]
 
@@ -23,7 +24,7 @@ def describe(
     `control` is the address of the control endpoint of a bench that another process serves, `interlocks` are where its
     safety contacts are read, `watchdog_relays` where its relays with a watchdog are reached.
     """
-    probe = {"attenuation": 10.0, "source": "within the limits of the virtual oscilloscope"}
+    probe = {"attenuation": 10.0, "source": _PROBE_SOURCE}
     voltage, current = {"kind": "V", **probe}, {"kind": "A", **probe}
     options: dict[str, dict[str, Any]] = {
         "supply": {"driver": "keysight-e36300", "channel": 1, "maximum_current": 10.0},
@@ -36,11 +37,11 @@ def describe(
             "driver": "delta-dyn200",
             "maximum_speed": 630.0,
             "direction_from": "command",
-            "torque_accuracy": {"gain": 2.0e-3, "offset": 5.0e-3, "resolution": 1.0e-4, "source": _DRAWN},
-            "speed_accuracy": {"gain": 2.0e-4, "resolution": 1.0472e-3, "source": _DRAWN},
+            "torque_accuracy": {"gain": 2.0e-3, "offset": 5.0e-3, "resolution": 1.0e-4, "source": _UNIT_SOURCE},
+            "speed_accuracy": {"gain": 2.0e-4, "resolution": 1.0472e-3, "source": _UNIT_SOURCE},
         },
         "voltmeter": {"driver": "keysight-34461a"},
-        "tachometer": {"driver": "lutron-tachometer", "accuracy": {"gain": 5.0e-4, "source": _DRAWN}},
+        "tachometer": {"driver": "lutron-tachometer", "accuracy": {"gain": 5.0e-4, "source": _UNIT_SOURCE}},
         "inverter": {
             "driver": "cia402-inverter",
             "maximum_current": 30.0,
@@ -50,8 +51,8 @@ def describe(
             "pole_pairs": 1,
             "field_current": {"object": "0x2000:00", "type": "u32", "scale": 1.0e-3},
             "poll_interval": 0.05,
-            "current_accuracy": {"gain": 0.02, "resolution": 0.01, "source": _DRAWN},
-            "frequency_accuracy": {"gain": 5.0e-5, "resolution": 0.01, "source": _DRAWN},
+            "current_accuracy": {"gain": 0.02, "resolution": 0.01, "source": _UNIT_SOURCE},
+            "frequency_accuracy": {"gain": 5.0e-5, "resolution": 0.01, "source": _UNIT_SOURCE},
         },
         "drive": {
             "driver": "cia402-six-step",

@@ -76,6 +76,10 @@ class Oscilloscope(Instrument, Protocol):
     def channels(self, kind: ProbeKind) -> Sequence[int]:
         """Return the numbers of the channels that have a probe of this kind, in order."""
 
+    @question
+    def maximum_voltage(self, channel: int) -> float | None:
+        """Return the largest voltage (V, peak) that the voltage probe of a channel may be on, None where nobody states it."""
+
     @in_units(range="V|A", offset="V|A")
     @setting
     def configure_channel(self, channel: int, settings: ChannelSettings) -> None:

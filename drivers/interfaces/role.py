@@ -50,6 +50,9 @@ class RoleSpec:
     """What a role is: its interface, its name for people, what brings it to its harmless state in a shutdown sequence.
 
     `feeds_winding` is for those that feed the motor's terminals, `in_fixture` for those that do what hands do otherwise.
+    `withstands` is the voltage (V, peak) of others that the leads of any instrument in the role may be left on; one that states its
+    own goes by that. Beside one that is `alone` on the winding nothing is left, for it would falsify the reading or be harmed.
+    One that measures direct voltage only is not left on while something turns the shaft.
     """
 
     interface: type
@@ -57,19 +60,24 @@ class RoleSpec:
     off_by: str
     feeds_winding: bool = False
     in_fixture: bool = False
+    withstands: float = 0.0
+    alone: bool = False
+    direct_only: bool = False
 
 
+#: Extra-low voltage: 60 V DC (IEC 61140); any voltmeter and any oscilloscope's probe takes that.
+_EXTRA_LOW = 60.0
 #: In the order in which a shutdown sequence switches them off. Contacts that part under current burn: relays are the last.
 ROLES: Mapping[Role, RoleSpec] = {
-    Role.INSULATION_TESTER: RoleSpec(InsulationTester, text("Insulation tester"), "output_off"),
+    Role.INSULATION_TESTER: RoleSpec(InsulationTester, text("Insulation tester"), "output_off", alone=True),
     Role.INVERTER: RoleSpec(Inverter, text("Inverter"), "disable", feeds_winding=True),
     Role.DRIVE: RoleSpec(BldcDrive, text("Six-step drive"), "disable", feeds_winding=True),
     Role.DYNAMOMETER: RoleSpec(Dynamometer, text("Dynamometer"), "disable"),
     Role.ROTOR_ACTUATOR: RoleSpec(RotorActuator, text("Rotor actuator"), "disable", in_fixture=True),
     Role.SUPPLY: RoleSpec(Supply, text("DC supply"), "output_off", feeds_winding=True),
-    Role.LCR_METER: RoleSpec(LcrMeter, text("LCR meter"), "silence"),
-    Role.OSCILLOSCOPE: RoleSpec(Oscilloscope, text("Oscilloscope"), "silence"),
+    Role.LCR_METER: RoleSpec(LcrMeter, text("LCR meter"), "silence", alone=True),
+    Role.OSCILLOSCOPE: RoleSpec(Oscilloscope, text("Oscilloscope"), "silence", withstands=_EXTRA_LOW),
     Role.TACHOMETER: RoleSpec(Tachometer, text("Tachometer"), "silence"),
-    Role.VOLTMETER: RoleSpec(Voltmeter, text("Voltmeter"), "silence"),
+    Role.VOLTMETER: RoleSpec(Voltmeter, text("Voltmeter"), "silence", withstands=_EXTRA_LOW, direct_only=True),
     Role.SWITCH_MATRIX: RoleSpec(SwitchMatrix, text("Switch matrix"), "open", in_fixture=True),
 }

@@ -9,6 +9,11 @@ from drivers.interfaces.identity import Accuracy, Instrument, Reading
 class Voltmeter(Instrument, Protocol):
     """A digital multimeter as a DC voltmeter, for the sense leads of a four-wire resistance measurement."""
 
+    @property
+    @question
+    def maximum_voltage(self) -> float:
+        """Largest voltage (V) that may be between its leads, whatever range is set."""
+
     @in_units(full_scale="V")
     @setting
     def configure(self, full_scale: float, power_line_cycles: float = 10.0) -> None:

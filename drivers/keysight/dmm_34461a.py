@@ -126,6 +126,11 @@ class Keysight34461A(ScpiDriver, Voltmeter):
             )
         return Reading(value, "V", self._accuracy(self._range), self._clock.now())
 
+    @property
+    def maximum_voltage(self) -> float:
+        """The highest range (V), which the input withstands on every range (data sheet, input protection; one source)."""
+        return data.HIGHEST_RANGE
+
     def accuracy_at(self, voltage: float) -> Accuracy:
         """Return the limits of error of a voltage (V) in the smallest range that holds it, integrated as set.
 

@@ -91,6 +91,10 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         """Return the numbers of the channels with a probe of this kind, in order."""
         return tuple(sorted(channel for channel, probe in self._options.probes.items() if probe.kind is kind))
 
+    def maximum_voltage(self, channel: int) -> float | None:
+        """Return what the station file states of the channel's probe (V, peak), None where it states nothing."""
+        return self._probe(channel).maximum_voltage
+
     def configure_channel(self, channel: int, settings: ChannelSettings) -> None:
         """Set probe, range and offset (V or A at the probe's tip) of a channel and switch it on.
 

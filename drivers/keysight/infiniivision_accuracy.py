@@ -5,6 +5,10 @@ from drivers.interfaces.full_scale import FULL_SCALE_READING, gain_of_full_scale
 from drivers.keysight import infiniivision_data as data
 from drivers.keysight.options import InfiniiVisionOptions
 
+_PROBE_SOURCE = "probe"
+_STATED_SOURCE = "probe: as stated"
+_UNSTATED_SOURCE = "probe: error not stated, taken as none"
+
 
 def trace_accuracy(
     options: InfiniiVisionOptions, channel: int, settings: ChannelSettings, low: float, high: float
@@ -18,12 +22,13 @@ def trace_accuracy(
         + data.OFFSET_FIXED * probe.attenuation
         + data.OFFSET_SHARE * abs(settings.offset)
     )
-    own = probe.source or ("as stated" if probe.gain or probe.offset else "error not stated, taken as none")
+    stated = _STATED_SOURCE if probe.gain or probe.offset else _UNSTATED_SOURCE
+    own = f"{_PROBE_SOURCE}; {probe.source}" if probe.source else stated
     return Accuracy(
         gain=_gain(options, settings.range, low, high) + probe.gain,
         offset=offset + probe.offset,
         resolution=settings.range / data.CODES_ON_SCREEN,
-        source=f"{_source(options)}; probe: {own}",
+        source=f"{_source(options)}; {own}",
     )
 
 
@@ -43,5 +48,5 @@ def _source(options: InfiniiVisionOptions) -> str:
         return f"gain {100 * options.gain:g} % of the reading, {stated}; {data.OFFSET_SOURCE}"
     if options.full_scale_gain is not None:
         said = f"gain {100 * options.full_scale_gain:g} % of full scale, {stated}"
-        return f"{said}: {FULL_SCALE_READING}; {data.OFFSET_SOURCE}"
+        return f"{said}; {FULL_SCALE_READING}; {data.OFFSET_SOURCE}"
     return data.SOURCE

@@ -4,7 +4,7 @@ from drivers.interfaces.full_scale import FULL_SCALE_READING
 
 #: Where the figures below come from: only the gain has been compared with the data sheet.
 OFFSET_SOURCE = "offset typical of its class, enter the calibration"
-SOURCE = f"Keysight InfiniiVision 3000T X-Series data sheet 5992-0140: gain 2 % of full scale: {FULL_SCALE_READING}; {OFFSET_SOURCE}"
+SOURCE = f"Keysight InfiniiVision 3000T X-Series data sheet 5992-0140; gain 2 % of full scale; {FULL_SCALE_READING}; {OFFSET_SOURCE}"
 TIME_BASE_SOURCE = "time base typical of its class, not compared with the data sheet"
 
 DIVISIONS = 8

@@ -77,7 +77,8 @@ class Probe:
     """The probe on a channel: `attenuation` is what it senses (V or A) per volt at the oscilloscope's input.
 
     `gain` (relative) and `offset` (V or A at the tip) are its limits of error, `source` where they are stated. `serial_number` tells it
-    from another of its kind: a verification holds for the one it was made with.
+    from another of its kind: a verification holds for the one it was made with. `maximum_voltage` (V, peak) is what a voltage probe
+    may be on by its data sheet.
     """
 
     kind: ProbeKind
@@ -86,6 +87,7 @@ class Probe:
     offset: float = 0.0
     source: str = ""
     serial_number: str = ""
+    maximum_voltage: float | None = None
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,8 @@ class InstrumentByHand(Generic[OptionsT]):
         self._clock = clock
         self._options = options
         self._name = name
+        #: Whether a person has said that it is off, and has not been asked to switch it on since.
+        self._is_off = False
 
     @property
     def identity(self) -> Identity:
@@ -41,6 +43,17 @@ class InstrumentByHand(Generic[OptionsT]):
 
     def close(self) -> None:
         """Do nothing: there is no connection."""
+
+    def _have_on(self, task: Text) -> None:
+        """Have a task done after which the instrument is on."""
+        self._is_off = False
+        self._questions.confirm(task)
+
+    def _have_off(self, task: Text) -> None:
+        """Have it switched off, unless a person has said already that it is."""
+        if not self._is_off:
+            self._questions.confirm(task)
+            self._is_off = True
 
     def _check(self, method: str, *values: float) -> None:
         """Raise SetpointError, before anything is asked, for a value beyond the station's limit, as the interface declares."""

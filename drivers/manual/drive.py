@@ -21,7 +21,7 @@ class ManualDrive(InstrumentByHand[ManualDriveOptions], BldcDrive):
     def running(self) -> Iterator[None]:
         """Have the drive switched on at full voltage for the length of the block, then off, however it ends."""
         with always(self.make_safe):
-            self._questions.confirm(text("Switch the six-step drive on, at full voltage."))
+            self._have_on(text("Switch the six-step drive on, at full voltage."))
             yield
 
     def measure_bus_voltage(self) -> Reading:
@@ -61,4 +61,4 @@ class ManualDrive(InstrumentByHand[ManualDriveOptions], BldcDrive):
 
     def make_safe(self) -> None:
         """Have the drive switched off."""
-        self._questions.confirm(text("Switch the six-step drive off and make sure that it is."))
+        self._have_off(text("Switch the six-step drive off and make sure that it is."))

@@ -55,7 +55,7 @@ class ManualDynamometer(InstrumentByHand[ManualDynamometerOptions], Dynamometer)
         highest = self.maximum_speed if speed_limit is None else speed_limit
         self._check("driving_torque", torque, highest)
         with always(self._let_coast):
-            self._questions.confirm(
+            self._have_on(
                 text(
                     "Set the dynamometer's speed limit to {highest:g} rpm. Put a constant torque of {torque:g} N·m on the shaft.",
                     highest=highest / RPM,
@@ -66,7 +66,8 @@ class ManualDynamometer(InstrumentByHand[ManualDynamometerOptions], Dynamometer)
 
     def command_zero(self) -> None:
         """Have speed and torque commanded to zero."""
-        self._questions.confirm(text("Command a speed and a torque of zero."))
+        if not self._is_off:
+            self._questions.confirm(text("Command a speed and a torque of zero."))
 
     def measure(self) -> DynamometerReading:
         """Ask for speed and torque; the power (W) is their product.
@@ -85,15 +86,14 @@ class ManualDynamometer(InstrumentByHand[ManualDynamometerOptions], Dynamometer)
     def stop(self) -> None:
         """Have the shaft braked to rest and the drive switched off."""
         self._questions.confirm(text("Brake the shaft to a standstill and switch the dynamometer off."))
+        self._is_off = True
 
     def make_safe(self) -> None:
         """Have the dynamometer switched off."""
         self._let_coast()
 
     def _ask_speed(self, speed: float) -> None:
-        self._questions.confirm(
-            text("Drive the shaft at {speed:g} rpm and wait until the speed is steady.", speed=speed / RPM)
-        )
+        self._have_on(text("Drive the shaft at {speed:g} rpm and wait until the speed is steady.", speed=speed / RPM))
 
     def _let_coast(self) -> None:
-        self._questions.confirm(text("Switch the dynamometer off and let the shaft coast."))
+        self._have_off(text("Switch the dynamometer off and let the shaft coast."))

@@ -32,7 +32,7 @@ class ManualInverter(InstrumentByHand[ManualInverterOptions], Inverter):
         """Have the field turned at a frequency (Hz) with a phase current (A, peak), then the inverter switched off."""
         self._check("driving_frequency", frequency, current)
         with always(self.make_safe):
-            self._questions.confirm(
+            self._have_on(
                 text(
                     "Start the inverter at {frequency:g} Hz with {current:g} A peak and wait until the ramp has ended.",
                     frequency=frequency,
@@ -56,7 +56,8 @@ class ManualInverter(InstrumentByHand[ManualInverterOptions], Inverter):
 
     def command_zero(self) -> None:
         """Have current and frequency commanded to zero."""
-        self._questions.confirm(text("Command a current and a frequency of zero."))
+        if not self._is_off:
+            self._questions.confirm(text("Command a current and a frequency of zero."))
 
     def measure_frequency(self) -> Reading:
         """Ask for the frequency (Hz) the inverter shows; raises MeasurementError where no accuracy is stated."""
@@ -84,9 +85,9 @@ class ManualInverter(InstrumentByHand[ManualInverterOptions], Inverter):
 
     def make_safe(self) -> None:
         """Have the inverter switched off."""
-        self._questions.confirm(text("Switch the inverter off."))
+        self._have_off(text("Switch the inverter off."))
 
     def _ask_current(self, current: float) -> None:
-        self._questions.confirm(
+        self._have_on(
             text("Set the inverter to regulate a torque-producing current of {current:g} A peak.", current=current)
         )

@@ -36,6 +36,10 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions], Oscillosco
         """Return the numbers of the channels with a probe of this kind, in order."""
         return tuple(sorted(channel for channel, probe in self._options.probes.items() if probe is kind))
 
+    def maximum_voltage(self, channel: int) -> float | None:
+        """Say that the station file states nothing of the probes but what they sense."""
+        return None
+
     def configure_channel(self, channel: int, settings: ChannelSettings) -> None:
         """Have the range and offset (V or A) of a channel set; raises SetpointError for one without a probe."""
         unit = self._unit(channel)

@@ -63,12 +63,12 @@ class ManualSupply(InstrumentByHand[ManualSupplyOptions], Supply):
         """Have the supply set (V, A) and switched on for the length of the block, then off, however it ends."""
         self.configure(voltage, current_limit, regulated)
         with always(self.output_off):
-            self._questions.confirm(text("Switch the supply's output on."))
+            self._have_on(text("Switch the supply's output on."))
             yield
 
     def output_off(self) -> None:
-        """Have the output switched off."""
-        self._questions.confirm(text("Switch the supply's output off and make sure that it is."))
+        """Have the output switched off; a person who has said that it is off is not asked again."""
+        self._have_off(text("Switch the supply's output off and make sure that it is."))
 
     def output_mode(self) -> OutputMode:
         """Ask what regulates the output; raises MeasurementError after three unusable answers."""

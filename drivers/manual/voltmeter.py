@@ -17,6 +17,11 @@ class ManualVoltmeter(InstrumentByHand[ManualVoltmeterOptions], Voltmeter):
         super().__init__(prompt, clock, options, name)
         self._full_scale: float | None = None
 
+    @property
+    def maximum_voltage(self) -> float:
+        """The range (V) that the station file states."""
+        return self._options.maximum_voltage
+
     def configure(self, full_scale: float, power_line_cycles: float = 10.0) -> None:
         """Have DC volts set, the smallest range (V) that holds `full_scale`, and the integration time in line cycles.
 

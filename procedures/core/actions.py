@@ -2,80 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 
-from drivers.interfaces.text import Text, text
-
-
-class Terminal(Enum):
-    """A motor terminal."""
-
-    A = "A"
-    B = "B"
-    C = "C"
-
-
-class Socket(Enum):
-    """Where a motor terminal may be connected."""
-
-    OPEN = "open"
-    SUPPLY_POSITIVE = "supply+"
-    SUPPLY_NEGATIVE = "supply-"
-    METER_HIGH = "lcr_high"
-    METER_LOW = "lcr_low"
-    INVERTER_U = "inverter_u"
-    INVERTER_V = "inverter_v"
-    INVERTER_W = "inverter_w"
-    DRIVE_1 = "drive_1"
-    DRIVE_2 = "drive_2"
-    DRIVE_3 = "drive_3"
-    INSULATION_HIGH = "insulation_high"
-
-
-class Node(Enum):
-    """A point that a voltage probe may touch."""
-
-    A = "A"
-    B = "B"
-    C = "C"
-    STAR_POINT = "N"
-    ARTIFICIAL_STAR = "star"
-    HALL_1 = "H1"
-    HALL_2 = "H2"
-    HALL_3 = "H3"
-    HALL_GROUND = "H0"
-    SUPPLY_POSITIVE = "S+"
-    SUPPLY_NEGATIVE = "S-"
-
-
-SOCKET_NAMES: Mapping[Socket, Text] = {
-    Socket.OPEN: text("nothing (leave it open)"),
-    Socket.SUPPLY_POSITIVE: text("supply, plus"),
-    Socket.SUPPLY_NEGATIVE: text("supply, minus"),
-    Socket.METER_HIGH: text("LCR meter, high"),
-    Socket.METER_LOW: text("LCR meter, low"),
-    Socket.INVERTER_U: text("inverter, U"),
-    Socket.INVERTER_V: text("inverter, V"),
-    Socket.INVERTER_W: text("inverter, W"),
-    Socket.DRIVE_1: text("six-step drive, leg 1"),
-    Socket.DRIVE_2: text("six-step drive, leg 2"),
-    Socket.DRIVE_3: text("six-step drive, leg 3"),
-    Socket.INSULATION_HIGH: text("insulation tester, high (its low is on the frame)"),
-}
-
-NODE_NAMES: Mapping[Node, Text] = {
-    Node.A: text("terminal A"),
-    Node.B: text("terminal B"),
-    Node.C: text("terminal C"),
-    Node.STAR_POINT: text("the motor's star point"),
-    Node.ARTIFICIAL_STAR: text("the artificial star point (three equal resistors, 20 kΩ)"),
-    Node.HALL_1: text("Hall sensor 1"),
-    Node.HALL_2: text("Hall sensor 2"),
-    Node.HALL_3: text("Hall sensor 3"),
-    Node.HALL_GROUND: text("the Hall sensors' ground"),
-    Node.SUPPLY_POSITIVE: text("the supply's plus"),
-    Node.SUPPLY_NEGATIVE: text("the supply's minus"),
-}
+from drivers.interfaces.text import Text, text, word
+from procedures.core.places import NODE_NAMES as NODE_NAMES
+from procedures.core.places import SOCKET_NAMES as SOCKET_NAMES
+from procedures.core.places import CurrentProbe as CurrentProbe
+from procedures.core.places import Node as Node
+from procedures.core.places import Socket as Socket
+from procedures.core.places import Terminal as Terminal
+from procedures.core.places import VoltageProbe as VoltageProbe
+from procedures.core.setup_change import ChangeSetup as ChangeSetup
 
 
 @dataclass(frozen=True)
@@ -98,30 +34,13 @@ class Connect:
                     text(
                         "{terminal} ({colour}) → {socket}",
                         terminal=terminal.value,
-                        colour=text(colour),
+                        colour=word(colour),
                         socket=SOCKET_NAMES[socket],
                     )
                 )
             else:
                 said.append(text("{terminal} → {socket}", terminal=terminal.value, socket=SOCKET_NAMES[socket]))
         return said
-
-
-@dataclass(frozen=True)
-class VoltageProbe:
-    """A voltage probe of a scope channel between two nodes."""
-
-    channel: int
-    positive: Node
-    negative: Node
-
-
-@dataclass(frozen=True)
-class CurrentProbe:
-    """A current probe of a scope channel round one terminal's wire; positive into the motor."""
-
-    channel: int
-    terminal: Terminal
 
 
 @dataclass(frozen=True)
@@ -386,7 +305,8 @@ class EnterCommand(_Sentence):
         return text("Enter a command, or finish")
 
 
-Action = (
+#: What a procedure wants of the setup; the order in which hands bring it about follows from what is there.
+Wanted = (
     Connect
     | ConnectProbes
     | ConnectVoltmeter
@@ -396,17 +316,22 @@ Action = (
     | SeparateMeterLeads
     | LockRotor
     | ReleaseRotor
+    | CoupleDynamometer
+    | UncoupleDynamometer
+)
+#: What hands and eyes are asked for.
+HandWork = (
+    ChangeSetup
     | TurnToRest
     | MarkRestPositions
     | StartTurning
     | StopTurning
-    | CoupleDynamometer
-    | UncoupleDynamometer
     | EnterReading
+    | EnterCommand
     | Mend
     | DoubtReading
-    | EnterCommand
 )
+Action = Wanted | HandWork
 
 #: Two terminals that a line quantity is read between, the first being high or plus.
 LinePair = tuple[Terminal, Terminal]

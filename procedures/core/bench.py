@@ -1,6 +1,6 @@
 """What a procedure sees of the world: instruments by role, hands, time, a record."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Protocol, cast
 
@@ -18,9 +18,22 @@ from drivers.interfaces import (
     Voltmeter,
 )
 from drivers.interfaces import Role as Role
-from drivers.interfaces.text import Text, text
-from procedures.core.actions import Action, DoubtReading, EnterCommand, Mend
+from drivers.interfaces.text import text
+from procedures.core.actions import (
+    Action,
+    DoubtReading,
+    EnterCommand,
+    HandWork,
+    Mend,
+    UncoupleDynamometer,
+    Wanted,
+)
 from procedures.core.events import ActionDone, ActionStarted, Event, Given, StepFailed, StepFinished, StepStarted
+from procedures.core.procedure_error import ProcedureError as ProcedureError
+from procedures.core.setup_change import ChangeSetup
+from procedures.core.setup_order import ordered_changes
+from procedures.core.setup_rules import SetupRules
+from procedures.core.setup_wanted import setup_wanted
 from procedures.core.steps import Step
 from procedures.verification.bench_state import BenchState
 
@@ -28,12 +41,37 @@ from procedures.verification.bench_state import BenchState
 class Operator(Protocol):
     """Whoever has hands: a person at a terminal or a panel, a virtual operator, a switch matrix."""
 
-    def perform(self, action: Action) -> object:
+    def perform(self, action: HandWork) -> object:
         """Do it and return what it gives.
 
         A float for `EnterReading`, angles in rad for `MarkRestPositions`, whether it was done for `Mend`, whether to read
         again for `DoubtReading`, the words typed for `EnterCommand`, else None.
         """
+
+
+class Feeding(Protocol):
+    """What the instruments do to the motor now."""
+
+    @property
+    def roles(self) -> Collection[Role]:
+        """The roles that feed the motor or drive its shaft now."""
+
+    @property
+    def turned(self) -> bool:
+        """Whether something has driven the shaft since it was last seen at rest."""
+
+    def stands(self) -> None:
+        """Say that the shaft was seen at rest."""
+
+
+class NothingFeeds:
+    """A bench on which nothing is known to be on."""
+
+    roles: Collection[Role] = ()
+    turned = False
+
+    def stands(self) -> None:
+        """Have nothing to forget."""
 
 
 class Recorder(Protocol):
@@ -43,18 +81,10 @@ class Recorder(Protocol):
         """Append one event; it is on its way to the disk when this returns."""
 
 
-class ProcedureError(Exception):
-    """A measurement cannot go on; the message names what was found and what to do."""
-
-    def __init__(self, message: Text) -> None:
-        self.text = message
-        super().__init__(message.render())
-
-
 class Bench:
     """The instruments of a station by role, the operator, the clock, the journal, and the run's uncertainty inputs.
 
-    `session` counts a run's beginnings: 1, and one more each time it is resumed.
+    `session` counts a run's beginnings: 1, and one more each time it is resumed. `feeding` tells what is on.
     """
 
     def __init__(
@@ -64,18 +94,20 @@ class Bench:
         clock: Clock,
         recorder: Recorder,
         session: int = 1,
+        feeding: "Feeding | None" = None,
     ) -> None:
         self._instruments = dict(instruments)
         self._operator = operator
         self.clock = clock
         self.recorder = recorder
+        self._feeding = feeding or NothingFeeds()
         # Late: whoever only needs the roles, as a guardian does, is ready in half the time without.
         from procedures.core.budget import Uncertainties
         from procedures.techniques.thermometer import Thermometer
 
         self.uncertainties: Uncertainties = Uncertainties(session)
         self.thermometer: Thermometer = Thermometer(self.uncertainties)
-        #: What the actions done so far leave, and what is known of the wiring.
+        #: What hands have left, and what is known of the wiring.
         self.state = BenchState()
 
     def has(self, role: Role) -> bool:
@@ -133,15 +165,23 @@ class Bench:
         """The insulation tester."""
         return cast("InsulationTester", self._get(Role.INSULATION_TESTER))
 
-    def perform(self, action: Action) -> None:
-        """Have an action done that gives no reading."""
-        self._perform(action)
+    def perform(self, *actions: Action) -> None:
+        """Have actions done that give no reading.
 
-    def angles(self, action: Action) -> list[float]:
+        Those that want something of the setup are one piece of work, done in the order that is safe; what is so already is not
+        asked for again. Raises ProcedureError, before any hand moves, where something is on or what is wanted may not be together.
+        """
+        if wanted := [action for action in actions if isinstance(action, Wanted)]:
+            self._change_setup(wanted)
+        for action in actions:
+            if not isinstance(action, Wanted):
+                self._perform(action)
+
+    def angles(self, action: HandWork) -> list[float]:
         """Have an action done that gives angles (rad)."""
         return [float(angle) for angle in cast("list[float]", self._perform(action))]
 
-    def reading(self, action: Action) -> float:
+    def reading(self, action: HandWork) -> float:
         """Have a reading entered."""
         return float(cast("float", self._perform(action)))
 
@@ -174,12 +214,39 @@ class Bench:
         """Return the instrument of a role, as its driver gives it. Raises ProcedureError where the station has none."""
         return self._get(role)
 
-    def _perform(self, action: Action) -> object:
+    def _change_setup(self, wanted: Sequence[Wanted]) -> None:
+        if Role.DYNAMOMETER not in self._instruments:
+            # There is nothing to take the shaft off.
+            wanted = [each for each in wanted if not isinstance(each, UncoupleDynamometer)]
+        before, rules = self.state.setup, SetupRules(self._instruments, self.state.in_use, self.state.motor_voltage)
+        after = setup_wanted(before, wanted, rules.may_stay)
+        rules.check(after)
+        changes = ordered_changes(before, after, turned=self._feeding.turned)
+        if not changes:
+            self.state.changed(after)
+            return
+        touched = set(before.contacts) != set(after.contacts) or before.coupled != after.coupled
+        if touched and self._feeding.roles:
+            raise ProcedureError(
+                text(
+                    "{roles} is on: no lead and no coupling is touched before it is off",
+                    roles=sorted(role.value for role in self._feeding.roles),
+                )
+            )
+        try:
+            self._perform(ChangeSetup(changes, before, after))
+        except BaseException:
+            # Nobody can tell how far the hands have got.
+            self.state.forget()
+            raise
+        self._feeding.stands()
+        self.state.changed(after)
+
+    def _perform(self, action: HandWork) -> object:
         name = type(action).__name__
         lines = [str(line) for line in action.lines({})]
         self.recorder.record(ActionStarted(action=name, details=action, text=lines))
         given = cast("Given", self._operator.perform(action))
-        self.state.after(action)
         self.recorder.record(ActionDone(action=name, given=given))
         return given
 

@@ -8,6 +8,7 @@ from GTC import inf, reporting, ureal
 from GTC.lib import UncertainReal
 
 from drivers.interfaces import Accuracy
+from drivers.interfaces.text import Text, lines, text, word
 from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.result import Contribution, Parameter
 from procedures.estimation.fitting.expanded import half_width as expanded_half_width
@@ -18,7 +19,7 @@ _RECTANGULAR = 1.0 / math.sqrt(3.0)
 
 @dataclass(frozen=True)
 class _Input:
-    source: str
+    source: Text
     kind: str
     quantity: UncertainReal
     identity: str
@@ -37,24 +38,24 @@ class Uncertainties:
     def __init__(self, session: int = 1) -> None:
         self._session = session
         self._inputs: list[_Input] = []
-        self._common: dict[tuple[str, str], UncertainReal] = {}
+        self._common: dict[str, UncertainReal] = {}
         self._reported: dict[tuple[str, str, str], UncertainReal] = {}
 
     def statistical(
-        self, source: str, value: float, standard_uncertainty: float, degrees_of_freedom: float = inf
+        self, source: Text | str, value: float, standard_uncertainty: float, degrees_of_freedom: float = inf
     ) -> UncertainReal:
         """Return a Type A input: an estimate with the standard uncertainty of its fit or its repeats."""
         if standard_uncertainty == 0.0:
             return ureal(value, 0.0)
         return self._remember(source, "A", ureal(value, standard_uncertainty, max(degrees_of_freedom, 1.0)))
 
-    def limit(self, source: str, value: float, half_width: float) -> UncertainReal:
+    def limit(self, source: Text | str, value: float, half_width: float) -> UncertainReal:
         """Return a Type B input: a value known within ± `half_width`, all values in it equally likely."""
         if half_width == 0.0:
             return ureal(value, 0.0)
         return self._remember(source, "B", ureal(value, half_width * _RECTANGULAR), rectangular=True)
 
-    def one_sided(self, source: str, value: float, most: float) -> UncertainReal:
+    def one_sided(self, source: Text | str, value: float, most: float) -> UncertainReal:
         """Return a Type B input: `value`, likely as it stands, whose truth may lie above it by up to `most`.
 
         Its end is an end of the interval of whatever it reaches; the other end stays. Its standard uncertainty is about `value`.
@@ -64,26 +65,29 @@ class Uncertainties:
         return self._remember(source, "B", ureal(value, most * _RECTANGULAR), one_sided=True)
 
     def standard(
-        self, source: str, value: float, standard_uncertainty: float, degrees_of_freedom: float = inf
+        self, source: Text | str, value: float, standard_uncertainty: float, degrees_of_freedom: float = inf
     ) -> UncertainReal:
         """Return a Type B input given by its standard uncertainty (a certificate, a tare)."""
         if standard_uncertainty == 0.0:
             return ureal(value, 0.0)
         return self._remember(source, "B", ureal(value, standard_uncertainty, degrees_of_freedom))
 
-    def instrument(self, name: str, quantity: UncertainReal | float, accuracy: Accuracy) -> UncertainReal:
+    def instrument(self, name: Text | str, quantity: UncertainReal | float, accuracy: Accuracy) -> UncertainReal:
         """Return a reading (or an estimate that scales with the readings) with its instrument's errors put on."""
         read = (
-            quantity * (1.0 + accuracy.gain * self._shared(name, f"gain, {accuracy.source}"))
+            quantity
+            * (1.0 + accuracy.gain * self._shared(text("{name}: gain, {by}", name=word(name), by=_by(accuracy))))
             if accuracy.gain
             else quantity
         )
         if accuracy.offset:
-            read = read + accuracy.offset * self._shared(name, f"offset, {accuracy.source}")
+            read = read + accuracy.offset * self._shared(
+                text("{name}: offset, {by}", name=word(name), by=_by(accuracy))
+            )
         if accuracy.resolution:
-            read = read + self.limit(f"{name}: resolution", 0.0, accuracy.resolution / 2.0)
+            read = read + self.limit(text("{name}: resolution", name=word(name)), 0.0, accuracy.resolution / 2.0)
         if accuracy.noise:
-            read = read + self.statistical(f"{name}: noise", 0.0, accuracy.noise)
+            read = read + self.statistical(text("{name}: noise", name=word(name)), 0.0, accuracy.noise)
         return read if isinstance(read, UncertainReal) else ureal(read, 0.0)
 
     def parameter(
@@ -142,7 +146,7 @@ class Uncertainties:
         if key in self._reported:
             return self._reported[key]
         return self.standard(
-            f"{parameter.procedure}: {parameter.name}",
+            text("{name} by {procedure}", name=parameter.label, procedure=word(parameter.procedure)),
             parameter.value,
             parameter.standard_uncertainty,
             parameter.degrees_of_freedom,
@@ -153,17 +157,16 @@ class Uncertainties:
         found = ((entry, float(reporting.u_component(quantity, entry.quantity))) for entry in self._inputs)
         return [(entry, contribution) for entry, contribution in found if contribution]
 
-    def _shared(self, name: str, what: str) -> UncertainReal:
-        key = (name, what)
+    def _shared(self, source: Text) -> UncertainReal:
+        # The instrument is the same after a resumption, and so is its error.
+        key = str(source)
         if key not in self._common:
-            source = f"{name}: {what}"
-            # The instrument is the same after a resumption, and so is its error.
-            self._common[key] = self._remember(source, "B", ureal(0.0, _RECTANGULAR), rectangular=True, identity=source)
+            self._common[key] = self._remember(source, "B", ureal(0.0, _RECTANGULAR), rectangular=True, identity=key)
         return self._common[key]
 
     def _remember(
         self,
-        source: str,
+        source: Text | str,
         kind: str,
         quantity: UncertainReal,
         *,
@@ -172,7 +175,7 @@ class Uncertainties:
         one_sided: bool = False,
     ) -> UncertainReal:
         own = f"{self._session}.{len(self._inputs) + 1}"
-        self._inputs.append(_Input(source, kind, quantity, identity or own, rectangular, one_sided))
+        self._inputs.append(_Input(word(source), kind, quantity, identity or own, rectangular, one_sided))
         return quantity
 
 
@@ -181,6 +184,12 @@ def _expanded(reached: Sequence[tuple[_Input, float]]) -> float:
     limits = [abs(contribution) / _RECTANGULAR for entry, contribution in reached if entry.rectangular]
     others = [(abs(c), float(entry.quantity.df)) for entry, c in reached if not entry.rectangular]
     return expanded_half_width(limits, others)
+
+
+def _by(accuracy: Accuracy) -> Text:
+    """Return what an accuracy rests on: a document, and what driver or operator said of it after a semicolon."""
+    said = accuracy.source.split("; ")
+    return word(said[0]) if len(said) == 1 else lines(map(word, said), "; ")
 
 
 def _rows(reached: Sequence[tuple[_Input, float]]) -> list[Contribution]:

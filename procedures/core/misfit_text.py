@@ -127,7 +127,7 @@ _SEEN_IN_STEP = {
         "inductance given is that of slow changes"
     ),
     Cause.AC_COUPLED: text(
-        "the current's channel is AC coupled, with a corner of {corner:.3g} Hz: couple it DC, or use a probe that measures direct current"
+        "the {channel} channel is AC coupled, with a corner of {corner:.3g} Hz: couple it DC, or use a probe that measures direct current"
     ),
     Cause.HUM: text(
         "mains hum of {frequency:.0f} Hz and {amplitude:.3g} A on the current: keep the leads short and twisted, and the probe away from "

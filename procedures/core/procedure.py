@@ -9,6 +9,7 @@ from GTC.lib import UncertainReal
 
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Bench, ProcedureError, Role
+from procedures.core.demand import Demands
 from procedures.core.events import WarningGiven
 from procedures.core.misfit_text import misfit_row, sentence
 from procedures.core.nameplate import Nameplate, WindingConnection
@@ -42,6 +43,8 @@ class Procedure(ABC, Generic[C]):
     section: ClassVar[str]
     roles: ClassVar[frozenset[Role]]
     gives: ClassVar[tuple[str | ParameterDefinition, ...]] = ()
+    #: What is needed of the instruments whatever the settings: a station that lacks it is refused before anything is connected.
+    needs: ClassVar[Demands] = {}
     parameters: ClassVar[ParameterTable]
     end_of_line: ClassVar[bool] = False
     manual: ClassVar[bool] = False
@@ -90,6 +93,11 @@ class Procedure(ABC, Generic[C]):
         return cls.roles
 
     @classmethod
+    def needed(cls, settings: C) -> Demands:
+        """Return what is needed of the instruments with these settings."""
+        return cls.needs
+
+    @classmethod
     def foresee(cls, bench: Bench, nameplate: Nameplate, settings: C) -> Sequence[Notice]:
         """Return what the station's instruments cannot give of what the settings ask for, as far as it can be known now.
 
@@ -108,6 +116,8 @@ class Procedure(ABC, Generic[C]):
 
     def run(self) -> ProcedureResult:
         """Measure, and return what was found."""
+        used = self.roles_at(self.settings, [role for role in Role if self.bench.has(role)])
+        self.bench.state.begin(used, self.nameplate.voltage_bound)
         self.measure()
         return ProcedureResult(
             self.name,

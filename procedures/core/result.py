@@ -18,7 +18,7 @@ class Contribution:
     Rows of two parameters with one `identity` are the same input; a row without has none in common.
     """
 
-    source: str
+    source: Text
     value: float
     standard_uncertainty: float
     sensitivity: float
@@ -98,7 +98,7 @@ class Parameter:
             "convention": self.convention,
             "winding": self.winding,
             "source": self.source,
-            "budget": [vars(row) for row in self.budget],
+            "budget": [{**vars(row), "source": str(row.source)} for row in self.budget],
             **({} if own is None else {"definition": own.for_readers()}),
         }
 
@@ -159,9 +159,9 @@ class Withheld:
         """What is said to who needs the figure: which, by which procedure, the cause, what was seen and what to do."""
         return text(
             "{name} was withheld by {procedure} ({cause}): {why}",
-            name=self.name,
-            procedure=self.procedure,
-            cause=self.cause,
+            name=self.label,
+            procedure=word(self.procedure),
+            cause=word(self.cause),
             why=self.message,
         )
 
@@ -189,8 +189,8 @@ def said_of(withheld: Iterable[Withheld]) -> list[Text]:
         text(
             "{names} ({procedure}), {cause}: {why}",
             names=[reason.label for reason in reasons],
-            procedure=reasons[0].procedure,
-            cause=reasons[0].cause,
+            procedure=word(reasons[0].procedure),
+            cause=word(reasons[0].cause),
             why=reasons[0].message,
         )
         for reasons in alike.values()

@@ -12,6 +12,7 @@ from drivers.interfaces import Accuracy, ProbeKind
 from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, CoupleDynamometer, ReleaseRotor, phases_on
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.emf_shape import EmfShape, emf_shape
@@ -50,6 +51,7 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
     section: ClassVar[str] = "L3"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = ("back_emf_unbalance", "back_emf_angle_deviation", "back_emf_thd")
+    needs: ClassVar[Demands] = {Role.OSCILLOSCOPE: Demand(waveforms=True, probes={ProbeKind.VOLTAGE: 3})}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:
@@ -63,9 +65,7 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
     @step("L3/1", "Open the terminals, couple the drive motor", by_hand=True)
     def prepare(self) -> None:
         """Leave nothing on the terminals but probes."""
-        self.bench.perform(ALL_OPEN)
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(CoupleDynamometer())
+        self.bench.perform(ALL_OPEN, ReleaseRotor(), CoupleDynamometer())
 
     @step(
         "L3/2",
@@ -99,9 +99,11 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
                 place = (phase - first) % _PHASES
                 channel, accuracy = list(self._accuracies.items())[place]
                 flux = float(shape.flux[place])
-                own = unc.statistical(f"fundamental of phase {label}", flux, flux * shape.flux_uncertainty)
+                own = unc.statistical(
+                    text("fundamental of phase {phase}", phase=label), flux, flux * shape.flux_uncertainty
+                )
                 gain = Accuracy(gain=accuracy.gain, source=accuracy.source)
-                seen.append(unc.instrument(f"oscilloscope, channel {channel}", own, gain))
+                seen.append(unc.instrument(text("oscilloscope, channel {channel}", channel=channel), own, gain))
             sizes.append(sum(seen[1:], seen[0]) / len(seen))
         farthest = largest_deviation(sizes)
         self.findings |= {
@@ -128,7 +130,7 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         self.report(
             "back_emf_angle_deviation",
             self.bench.uncertainties.statistical(
-                f"angle of the fundamentals, {labels[farthest]}", abs(float(off[farthest])), uncertainty
+                text("angle of the fundamentals, {pair}", pair=labels[farthest]), abs(float(off[farthest])), uncertainty
             ),
             section=self.section,
             estimator="largest deviation of the angle between two phases' fundamentals from 120°",
@@ -152,7 +154,9 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         self.report(
             "back_emf_thd",
             self.bench.uncertainties.statistical(
-                f"harmonics of phase {'ABC'[largest]}", _PER_CENT * float(thd[largest]), _PER_CENT * uncertainty
+                text("harmonics of phase {phase}", phase="ABC"[largest]),
+                _PER_CENT * float(thd[largest]),
+                _PER_CENT * uncertainty,
             ),
             section=self.section,
             estimator="root of the harmonics' squares over the fundamental, noise taken out",

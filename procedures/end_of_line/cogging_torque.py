@@ -11,6 +11,7 @@ from drivers.interfaces.text import text
 from procedures.core.actions import CoupleDynamometer, ReleaseRotor
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
+from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
@@ -67,6 +68,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
     section: ClassVar[str] = "L5"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER})
     gives: ClassVar[tuple[str, ...]] = ("cogging_torque",)
+    needs: ClassVar[Demands] = {Role.DYNAMOMETER: Demand(automatic=True)}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:
@@ -85,9 +87,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
                     "read automatically"
                 )
             )
-        self.wiring.shaft.open_terminals()
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(CoupleDynamometer())
+        self.wiring.shaft.open_terminals(ReleaseRotor(), CoupleDynamometer())
 
     @step(
         "L5/2",
@@ -140,7 +140,8 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         }
         if found.peak_to_peak > 0.0:
             size = unc.statistical("scatter of the torque over a turn", found.peak_to_peak, found.uncertainty)
-            unseen = "orders too high to be seen" if self.settings.order is None else "multiples within the scatter"
+            high, multiples = text("orders too high to be seen"), text("multiples within the scatter")
+            unseen = high if self.settings.order is None else multiples
             size = size + unc.limit(unseen, 0.0, found.hidden)
             if found.above:
                 size = size + unc.limit("another order beside", 0.5 * found.above, 0.5 * found.above)

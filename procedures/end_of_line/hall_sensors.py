@@ -12,6 +12,7 @@ from drivers.interfaces import ProbeKind
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import ALL_OPEN, ConnectProbes, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.settings import Settings
 from procedures.core.steps import step
@@ -55,6 +56,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
     section: ClassVar[str] = "L6"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = ("hall_faults", "hall_offset", "hall_spacing_deviation", "hall_duty_deviation")
+    needs: ClassVar[Demands] = {Role.OSCILLOSCOPE: Demand(waveforms=True, probes={ProbeKind.VOLTAGE: 2})}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:
@@ -67,9 +69,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
     @step("L6/1", "Open the terminals, couple the drive motor", by_hand=True)
     def prepare(self) -> None:
         """Leave nothing on the terminals but a probe."""
-        self.bench.perform(ALL_OPEN)
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(CoupleDynamometer())
+        self.bench.perform(ALL_OPEN, ReleaseRotor(), CoupleDynamometer())
 
     @step(
         "L6/2",

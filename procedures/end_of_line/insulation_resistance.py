@@ -7,7 +7,7 @@ from pydantic import Field
 
 from drivers.interfaces import InsulationReading
 from drivers.interfaces.text import Text, text
-from procedures.core.actions import ALL_OPEN, Connect, ConnectProbes, DisconnectVoltmeter, LockRotor, Socket, Terminal
+from procedures.core.actions import ALL_OPEN, Connect, LockRotor, Socket, Terminal
 from procedures.core.bench import Bench, ProcedureError, Role
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
@@ -80,13 +80,8 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
         by_hand=True,
     )
     def connect(self) -> None:
-        """Leave nothing else on the terminals: no probe is made for this voltage, and no voltmeter floats that high above earth."""
-        self.bench.perform(LockRotor())
-        if self.bench.has(Role.OSCILLOSCOPE):
-            self.bench.perform(ConnectProbes(()))
-        if self.bench.has(Role.VOLTMETER):
-            self.bench.perform(DisconnectVoltmeter())
-        self.bench.perform(ALL_HIGH)
+        """Leave nothing else on the terminals: the tester's role is to be alone there."""
+        self.bench.perform(LockRotor(), ALL_HIGH)
 
     @step("L7/3", "Apply the voltage, and read the resistance after {duration:g} s")
     def test(self, voltage: float) -> InsulationReading:

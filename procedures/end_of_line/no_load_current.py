@@ -9,9 +9,10 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import Accuracy
-from drivers.interfaces.text import text
+from drivers.interfaces.text import text, word
 from procedures.core.actions import ALL_OPEN, INVERTER, CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.repeats import mean_of_readings
@@ -53,6 +54,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
     section: ClassVar[str] = "L4"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.INVERTER})
     gives: ClassVar[tuple[str, ...]] = ("no_load_current",)
+    needs: ClassVar[Demands] = {Role.DYNAMOMETER: Demand(automatic=True), Role.INVERTER: Demand(automatic=True)}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:
@@ -76,8 +78,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
             )
         if settings.tare is not None:
             return bench.uncertainties.standard("tare: drag", settings.tare, settings.tare_uncertainty)
-        bench.perform(ALL_OPEN)
-        bench.perform(UncoupleDynamometer())
+        bench.perform(ALL_OPEN, UncoupleDynamometer())
         with bench.dynamometer.driving_speed(self._speed):
             found = self._drag("the dynamometer alone")
         bench.dynamometer.stop()
@@ -90,9 +91,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
     )
     def couple(self) -> None:
         """Leave the motor ready to be driven from both sides."""
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(INVERTER)
-        self.bench.perform(CoupleDynamometer())
+        self.bench.perform(ReleaseRotor(), INVERTER, CoupleDynamometer())
         self.wiring.inverter.direction(INVERTER)
 
     @step("L4/3", "At the same speed: the torque without a current, and with {current_share:.0%} of the rated one")
@@ -162,6 +161,6 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
             also()
         mean, uncertainty, freedom = mean_of_readings(read)
         accuracy = reading.torque_accuracy
-        own = unc.statistical(f"readings of the torque, {what}", mean, uncertainty, freedom)
+        own = unc.statistical(text("readings of the torque, {what}", what=word(what)), mean, uncertainty, freedom)
         common = Accuracy(gain=accuracy.gain, offset=accuracy.offset, source=accuracy.source)
         return unc.instrument("dynamometer, torque", own, common)

@@ -8,6 +8,7 @@ from drivers.interfaces import Reading
 from drivers.interfaces.text import text
 from procedures.core.actions import DRIVE, ReleaseRotor, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.settings import Settings
 from procedures.core.steps import step
@@ -34,6 +35,7 @@ class NoLoadCurrentSixStep(Procedure[NoLoadCurrentSixStepSettings]):
     section: ClassVar[str] = "L8"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DRIVE})
     gives: ClassVar[tuple[str, ...]] = ("no_load_bus_current",)
+    needs: ClassVar[Demands] = {Role.DRIVE: Demand((Measurand.VOLTAGE, Measurand.CURRENT, Measurand.FREQUENCY))}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:
@@ -44,10 +46,7 @@ class NoLoadCurrentSixStep(Procedure[NoLoadCurrentSixStepSettings]):
     @step("L8/1", "The motor alone on the six-step drive, its shaft free", by_hand=True)
     def connect(self) -> None:
         """Leave nothing on the shaft."""
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(DRIVE)
+        self.bench.perform(UncoupleDynamometer(), ReleaseRotor(), DRIVE)
 
     @step("L8/2", "Run at full voltage until the speed no longer rises, then read bus voltage and current")
     def run_up(self) -> list[Reading]:
@@ -84,7 +83,7 @@ class NoLoadCurrentSixStep(Procedure[NoLoadCurrentSixStepSettings]):
         """Report the bus current (A)."""
         mean, uncertainty, freedom = mean_of_readings([reading.value for reading in readings])
         unc = self.bench.uncertainties
-        current = unc.statistical("readings of the bus current", mean, uncertainty, freedom)
+        current = unc.statistical("mean of the bus current", mean, uncertainty, freedom)
         self.report(
             "no_load_bus_current",
             unc.instrument("drive, bus current", current, readings[-1].accuracy),

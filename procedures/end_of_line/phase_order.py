@@ -8,6 +8,7 @@ from drivers.interfaces import ProbeKind
 from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, CoupleDynamometer, ReleaseRotor, Terminal, phases_on
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.probed_phases import phase_order
@@ -32,6 +33,10 @@ class PhaseOrder(Procedure[PhaseOrderSettings]):
     section: ClassVar[str] = "L2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = ("phase_order",)
+    needs: ClassVar[Demands] = {
+        Role.DYNAMOMETER: Demand(automatic=True),
+        Role.OSCILLOSCOPE: Demand(automatic=True, probes={ProbeKind.VOLTAGE: 3}),
+    }
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:
@@ -42,9 +47,7 @@ class PhaseOrder(Procedure[PhaseOrderSettings]):
     @step("L2/1", "Open the terminals, couple the drive motor", by_hand=True)
     def prepare(self) -> None:
         """Leave nothing on the terminals but probes."""
-        self.bench.perform(ALL_OPEN)
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(CoupleDynamometer())
+        self.bench.perform(ALL_OPEN, ReleaseRotor(), CoupleDynamometer())
 
     @step(
         "L2/2",

@@ -22,6 +22,7 @@ from procedures.core.actions import (
     supply_across,
 )
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import LOOP, Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.settings import Settings
 from procedures.core.steps import step
@@ -74,6 +75,7 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
     section: ClassVar[str] = "S2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = tuple(f"channel_{channel}_gain" for channel in _CHANNELS)
+    needs: ClassVar[Demands] = {Role.SUPPLY: LOOP, Role.OSCILLOSCOPE: Demand(waveforms=True)}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:
@@ -92,10 +94,7 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
                     "the channels' gains come from samples, and this oscilloscope gives none: use one with waveform readout"
                 )
             )
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(LockRotor())
-        self.bench.perform(ALL_OPEN)
+        self.bench.perform(UncoupleDynamometer(), LockRotor(), ALL_OPEN)
 
     @step(
         "S2/2",
@@ -108,17 +107,15 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
         if not channels:
             return []
         metered = self.bench.has(Role.VOLTMETER)
-        if metered:
-            self.bench.perform(ConnectVoltmeterToSupply())
+        meter = (ConnectVoltmeterToSupply(),) if metered else ()
         ends = []
         for sign, tip, reference in (
             (1.0, Node.SUPPLY_POSITIVE, Node.SUPPLY_NEGATIVE),
             (-1.0, Node.SUPPLY_NEGATIVE, Node.SUPPLY_POSITIVE),
         ):
-            self.bench.perform(ConnectProbes(tuple(VoltageProbe(channel, tip, reference) for channel in channels)))
+            probes = ConnectProbes(tuple(VoltageProbe(channel, tip, reference) for channel in channels))
+            self.bench.perform(*meter, probes)
             ends.append(self._levels(channels, self.settings.voltage_ranges, sign, ProbeKind.VOLTAGE))
-        if metered:
-            self.bench.perform(DisconnectVoltmeter())
         return self._gains(ends, "voltmeter" if metered else "supply, voltage")
 
     @step(
@@ -131,7 +128,9 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
         channels = self.bench.bare_oscilloscope.channels(ProbeKind.CURRENT)
         if not channels:
             return []
-        self.bench.perform(ConnectProbes(tuple(CurrentProbe(channel, Terminal.A) for channel in channels)))
+        self.bench.perform(
+            DisconnectVoltmeter(), ConnectProbes(tuple(CurrentProbe(channel, Terminal.A) for channel in channels))
+        )
         ends, zero = [], self._zero()
         for sign, plus, minus in ((1.0, Terminal.A, Terminal.B), (-1.0, Terminal.B, Terminal.A)):
             self.bench.perform(supply_across(plus, minus))
@@ -239,7 +238,9 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
                         gain=gain,
                     )
                 )
-            quantity = self.bench.uncertainties.statistical(f"level on channel {channel}", gain, scatter)
+            quantity = self.bench.uncertainties.statistical(
+                text("level on channel {channel}", channel=channel), gain, scatter
+            )
             quantity = self.bench.uncertainties.instrument(reference, quantity, meter)
             low_end, high_end = self.bench.uncertainties.interval(quantity)
             limit = 0.5 * (high_end - low_end) / gain

@@ -17,6 +17,7 @@ from procedures.core.actions import (
     meter_across,
 )
 from procedures.core.bench import Role
+from procedures.core.demand import Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError
@@ -63,6 +64,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
     section: ClassVar[str] = "L1"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.LCR_METER})
     gives: ClassVar[tuple[str, ...]] = ("resistance_unbalance", "inductance_unbalance")
+    needs: ClassVar[Demands] = {Role.LCR_METER: Demand((Measurand.RESISTANCE, Measurand.INDUCTANCE))}
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:
@@ -76,9 +78,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
     def prepare(self) -> None:
         """Have the shaft locked, for the inductances change with its position."""
         bridge, settings = self.bench.lcr_meter, self.settings
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(LockRotor())
+        self.bench.perform(UncoupleDynamometer(), LockRotor())
         if settings.short_correction:
             bridge.configure(settings.inductance_frequency, settings.level, settings.aperture)
             short_correct(self.bench, bridge)
@@ -152,7 +152,9 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
         means: list[UncertainReal] = []
         for label, mean, readings, accuracy in zip(labels, found.means, lines.readings, lines.accuracies, strict=True):
             own = found.deviation / len(readings) ** 0.5
-            statistics = unc.statistical(f"repeats of {symbol}_{label}", mean, own, found.degrees_of_freedom)
+            statistics = unc.statistical(
+                text("repeats of {what}", what=f"{symbol}_{label}"), mean, own, found.degrees_of_freedom
+            )
             means.append(unc.instrument("LCR meter", statistics, accuracy))
         farthest = largest_deviation(means)
         size = _PER_CENT * farthest.share

@@ -15,6 +15,7 @@ from drivers.interfaces import Accuracy, ProbeKind
 from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe, phases_on
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import SPEED, Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.agreement import Combined
@@ -86,6 +87,10 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         "back_emf_constant_v_per_krpm",
         "back_emf_constant_v_per_rpm",
     )
+    needs: ClassVar[Demands] = {
+        Role.OSCILLOSCOPE: Demand(screen=(Measurand.AMPLITUDE,), probes={ProbeKind.VOLTAGE: 1}),
+        Role.TACHOMETER: SPEED,
+    }
 
     def measure(self) -> None:
         """Drive at several speeds, record the voltages, and form both constants."""
@@ -98,9 +103,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
     @step("3.4.2/1", "The drive motor turns it at constant speed, as fast as possible, at several speeds", by_hand=True)
     def drive(self) -> list[float]:
         """Open the terminals, couple the drive motor, and return the speeds (rad/s) to take, the highest first."""
-        self.bench.perform(ALL_OPEN)
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(CoupleDynamometer())
+        self.bench.perform(ALL_OPEN, ReleaseRotor(), CoupleDynamometer())
         if self.settings.speeds_rpm:
             return sorted((rpm * _RPM for rpm in self.settings.speeds_rpm), reverse=True)
         shares = sorted(set(self.settings.speed_shares), reverse=True)

@@ -22,6 +22,7 @@ from procedures.core.actions import (
     meter_series_parallel,
 )
 from procedures.core.bench import Bench, Role
+from procedures.core.demand import LOOP, Demand, Demands, Measurand
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
@@ -84,6 +85,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
     section: ClassVar[str] = "3.3.3"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.LCR_METER})
     gives: ClassVar[tuple[str, ...]] = ("d_axis_inductance", "q_axis_inductance")
+    needs: ClassVar[Demands] = {Role.SUPPLY: LOOP, Role.LCR_METER: Demand((Measurand.INDUCTANCE,))}
 
     @classmethod
     def foresee(cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceAlignedSettings) -> Sequence[Notice]:
@@ -114,9 +116,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         self.bench.lcr_meter.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
         if self.settings.short_correction:
             short_correct(self.bench, self.bench.lcr_meter)
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.wiring.supply.connect(ALIGN_D)
+        self.wiring.supply.connect(ALIGN_D, UncoupleDynamometer())
         self.bench.perform(ReleaseRotor())
         energised.enter_context(
             aligning(self.bench, self.aligning_current(self.settings.align_share), self.settings.settle)
@@ -186,7 +186,9 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         quantity_read = RepeatedQuantity(terminals, Wanted.INDUCTANCE, (f"{axis}_axis_inductance",))
         readings = repeated_readings(self, quantity_read, self.settings.repeats)
         mean, uncertainty, freedom = mean_of_readings([r.inductance for r in readings])
-        quantity = self.bench.uncertainties.statistical(f"repeats of {what}", mean, uncertainty, freedom)
+        quantity = self.bench.uncertainties.statistical(
+            text("repeats of {what}", what=what), mean, uncertainty, freedom
+        )
         return quantity, readings[-1]
 
     def _allowed_for(self, at_d: Position, at_q: Position) -> tuple[UncertainReal, UncertainReal]:

@@ -23,6 +23,7 @@ from procedures.core.actions import (
 )
 from procedures.core.bench import Bench, Role
 from procedures.core.curves import curve
+from procedures.core.demand import Demand, Demands, Measurand
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
@@ -98,6 +99,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
     section: ClassVar[str] = "3.3.2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.LCR_METER})
     gives: ClassVar[tuple[str, ...]] = ("d_axis_inductance", "q_axis_inductance")
+    needs: ClassVar[Demands] = {Role.LCR_METER: Demand((Measurand.INDUCTANCE,))}
 
     @classmethod
     def foresee(cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceExtremesSettings) -> Sequence[Notice]:
@@ -117,14 +119,16 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         bridge = self.bench.lcr_meter
         expected = self.nameplate.expected.get("d_axis_inductance")
         self._choose(None if expected is None else 2.0 * expected)
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(ReleaseRotor())
         bridge.configure(self.settings.frequency, self.settings.level, self.settings.aperture)
         if self.settings.short_correction:
             short_correct(self.bench, bridge)
         self.wiring.bridge.connect(
-            meter_across(Terminal.A, Terminal.B), self.settings.frequency, self.settings.level, self.settings.aperture
+            meter_across(Terminal.A, Terminal.B),
+            self.settings.frequency,
+            self.settings.level,
+            self.settings.aperture,
+            UncoupleDynamometer(),
+            ReleaseRotor(),
         )
         if bridge.read_by_hand:
             return 0.0
@@ -281,7 +285,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 ),
             )
         return {
-            axis: self.bench.uncertainties.statistical(f"extreme for {axis}", value, 0.0)
+            axis: self.bench.uncertainties.statistical(text("extreme for {axis}", axis=axis), value, 0.0)
             for axis, value in (("d", low), ("q", high))
         }
 

@@ -14,6 +14,7 @@ from procedures.core.actions import (
     ALIGN_Q,
     STEP_NEGATIVE,
     STEP_POSITIVE,
+    ConnectProbes,
     CurrentProbe,
     LockRotor,
     Node,
@@ -23,6 +24,7 @@ from procedures.core.actions import (
     VoltageProbe,
 )
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import LOOP, Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import WithheldError
@@ -90,6 +92,10 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
     section: ClassVar[str] = "3.3.1"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = ("d_axis_inductance", "q_axis_inductance")
+    needs: ClassVar[Demands] = {
+        Role.SUPPLY: LOOP,
+        Role.OSCILLOSCOPE: Demand(probes={ProbeKind.VOLTAGE: 1, ProbeKind.CURRENT: 1}),
+    }
 
     def measure(self) -> None:
         """Align, lock and step: d first, then q."""
@@ -110,9 +116,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
     @step("3.3.1-d/1", "Align the rotor to d: A to plus, B and C to minus", by_hand=True)
     def align_d(self, energised: ExitStack) -> Alignment:
         """Align with up to the rated current, as far as the supply gives it: friction holds a weakly aligned rotor off."""
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.wiring.supply.connect(ALIGN_D)
+        self.wiring.supply.connect(ALIGN_D, UncoupleDynamometer())
         self.bench.perform(ReleaseRotor())
         current = self.aligning_current(self.settings.align_share)
         self.findings["aligning_current"] = current
@@ -143,7 +147,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
     def set_step_d(self, alignment: Alignment) -> float:
         """Return the step's voltage (V); polarity is recorded, and changeable."""
         against = self.settings.polarity is Polarity.AGAINST
-        self.bench.perform(STEP_NEGATIVE if against else STEP_POSITIVE)
+        self.bench.perform(STEP_NEGATIVE if against else STEP_POSITIVE, ConnectProbes(self._probes()))
         self.findings["polarity"] = self.settings.polarity.value
         if against:
             self.notice(
@@ -189,7 +193,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
     )
     def set_step_q(self, alignment: Alignment) -> float:
         """Return the step's voltage (V)."""
-        self.bench.perform(STEP_POSITIVE)
+        self.bench.perform(STEP_POSITIVE, ConnectProbes(self._probes()))
         return self._step_voltage(alignment)
 
     @step("3.3.1-q/4", "Switch on and record the current's step response")
@@ -259,17 +263,20 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return read_off_steps(self.bench, driven, guess, self.settings.repeats)
 
     def _driven(self, voltage: float, alignment: Alignment, *, forward: bool) -> DrivenStep:
-        """Return the step to be taken, its probes put on."""
-        channels = [self.bench.oscilloscope.channels(kind)[0] for kind in (ProbeKind.VOLTAGE, ProbeKind.CURRENT)]
-        self.wiring.supply.probed(
-            STEP_POSITIVE if forward else STEP_NEGATIVE,
-            VoltageProbe(channels[0], Node.A, Node.B),
-            CurrentProbe(channels[1], Terminal.A),
-        )
+        """Return the step to be taken, its probes verified."""
+        probes = self._probes()
+        self.wiring.supply.probed(STEP_POSITIVE if forward else STEP_NEGATIVE, *probes)
         current = voltage / alignment.loop_resistance
         # The limit is a safety net that must not act on the step.
         limit = min(_LIMIT * current, self.bench.supply.maximum_current, self.nameplate.current_bound)
-        return DrivenStep(voltage, limit, current, forward, *channels)
+        return DrivenStep(voltage, limit, current, forward, *(probe.channel for probe in probes))
+
+    def _probes(self) -> tuple[VoltageProbe, CurrentProbe]:
+        """Return the probes of a step."""
+        voltage, current = (
+            self.bench.oscilloscope.channels(kind)[0] for kind in (ProbeKind.VOLTAGE, ProbeKind.CURRENT)
+        )
+        return VoltageProbe(voltage, Node.A, Node.B), CurrentProbe(current, Terminal.A)
 
     def _source(self, voltage: float, alignment: Alignment) -> StepSource:
         known = self.known_value("stator_resistance")

@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from drivers.interfaces import Accuracy, DynamometerReading
-from drivers.interfaces.text import text
+from drivers.interfaces.text import text, word
 from procedures.core.actions import CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
+from procedures.core.demand import SHAFT, Demands
+from procedures.core.parameters import PARAMETERS
 from procedures.core.procedure import Procedure, Settings
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import Fit, coverage_interval
@@ -150,6 +152,7 @@ class Inertia(Procedure[InertiaSettings]):
     section: ClassVar[str] = "3.5"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER})
     gives: ClassVar[tuple[str, ...]] = (*NAMES, "inertia_with_load")
+    needs: ClassVar[Demands] = {Role.DYNAMOMETER: SHAFT}
 
     def measure(self) -> None:
         """Take the tare, drive, coast, solve."""
@@ -163,8 +166,7 @@ class Inertia(Procedure[InertiaSettings]):
     def open_terminals(self) -> Ramps | None:
         """Open the terminals; return the dynamometer's own ramps where its tare is to be measured."""
         bench = self.bench
-        self.wiring.shaft.open_terminals()
-        bench.perform(ReleaseRotor())
+        self.wiring.shaft.open_terminals(ReleaseRotor())
         bench.dynamometer.stop()
         tare = None
         if self.settings.tare is Tare.MEASURED:
@@ -374,13 +376,20 @@ class Inertia(Procedure[InertiaSettings]):
         scale = self._torque_scale(ramps.driven, ramps.zero.left(unc))
         return {
             name: scale
-            * unc.statistical(f"fit of {what}: {name}", fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom)
+            * unc.statistical(
+                text("fit of {what}: {name}", what=word(what), name=PARAMETERS[name].label),
+                fit.value(name),
+                fit.uncertainty(name),
+                fit.degrees_of_freedom,
+            )
             for name in NAMES
         }
 
     def _given_tare(self, name: str) -> UncertainReal:
         uncertainty = self.settings.tare_inertia_uncertainty if name == "inertia" else 0.0
-        return self.bench.uncertainties.standard(f"tare: {name}", getattr(self.settings, f"tare_{name}"), uncertainty)
+        return self.bench.uncertainties.standard(
+            text("tare: {name}", name=PARAMETERS[name].label), getattr(self.settings, f"tare_{name}"), uncertainty
+        )
 
     def _torque_scale(self, curve: Curve, zero: UncertainReal) -> UncertainReal:
         """Return one, uncertain as the ramp's torque is: all three figures grow with it."""

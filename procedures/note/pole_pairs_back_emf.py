@@ -9,6 +9,7 @@ from pydantic import Field
 from drivers.interfaces import ProbeKind, Reading
 from procedures.core.actions import ALL_OPEN, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe
 from procedures.core.bench import Role
+from procedures.core.demand import SPEED, Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.back_emf import fit_back_emf
@@ -35,6 +36,10 @@ class PolePairsBackEmf(Procedure[PolePairsBackEmfSettings]):
     section: ClassVar[str] = "3.1.2.2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.OSCILLOSCOPE, Role.TACHOMETER})
     gives: ClassVar[tuple[str, ...]] = ("pole_pairs",)
+    needs: ClassVar[Demands] = {
+        Role.OSCILLOSCOPE: Demand(screen=(Measurand.FREQUENCY,), probes={ProbeKind.VOLTAGE: 1}),
+        Role.TACHOMETER: SPEED,
+    }
 
     def measure(self) -> None:
         """Drive, read frequency and speed, divide."""
@@ -47,9 +52,7 @@ class PolePairsBackEmf(Procedure[PolePairsBackEmfSettings]):
     @step("3.1.2.2-2/1", "An external motor turns it at constant speed", by_hand=True)
     def drive(self, driven: ExitStack) -> None:
         """Leave the shaft turning until the stack is closed; the terminals are open."""
-        self.bench.perform(ALL_OPEN)
-        self.bench.perform(ReleaseRotor())
-        self.bench.perform(CoupleDynamometer())
+        self.bench.perform(ALL_OPEN, ReleaseRotor(), CoupleDynamometer())
         channel = self.bench.oscilloscope.channels(ProbeKind.VOLTAGE)[0]
         self.wiring.shaft.connect_probes((VoltageProbe(channel, Node.A, Node.B),))
         speed = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)

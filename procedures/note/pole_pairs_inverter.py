@@ -11,6 +11,7 @@ from drivers.interfaces import ProbeKind, Reading
 from drivers.interfaces.text import text
 from procedures.core.actions import INVERTER, CurrentProbe, ReleaseRotor, Terminal, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import SPEED, Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.back_emf import fit_back_emf
@@ -54,6 +55,11 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
     section: ClassVar[str] = "3.1.2.2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.INVERTER, Role.OSCILLOSCOPE, Role.TACHOMETER})
     gives: ClassVar[tuple[str, ...]] = ("pole_pairs",)
+    needs: ClassVar[Demands] = {
+        Role.INVERTER: Demand((Measurand.FREQUENCY,)),
+        Role.OSCILLOSCOPE: Demand(screen=(Measurand.FREQUENCY,), probes={ProbeKind.CURRENT: 1}),
+        Role.TACHOMETER: SPEED,
+    }
 
     def measure(self) -> None:
         """Turn the motor by the inverter, read frequency and speed, divide."""
@@ -143,11 +149,8 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
         count(self, current.frequency, current.uncertainty, speed, section="3.1.2.2")
 
     def _wire(self) -> None:
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(ReleaseRotor())
         channel = self.bench.oscilloscope.channels(ProbeKind.CURRENT)[0]
-        self.wiring.inverter.probed(INVERTER, CurrentProbe(channel, Terminal.A))
+        self.wiring.inverter.probed(INVERTER, CurrentProbe(channel, Terminal.A), UncoupleDynamometer(), ReleaseRotor())
 
     def _frequency(self, pairs: float | None = None, share: float | None = None) -> float:
         """Return the electrical frequency (Hz) to turn at: as set, or that share of the rated speed with so many pole pairs."""

@@ -10,6 +10,7 @@ from pydantic import Field
 from drivers.interfaces.text import text
 from procedures.core.actions import ALIGN_D, MarkRestPositions, ReleaseRotor, TurnToRest, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import LOOP, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.mechanics import pole_pairs
@@ -42,6 +43,7 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
     section: ClassVar[str] = "3.1.2.1"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY})
     gives: ClassVar[tuple[str, ...]] = ("pole_pairs",)
+    needs: ClassVar[Demands] = {Role.SUPPLY: LOOP}
 
     def measure(self) -> None:
         """Hold, turn, mark, count."""
@@ -55,10 +57,7 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
     def connect(self) -> None:
         """Any one phase to plus will do, the other two to minus. A current that cannot be had is refused before all work."""
         self._holding_current()
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(ReleaseRotor())
-        self.wiring.supply.connect(ALIGN_D)
+        self.wiring.supply.connect(ALIGN_D, UncoupleDynamometer(), ReleaseRotor())
 
     @step(
         "3.1.2.1/2",

@@ -13,6 +13,7 @@ from drivers.interfaces import Accuracy, Aperture, ImpedanceReading, Measurement
 from drivers.interfaces.text import text
 from procedures.core.actions import LINE_PAIRS, LinePair, label_of, meter_across
 from procedures.core.bench import Bench, Role
+from procedures.core.demand import Demand, Demands, Measurand
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
@@ -95,6 +96,7 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     section: ClassVar[str] = "3.2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.LCR_METER})
     gives: ClassVar[tuple[str, ...]] = ("stator_resistance",)
+    needs: ClassVar[Demands] = {Role.LCR_METER: Demand((Measurand.RESISTANCE,))}
 
     @classmethod
     def foresee(cls, bench: Bench, nameplate: Nameplate, settings: StatorResistanceSettings) -> Sequence[Notice]:
@@ -216,7 +218,9 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
 
     def _line(self, pair: LinePair, mean: tuple[float, float, float], accuracy: Accuracy) -> UncertainReal:
         unc = self.bench.uncertainties
-        return unc.instrument("LCR meter", unc.statistical(f"repeats of R_{label_of(pair)}", *mean), accuracy)
+        return unc.instrument(
+            "LCR meter", unc.statistical(text("repeats of {what}", what=f"R_{label_of(pair)}"), *mean), accuracy
+        )
 
     @step("3.2.2/4", "From line to phase: half the mean reading for a wye, one and a half for a delta")
     def to_phase(self, lines: LineReadings) -> PhaseResistance[UncertainReal]:

@@ -22,6 +22,7 @@ from procedures.core.actions import (
     supply_across,
 )
 from procedures.core.bench import Role
+from procedures.core.demand import LOOP, Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import FloatArray
@@ -99,6 +100,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
     section: ClassVar[str] = "3.2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.VOLTMETER})
     gives: ClassVar[tuple[str, ...]] = ("stator_resistance",)
+    needs: ClassVar[Demands] = {Role.SUPPLY: LOOP, Role.VOLTMETER: Demand((Measurand.VOLTAGE,))}
 
     def measure(self) -> None:
         """Take the slope between all three pairs of terminals."""
@@ -115,9 +117,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
     @step("S1/1", "Lock the shaft, and read the winding's temperature", by_hand=True)
     def prepare(self) -> UncertainReal:
         """Return the temperature (°C) that the cold resistance belongs to."""
-        if self.bench.has(Role.DYNAMOMETER):
-            self.bench.perform(UncoupleDynamometer())
-        self.bench.perform(LockRotor())
+        self.bench.perform(LockRotor(), UncoupleDynamometer())
         return winding_temperature(self, self.settings.winding_temperature, self.settings.temperature_uncertainty)
 
     @step("S1/2", "Between two terminals: several currents, both polarities, voltage inside the clamps", by_hand=True)
@@ -138,7 +138,6 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         accuracies: tuple[Accuracy, Accuracy] = (Accuracy(), Accuracy())
         high, low = pair
         sensing = ConnectVoltmeter(high, low)
-        self.bench.perform(sensing)
         for sign, plus, minus in ((1.0, high, low), (-1.0, low, high)):
             fed = supply_across(plus, minus)
             self.wiring.supply.four_wires(fed, sensing, ranged=bool(currents))
@@ -156,7 +155,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         fit = resistance.slope(v, i)
         unc, label = self.bench.uncertainties, label_of(pair)
         quantity = unc.statistical(
-            f"slope of V over I, {label}",
+            text("slope of V over I, {pair}", pair=label),
             fit.value("resistance"),
             fit.uncertainty("resistance"),
             fit.degrees_of_freedom,

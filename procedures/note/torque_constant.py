@@ -11,6 +11,7 @@ from drivers.interfaces import Accuracy
 from drivers.interfaces.text import text
 from procedures.core.actions import INVERTER, CoupleDynamometer, ReleaseRotor
 from procedures.core.bench import Role
+from procedures.core.demand import SHAFT, Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.techniques.driven_shaft import driving_speed_rad
@@ -61,6 +62,12 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
     section: ClassVar[str] = "2.4"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.INVERTER})
     gives: ClassVar[tuple[str, ...]] = ("torque_constant",)
+    needs: ClassVar[Demands] = {Role.DYNAMOMETER: SHAFT, Role.INVERTER: Demand((Measurand.CURRENT,))}
+
+    @classmethod
+    def needed(cls, settings: TorqueConstantSettings) -> Demands:
+        """Return nothing where it is only derived."""
+        return cls.needs if settings.measured else {}
 
     def measure(self) -> None:
         """Both ways, in the one step that the document has."""
@@ -93,9 +100,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
 
     def _measured(self, derived: UncertainReal | None) -> None:
         bench = self.bench
-        bench.perform(ReleaseRotor())
-        bench.perform(INVERTER)
-        bench.perform(CoupleDynamometer())
+        bench.perform(INVERTER, ReleaseRotor(), CoupleDynamometer())
         self.wiring.inverter.direction(INVERTER)
         temperature = winding_temperature(
             self, self.settings.winding_temperature, self.settings.temperature_uncertainty

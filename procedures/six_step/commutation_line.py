@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from GTC.lib import UncertainReal
 
+from drivers.interfaces.text import text
 from procedures.core.budget import Uncertainties
 from procedures.estimation.fitting.linear import least_squares
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
@@ -36,7 +37,10 @@ def commutation_line(
     solve = np.linalg.pinv(design)
     slope, height = (
         uncertainties.statistical(
-            f"commutation resistance over speed, {name}", 0.0, fit.uncertainty(name), fit.degrees_of_freedom
+            text("commutation resistance over speed, {name}", name=name),
+            0.0,
+            fit.uncertainty(name),
+            fit.degrees_of_freedom,
         )
         + sum(float(w) * r for w, r in zip(row, resistances, strict=True))
         for name, row in zip(("slope", "height"), solve, strict=True)

@@ -7,6 +7,7 @@ import numpy as np
 from GTC.lib import UncertainReal
 
 from drivers.interfaces import Accuracy
+from drivers.interfaces.text import text
 from procedures.core.budget import Uncertainties
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.linear import least_squares
@@ -91,7 +92,7 @@ def fit_emf(
     def figure(row: int, name: str) -> UncertainReal:
         on = solve[row]
         found = unc.statistical(
-            f"{name} over loads", fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom
+            text("{what} over loads", what=name), fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom
         ) + gain * float(on @ terms.bus)
         found = found + offset * float(on.sum())
         for weight, current, r in zip(on, terms.mean_current, resistances, strict=True):
@@ -104,7 +105,11 @@ def fit_emf(
         return found - scope * float(on @ terms.drops)
 
     constant = figure(0, "emf") * (1.0 + tachometer)
-    switch = figure(1, "switch") * (1.0 - scope) if given is None else unc.standard("R_t given", given, 0.0)
+    switch = (
+        figure(1, "switch") * (1.0 - scope)
+        if given is None
+        else unc.standard(text("{name} given", name="R_t"), given, 0.0)
+    )
     return constant, switch, fit.residual_rms
 
 

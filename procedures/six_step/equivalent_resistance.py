@@ -11,6 +11,7 @@ from drivers.interfaces import ProbeKind
 from drivers.interfaces.text import text
 from procedures.core.actions import DRIVE, CoupleDynamometer, CurrentProbe, ReleaseRotor, Terminal
 from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import SHAFT, SPEED, Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.misfit import Misfit
@@ -47,6 +48,12 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         "commutation_resistance_offset",
         "copper_resistance",
     )
+    needs: ClassVar[Demands] = {
+        Role.DRIVE: Demand((Measurand.VOLTAGE, Measurand.CURRENT, Measurand.FREQUENCY)),
+        Role.DYNAMOMETER: SHAFT,
+        Role.OSCILLOSCOPE: Demand(waveforms=True, probes={ProbeKind.CURRENT: 1}),
+        Role.TACHOMETER: SPEED,
+    }
 
     def measure(self) -> None:
         """Load the running motor, and split what the bus sees."""
@@ -64,8 +71,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
     def load_points(self) -> LoadPoints:
         """Return the readings at each load, the smallest first."""
         bench, settings = self.bench, self.settings
-        bench.perform(ReleaseRotor())
-        bench.perform(CoupleDynamometer())
+        bench.perform(ReleaseRotor(), CoupleDynamometer())
         torques = self._torques()
         bench.dynamometer.stop()
         bench.dynamometer.zero_torque()

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from GTC.lib import UncertainReal
 
 from drivers.interfaces import Accuracy, Reading
+from drivers.interfaces.text import text, word
 from procedures.core.budget import Uncertainties
 from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.six_step import currents as six_step
@@ -36,7 +37,9 @@ class Averaged:
 
     def with_errors(self, uncertainties: Uncertainties, name: str) -> UncertainReal:
         """Return the mean with its scatter and the errors of the instrument `name`."""
-        mean = uncertainties.statistical(f"{name}: repeats", self.value, self.scatter, self.degrees_of_freedom)
+        mean = uncertainties.statistical(
+            text("{name}: repeats", name=word(name)), self.value, self.scatter, self.degrees_of_freedom
+        )
         return uncertainties.instrument(name, mean, self.accuracy)
 
 

@@ -101,4 +101,4 @@ def _given(
                 setting=setting,
             ),
         )
-    return unc.limit(f"{name} given", value, half_width)
+    return unc.limit(text("{name} given", name=name), value, half_width)

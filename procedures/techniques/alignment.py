@@ -28,6 +28,16 @@ class Alignment:
         return self.voltage / self.current
 
 
+#: What regulates an output, in words.
+_MODES = {
+    OutputMode.OFF: text("off"),
+    OutputMode.CONSTANT_VOLTAGE: text("constant voltage"),
+    OutputMode.CONSTANT_CURRENT: text("constant current"),
+    OutputMode.UNREGULATED: text("unregulated"),
+    OutputMode.TRIPPED: text("tripped"),
+}
+
+
 def flowing_current(bench: Bench, wanted: float) -> Reading:
     """Return the supply's current (A) where it is the one that was set, within what its setting and its meter may be off.
 
@@ -49,7 +59,7 @@ def flowing_current(bench: Bench, wanted: float) -> Reading:
             wanted=wanted,
             flowing=reading.value,
             voltage=supply.measure_voltage().value,
-            mode=mode.value,
+            mode=_MODES[mode],
         )
     )
 

@@ -8,6 +8,7 @@ import numpy as np
 from GTC.lib import UncertainReal
 
 from drivers.interfaces import Accuracy
+from drivers.interfaces.text import text
 from procedures.core.bench import Bench
 from procedures.core.curves import curve
 from procedures.estimation.fitting.misfit import Misfit
@@ -38,7 +39,7 @@ def loop_of_steps(bench: Bench, axis: str, voltage: float, steps: Sequence[Recor
     repeats = fit_repeats([s.reading(_OTHER_AXIS) for s in steps])
     fit = repeats.fits[-1]
     inductance, resistance = (
-        unc.statistical(f"step fits of {symbol}_{axis}", *repeats.mean(fitted)[:3])
+        unc.statistical(text("step fits of {what}", what=f"{symbol}_{axis}"), *repeats.mean(fitted)[:3])
         for symbol, fitted in (("L", "inductance"), ("R", "resistance"))
     )
     loop = _with_probes(bench, inductance, steps[0])
@@ -47,7 +48,7 @@ def loop_of_steps(bench: Bench, axis: str, voltage: float, steps: Sequence[Recor
     loop = unc.instrument("skew of the channels", loop, late)
     probes = probes_against_supply(last.voltage, last.current, last.source, repeats.misfit, float(resistance.x))
     off = Accuracy(gain=probes.share, source="against the supply's readings")
-    loop = unc.instrument(f"oscilloscope, channel {last.current.channel}", loop, off)
+    loop = unc.instrument(text("oscilloscope, channel {channel}", channel=last.current.channel), loop, off)
     # What a supply's limit ended is not fitted.
     fitted_part = slice(0, fit.residuals.size)
     tau = time_constant_63(last.current.time, last.current.values)
@@ -75,7 +76,7 @@ def apparent_point(bench: Bench, name: str, steps: Sequence[RecordedStep], facto
     """
     apparent = [apparent_inductance(s.current.time, s.voltage.values, s.current.values) for s in steps]
     value, scatter, freedom = mean_of_readings([factor * a.inductance for a in apparent])
-    repeated = bench.uncertainties.statistical(f"steps of {name}", value, scatter, freedom)
+    repeated = bench.uncertainties.statistical(text("steps of {what}", what=name), value, scatter, freedom)
     return {
         "current": float(np.mean([a.current for a in apparent])),
         "inductance": value,
@@ -88,5 +89,7 @@ def _with_probes(bench: Bench, quantity: UncertainReal, recorded: RecordedStep) 
     """Put on the gains of the voltage and the current channel; their offsets are fitted."""
     for wave in (recorded.voltage, recorded.current):
         gain = Accuracy(gain=wave.accuracy.gain, source=wave.accuracy.source)
-        quantity = bench.uncertainties.instrument(f"oscilloscope, channel {wave.channel}", quantity, gain)
+        quantity = bench.uncertainties.instrument(
+            text("oscilloscope, channel {channel}", channel=wave.channel), quantity, gain
+        )
     return quantity

@@ -73,11 +73,15 @@ def read_off_steps(bench: Bench, step: DrivenStep, guess: float, repeats: int) -
 def loop_inductance(bench: Bench, axis: str, steps: Sequence[ReadOffStep], screen: float) -> UncertainReal:
     """Return L = τ·R (H) of the loop: τ read off within the share `screen` of it, R by the supply's meters."""
     unc, last = bench.uncertainties, steps[-1]
-    tau = unc.statistical(f"time constant, {axis} axis", *mean_of_readings([step.time_constant for step in steps]))
+    tau = unc.statistical(
+        text("time constant, {axis} axis", axis=axis), *mean_of_readings([step.time_constant for step in steps])
+    )
     tau = unc.instrument("time read off the screen", tau, Accuracy(gain=screen, source="setting screen_reading"))
     # A rise that is no straight line moves the crossing by less than all that the rise does.
     bend = max(abs(step.time_constant / step.crossing - 1.0) for step in steps)
-    tau = unc.instrument(f"shape of the voltage's rise, {axis} axis", tau, Accuracy(gain=bend, source="as read off"))
+    tau = unc.instrument(
+        text("shape of the voltage's rise, {axis} axis", axis=axis), tau, Accuracy(gain=bend, source="as read off")
+    )
     voltage = unc.instrument("supply, voltage", last.voltage.value, last.voltage.accuracy)
     current = unc.instrument("supply, current", last.current.value, last.current.accuracy)
     return tau * voltage / current

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from drivers.interfaces import Aperture, ImpedanceReading, SetpointError
-from procedures.core.actions import Connect, LinePair, meter_across
+from procedures.core.actions import Connect, LinePair, Wanted, meter_across
 from procedures.estimation.winding.wiring import WiringOutcome
 from procedures.verification import bridge_evidence
 from procedures.verification.check import Check
@@ -22,14 +22,14 @@ class BridgeWiring:
         self._verifier = verifier
         self._bench = verifier.bench
 
-    def connect(self, connect: Connect, frequency: float, level: float, aperture: Aperture) -> None:
-        """Connect the terminals to the bridge and verify that by one reading; the bridge has these settings and keeps them.
+    def connect(self, connect: Connect, frequency: float, level: float, aperture: Aperture, *beside: Wanted) -> None:
+        """Connect the terminals to the bridge, with what else is wanted of the setup, and verify that by one reading.
 
-        Where the frequency (Hz) is low, the line's resistance is about to be measured: the reading is taken at that frequency,
-        and is compared with earlier runs and instruments, not with the line before.
+        The bridge has these settings and keeps them. Where the frequency (Hz) is low, the line's resistance is about to be
+        measured: the reading is taken at that frequency, and is compared with earlier runs and instruments, not with the line before.
         """
         bridge = self._bench.lcr_meter
-        self._bench.perform(connect)
+        self._bench.perform(connect, *beside)
         if bridge.read_by_hand:
             self._verifier.verify(connect, lambda: Check(WiringOutcome.UNVERIFIED, "lcr_meter", reason="by hand"))
             return

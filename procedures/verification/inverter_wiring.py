@@ -7,7 +7,7 @@ import numpy as np
 
 from drivers.interfaces import ReportedError, Waveform
 from drivers.interfaces.text import Text, text
-from procedures.core.actions import Connect, ConnectProbes, CurrentProbe
+from procedures.core.actions import Connect, ConnectProbes, CurrentProbe, Wanted
 from procedures.core.bench import Role
 from procedures.estimation.emf.probed_phases import LEAST_STEPS
 from procedures.estimation.fitting.fit import Fit
@@ -36,11 +36,13 @@ class InverterWiring:
         self._verifier = verifier
         self._bench = verifier.bench
 
-    def probed(self, connect: Connect, probe: CurrentProbe) -> None:
-        """Connect the inverter and a current probe, and prove both with a harmless current in a slowly turning field."""
+    def probed(self, connect: Connect, probe: CurrentProbe, *beside: Wanted) -> None:
+        """Connect the inverter and a current probe, with what else is wanted of the setup.
+
+        Both are proved with a harmless current in a slowly turning field.
+        """
         probes = ConnectProbes((probe,))
-        self._bench.perform(connect)
-        self._bench.perform(probes)
+        self._bench.perform(connect, probes, *beside)
         self._verifier.verify(connect, lambda: self._by_probe(probe), probes)
 
     def direction(self, connect: Connect) -> None:
@@ -56,8 +58,7 @@ class InverterWiring:
     def full_voltage(self, connect: Connect, probe: CurrentProbe, start: Callable[[], object]) -> None:
         """Connect a drive that knows full voltage only, and a current probe; `start` it, which its own protections may refuse."""
         probes = ConnectProbes((probe,))
-        self._bench.perform(connect)
-        self._bench.perform(probes)
+        self._bench.perform(connect, probes)
 
         def check() -> Check:
             start()

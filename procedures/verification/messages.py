@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 from procedures.estimation.emf.probed_phases import ProbingFault
 from procedures.estimation.winding.wiring import Kind, WiringOutcome
 
@@ -50,7 +50,7 @@ def wire(terminal: str, colours: Colours) -> Text:
     colour = colours.get(terminal)
     if not colour:
         return Text("{terminal}", {"terminal": terminal})
-    return Text("{terminal} ({colour})", {"terminal": terminal, "colour": text(colour)})
+    return Text("{terminal} ({colour})", {"terminal": terminal, "colour": word(colour)})
 
 
 def either(words: Sequence[Text]) -> Text:

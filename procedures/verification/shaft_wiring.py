@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from drivers.interfaces.text import text
-from procedures.core.actions import ALL_OPEN, ConnectProbes, Terminal, VoltageProbe
+from procedures.core.actions import ALL_OPEN, ConnectProbes, Terminal, VoltageProbe, Wanted
 from procedures.estimation.emf.probed_phases import LEAST_STEPS, Pattern, ProbingFault, fitting, patterns, phasors
 from procedures.estimation.winding.wiring import WiringOutcome
 from procedures.techniques.driven_shaft import DrivenRecord, expected_peak, record_driven
@@ -23,11 +23,14 @@ class ShaftWiring:
         self._verifier = verifier
         self._bench = verifier.bench
 
-    def open_terminals(self) -> None:
-        """Have the terminals opened, no probe being fitted: verified where they were so before and nothing was touched since."""
+    def open_terminals(self, *beside: Wanted) -> None:
+        """Have the terminals opened, with what else is wanted of the setup.
+
+        That is verified where they were so before and nothing was touched since.
+        """
         state = self._bench.state
         unchanged = state.verified and state.connection == ALL_OPEN
-        self._bench.perform(ALL_OPEN)
+        self._bench.perform(ALL_OPEN, *beside)
         check = Check(WiringOutcome.VERIFIED, "", reason="unchanged")
         if not unchanged:
             check = Check(WiringOutcome.UNVERIFIED, "", reason="no instrument")

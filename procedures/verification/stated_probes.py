@@ -40,7 +40,7 @@ class StatedProbes:
         if limit is None:
             return accuracy
         # The same words for all channels: what they have in common stays one input of the budget.
-        before = accuracy.source.partition("; probe:")[0]
+        before = accuracy.source.partition("; probe")[0]
         return replace(accuracy, gain=accuracy.gain + limit, source=f"{before}; probe: limit as entered")
 
 

@@ -12,6 +12,7 @@ from procedures.core.actions import (
     CurrentProbe,
     LinePair,
     VoltageProbe,
+    Wanted,
     supply_across,
 )
 from procedures.estimation.fitting.intervals import ANY
@@ -34,9 +35,12 @@ class SupplyWiring:
         self._verifier = verifier
         self._bench = verifier.bench
 
-    def connect(self, connect: Connect) -> None:
-        """Connect the terminals to the supply, and prove it; a rotor that is not locked swings, and then only the path shows."""
-        self._bench.perform(connect)
+    def connect(self, connect: Connect, *beside: Wanted) -> None:
+        """Connect the terminals to the supply, with what else is wanted of the setup, and prove the connection.
+
+        A rotor that is not locked swings, and then only the path shows.
+        """
+        self._bench.perform(connect, *beside)
         self._verifier.verify(connect, lambda: self._by_harmless_current(connect))
 
     def held(self, connect: Connect) -> bool:
@@ -94,11 +98,11 @@ class SupplyWiring:
         )
 
     def four_wires(self, connect: Connect, voltmeter: ConnectVoltmeter, *, ranged: bool) -> None:
-        """Connect the terminals to the supply, the voltmeter being fitted, and prove both.
+        """Connect the terminals to the supply, fit the voltmeter, and prove both.
 
         `ranged` tells that the voltmeter has its range, and is to keep it.
         """
-        self._bench.perform(connect)
+        self._bench.perform(connect, voltmeter)
         self._verifier.verify(connect, lambda: self._by_voltmeter(connect, voltmeter, ranged=ranged), voltmeter)
 
     def probed(self, connect: Connect, voltage: VoltageProbe, current: CurrentProbe) -> None:

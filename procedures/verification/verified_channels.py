@@ -100,6 +100,6 @@ class _CorrectedOscilloscope:
                 gain=known.limit,
                 offset=wave.accuracy.offset,
                 resolution=wave.accuracy.resolution,
-                source=f"verified against {known.reference}",
+                source=f"verified on this bench; {known.reference}",
             ),
         )

@@ -1,8 +1,19 @@
 """A run as a document: what was found, who and what, each procedure, the record."""
 
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 from reports.document.identity import motor_section, record_section, signature_section, station_section
-from reports.document.model import Block, Column, Document, Facts, Notices, Paragraph, ReportSection, Table, TableRow
+from reports.document.model import (
+    Block,
+    Column,
+    Document,
+    Drawings,
+    Facts,
+    Notices,
+    Paragraph,
+    ReportSection,
+    Table,
+    TableRow,
+)
 from reports.document.parameters import parameter_table, withheld_notices
 from reports.document.procedure import procedure_section
 from reports.document.record import RunRecord
@@ -29,6 +40,7 @@ def compose(run: RunRecord) -> Document:
             _summary(run),
             motor_section(run),
             station_section(run),
+            *([_photos(run)] if run.photos else []),
             _plan(run),
             *(procedure_section(procedure, run.nameplate.wire_colours) for procedure in run.procedures),
             signature_section(run),
@@ -59,11 +71,17 @@ def _summary(run: RunRecord) -> ReportSection:
         blocks.append(
             Table(
                 [Column(text("Id")), Column(text("Procedure")), Column(text("Warning or erratum"), wide=True)],
-                [TableRow([identifier, procedure, words]) for identifier, procedure, words in own],
+                [TableRow([word(identifier), word(procedure), words]) for identifier, procedure, words in own],
                 title=text("Warnings and errata"),
             )
         )
     return ReportSection(text("Results"), "results", tuple(blocks))
+
+
+def _photos(run: RunRecord) -> ReportSection:
+    """Return what the motor and the bench look like; the motor's file or the station's named the photos."""
+    drawings = Drawings([(draw, words) for words, draw in run.photos])
+    return ReportSection(text("Photos"), "photos", (drawings,))
 
 
 def _plan(run: RunRecord) -> ReportSection:

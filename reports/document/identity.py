@@ -1,6 +1,6 @@
 """Who and what: the motor, the bench, its instruments and their calibrations, the operator, the record."""
 
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, lines, text, word
 from procedures.core.nameplate import WindingConnection
 from reports.document.model import (
     Block,
@@ -50,7 +50,13 @@ def motor_section(run: RunRecord) -> ReportSection:
             items.append((name, f"{value:g} {unit}".strip()))
     if plate.wire_colours:
         items.append(
-            (text("Wires"), ", ".join(f"{terminal} {colour}" for terminal, colour in plate.wire_colours.items()))
+            (
+                text("Wires"),
+                lines(
+                    (text("{terminal}: {colour}", terminal=t, colour=word(c)) for t, c in plate.wire_colours.items()),
+                    "; ",
+                ),
+            )
         )
     items.append((text("Motor file"), f"{run.motor_file}, SHA-256 {run.motor_sha256[:16]}…"))
     return ReportSection(text("Motor"), "motor", (Facts(items),))

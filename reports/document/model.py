@@ -1,9 +1,9 @@
 """A report as a plain document: sections of facts, tables, notices, plots. Page and PDF render the same one."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from drivers.interfaces.text import Text
+from drivers.interfaces.text import Text, Translate
 from reports.plots.model import Plot
 
 #: What stands in a cell: words to be translated, or a figure, a name, an address as they are.
@@ -70,13 +70,20 @@ class PlotFigure:
 
 
 @dataclass(frozen=True)
+class Drawings:
+    """Drawings as SVG, whose words are letters, beside each other where there is room: what makes each, and its caption."""
+
+    items: Sequence[tuple[Callable[[Translate], str], Text]]
+
+
+@dataclass(frozen=True)
 class Signatures:
     """Lines to sign on, each with what the signature stands for."""
 
     lines: Sequence[Text]
 
 
-Block = Facts | Table | Paragraph | Notices | PlotFigure | Signatures
+Block = Facts | Table | Paragraph | Notices | PlotFigure | Drawings | Signatures
 
 
 @dataclass(frozen=True)

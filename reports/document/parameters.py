@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Parameter, Withheld, said_of
 from reports.document.model import Cell, Column, Notices, Table, TableRow
@@ -33,7 +33,7 @@ def parameter_table(found: ParameterSet, truth: Mapping[str, float]) -> Table:
         rows.append(_row(parameter, parameter.label, truth.get(name), with_truth=bool(truth)))
         for other in found.alternatives.get(name, ()):
             by = (
-                text("· by {procedure}", procedure=other.procedure)
+                text("· by {procedure}", procedure=word(other.procedure))
                 if other.procedure != parameter.procedure
                 else text("· by another way")
             )
@@ -70,7 +70,7 @@ def _row(parameter: Parameter, name: Text, truth: float | None, *, with_truth: b
 
 def _not_given(reason: Withheld, truth: float | None, *, with_truth: bool) -> TableRow:
     figures = shown_withheld(truth, reason.reader_unit)
-    cells: list[Cell] = [reason.label, text("withheld"), figures.unit, "–", "–", reason.cause, "–"]
+    cells: list[Cell] = [reason.label, text("withheld"), figures.unit, "–", "–", word(reason.cause), "–"]
     if with_truth:
         cells.append(figures.truth)
     return TableRow([*cells, reason.section])

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, lines, text, word
 from procedures.core.result import Parameter
 from reports.document.model import (
     Block,
     Cell,
     Column,
+    Drawings,
     Facts,
     Notices,
     Paragraph,
@@ -18,7 +19,7 @@ from reports.document.model import (
 )
 from reports.document.parameters import budget_table, result_table, withheld_notices
 from reports.document.readings import readings_table
-from reports.document.record import ProcedureRecord, ProcedureStepRecord
+from reports.document.record import ConnectionRecord, ProcedureRecord, ProcedureStepRecord
 from reports.document.wiring import wiring_table
 from reports.labels import section_name
 from reports.plots.of_procedures import plots
@@ -56,6 +57,8 @@ def _blocks(procedure: ProcedureRecord, colours: Mapping[str, str]) -> Iterator[
     yield _steps(procedure.steps)
     if procedure.settings:
         yield Facts(((text("Settings"), _settings(procedure)),))
+    if procedure.connections:
+        yield Drawings([(made.draw, _caption(made)) for made in procedure.connections])
     checks = wiring_table(result.findings.get("wiring", ()) if result is not None else (), colours)
     yield from (table for table in (checks, readings_table(procedure.steps)) if table is not None)
     yield from (PlotFigure(plot) for plot in plots(procedure))
@@ -63,6 +66,13 @@ def _blocks(procedure: ProcedureRecord, colours: Mapping[str, str]) -> Iterator[
         return
     yield result_table(result.parameters)
     yield from _budgets(result.parameters)
+
+
+def _caption(made: ConnectionRecord) -> Text:
+    steps = list(dict.fromkeys(made.steps))
+    if made.alike:
+        return text("Connections at {steps}; {count} more with the terminals exchanged", steps=steps, count=made.alike)
+    return text("Connections at {steps}", steps=steps)
 
 
 def _budgets(parameters: Sequence[Parameter]) -> Iterator[Block]:
@@ -93,7 +103,7 @@ def _budgets(parameters: Sequence[Parameter]) -> Iterator[Block]:
 
 def _shares(parameter: Parameter) -> tuple[tuple[str, float], ...]:
     total = combined(parameter)
-    return tuple((row.identity or row.source, round(row.contribution / total, 9)) for row in parameter.budget)
+    return tuple((row.identity or str(row.source), round(row.contribution / total, 9)) for row in parameter.budget)
 
 
 def _steps(steps: Sequence[ProcedureStepRecord]) -> Table:
@@ -117,11 +127,19 @@ def _steps(steps: Sequence[ProcedureStepRecord]) -> Table:
     )
 
 
-def _settings(procedure: ProcedureRecord) -> str:
-    return ", ".join(f"{name} = {_shown(value)}" for name, value in procedure.settings.items() if value is not None)
+def _settings(procedure: ProcedureRecord) -> Text:
+    """Return the settings by what they are; one that no description is at hand for by its name."""
+    said = (
+        text("{name}: {value}", name=procedure.described.get(name, word(name)), value=_shown(value))
+        for name, value in procedure.settings.items()
+        if value is not None
+    )
+    return lines(said, "; ")
 
 
-def _shown(value: object) -> str:
+def _shown(value: object) -> Text | str:
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(_shown(item) for item in value) + "]"
+        return lines((_shown(item) for item in value), ", ")
+    if isinstance(value, bool):
+        return text("yes") if value else text("no")
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,13 +1,13 @@
 """What a report is made from: one run, as whoever keeps its record hands it over."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.interfaces.text import Text
+from drivers.interfaces.text import Text, Translate
 from procedures.core.nameplate import Nameplate
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Notice, ProcedureResult
@@ -91,8 +91,20 @@ class ProcedureStepRecord:
 
 
 @dataclass(frozen=True)
+class ConnectionRecord:
+    """A connection with which something was measured: the steps that did, and what draws it in a language, as SVG.
+
+    `alike` counts further ones that differ in which terminals they are made to.
+    """
+
+    steps: Sequence[str]
+    draw: Callable[[Translate], str]
+    alike: int = 0
+
+
+@dataclass(frozen=True)
 class ProcedureRecord:
-    """One procedure as it ran; `settings` are those it ran with, `cause` why it failed."""
+    """One procedure as it ran; `settings` are those it ran with, `described` what they are, `cause` why it failed."""
 
     name: str
     title: Text
@@ -101,6 +113,8 @@ class ProcedureRecord:
     steps: Sequence[ProcedureStepRecord]
     result: ProcedureResult | None
     cause: str = ""
+    connections: Sequence[ConnectionRecord] = ()
+    described: Mapping[str, Text] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -129,7 +143,8 @@ class RunRecord:
     """One run, whole or cut off.
 
     `warnings` stand with the procedure each came from, or with none where they concern several. `truth` is that of a
-    virtual motor. `status` is completed, failed, aborted or interrupted. Times are ISO 8601, UTC.
+    virtual motor. `status` is completed, failed, aborted or interrupted. Times are ISO 8601, UTC. `photos` are what they show,
+    and what draws them.
     """
 
     name: str
@@ -153,4 +168,5 @@ class RunRecord:
     procedures: Sequence[ProcedureRecord]
     journal: JournalEnd
     bench_time: float = 0.0
+    photos: Sequence[tuple[Text, Callable[[Translate], str]]] = ()
     signed: Sequence[SignOff] = ()

@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator, Mapping
 from typing import Any
+from xml.etree import ElementTree as Xml
 
 from reports.document.model import (
     Block,
     Cell,
     Document,
+    Drawings,
     Facts,
     Notices,
     Paragraph,
@@ -80,7 +82,19 @@ def _block(block: Block, speech: Speech, drawn: Mapping[str, str]) -> dict[str, 
         caption = _say(block.plot.caption, speech)
         picture = drawn.get(block.plot.name) or svg(block.plot, speech.say)
         return {"kind": "figure", "svg": picture, "caption": caption}
+    if isinstance(block, Drawings):
+        return _drawings(block, speech)
     return _signatures(block, speech)
+
+
+def _drawings(block: Drawings, speech: Speech) -> dict[str, Any]:
+    items = []
+    for draw, caption in block.items:
+        picture = clean(draw(speech.together))
+        # Its words are letters of the page, which a page needs for its font.
+        letters = list(Xml.fromstring(picture).itertext())  # noqa: S314  our own
+        items.append({"svg": picture, "letters": letters, "caption": _say(caption, speech)})
+    return {"kind": "drawings", "items": items}
 
 
 def _signatures(block: Signatures, speech: Speech) -> dict[str, Any]:

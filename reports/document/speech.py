@@ -21,6 +21,10 @@ class Speech:
         # A line does not break between a figure and its °C.
         return list(dict.fromkeys(one.replace(" °C", "\N{NO-BREAK SPACE}°C") for one in said))
 
+    def together(self, template: str) -> str:
+        """Return a template in every language beside each other, for a label that has one line."""
+        return " ".join(dict.fromkeys(translate(template) for _, translate in self.languages))
+
     @property
     def codes(self) -> list[str]:
         """The languages' codes."""

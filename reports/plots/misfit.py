@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 from reports.plots.model import Axes, Manner, Plot, PlotCurve
 
 TIME, CURRENT, SPEED = text("Time"), text("Current"), text("Speed")
@@ -22,7 +22,7 @@ def causes(findings: Mapping[str, Any]) -> list[Text]:
     """Return the causes that a procedure's findings name, each once with what was done about it."""
     named = dict.fromkeys((row["cause"], row["answer"]) for row in findings.get("misfit", ()))
     return [
-        text("{cause} ({answer})", cause=cause, answer=_ANSWERS.get(answer, Text("{a}", {"a": answer})))
+        text("{cause} ({answer})", cause=word(cause), answer=_ANSWERS.get(answer, Text("{a}", {"a": answer})))
         for cause, answer in named
     ]
 

@@ -30,7 +30,7 @@ def combined(parameter: Parameter) -> float:
     return math.hypot(*(row.contribution for row in parameter.budget))
 
 
-def budget_rows(parameter: Parameter, factor: float) -> list[list[str]]:
+def budget_rows(parameter: Parameter, factor: float) -> list[list[Text | str]]:
     """Return each input's source, kind, estimate, u, sensitivity, contribution (in units of `factor`) and share, as written."""
     total = combined(parameter)
     return [
@@ -71,7 +71,7 @@ def _budget(parameter: Parameter, translate: Translate, width: int) -> "Group":
     from rich.text import Text as Words
 
     head = Words(f"{parameter.label.render(translate)} ", style="bold")
-    head.append(f"({parameter.procedure}, §{parameter.section})", style="not bold dim")
+    head.append(f"({translate(parameter.procedure)}, §{parameter.section})", style="not bold dim")
     said = [head, Words(_stated(parameter).render(translate))]
     if not parameter.budget:
         return Group(head, Words(text("It has no uncertainty, and so no budget.").render(translate)), Words(""))
@@ -91,7 +91,11 @@ def _budget(parameter: Parameter, translate: Translate, width: int) -> "Group":
         ),
         FittedColumn(text("Share").render(translate), right=True, footer="100 %"),
     ]
-    made = fitted(columns, budget_rows(parameter, scale.factor), width)
+    rows = [
+        [cell if isinstance(cell, str) else cell.render(translate) for cell in row]
+        for row in budget_rows(parameter, scale.factor)
+    ]
+    made = fitted(columns, rows, width)
     legend = text(
         "Type A: from statistics; B: from a specification, a certificate or what was entered. u: standard uncertainty."
     )

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from drivers.interfaces.text import Text, Translate, text
+from drivers.interfaces.text import Text, Translate, text, word
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Notice, Parameter, Withheld, said_of
 from reports.tables.fitted import FittedColumn, fitted
@@ -67,7 +67,7 @@ def other_warnings(parameters: ParameterSet, warnings: Sequence[tuple[str, Notic
 def _by(other: Parameter, best: Parameter, translate: Translate) -> str:
     """Say where a figure comes from that stands beneath another: its procedure, or its way where the procedure is the same."""
     if other.procedure != best.procedure:
-        return text("· by {procedure}", procedure=other.procedure).render(translate)
+        return text("· by {procedure}", procedure=word(other.procedure)).render(translate)
     return text("· by another way").render(translate)
 
 
@@ -129,8 +129,7 @@ def summary(
     else:
         parts.append(Words(text("No parameter was measured.").render(translate)))
     others = [
-        f"{notice.identifier}{f' ({procedure})' if procedure else ''}: {notice.message.render(translate)}"
-        for procedure, notice in other_warnings(parameters, warnings)
+        _headed(notice, procedure).render(translate) for procedure, notice in other_warnings(parameters, warnings)
     ]
     why = [sentence.render(translate) for sentence in why_withheld(parameters)]
     for title, sentences in ((text("Not given"), why), (text("Warnings"), others)):
@@ -138,6 +137,13 @@ def summary(
             parts.append(Words("\n" + title.render(translate), style="bold"))
             parts += [Padding(Words(sentence), (0, 0, 0, 2), expand=False) for sentence in sentences]
     return Group(*parts)
+
+
+def _headed(notice: Notice, procedure: str) -> Text:
+    what = word(notice.identifier)
+    if not procedure:
+        return text("{place}: {said}", place=what, said=notice.message)
+    return text("{what} ({procedure}): {said}", what=what, procedure=word(procedure), said=notice.message)
 
 
 def _row(

@@ -1,14 +1,16 @@
 """What each transport's instruments are reached by from other processes: ports, pseudo-terminals, a CAN gateway."""
 
 import asyncio
+from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import dataclass
 
 import numpy as np
 
 from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.session import ClientSession
-from sim_instruments.server.port_plan import PortPlan
+from sim_instruments.server.port_plan import PortError, PortPlan
 from sim_instruments.transports.can.gateway import CanGateway
 from sim_instruments.transports.client import Patience
 from sim_instruments.transports.connection import Connection
@@ -29,11 +31,19 @@ _PULSE = 0.01
 _MOST_CONNECTIONS = 64
 
 
+@dataclass(frozen=True)
+class RefusedClient:
+    """A client that was hung up on at an `endpoint` (name and way), because `most` are served at once."""
+
+    endpoint: tuple[str, str]
+    most: int
+
+
 class Endpoints:
     """Opens endpoints on one loop's thread, each of which `leaving` closes.
 
     TCP ports listen on `host`, each at its port of the plan by name and way. What opens runs on the caller's thread and waits for the
-    loop's. Raises OSError where a port or a terminal cannot be had.
+    loop's. `refused` is told of clients that are too many. Raises PortError for a port, OSError for a terminal that cannot be had.
     """
 
     def __init__(
@@ -46,7 +56,9 @@ class Endpoints:
         *,
         patience: Patience = PATIENT,
         seed: int = 0,
+        refused: Callable[[RefusedClient], None] = lambda _: None,
     ) -> None:
+        self._refused = refused
         self._loop = loop
         self._clock = clock
         self._leaving = leaving
@@ -109,8 +121,13 @@ class Endpoints:
             most_clients=_MOST_CONNECTIONS,
             connection=connection,
             patience=patience or self._patience,
+            refused=lambda: self._refused(RefusedClient(endpoint, _MOST_CONNECTIONS)),
         )
-        self._loop.run(service.start(self._ports.take(*endpoint)))
+        port = self._ports.take(*endpoint)
+        try:
+            self._loop.run(service.start(port))
+        except OSError as error:
+            raise PortError(endpoint, host or self._host, port, error) from error
         self._leaving.callback(lambda: self._loop.run(service.stop()))
         return service
 

@@ -1,6 +1,7 @@
 """Which TCP port each endpoint of a served bench listens on."""
 
 import itertools
+import os
 from collections.abc import Mapping
 
 
@@ -10,6 +11,15 @@ class UnknownEndpointError(ValueError):
     def __init__(self, name: str, way: str, known: tuple[str, ...]) -> None:
         self.name, self.way, self.known = name, way, known
         super().__init__(f"{name}.{way} is no endpoint of this bench; there are {', '.join(known)}")
+
+
+class PortError(OSError):
+    """A port that cannot be had: of which `host`, for which `endpoint` (name and way), and the system's `reason`."""
+
+    def __init__(self, endpoint: tuple[str, str], host: str, port: int, error: OSError) -> None:
+        self.endpoint, self.host, self.port = endpoint, host, port
+        self.reason = os.strerror(error.errno) if error.errno else str(error)
+        super().__init__(error.errno, f"{host}:{port} for {'.'.join(endpoint)}: {self.reason}")
 
 
 class PortPlan:

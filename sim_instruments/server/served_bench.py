@@ -17,7 +17,7 @@ from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.server.control.http import PATIENCE, JsonService
 from sim_instruments.server.control.routes import control_routes
-from sim_instruments.server.endpoints import LOOPBACK, PATIENT, Endpoints
+from sim_instruments.server.endpoints import LOOPBACK, PATIENT, Endpoints, RefusedClient
 from sim_instruments.server.port_plan import PortPlan
 from sim_instruments.server.safety_contacts import FRAME, ContactFrames, InputModule, SafetyContacts
 from sim_instruments.transports.client import Patience
@@ -59,10 +59,11 @@ class ServedBench:
     `speedup` is how many seconds pass on the bench in one; `host` is where TCP ports listen, the control endpoint's
     excepted, which stays on loopback: at `ports` by name and way (`hislip`, `socket`, `tcp`, `http`), the others one after the other
     from `base_port` on where that is given; `queued_errors` are the errors that SCPI
-    instruments have queued. `pages` are objects that it gives besides its own, by path. With
+    instruments have queued, `refused_clients` who was hung up on
+    because an endpoint had as many as it serves. `pages` are objects that it gives besides its own, by path. With
     `watchdog_relay` a relay with a watchdog sits in the supply's inhibit input, whose output is off unless it has picked up.
     Clients are waited for with `patience`.
-    What else it takes are VirtualBench's arguments. Raises OSError where a port or a terminal cannot be had,
+    What else it takes are VirtualBench's arguments. Raises PortError for a port, OSError for a terminal that cannot be had,
     UnservedError for an instrument that cannot be served, UnknownEndpointError for a port of an endpoint that is not there.
     """
 
@@ -84,6 +85,7 @@ class ServedBench:
         self.host = host
         self._seed = seed
         self.queued_errors: SimpleQueue[QueuedError] = SimpleQueue()
+        self.refused_clients: SimpleQueue[RefusedClient] = SimpleQueue()
         self._open = ExitStack()
         try:
             self.bench = VirtualBench(motor, seed=seed, clock=self.clock, **bench)
@@ -96,7 +98,7 @@ class ServedBench:
             # Whoever sleeps on a thread of its own must wake up before that thread is waited for.
             self._open.callback(self.clock.close)
             plan = PortPlan(ports, base_port)
-            given: dict[str, Any] = {"patience": patience, "seed": seed}
+            given: dict[str, Any] = {"patience": patience, "seed": seed, "refused": self.refused_clients.put}
             self._endpoints = Endpoints(loop, self.clock, self._open, host, plan, **given)
             guarded = Endpoints(safety, self.clock, self._open, host, plan, **given)
             self._can = guarded.can(self.bench.can_channel)

@@ -20,6 +20,7 @@ Serve = Callable[[Client], Awaitable[None]]
 class TcpService:
     """Serves connections to a port of `host` until it is stopped; above `most_clients` at once, new ones are hung up on.
 
+    `refused` is told of the first such client, and of the next once one of those served has left.
     Clients that keep it waiting beyond `patience` are hung up on.
     With `connection` all are hung up on when its cable is pulled out, and new ones while it is.
     """
@@ -32,7 +33,9 @@ class TcpService:
         most_clients: int = _MOST_CLIENTS,
         connection: Connection | None = None,
         patience: Patience = _NEVER_TOO_LONG,
+        refused: Callable[[], None] = lambda: None,
     ) -> None:
+        self._refused = refused
         self._serve = serve
         self._host = host
         self._connection = connection
@@ -42,6 +45,7 @@ class TcpService:
         self._rounds: asyncio.Task[None] | None = None
         self._server: asyncio.Server | None = None
         self._stopped = False
+        self._told = False
         #: The port, once started.
         self.port = 0
 
@@ -79,8 +83,12 @@ class TcpService:
 
     def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         unplugged = self._connection is not None and not self._connection.up
-        if self._stopped or unplugged or len(self._clients) >= self._most:
+        full = len(self._clients) >= self._most
+        if self._stopped or unplugged or full:
             writer.transport.abort()
+            if full and not self._told:
+                self._told = True
+                self._refused()
             return
         client = Client(reader, writer)
         task = asyncio.get_running_loop().create_task(self._client(client))
@@ -106,6 +114,7 @@ class TcpService:
 
     def _left(self, task: asyncio.Task[None]) -> None:
         self._clients.pop(task).close()
+        self._told = False
 
 
 def _soon(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:

@@ -1,7 +1,7 @@
 """The virtual bench's world: one motor, its wiring, its shaft, its surroundings, and time."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import Any, cast
 
@@ -134,6 +134,14 @@ class World:
         with self._timeline.changing() as settings:
             settings.wiring = {**self.miswirings.connected(complete)}
             self._bridge_clamp.put_on()
+
+    def take_off(self, terminals: Iterable[Terminal]) -> None:
+        """Take the wires of these terminals off whatever they are on; the others stay. Raises ValueError for an unknown one."""
+        gone = list(terminals)
+        for terminal in gone:
+            self._check_terminal(terminal)
+        with self._timeline.changing() as settings:
+            settings.wiring = {**settings.wiring, **dict.fromkeys(gone, "open")}
 
     def switch(self, wiring: Mapping[Terminal, Contact]) -> None:
         """Have relays wire the motor's three terminals anew; no hand errs, and nothing is checked."""

@@ -18,7 +18,7 @@ from bench.run.plan import Planned, make_plan
 from bench.run.sequencer import Runner
 from drivers.interfaces import Accuracy, DynamometerReading, Identity, Instrument, Reading, Regulated, Waveform
 from drivers.interfaces.text import text
-from procedures.core.actions import ALIGN_D, EnterReading
+from procedures.core.actions import ALIGN_D, ALIGN_Q, EnterReading
 from procedures.core.bench import Bench, Operator, Role
 from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.procedure import Procedure, Settings
@@ -189,6 +189,10 @@ class Other(Tiny):
     """A second one, that gives the same parameter less well."""
 
     name: ClassVar[str] = "other"
+
+    @step("9.9/1", "Connect it otherwise", by_hand=True)
+    def connect(self) -> None:
+        self.bench.perform(ALIGN_Q)
 
     @step("9.9/3", "Compute")
     def compute(self) -> None:

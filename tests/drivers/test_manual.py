@@ -17,6 +17,7 @@ from drivers.interfaces import (
     Trigger,
     Wanted,
 )
+from drivers.interfaces.text import Text
 from drivers.manual.drive import ManualDrive
 from drivers.manual.dynamometer import ManualDynamometer
 from drivers.manual.inverter import ManualInverter
@@ -57,6 +58,37 @@ def test_a_supply_is_set_switched_on_and_off(clock: Any) -> None:
     ]
     assert (reading.value, reading.unit, reading.accuracy, reading.time) == (1.99, "V", STATED, 5.0)
     assert person.asked[0] == ("voltage", "V", 0.0, 30.0, "")
+
+
+def test_a_person_who_said_that_it_is_off_is_not_asked_again_until_it_was_on(clock: Any) -> None:
+    person = Person()
+    made = supply(person, clock)
+    off = "Switch the supply's output off and make sure that it is."
+    made.make_safe()
+    made.output_off()
+    assert person.told == [off], "nobody knew how it was left"
+    for _ in range(2):
+        with made.energised(2.0, 0.5):
+            pass
+        made.output_off()
+        made.make_safe()
+    assert person.told.count(off) == 3
+    assert person.told[-1] == off
+
+
+def test_a_person_who_did_not_answer_is_asked_again(clock: Any) -> None:
+    class Leaves(Person):
+        def confirm(self, task: Text) -> None:
+            super().confirm(task)
+            if len(self.told) == 3:
+                raise KeyboardInterrupt
+
+    person = Leaves()
+    made = supply(person, clock)
+    with pytest.raises(KeyboardInterrupt), made.energised(2.0, 0.5):
+        pass
+    made.make_safe()
+    assert person.told[2:] == ["Switch the supply's output off and make sure that it is."] * 2
 
 
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
@@ -200,7 +232,6 @@ def test_a_dynamometer_is_run_and_read(clock: Any) -> None:
         "Drive the shaft at 1200 rpm and wait until the speed is steady.",
         "Switch the dynamometer off and let the shaft coast.",
         "With the shaft at rest, zero the torque display.",
-        "Command a speed and a torque of zero.",
         "Brake the shaft to a standstill and switch the dynamometer off.",
     ]
     with pytest.raises(RuntimeError), made.driving_torque(1.0):
@@ -237,7 +268,6 @@ def test_an_inverter_is_run_and_read(clock: Any) -> None:
         "Set the inverter to regulate a torque-producing current of 2 A peak.",
         "Set the inverter to regulate a torque-producing current of -1 A peak.",
         "Switch the inverter off.",
-        "Command a current and a frequency of zero.",
     ]
     for refused in (lambda: made.driving_frequency(401.0, 1.0), lambda: made.driving_current(11.0)):
         with pytest.raises(InstrumentError, match="is outside"):

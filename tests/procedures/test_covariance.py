@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.interfaces import Accuracy
+from drivers.interfaces.text import word
 from procedures.core.budget import Uncertainties
 from procedures.core.result import Contribution, Parameter
 
@@ -45,6 +46,6 @@ def test_inputs_of_a_resumed_run_are_its_own_but_the_instrument_is_the_same() ->
 
 
 def test_rows_that_name_no_input_share_none() -> None:
-    row = Contribution("repeats", 1.0, 0.1, 1.0, 0.1, "A")
+    row = Contribution(word("repeats"), 1.0, 0.1, 1.0, 0.1, "A")
     made = Parameter("d", 1.0, "H", 0.1, 9.0, (0.8, 1.2), "p", "3", "e", budget=(row,))
     assert made.covariance(made) == 0.0

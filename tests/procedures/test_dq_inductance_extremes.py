@@ -31,4 +31,4 @@ def test_a_saliency_lost_in_the_scatter_is_allowed_for(seed: int) -> None:
         parameter = bench.uncertainties.parameter(axis, "", found[axis], procedure="", section="", estimator="")
         low, high = parameter.coverage_interval
         assert low <= truth <= high
-        assert "saliency that the scatter may hide" in {row.source for row in parameter.budget}
+        assert "saliency that the scatter may hide" in {str(row.source) for row in parameter.budget}

@@ -7,10 +7,12 @@ from typing import Any
 import pytest
 
 from drivers.interfaces import Accuracy, Identity, InsulationReading, MeasurementError, Reading
-from procedures.core.actions import ALL_OPEN, Action, Connect, ConnectProbes, DisconnectVoltmeter, Socket
+from procedures.core.actions import ConnectProbes, HandWork
 from procedures.core.bench import Bench, ProcedureError, Role
 from procedures.core.nameplate import Nameplate, WindingConnection
-from procedures.end_of_line.insulation_resistance import ALL_HIGH, InsulationResistance, InsulationResistanceSettings
+from procedures.core.setup import LeadContact
+from procedures.core.setup_change import ChangeKind
+from procedures.end_of_line.insulation_resistance import InsulationResistance, InsulationResistanceSettings
 from sim_instruments.clock.virtual_clock import VirtualClock
 from tests.studies.measured_motor import NoRecord
 
@@ -41,7 +43,7 @@ class Megohmmeter:
 class Hands:
     done: list[Any]
 
-    def perform(self, action: Action) -> None:
+    def perform(self, action: HandWork) -> None:
         self.done.append(action)
 
 
@@ -68,11 +70,11 @@ def test_resistance_with_the_tester_s_own_error():
 def test_all_terminals_and_nothing_else_and_open_afterwards():
     tester = Megohmmeter(1e9, [])
     run(tester, plate(), beside=(Role.OSCILLOSCOPE, Role.VOLTMETER))
-    actions = [entry for entry in tester.done if not isinstance(entry, tuple)]
-    assert [action for action in actions if isinstance(action, Connect)] == [ALL_HIGH, ALL_OPEN]
-    assert set(ALL_HIGH.complete().values()) == {Socket.INSULATION_HIGH}
-    assert tester.done.index(ConnectProbes(())) < tester.done.index(ALL_HIGH)
-    assert tester.done.index(DisconnectVoltmeter()) < tester.done.index(ALL_HIGH)
+    connected, _, parted = tester.done
+    assert connected.after.contacts == tuple(LeadContact("insulation_high", terminal) for terminal in "ABC")
+    assert connected.changes[0].kind is ChangeKind.CLEAR
+    assert parted.after.known
+    assert parted.after.contacts == ()
 
 
 def test_beyond_the_range_it_is_at_least_the_largest():
@@ -126,7 +128,9 @@ def test_no_hand_is_sent_to_a_winding_that_may_be_charged():
     tester = Megohmmeter(1e9, [], broken=True)
     with pytest.raises(MeasurementError):
         run(tester, plate())
-    assert tester.done[-2:] == [ALL_HIGH, (500.0, 1.0)]
+    (connected, tested) = tester.done
+    assert connected.after.source is Role.INSULATION_TESTER
+    assert tested == (500.0, 1.0)
 
 
 def test_probes_that_are_none_are_taken_off():

@@ -4,7 +4,7 @@ import math
 import pytest
 from rich.console import Console
 
-from drivers.interfaces.text import english
+from drivers.interfaces.text import english, word
 from procedures.core.result import Contribution, Parameter
 from reports.tables.budget import budgets, combined
 
@@ -23,9 +23,9 @@ def shown(made: Parameter) -> str:
 
 
 ROWS = (
-    Contribution("LCR meter: offset", 0.0, 0.577, 5.2e-4, 3e-4, "B"),
-    Contribution("repeats of R_AB", 0.0322, 4e-4, 1.0, 4e-4, "A"),
-    Contribution("resolution", 0.0, 1e-9, 1.0, 1e-9, "B"),
+    Contribution(word("LCR meter: offset"), 0.0, 0.577, 5.2e-4, 3e-4, "B"),
+    Contribution(word("repeats of R_AB"), 0.0322, 4e-4, 1.0, 4e-4, "A"),
+    Contribution(word("resolution"), 0.0, 1e-9, 1.0, 1e-9, "B"),
 )
 
 

@@ -84,7 +84,7 @@ def test_exchanged_probes_tell_a_channel_s_gain_from_a_phase():
         thrice = measure(bench, PLATE, "back-emf-shape", "exchange=true").parameter("back_emf_unbalance")
     assert once.value == pytest.approx(2.5, abs=0.1)
     assert within(once, 0.0)
-    assert once.budget[0].source.startswith("oscilloscope, channel 2: gain")
+    assert str(once.budget[0].source).startswith("oscilloscope, channel 2: gain")
     assert within(thrice, 0.0)
     assert thrice.value < 0.06
     assert thrice.standard_uncertainty < 0.03

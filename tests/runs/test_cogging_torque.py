@@ -42,7 +42,7 @@ def test_a_shaft_that_feels_none_gets_a_bound(bench):
     low, high = found.coverage_interval
     assert low <= 1e-5
     assert high < 2e-4
-    assert found.budget[0].source == "cogging that the scatter may hide"
+    assert str(found.budget[0].source) == "cogging that the scatter may hide"
 
 
 @pytest.fixture

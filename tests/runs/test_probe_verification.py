@@ -55,7 +55,7 @@ def test_what_follows_is_corrected_in_this_run_and_in_another(motorbench, tmp_pa
     flux, truth = both["parameters"]["flux_linkage"], FILE.virtual_motor().flux_linkage_y
     assert flux["standard_uncertainty"] < 2e-3 * flux["value"]
     assert flux["coverage_interval"][0] <= truth <= flux["coverage_interval"][1]
-    assert any("verified against voltmeter" in row["source"] for row in flux["budget"])
+    assert any("verified on this bench; voltmeter" in row["source"] for row in flux["budget"])
     _, later = motorbench(*arguments, "--probe-verification", both["run"])
     assert later["parameters"]["flux_linkage"]["standard_uncertainty"] == pytest.approx(
         flux["standard_uncertainty"], rel=0.05

@@ -131,7 +131,7 @@ def test_time_constants_typed_hold_the_truth(bench):
     for name in ("d_axis_inductance", "q_axis_inductance"):
         found = result.parameter(name)
         assert within(found, getattr(truth, name)), (name, found.value, getattr(truth, name))
-        sources = " ".join(row.source for row in found.budget)
+        sources = " ".join(str(row.source) for row in found.budget)
         assert "time read off the screen" in sources
         assert "supply, current" in sources
         assert found.estimator.startswith("time constant read off the screen")

@@ -1,6 +1,5 @@
 """The report of a whole run on the virtual bench, from the command line."""
 
-import io
 import json
 import re
 from datetime import UTC, datetime
@@ -8,7 +7,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from pypdf import PdfReader
 
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
@@ -16,6 +14,7 @@ from bench.journal.signatures import Meaning, sign
 from bench.journal.waveforms import read_waveform
 from bench.plugins.catalogues import installed
 from tests.command_line import Call
+from tests.pdf import pages_of
 
 
 class Words(HTMLParser):
@@ -25,10 +24,13 @@ class Words(HTMLParser):
         super().__init__()
         self.text = ""
         self.plots: list[str] = []
+        self.drawings: list[str] = []
         self.feed(content)
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         given = dict(attrs)
+        if tag == "svg" and (given.get("aria-label") or "").startswith("Connections: "):
+            self.drawings.append(given["aria-label"] or "")
         if given.get("class") == "plot":
             self.plots.append(given["aria-label"] or "")
 
@@ -54,6 +56,10 @@ def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
         for parameter in ended["procedures"][name]["parameters"].values():
             assert parameter["estimator"] in seen.text
     assert len(seen.plots) >= 9
+    # Every connection that something was read with, once for all exchanges of its terminals.
+    assert any("A (white) → LCR meter, high; B (green) → LCR meter, low" in drawn for drawn in seen.drawings)
+    assert any("the artificial star point" in drawn for drawn in seen.drawings)
+    assert "2 more with the terminals exchanged" in seen.text
     end = read_journal(folder / "journal.jsonl")
     assert f"motorbench results verify {folder.name} --sha256 {end.last_hash}" in seen.text
 
@@ -65,13 +71,13 @@ def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
     code, out, _ = call("report", "latest", "--language", "both", "--json")
     files = json.loads(out)["report"]
     assert (code, set(files)) == (0, {"html", "pdf"})
-    said = "".join(
-        "".join(p.extract_text().split()) for p in PdfReader(io.BytesIO(Path(files["pdf"]).read_bytes())).pages
-    )
+    said = "".join("".join(p.extract_text().split()) for p in pages_of(Path(files["pdf"]).read_bytes()))
     said = said.replace("\u200b", "")
     for kind in done.values():
         assert all(step.identifier in said for step in kind.steps())
     assert "电机参数测量报告" in said
+    # The drawings' words are letters of the paper too, in both languages.
+    assert "shaftlocked轴已锁定" in said
     assert end.last_hash in said
     assert "J.Doeengineer2026-11-2112:00:00UTCIapprovetheresult" in said
     assert "我批准该结果released" in said

@@ -27,6 +27,7 @@ class Batch:
     coupling: np.ndarray = field(init=False)
     closed: np.ndarray = field(init=False)
     corner: np.ndarray = field(init=False)
+    voltage_corner: np.ndarray = field(init=False)
     hum: np.ndarray = field(init=False)
     slope: np.ndarray = field(init=False)
     limit: np.ndarray = field(init=False)
@@ -47,7 +48,7 @@ class Batch:
         self.window = r.uniform(5.0, 9.0, n)
         self.rise = np.where(r.uniform(size=n) < 0.5, 0.0, self.spread(0.01, 0.1))
         self.source = r.uniform(0.0, 0.2, n)
-        for name in ("skew", "pole", "coupling", "corner", "hum", "slope", "odd", "begin"):
+        for name in ("skew", "pole", "coupling", "corner", "voltage_corner", "hum", "slope", "odd", "begin"):
             setattr(self, name, np.zeros(n))
         for name in ("knee", "closed", "limit", "cut", "voltage_cut"):
             setattr(self, name, np.full(n, np.inf))
@@ -87,6 +88,14 @@ def _source(batch: Batch, at: np.ndarray) -> np.ndarray:
     """Open-circuit voltage of the supply at times since the step."""
     raised = -np.expm1(-np.maximum(at, 0.0) / np.maximum(batch.rise, 1e-12))
     return np.where(at > 0.0, np.where(batch.rise > 0.0, raised, 1.0), 0.0) * (1.0 + batch.source)
+
+
+def _coupled(signals: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Signals (n, count) through high passes whose corners are `share` of the reciprocal of their interval."""
+    passed, left = np.zeros_like(signals), np.exp(-share)
+    for k, change in enumerate(np.diff(signals, axis=0), 1):
+        passed[k] = left * passed[k - 1] + change
+    return passed
 
 
 def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -129,6 +138,8 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             second = second - step * closed * two
         v = at_middle[k] - batch.source * one
         flux = flux + step * ((np.where(held, np.minimum(v, one), v) if limited else v) - one)
+    if np.any(batch.voltage_corner > 0.0):
+        voltages = _coupled(voltages, step * batch.voltage_corner)
     samples = np.arange(fine // per + 1) * per
     time = samples[None] * step[:, None] - (start * step)[:, None]
     currents = probed if probe else history[np.maximum(samples[:, None] - late, 0), columns]
@@ -186,6 +197,8 @@ def row(name: str, count: int, seed: int) -> Batch:
                 batch.slope = signs * batch.spread(1e-4, 0.03)
             case "high-pass":
                 batch.corner = batch.spread(1e-4, 0.3)
+            case "voltage high-pass":
+                batch.voltage_corner = batch.spread(1e-4, 3.0)
             case "clipped":
                 batch.cut, batch.known = batch.random.uniform(0.5, 1.0, count), "known" in part
             case "voltage clipped":
@@ -211,6 +224,7 @@ ROWS = (
     "hum",
     "slope",
     "high-pass",
+    "voltage high-pass",
     "clipped, codes known",
     "clipped",
     "voltage clipped, codes known",

@@ -89,15 +89,14 @@ def judge(tally: Tally, random: np.random.Generator, setup: Setup, *, gain_limit
     channels = [DigitizedChannel(f"CH{k + 1}", setup.step, None, gain_limit) for k in range(3)]
     try:
         fit = fit_back_emf(time, v, digitized=channels)
+        flux, misfit = fit.flux_linkage, fit.misfit
+        if fit.drift_significant:
+            integrated = flux_by_integration(time, v, frequency=fit.frequency, digitized=channels)
+            flux, misfit = integrated.flux_linkage, integrated.misfit
     except EstimationError:
         tally.records += 1
         tally.withheld += 1
         return
-    flux = fit.flux_linkage
-    misfit = fit.misfit
-    if fit.drift_significant:
-        integrated = flux_by_integration(time, v, frequency=fit.frequency, digitized=channels)
-        flux, misfit = integrated.flux_linkage, integrated.misfit
     inputs = Uncertainties()
     value = inputs.statistical("fit", flux.value, flux.uncertainty, flux.degrees_of_freedom)
     gains = [inputs.instrument(c.name, 1.0, Accuracy(gain=gain_limit, source="stated")) for c in channels]

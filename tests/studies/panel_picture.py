@@ -28,7 +28,7 @@ def take(target: Path) -> None:
         page.get_by_role("button", name="Start", exact=True).click()
         probes = page.get_by_text("Fit the oscilloscope's probes")
         while not probes.is_visible():
-            page.get_by_role("button", name="Done").click()
+            page.locator("[data-done]").click()
             page.wait_for_timeout(300)
         page.wait_for_timeout(800)
         page.screenshot(path=target)

@@ -3,9 +3,9 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.signal import lfilter
 
 from procedures.estimation.mechanics.turning import SpeedRamp
+from sim_instruments.disturbances.first_order import recursion
 
 Random = np.random.Generator
 
@@ -137,7 +137,7 @@ def _behind(values: np.ndarray, step: float, tau: float) -> np.ndarray:
     if tau <= 0.0:
         return values
     k = 2.0 * tau / step
-    return np.asarray(lfilter([1 / (1 + k), 1 / (1 + k)], [1.0, (1 - k) / (1 + k)], values))
+    return recursion((values + np.concatenate([[0.0], values[:-1]])) / (1 + k), (k - 1) / (1 + k))
 
 
 def record(shaft: Shaft, motion: Motion, random: Random, *, stated: bool = False) -> list[SpeedRamp]:

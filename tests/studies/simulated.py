@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -223,8 +224,9 @@ def _fan_speed(parameters: np.ndarray, time: np.ndarray, torque: float, start: f
     return speeds
 
 
-def inertia_case(name: str) -> Case:
-    """The bound is the inverse of the numerical Fisher matrix of J, Tc, B, quadratic friction and both initial speeds."""
+@cache
+def _mechanics_bounds() -> np.ndarray:
+    """Return the inverse's diagonal of the numerical Fisher matrix of J, Tc, B, quadratic friction and both initial speeds."""
 
     def both(p: np.ndarray) -> np.ndarray:
         return np.concatenate((_fan_speed(p[:4], _UP, TORQUE, p[4]), _fan_speed(p[:4], _DOWN, 0.0, p[5])))
@@ -232,9 +234,13 @@ def inertia_case(name: str) -> Case:
     at = np.append(MECHANICS, (0.0, 5.0, _TOP))
     steps = np.diag(1e-5 * np.append(MECHANICS, (VISCOUS / _TOP, 5.0, _TOP)))
     slopes = np.column_stack([(both(at + h) - both(at - h)) / (2 * h.sum()) for h in steps])
-    bounds = np.diag(np.linalg.inv(slopes.T @ slopes)) * SPEED_NOISE**2
+    return np.diag(np.linalg.inv(slopes.T @ slopes)) * SPEED_NOISE**2
+
+
+def inertia_case(name: str) -> Case:
     index = ("inertia", "coulomb_friction", "viscous_friction").index(name)
-    return Case(f"{name}, ramp fit", lambda random: told(fit_ramps(ramps(random)), name), at[index], bounds[index])
+    bound = _mechanics_bounds()[index]
+    return Case(f"{name}, ramp fit", lambda random: told(fit_ramps(ramps(random)), name), MECHANICS[index], bound)
 
 
 def two_point_case() -> Case:

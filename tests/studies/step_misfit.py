@@ -35,6 +35,7 @@ CAUSES = {
     "hum": Cause.HUM,
     "slope": Cause.SLOPE,
     "high-pass": Cause.AC_COUPLED,
+    "voltage high-pass": Cause.AC_COUPLED,
     "ringing": None,
 }
 

@@ -12,13 +12,13 @@ from bench.eol.line.admission import RefusedSerial
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchMotor
 from bench.eol.line.serial_numbers import QueuedSerials
+from bench.eol.line.tile_figures import tile_figures
 from bench.eol.record import MotorRecord
 from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
 from bench.journal.stored_result import store_text
 from bench.operators.operator_channel import OperatorLine
 from drivers.interfaces.text import Text, text
-from reports.labels import ParameterLabels
 
 #: The file in a batch's folder that says where panels reach its line.
 FILE = "line.json"
@@ -87,7 +87,6 @@ class PanelChannel(BatchListener):
 
     def done(self, record: MotorRecord) -> None:
         """Hear that a motor's record is kept."""
-        labels = ParameterLabels({one.parameter: one.label for one in record.measured})
         with self._lock:
             socket_state = self._sockets[record.socket]
             socket_state.serial_number = socket_state.since = ""
@@ -96,9 +95,7 @@ class PanelChannel(BatchListener):
                 "verdict": record.verdict.value,
                 "cause": record.cause,
                 "label": label_of(record),
-                "outside": [
-                    store_text(labels[one.parameter]) for one in record.measured if one.verdict is Verdict.FAIL
-                ],
+                **tile_figures(record),
             }
             self._counts.verdicts[record.verdict.value] += 1
             self._counts.first_pass += record.first_pass

@@ -11,7 +11,8 @@ from bench.files.toml_file import nearest, validate
 from bench.i18n.errors import InputError, UsageError
 from bench.motor.motor_file import MotorFile, load_motor
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
-from bench.run.plan import Catalogue, Planned, check_roles
+from bench.run.needs import check_needs
+from bench.run.plan import Catalogue, Planned
 from bench.station.station_file import Station
 from bench.virtual.virtual_station import virtual_roles
 from drivers.interfaces.text import text
@@ -115,7 +116,7 @@ def check_station(line: ProductionLine, planned: Sequence[Planned]) -> None:
     """Raise InputError where a socket has not the instruments that a procedure needs."""
     for socket in line.sockets:
         if socket.station is not None:
-            check_roles(planned, socket.station)
+            check_needs(planned, socket.station)
             continue
         available = virtual_roles()
         for each in planned:

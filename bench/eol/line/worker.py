@@ -34,7 +34,8 @@ from bench.i18n.errors import InputError, message
 from bench.i18n.language import translator
 from bench.run.console import console_on
 from bench.run.context import RunContext, station_context
-from bench.run.plan import Planned, check_roles
+from bench.run.needs import check_needs
+from bench.run.plan import Planned
 from bench.run.request import RunOptions, RunRequest, UnitReference
 from bench.run.run import carry_out
 from bench.run.simulation import InProcessSimulation
@@ -199,7 +200,7 @@ class Worker:
             times = None
             if batch.request.procedure_times:
                 times = ProcedureTimes(test.judge.after, context, lambda: _recording(context))
-            check_roles(planned, context.station)
+            check_needs(planned, context.station)
             used = {role for each in planned for role in each.procedure.roles} | context.operator.roles
             test.folder = new_folder(Path(batch.folder), task)
             options = RunOptions(

@@ -4,8 +4,8 @@ from collections.abc import Awaitable, Callable, Sequence
 
 from nicegui import ui
 
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from drivers.interfaces.text import Text, text
 from reports.tables.attention import Attention, Rank
 

@@ -3,9 +3,9 @@
 from nicegui import ui
 
 from bench.panel.live_run import LiveRun
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named, table
-from drivers.interfaces.text import text
+from bench.panel.pages.reader import Reader
+from drivers.interfaces.text import text, word
 from procedures.core.result import Parameter
 from reports.document.model import Cell
 from reports.document.parameters import budget_table
@@ -21,7 +21,7 @@ def budgets_part(run: LiveRun, reader: Reader) -> None:
     with named(ui.element("section").classes("mb-card mb-4"), say(text("Uncertainty budgets"))):
         ui.label(say(text("Uncertainty budgets"))).classes("text-lg font-semibold")
         for parameter in with_budget:
-            title = f"{say(parameter.label)} ({parameter.procedure}): {say(phrase(parameter.estimator))}"
+            title = f"{say(parameter.label)} ({say(word(parameter.procedure))}): {say(phrase(parameter.estimator))}"
             with ui.expansion(title).classes("w-full text-base"):
                 _table(parameter, reader)
 

@@ -13,12 +13,12 @@ from bench.by_hand.values import range_of, spoken
 from bench.by_hand.words import called
 from bench.journal.stored_result import restore_text
 from bench.operators.typed import typed_number
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named, table
+from bench.panel.pages.reader import Reader
 from drivers.interfaces import Role
 from drivers.interfaces.declarations import Effect
 from drivers.interfaces.text import Text, text
-from procedures.core.actions import FINISH, SOCKET_NAMES, Terminal
+from procedures.core.actions import SOCKET_NAMES, Terminal
 from procedures.core.result import ProcedureResult
 from reports.labels import role_name
 
@@ -75,9 +75,6 @@ class ByHandForm:
                 ui.input(label=say(text("Or type a command; help lists them"))).props("outlined dense").classes("grow")
             )
             line.on("keydown.enter", lambda: self._line(str(line.value or "")))
-            ui.button(say(text("Finish: everything off")), on_click=partial(self._line, FINISH)).props(
-                "outline"
-            ).classes("text-lg")
 
     def _build_command(self, roles: list[str]) -> None:
         say = self._reader.say

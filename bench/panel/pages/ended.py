@@ -13,11 +13,11 @@ from bench.panel.pages.attention import AttentionPart
 from bench.panel.pages.budgets import budgets_part
 from bench.panel.pages.by_hand import read_part
 from bench.panel.pages.fits import fits_part
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.history import STATUS
 from bench.panel.pages.parameter_picture import parameter_picture
 from bench.panel.pages.parts import named, table
 from bench.panel.pages.products import ProductsPart
+from bench.panel.pages.reader import Reader
 from bench.panel.pages.sign_off import SignOffPart
 from bench.panel.pages.waveforms import WaveformsPart
 from bench.panel.panel import Panel
@@ -81,7 +81,7 @@ class _Ended:
     def _outcome(self) -> None:
         """Say how the run ended, what was made safe, and whose run it was."""
         say, view = self._reader.say, self._run.view
-        safe = view.ended and not view.energised and not any(event.error for event in view.made_safe)
+        safe = view.ended and not view.energised and not any(event.error for event in view.made_safe.values())
         status = STATUS.get(view.run.status, text("was interrupted"))
         off = text("Outputs off.") if safe else text("Outputs not proved off: look at the bench.")
         motor = view.run.start.motor if view.run.start is not None else MotorReference("?")

@@ -7,7 +7,7 @@ from typing import Any
 from nicegui import Client, events, ui
 
 from bench.panel.gate import LOGIN
-from bench.panel.pages.frame import Reader
+from bench.panel.pages.reader import Reader
 from bench.panel.sessions import Session
 from drivers.interfaces.text import Text, text
 

@@ -8,8 +8,8 @@ import numpy as np
 from nicegui import ui
 
 from bench.panel.live_run import LiveRun
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.plots import fit_plot
 from drivers.interfaces.text import Text, lines, text

@@ -2,22 +2,24 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import lru_cache
 
 from nicegui import ui
 
-from bench.i18n.errors import message
-from bench.i18n.language import translator
 from bench.panel.gate import LOGIN
+from bench.panel.pages.lost import lost_row
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from bench.panel.pages.stylesheet import add_stylesheet
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from drivers.interfaces.text import Text, Translate, text
+from drivers.interfaces.text import Text, text
 
 _CHOOSE_ENGLISH = "document.cookie='motorbench_language=en;path=/;SameSite=Strict';location.reload()"
 _CHOOSE_CHINESE = "document.cookie='motorbench_language=zh;path=/;SameSite=Strict';location.reload()"
+#: How often (s) a page hears from the server at least; the browser takes three seconds of silence for a lost connection.
+_BEAT = 0.8
+#: What is pressed, dark enough to be read on white and to be written on in white.
+_ACT = "#0b4fa0"
 _PAGES = (
     ("/", text("Measure")),
     ("/line", text("Line")),
@@ -26,55 +28,51 @@ _PAGES = (
 )
 
 
-@dataclass(frozen=True)
-class Reader:
-    """For whom a page is built: the session, and the session's language."""
-
-    session: Session
-
-    @property
-    def translate(self) -> Translate:
-        """What gives templates in the reader's language."""
-        return _translator(self.session.language)
-
-    def say(self, words: Text) -> str:
-        """Return a sentence in the reader's language."""
-        return words.render(self.translate)
-
-    def fault(self, error: Exception) -> str:
-        """Return what went wrong in the reader's language."""
-        return message(error, self.translate)
-
-
-#: Catalogues are files; a page asks for hundreds of sentences.
-_translator = lru_cache(maxsize=8)(translator)
-
-
 @contextmanager
-def frame(panel: Panel, session: Session, heading: Text) -> Iterator[Reader]:
-    """Build a page's frame and give the reader for what stands in it."""
+def frame(panel: Panel, session: Session, heading: Text, here: str = "", *, whole: bool = False) -> Iterator[Reader]:
+    """Build a page's frame and give the reader for what stands in it.
+
+    `here` is the link of the page, or of what it belongs to. With `whole`, its content takes the whole width.
+    """
     reader = Reader(session)
     say = reader.say
     add_stylesheet()
+    ui.colors(primary=_ACT)
     ui.page_title(f"motorbench – {say(heading)}")
     ui.link(say(text("Skip to the content")), "#main").classes("mb-skip")
-    with ui.header(elevated=False).classes("items-center gap-4 px-4 py-2").style("background:#17202a;color:#fff"):
-        with named(ui.element("nav").classes("flex items-center gap-4"), say(text("Pages"))):
-            ui.label("motorbench").classes("text-lg font-bold")
+    with ui.header(elevated=False, fixed=False).classes("mb-header items-center gap-2"):
+        with named(ui.element("nav").classes("flex items-center"), say(text("Pages"))):
+            ui.label("motorbench").classes("mb-brand")
             for target, words in _PAGES:
-                ui.link(say(words), target).classes("text-white no-underline text-base")
+                link = ui.link(say(words), target).classes("no-underline text-base")
+                if target == here:
+                    link.props("aria-current=page")
         ui.space()
         _who(panel, reader)
         _language(reader)
         if session.logged_in:
             _log_out(panel, reader)
-    with ui.element("div").props("id=main").classes("w-full max-w-page mx-auto p-4"):
+    _beat(session)
+    lost_row(reader)
+    with ui.element("div").props("id=main tabindex=-1").classes("mb-page mb-run" if whole else "mb-page"):
         yield reader
+
+
+def _beat(session: Session) -> None:
+    """Have the browser hear from the server often enough to know when it does not any more."""
+    beat = ui.element("div").props("data-beat=0 aria-hidden=true").style("display: none")
+    beat.props["data-lang"] = session.language
+
+    def change() -> None:
+        beat.props["data-beat"] = str(1 - int(beat.props["data-beat"]))
+        beat.update()
+
+    ui.timer(_BEAT, change)
 
 
 def _who(panel: Panel, reader: Reader) -> None:
     session, say = reader.session, reader.say
-    label = ui.label().classes("text-sm").props("role=status")
+    label = ui.label().classes("mb-opt text-base").props("role=status")
     button = ui.button(on_click=lambda: panel.control.take(session.token, session.person or say(text("this browser"))))
     button.props("flat dense color=white no-caps").set_text(say(text("Take the control")))
 

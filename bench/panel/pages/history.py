@@ -11,8 +11,9 @@ from nicegui import run as background
 from nicegui import ui
 
 from bench.panel.archive import Archived, Figure
-from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.frame import frame
 from bench.panel.pages.parts import named, table
+from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from drivers.interfaces.text import Text, text
@@ -32,7 +33,7 @@ STATUS: Mapping[str, Text] = {
 
 def history_page(panel: Panel, session: Session) -> None:
     """Build the page."""
-    with frame(panel, session, text("Runs")) as reader:
+    with frame(panel, session, text("Runs"), "/history") as reader:
         _History(panel, reader).build()
 
 
@@ -136,7 +137,7 @@ class _History:
 
 def compare_page(panel: Panel, session: Session, first: str, second: str) -> None:
     """Build the comparison of two runs; `second` is `type` for the type values of the first one's motor file."""
-    with frame(panel, session, text("Compare")) as reader:
+    with frame(panel, session, text("Compare"), "/history") as reader:
         say = reader.say
         known = {run.name: run for run in panel.archive.list()}
         missing = [name for name in (first, second) if name not in known and name != "type"]

@@ -1,36 +1,47 @@
 """The end of line on one page: scan to start, a tile for each socket, the counters of the shift."""
 
-import re
 from collections.abc import Mapping
 from datetime import datetime
-from pathlib import Path
 from typing import Any
 
 from nicegui import events, ui
 
-from bench.i18n.errors import InputError
 from bench.journal.stored_result import restore_text
-from bench.panel.launch import BatchOrder
 from bench.panel.pages.ended_session import offer_abort
-from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.frame import frame
+from bench.panel.pages.line_start import LineStart
 from bench.panel.pages.line_tile import VERDICTS, Tile
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from bench.station.station_file import VIRTUAL
 from drivers.interfaces.text import Text, text
 
 #: How often (s) a page looks whether the line has changed.
 _LOOK = 0.05
-_SOCKETS = 4
 _STYLE = """
 <style>
   .mb-tile { border-radius: 12px; padding: 1rem 1.25rem; min-height: 15rem; border: 4px solid var(--line); background: var(--card); }
-  .mb-tile .verdict { font-size: 4.5rem; line-height: 1.05; font-weight: 800; }
-  .mb-tile[data-state=pass] { background: #0b6b3a; border-color: #0b6b3a; color: #fff; }
-  .mb-tile[data-state=fail] { background: #b3261e; border-color: #b3261e; color: #fff; }
+  .mb-tile { display: flex; flex-direction: column; }
+  .mb-tile .verdict { font-size: 3.25rem; line-height: 1.15; font-weight: 800; white-space: nowrap; }
+  .mb-tile[data-state=aborted] .verdict { font-size: 2.25rem; }
+  .mb-tile-next { font-size: 1.25rem; font-weight: 700; margin-top: auto; padding-top: .5rem; }
+  .mb-tile[data-state=pass] { background: #0b5d33; border-color: #0b5d33; color: #fff; }
+  .mb-tile[data-state=fail] { border: 8px solid #b3121d; }
+  .mb-tile[data-state=fail] .verdict { background: repeating-linear-gradient(-45deg, #b3121d 0 14px, #9c0f18 14px 28px);
+    color: #fff; margin-inline: -1.25rem; padding-inline: 1.25rem; }
+  .mb-tile[data-state=empty] { border: 4px dashed #45525f; background: #fff4cf; }
+  .mb-limits { position: relative; height: 1.6rem; margin: .25rem 0 .5rem;
+    background: linear-gradient(#6b7884, #6b7884) center / 100% 2px no-repeat; }
+  .mb-limits i { position: absolute; display: block; }
+  .mb-limits-band { left: 25%; width: 50%; top: 15%; bottom: 15%; background: #e2f3e8; border: 1px dashed #0b5d33; }
+  .mb-limits-value { top: 0; bottom: 0; width: 4px; margin-left: -2px; background: #b3121d; }
   .mb-tile[data-state=error], .mb-tile[data-state=aborted] { background: #fff; border: 8px dashed #b3261e; color: #7a130d; }
   .mb-tile[data-state=measuring] { border-color: #1565c0; }
+  .mb-plan { display: block; width: 100%; text-align: left; padding: .75rem 1rem; border: 2px solid #6b7884; border-radius: 10px;
+    background: #fff; }
+  button.mb-plan { cursor: pointer; } .mb-plan[aria-disabled=true] { border-style: dashed; background: #f4f6f8; color: #45525f; }
+  .mb-plan[aria-checked=true] { border: 4px solid #0b4fa0; padding: calc(.75rem - 2px) calc(1rem - 2px); background: #eef4ff; }
   .mb-count { font-size: 2rem; font-weight: 700; font-variant-numeric: tabular-nums; }
   .mb-scan input { font-size: 2rem; }
 </style>
@@ -47,7 +58,7 @@ _RETURN = (
 
 def line_page(panel: Panel, session: Session) -> None:
     """Build the page."""
-    with frame(panel, session, text("Line")) as reader:
+    with frame(panel, session, text("Line"), "/line") as reader:
         ui.add_head_html(_STYLE)
         page = _LinePage(panel, session, reader)
         page.build()
@@ -62,9 +73,11 @@ class _LinePage:
 
     def build(self) -> None:
         say = self._reader.say
-        self._start = ui.element("section").classes("mb-card mb-4 max-w-3xl flex flex-col flex-nowrap gap-3")
+        self._start = ui.element("section").classes(
+            "mb-card mb-4 max-w-4xl w-full mx-auto flex flex-col flex-nowrap gap-3"
+        )
         with self._start:
-            self._build_start()
+            LineStart(self._panel, self._session, self._reader, self._begun).build()
         self._work = ui.element("div").classes("w-full flex flex-col flex-nowrap gap-4")
         with self._work:
             with ui.row().classes("w-full items-center gap-4 no-wrap"):
@@ -78,8 +91,8 @@ class _LinePage:
             self._message = ui.label().classes("text-2xl rounded-lg px-4 py-3 w-full").props("role=status")
             self._records = ui.label().classes("mb-records text-lg rounded-lg px-4 py-3 w-full whitespace-pre-line")
             self._records.props("role=alert").style("background:#fff4e0;color:#6b3d00")
-            self._counters = ui.row().classes("w-full gap-8 items-baseline")
             self._grid = ui.element("div").classes("grid gap-4 grid-cols-1 md-grid-cols-2 xl-grid-cols-4 w-full")
+            self._counters = ui.row().classes("w-full gap-8 items-baseline")
         offer_abort(self._aborted, self._abort, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
         # A scanner types wherever the cursor is: it comes back to the field by itself.
         ui.run_javascript(_RETURN)
@@ -205,64 +218,9 @@ class _LinePage:
         elif key.end:
             await self._finish()
 
-    # before a batch
-
-    def _build_start(self) -> None:
-        say = self._reader.say
-        ui.label(say(text("Begin a batch"))).classes("text-xl font-bold mb-2")
-        plans = {str(path): path.stem for path in sorted(self._panel.plans.glob("*.toml")) if _is_plan(path)}
-        self._plan = ui.select(plans, label=say(text("Plan"))).props("outlined").classes("w-full")
-        if len(plans) == 1:
-            self._plan.set_value(next(iter(plans)))
-        if not plans:
-            ui.label(say(text("No plan in {folder}; see --plans.", folder=str(self._panel.plans)))).classes("text-base")
-        self._batch = ui.input(say(text("Batch (the plan's name where empty)"))).props("outlined").classes("w-full")
-        self._name = ui.input(say(text("Operator's name")), value=self._session.person).props("outlined")
-        self._name.classes("w-full")
-        self._sockets: ui.number | None = None
-        if self._panel.station == VIRTUAL:
-            self._sockets = ui.number(say(text("Virtual sockets")), value=_SOCKETS, min=1, max=16, precision=0)
-            self._sockets.props("outlined").classes("w-full")
-        for field in (self._batch, self._name):
-            field.on("keydown.enter", self._begin)
-        ui.button(say(text("Begin")), on_click=self._begin, color=None).classes("mb-go text-2xl px-12 py-4 mt-2")
-        self._fault = ui.label().props("role=alert").classes("text-lg whitespace-pre-line").style("color:#7a130d")
-        self._said = ui.label().props("role=status").classes("text-lg")
-
-    async def _begin(self) -> None:
-        say = self._reader.say
-        # A hidden button is still one that a program can press.
-        if not self._session.may_lead:
-            return
-        if not self._plan.value:
-            self._fault.set_text(say(text("Choose a plan.")))
-            return
-        self._session.person = str(self._name.value or "").strip() or self._session.person
-        self._fault.set_text("")
-        self._said.set_text(say(text("Starting …")))
-        order = BatchOrder(
-            str(Path(self._plan.value)),
-            self._panel.station,
-            str(self._batch.value or "").strip(),
-            self._session.person,
-            self._panel.records,
-            self._session.language,
-            int(self._sockets.value or _SOCKETS) if self._sockets is not None else None,
-        )
-        try:
-            await self._panel.start_batch(order)
-        except (InputError, TimeoutError) as error:
-            self._fault.set_text(self._reader.fault(error))
-            return
-        finally:
-            self._said.set_text("")
+    def _begun(self) -> None:
         self._panel.control.take(self._session.token, self._person())
         ui.run_javascript("document.querySelector('.mb-scan input').focus()")
-
-
-def _is_plan(path: Path) -> bool:
-    """Whether a file is meant as a plan; what is wrong in it is said when the batch is begun."""
-    return re.search(r"^\[plan\]", path.read_text(encoding="utf-8", errors="replace"), re.MULTILINE) is not None
 
 
 def _local(time: str) -> str:

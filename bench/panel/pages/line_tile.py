@@ -1,4 +1,4 @@
-"""A socket of the line as a tile: the motor in it, or the last one's verdict in large type."""
+"""A socket of the line as a tile: the motor in it, or the last one's verdict in large type, why, and what the hand does next."""
 
 from collections.abc import Mapping
 from datetime import UTC, datetime
@@ -7,8 +7,8 @@ from typing import Any
 from nicegui import ui
 
 from bench.journal.stored_result import restore_text
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from drivers.interfaces.text import Text, text
 
 #: What a tile says in large type: a mark beside the colour, for those who do not tell the colours apart.
@@ -18,6 +18,17 @@ VERDICTS: Mapping[str, tuple[str, Text]] = {
     "error": ("!", text("ERROR")),
     "aborted": ("■", text("ABORTED")),
 }
+#: What the hand does with the motor of a socket.
+_NEXT: Mapping[str, Text] = {
+    "measuring": text("Do not touch."),
+    "pass": text("Take it out."),
+    "fail": text("Take it out, to the rejects."),
+    "error": text("Not judged: take it out and put it aside."),
+    "aborted": text("Not judged: take it out and put it aside."),
+    "empty": text("Put a motor in and scan it."),
+}
+#: Figures outside their limits that a tile has room for.
+_SHOWN = 3
 
 
 class Tile:
@@ -32,6 +43,8 @@ class Tile:
             self._verdict = ui.label().classes("verdict")
             self._serial = ui.label().classes("text-2xl font-semibold break-all")
             self._detail = ui.label().classes("text-base whitespace-pre-line")
+            self._figures = ui.element("div").classes("w-full")
+            self._next = ui.label().classes("mb-tile-next")
         named(self._box, say(text("Socket {name}", name=name))).props("aria-live=polite")
 
     def show(self, socket: Mapping[str, Any]) -> None:
@@ -39,14 +52,20 @@ class Tile:
         say = self._reader.say
         last = socket["last"]
         self._since = socket["since"]
+        self._figures.clear()
         if socket["serial_number"]:
             self._set("measuring", "…", socket["serial_number"])
             self.tick()
         elif last is not None:
             mark, words = VERDICTS[last["verdict"]]
             self._set(last["verdict"], f"{mark} {say(words)}", last["serial_number"])
-            outside = [say(restore_text(label)) for label in last["outside"]]
-            self._detail.set_text(last["cause"] or "\n".join(outside))
+            # Of a figure outside its limits the cause says the same again.
+            self._detail.set_text("" if last["outside"] else last["cause"] or self._inside(last))
+            with self._figures:
+                for outside in last["outside"][:_SHOWN]:
+                    self._outside(outside)
+                if len(last["outside"]) > _SHOWN:
+                    ui.label(say(text("{count} more", count=len(last["outside"]) - _SHOWN))).classes("text-base")
         else:
             self._set("empty", "–", say(text("free")))
             self._detail.set_text("")
@@ -59,7 +78,30 @@ class Tile:
                 self._reader.say(text("measuring for {seconds:.0f} s", seconds=max(0.0, round(passed))))
             )
 
+    def _inside(self, last: Mapping[str, Any]) -> str:
+        say, closest = self._reader.say, last["closest"]
+        if not last["limited"]:
+            return ""
+        words = [say(text("{inside} of {limited} inside", inside=last["inside"], limited=last["limited"]))]
+        if closest is not None:
+            label = restore_text(closest["label"])
+            said = text("closest: {label}, {left:.0f} % of its limits left", label=label, left=closest["left"])
+            words.append(say(said))
+        return "\n".join(words)
+
+    def _outside(self, outside: Mapping[str, Any]) -> None:
+        say, unit = self._reader.say, outside["unit"]
+        label = say(restore_text(outside["label"]))
+        ui.label(f"{label}: {outside['value']} {unit}".rstrip()).classes("text-base font-semibold")
+        limits = f"{outside['low'] or '–'} … {outside['high'] or '–'} {unit}".rstrip()
+        ui.label(say(text("limits {limits}", limits=limits))).classes("text-base")
+        if outside["place"] is not None:
+            with ui.element("div").classes("mb-limits").props("aria-hidden=true"):
+                ui.element("i").classes("mb-limits-band")
+                ui.element("i").classes("mb-limits-value").style(f"left:{100.0 * outside['place']:.1f}%")
+
     def _set(self, state: str, verdict: str, serial: str) -> None:
         self._box.props["data-state"] = state
         self._verdict.set_text(verdict)
         self._serial.set_text(serial)
+        self._next.set_text(self._reader.say(_NEXT[state]))

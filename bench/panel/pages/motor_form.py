@@ -12,7 +12,8 @@ from pydantic.fields import FieldInfo
 from bench.i18n.errors import InputError
 from bench.motor.motor_sections import NameplateSection
 from bench.panel.motor_store import save_motor
-from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.frame import frame
+from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from drivers.interfaces.text import Text, text
@@ -37,7 +38,7 @@ _TEXTS = ("name", "serial_number")
 
 def motor_page(panel: Panel, session: Session) -> None:
     """Build the form for a new motor."""
-    with frame(panel, session, text("New motor")) as reader:
+    with frame(panel, session, text("New motor"), "/") as reader:
         if not session.may_change:
             ui.label(reader.say(text("Only an engineer may enter motors."))).classes("text-xl")
             return
@@ -56,7 +57,8 @@ class _MotorForm:
         ui.label(say(text("New motor"))).classes("text-2xl font-bold mb-2")
         with ui.element("section").classes("mb-card grid gap-3 grid-cols-1 md-grid-cols-2 max-w-4xl"):
             for name, field in NameplateSection.model_fields.items():
-                if name == "wire_colours":
+                # A photo is put beside the file by who has the file.
+                if name in ("wire_colours", "photo"):
                     continue
                 self._fields[name] = self._field(name, field)
             for terminal in ("A", "B", "C"):

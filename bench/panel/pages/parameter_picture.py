@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from drivers.interfaces.text import Text, text
 from procedures.plausibility.type_tolerance import Conformity
 from reports.labels import phrase

@@ -1,16 +1,15 @@
 """What is made of a run: exports and the report, each shown with what came of it and to be downloaded as often as wanted."""
 
-import asyncio
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 from nicegui import ui
 
+from bench.panel.child_command import child_command
 from bench.panel.live_run import LiveRun
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
-from drivers.interfaces.text import Text, text
+from bench.panel.pages.reader import Reader
+from drivers.interfaces.text import text
 
 #: Lines of a made text that are shown.
 _PREVIEW = 24
@@ -37,7 +36,9 @@ class ProductsPart:
         """Export the run's parameters for a target and show the file, or why there is none."""
         language = self._reader.session.language
         self._show(working=True)
-        out, refusal = await _command("export", str(self._run.folder.path), "--for", target, "--language", language)
+        out, refusal = await child_command(
+            "export", str(self._run.folder.path), "--for", target, "--language", language
+        )
         made = []
         if not refusal:
             words = out.decode("utf-8", "replace")
@@ -48,7 +49,7 @@ class ProductsPart:
         """Make the report and show its files, or why there are none."""
         language, folder = self._reader.session.language, self._run.folder.path
         self._show(working=True)
-        _, refusal = await _command("report", str(folder), "--language", language)
+        _, refusal = await child_command("report", str(folder), "--language", language)
         paths: list[Path] = []
         if not refusal:
             paths = sorted(folder.glob(f"report*{language}*")) or sorted(folder.glob("report*"))
@@ -94,22 +95,3 @@ _TITLE = text("Made of this run")
 
 def _size(count: int) -> str:
     return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{max(count / 1e3, 0.1):.1f} kB"
-
-
-async def _command(*arguments: str) -> tuple[bytes, str]:
-    """Return what a command of motorbench prints, and what it says where it refuses."""
-    process = await asyncio.create_subprocess_exec(
-        sys.executable,
-        "-P",
-        "-m",
-        "motorbench",
-        *arguments,
-        stdin=asyncio.subprocess.DEVNULL,
-        stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.PIPE,
-    )
-    out, errors = await process.communicate()
-    if process.returncode == 0:
-        return out, ""
-    said = errors.decode("utf-8", "replace").strip().removeprefix("motorbench: ")
-    return b"", said or Text("exit status {status}", {"status": process.returncode}).render()

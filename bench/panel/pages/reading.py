@@ -7,8 +7,8 @@ from time import monotonic
 from nicegui import ui
 
 from bench.panel.live_run import LiveRun
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from bench.panel.plots import axes, line, thinned
 from drivers.interfaces.text import text
 from reports.labels import role_name
@@ -16,6 +16,8 @@ from reports.tables.figures import decimals_for, figure, scale_of
 
 #: A plot is drawn anew at most so often (s): drawing costs the browser more than digits do.
 _PLOT = 0.25
+#: A reading younger than this (s) is of this moment.
+_LIVE = 2.0
 
 
 class ReadingCard:
@@ -27,10 +29,16 @@ class ReadingCard:
         self._plotted = 0.0
         self._dirty = False
         say = reader.say
+        self._arrived: float | None = None
+        self._newest: object = None
         with named(ui.element("section").classes("mb-card"), say(text("Live reading"))):
-            self._what = ui.label(say(text("No reading yet"))).classes("text-base").style("color:#44505c")
-            self._value = ui.label("–").classes("text-5xl font-bold mb-number").props("data-reading")
-            self._chart = ui.echart(axes("", say(text("bench time / s")), "")).classes("w-full h-64")
+            with ui.element("div").classes("mb-what"):
+                self._what = ui.label(say(text("No reading yet")))
+                self._age = ui.label()
+            self._value = ui.label("–").classes("mb-big").props("data-reading")
+            self._chart = (
+                ui.echart(axes("", say(text("bench time / s")), "")).classes("mb-chart").props("aria-hidden=true")
+            )
 
     def show(self) -> None:
         """Show the newest reading at once, the plot when it is due."""
@@ -38,10 +46,14 @@ class ReadingCard:
         if latest is None:
             self._what.set_text(say(text("No reading yet")))
             self._value.set_text("–")
+            self._arrived = None
         else:
             values, unit = _for_people([latest.values[-1]], latest.unit)
             scale = scale_of(values[0], unit)
             shown = values[0] / scale.factor
+            newest = (latest.instrument, str(latest.quantity), latest.times[-1], len(latest.times))
+            if newest != self._newest:
+                self._newest, self._arrived = newest, monotonic()
             self._what.set_text(f"{say(role_name(latest.instrument))} · {say(latest.quantity)}")
             self._value.set_text(f"{figure(shown, min(decimals_for(0.0, shown), 6))} {scale.unit}")
         self._dirty = True
@@ -49,6 +61,7 @@ class ReadingCard:
 
     def tick(self) -> None:
         """Draw the plot where there is something new and the last drawing is old enough."""
+        self._age.set_text(self._aged())
         if not self._dirty or monotonic() - self._plotted < _PLOT:
             return
         self._plotted, self._dirty = monotonic(), False
@@ -62,6 +75,12 @@ class ReadingCard:
         self._chart.options.clear()
         self._chart.options.update(options)
         self._chart.update()
+
+    def _aged(self) -> str:
+        if self._arrived is None:
+            return ""
+        age, say = monotonic() - self._arrived, self._reader.say
+        return say(text("● live")) if age < _LIVE else say(text("{age} s old", age=f"{age:.0f}"))
 
 
 def _for_people(values: Sequence[float], unit: str) -> tuple[list[float], str]:

@@ -1,29 +1,34 @@
-"""One run: the present step in large type while it goes on, its results once it has ended."""
+"""A run's page: the state of the bench, what to do now, and what was read while it goes on; its results once it has ended."""
 
-from typing import Any
+from time import monotonic
 
-from nicegui import events, ui
+from nicegui import ui
 
+from bench.panel.bench_state import bench_state
 from bench.panel.live_run import LiveRun
+from bench.panel.pages.action_bar import ActionBar
 from bench.panel.pages.ended import ended_part
-from bench.panel.pages.ended_session import offer_abort
-from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.entry import readings_table
+from bench.panel.pages.frame import frame
 from bench.panel.pages.parts import named
-from bench.panel.pages.question import QuestionCard
+from bench.panel.pages.reader import Reader
 from bench.panel.pages.reading import ReadingCard
+from bench.panel.pages.state_row import StateRow
+from bench.panel.pages.step_card import StepCard
 from bench.panel.pages.steps import ProgressCard
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from drivers.interfaces.text import Text, text
-from reports.labels import role_name
 
 #: How often (s) a page looks whether its run has changed.
 _LOOK = 0.05
+#: How often (s) the state is looked at where nothing has changed: what is known grows old by itself.
+_STATE = 0.25
 
 
 def run_page(panel: Panel, session: Session, run: LiveRun) -> None:
     """Build the page of one run."""
-    with frame(panel, session, text("Run {name}", name=run.name)) as reader:
+    with frame(panel, session, text("Run {name}", name=run.name), "/", whole=True) as reader:
         page = _RunPage(panel, session, run, reader)
         page.build()
         ui.timer(_LOOK, page.look)
@@ -36,61 +41,82 @@ class _RunPage:
         self._run = run
         self._reader = reader
         self._seen = (-1, -1)
+        self._looked = 0.0
         self._ended: bool | None = None
+        self._tabled: object = ()
 
     def build(self) -> None:
         say = self._reader.say
-        self._emergency = ui.label().classes("mb-emergency w-full mb-4").props("role=alert")
+        self._emergency = ui.label().classes("mb-emergency").props("role=alert").style("margin: 12px 16px")
         self._emergency.set_visibility(False)
-        with ui.element("div").classes("w-full") as self._live:
-            # Beneath the page's head, however far a small screen is scrolled: ABORT is always in reach.
-            bar = ui.row().classes("w-full items-stretch gap-4 pb-2 mb-2 no-wrap sticky top-bar z-10")
-            with bar.style("background: var(--paper)"):
-                self._state = ui.label().classes("grow text-xl rounded-lg px-4 py-3").props("role=status")
-                abort = ui.button(say(text("ABORT")), on_click=self._abort, color=None).classes("mb-abort text-xl px-8")
-                named(abort, say(text("Abort the run: everything off"))).props("accesskey=x")
-                ui.tooltip(say(text("Everything off, in the station's order. Key: Ctrl+Esc")))
-            with ui.element("div").classes("grid gap-4 grid-cols-1 lg-grid-cols-3"):
-                with ui.element("div").classes("lg-col-span-2 flex flex-col flex-nowrap gap-4 min-w-0"):
-                    self._question = QuestionCard(self._panel, self._session, self._run, self._reader)
-                with ui.element("div").classes("flex flex-col flex-nowrap gap-4 min-w-0"):
+        self._live = ui.element("div").classes("w-full")
+        with self._live:
+            self._state = StateRow(self._run, self._reader, self._abort)
+            with ui.element("div").classes("mb-grid"):
+                self._card = StepCard(
+                    self._panel,
+                    self._run,
+                    self._reader,
+                    lambda: self._bar.typed(),
+                    lambda question, value: self._bar.send(question, value),
+                )
+                with ui.element("div").classes("mb-side"):
+                    self._readings = named(ui.element("section").classes("mb-card"), say(text("Readings")))
                     self._reading = ReadingCard(self._run, self._reader)
                     self._progress = ProgressCard(self._panel, self._run, self._reader)
-        self._end = ui.element("div").classes("w-full")
-        offer_abort(self._aborted, abort, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
+                    self._sound()
+            self._bar = ActionBar(self._panel, self._session, self._run, self._reader, self._card)
+        self._end = ui.element("div").classes("mb-page")
         self.look()
 
     def look(self) -> None:
         """Show what has changed since the last look."""
         seen = (self._run.changes, self._panel.control.changes)
         self._run.line.watched = True
-        if seen == self._seen:
+        if seen != self._seen:
+            self._seen = seen
+            self._show_end()
+            self._card.show(may_answer=self._bar.may_answer)
+            self._table()
+            self._reading.show()
+            self._progress.show()
+        elif monotonic() - self._looked < _STATE:
             self._reading.tick()
             return
-        self._seen = seen
-        self._show_state()
-        self._question.show()
-        self._reading.show()
-        self._progress.show()
+        self._looked = monotonic()
+        state = bench_state(self._run)
+        self._state.show(state)
+        self._bar.show(state)
+        self._reading.tick()
 
-    def _show_state(self) -> None:
-        say, view = self._reader.say, self._run.view
-        on = sorted(view.energised)
+    def _table(self) -> None:
+        """Show the readings that belong to the one that is asked for."""
+        question, view = self._run.line.question, self._run.view
+        tabled = (question["id"] if question else None, len(view.typed), view.repeat)
+        if tabled == self._tabled:
+            return
+        self._tabled = tabled
+        self._readings.clear()
+        shown = False
+        if question is not None and question["kind"] == "number":
+            with self._readings:
+                shown = readings_table(view, question, self._reader)
+        self._readings.set_visibility(shown)
+
+    def _sound(self) -> None:
+        mute = ui.element("button").classes("mb-b").props("type=button data-mute aria-pressed=false")
+        with mute:
+            ui.label(self._reader.say(text("Mute")))
+
+    def _show_end(self) -> None:
+        view = self._run.view
         # Before its first event, a run that was just started has not ended.
         ended = not self._run.running and (view.ended or not self._run.line.alive)
-        if on and not ended:
-            words = say(text("⚡ ENERGISED: {instruments}", instruments=[role_name(role) for role in on]))
-        elif ended:
-            words = say(text("Ended"))
-        else:
-            words = say(text("Outputs off"))
-        self._state.set_text(words)
-        self._state.classes(add="mb-state-live" if on and not ended else "mb-state-off")
-        self._state.classes(remove="mb-state-off" if on and not ended else "mb-state-live")
         if ended != self._ended:
             self._ended = ended
             self._live.set_visibility(not ended)
             self._end.clear()
+            self._end.set_visibility(ended)
             if ended:
                 with self._end:
                     ended_part(self._panel, self._session, self._run, self._reader)
@@ -98,7 +124,7 @@ class _RunPage:
 
     def _show_emergency(self, *, ended: bool) -> None:
         view, say = self._run.view, self._reader.say
-        failed = [f"{event.instrument}: {event.error}" for event in view.made_safe if event.error]
+        failed = [f"{event.instrument}: {event.error}" for event in view.made_safe.values() if event.error]
         lines = []
         if ended and view.run.status == "aborted":
             lines.append(say(text("ABORTED: {cause}", cause=view.run.cause)))
@@ -109,17 +135,5 @@ class _RunPage:
         self._emergency.set_text("\n".join(lines))
         self._emergency.set_visibility(bool(lines))
 
-    async def _aborted(self) -> Text | None:
-        return await self._run.line.abort(self._session.person or self._reader.say(text("this browser")))
-
-    async def _abort(self) -> None:
-        fault = await self._aborted()
-        if fault:
-            ui.notify(self._reader.say(fault), type="negative")
-
-    async def _key(self, event: events.KeyEventArguments) -> None:
-        if not event.action.keydown:
-            return
-        key: Any = event.key
-        if key.escape and event.modifiers.ctrl:
-            await self._abort()
+    async def _abort(self) -> Text | None:
+        return await self._run.abort(self._session.person or self._reader.say(text("this browser")))

@@ -11,8 +11,9 @@ from bench.i18n.errors import InputError
 from bench.motor.shipped_motors import shipped_motors
 from bench.panel.launch import Order
 from bench.panel.offer import Offered, check_station, rehearse
-from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.frame import frame
 from bench.panel.pages.motor_form import motor_files
+from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.station.station_file import VIRTUAL
@@ -30,7 +31,7 @@ def start_page(panel: Panel, session: Session, motor: str = "", as_before: str =
     """Build the page; `motor` is the name of the motor file that is chosen already, `as_before` that of a run whose type and
     procedures are.
     """
-    with frame(panel, session, text("Measure")) as reader:
+    with frame(panel, session, text("Measure"), "/") as reader:
         _StartPage(panel, session, reader, motor, as_before).build()
 
 

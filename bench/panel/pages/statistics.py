@@ -23,8 +23,9 @@ from bench.eol.statistics_messages import (
 )
 from bench.eol.verdict import Verdict
 from bench.panel.line_records import ALL, Choice, StatisticsView, read_statistics, serial_numbers
-from bench.panel.pages.frame import Reader, frame
+from bench.panel.pages.frame import frame
 from bench.panel.pages.parts import named, table
+from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.panel.statistics_plots import control_plot, golden_plot, histogram_plot, pareto_plot, rule_words
@@ -47,7 +48,7 @@ _STYLE = """
 
 def statistics_page(panel: Panel, session: Session, choice: Choice) -> None:
     """Build the page."""
-    with frame(panel, session, text("Statistics")) as reader:
+    with frame(panel, session, text("Statistics"), "/statistics") as reader:
         ui.add_head_html(_STYLE)
         _Statistics(panel, reader, choice).build()
 

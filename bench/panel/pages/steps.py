@@ -3,8 +3,8 @@
 from nicegui import ui
 
 from bench.panel.live_run import LiveRun
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from drivers.interfaces.text import text
 
@@ -18,7 +18,8 @@ class ProgressCard:
         self._reader = reader
         self._shown: object = None
         with named(ui.element("section").classes("mb-card"), reader.say(text("Progress"))):
-            self._list = ui.element("ol").classes("list-none p-0 m-0")
+            ui.label(reader.say(text("This run"))).classes("mb-h2").props("role=heading aria-level=2")
+            self._list = ui.element("ol").classes("mb-plan")
             self._warnings = ui.element("div").props("role=log").classes("mt-3")
 
     def show(self) -> None:
@@ -32,16 +33,14 @@ class ProgressCard:
         self._list.clear()
         with self._list:
             for name, (mark, words) in states:
-                with ui.element("li").classes(
-                    "flex flex-nowrap gap-2 py-05 text-base" + (" font-bold" if mark == "▶" else "")
-                ):
-                    ui.label(mark).props("aria-hidden=true").classes("w-5")
+                with ui.element("li").classes("mb-now" if mark == "▶" else ""):
+                    ui.label(mark).props("aria-hidden=true")
                     ui.label(say(self._panel.offer.title(name)))
-                    ui.label(words).classes("ml-auto text-sm whitespace-nowrap").style("color:#44505c")
+                    ui.label(words)
         self._warnings.clear()
         with self._warnings:
             for words in warnings:
-                ui.label(f"⚠ {words}").classes("text-base py-1").style("color:#6b4400")
+                ui.label(f"⚠ {words}").classes("text-base py-1").style("color: var(--warn-ink)")
 
     def _state(self, name: str) -> tuple[str, str]:
         view, say = self._run.view, self._reader.say
@@ -52,4 +51,7 @@ class ProgressCard:
             return "✓", say(text("done"))
         if here.cause:
             return "✗", say(text("failed"))
+        steps = list(here.sentences)
+        if name == view.procedure and view.step in steps:
+            return "▶", say(text("{number} of {all}", number=steps.index(view.step) + 1, all=len(steps)))
         return ("▶", say(text("under way"))) if name == view.procedure else ("·", "")

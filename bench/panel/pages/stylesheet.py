@@ -27,7 +27,7 @@ _STYLE = """
   [hidden]:where(:not([hidden=until-found])) { display: none !important; }
 }
 @layer utilities {
-  .sticky { position: sticky; } .top-bar { top: 48px; } .bottom-0 { bottom: 0; } .z-10 { z-index: 10; }
+  .sticky { position: sticky; } .top-bar { top: 0; } .bottom-0 { bottom: 0; } .z-10 { z-index: 10; }
   .m-0 { margin: 0; } .mx-auto { margin-inline: auto; } .ml-auto { margin-left: auto; }
   .my-2 { margin-block: .5rem; } .my-3 { margin-block: .75rem; }
   .mt-2 { margin-top: .5rem; } .mt-3 { margin-top: .75rem; } .mt-4 { margin-top: 1rem; } .mt-16 { margin-top: 4rem; }
@@ -65,29 +65,25 @@ _STYLE = """
     .lg-grid-cols-3 { grid-template-columns: repeat(3, minmax(0, 1fr)); } }
   @media (width >= 80rem) { .xl-grid-cols-4 { grid-template-columns: repeat(4, minmax(0, 1fr)); } }
 }
-  :root { --ink:#17202a; --paper:#f4f6f8; --card:#ffffff; --line:#c9d1d9; --go:#0b6b3a; --stop:#b3261e; --warn:#8a5a00; }
-  body { background: var(--paper); color: var(--ink);
-    font-family: 'Noto Sans','Segoe UI',Arial,'Liberation Sans','DejaVu Sans','Noto Sans CJK SC',sans-serif; }
-  .mb-card { background: var(--card); border: 1px solid var(--line); border-radius: 10px; padding: 1rem 1.25rem; }
-  .mb-abort { background: var(--stop) !important; color: #fff !important; font-weight: 700; }
-  .mb-go { background: var(--go) !important; color: #fff !important; font-weight: 700; }
-  .mb-state-live { background: #fdecea; color: #7a130d; border: 3px solid var(--stop); font-weight: 700; }
-  .mb-state-off { background: #e7f4ec; color: #0b4a28; border: 1px solid var(--go); }
-  .mb-emergency { background: var(--stop); color: #fff; font-size: 1.5rem; font-weight: 700; padding: 1rem 1.25rem;
+  .mb-abort { background: var(--live) !important; color: #fff !important; font-weight: 700; }
+  .mb-go { background: var(--act) !important; color: #fff !important; font-weight: 700; }
+  .mb-emergency { background: var(--live); color: #fff; font-size: 1.5rem; font-weight: 700; padding: 1rem 1.25rem;
     border-radius: 10px; white-space: pre-line; }
   .mb-card svg[role=img] { display: block; width: 100%; height: auto; }
-  .nicegui-content { padding-top: 0; }
+  .mb-photos { display: flex; flex-wrap: wrap; gap: 1rem; margin-top: .75rem; } .mb-photos:empty { display: none; }
+  .mb-photos figure { flex: 0 1 20rem; margin: 0; }
   .mb-number { font-variant-numeric: tabular-nums; }
   .mb-table { border-collapse: collapse; width: 100%; }
   .mb-table th, .mb-table td { text-align: left; padding: .35rem .6rem; border-bottom: 1px solid var(--line); vertical-align: top; }
-  .mb-table th { font-weight: 600; color: #44505c; }
+  .mb-table th { font-weight: 600; color: var(--ink-2); }
   .mb-table td.num, .mb-table th.num { text-align: right; font-variant-numeric: tabular-nums; }
   .mb-table td.num { white-space: nowrap; }
   .mb-table td { word-break: keep-all; overflow-wrap: break-word; }
   .mb-card:has(> .mb-table), .mb-card :has(> .mb-table) { overflow-x: auto; }
-  *:focus-visible { outline: 3px solid #1565c0 !important; outline-offset: 2px; }
   .mb-skip { position: absolute; left: -999px; } .mb-skip:focus { left: 8px; top: 8px; z-index: 9999; background:#fff; padding:.5rem; }
 </style>
+<link rel="stylesheet" href="/assets/page.css">
+<script src="/assets/page.js" defer></script>
 """
 
 

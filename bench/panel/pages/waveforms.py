@@ -8,8 +8,8 @@ from nicegui import run as background
 
 from bench.journal.waveforms import StoredWaveform, read_waveform
 from bench.panel.live_run import LiveRun
-from bench.panel.pages.frame import Reader
 from bench.panel.pages.parts import named
+from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.plots import waveform_plot
 from drivers.interfaces.text import text

@@ -46,7 +46,7 @@ def guardian_scope(
     """
     systemd_run = shutil.which("systemd-run", path=environment.get("PATH"))
     if systemd_run is None:
-        return _without("there is no systemd-run")
+        return _without(text("there is no systemd-run"))
     reasons = []
     for manager, added in _managers(environment, booted):
         prefix = (
@@ -64,10 +64,10 @@ def guardian_scope(
             said = text("the guardian has a systemd scope of its own ({manager} manager)", manager=manager)
             return Scope(said, manager, prefix, added)
         reasons.append(f"{manager} manager: {why}")
-    return _without("; ".join(reasons) or "no systemd manager is running")
+    return _without("; ".join(reasons) if reasons else text("no systemd manager is running"))
 
 
-def _without(why: str) -> Scope:
+def _without(why: Text | str) -> Scope:
     return Scope(text("the guardian has no scope of its own and ends with the run's control group ({why})", why=why))
 
 

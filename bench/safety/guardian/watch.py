@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from bench.journal.events.safety import GuardianMeasured, GuardianTook, GuardianWalked
 from bench.journal.guardian_record import complain
+from bench.safety.guardian.lateness import Lateness
 from bench.safety.guardian.protocol import decode
 from bench.safety.shutdown import Outcome, failures
 from bench.station.shutdown_sequence import OFF_BY, Do, Item
@@ -33,6 +34,8 @@ _LONGEST, _LONGEST_HELPING = 3.0, 0.8
 _PROOF = 8.0
 #: Who wakes up later than this (s) was held up together with the run, which then gets the same time once more.
 _LATE = 0.05
+#: How often (s) the guardian looks how late it gets to run itself.
+_LOOK = 0.05
 
 Say = Callable[[dict[str, Any]], None]
 
@@ -88,6 +91,7 @@ class Watch:
         self._say = say
         self._heartbeat = heartbeat
         self._stalled = stalled
+        self._late = Lateness(heartbeat)
         self._buffer = b""
         self._unread: list[dict[str, Any]] = []
         self._gone = self._done = self._unsafe = self._down = False
@@ -136,19 +140,23 @@ class Watch:
                 return None
             if self._gone and not self._unread:
                 return _Cause("the run's process has died")
-            due = last + self._heartbeat
-            planned = min(due, self._begin[1] if self._begin else due, self._deadline() or due)
+            now = monotonic()
+            due = last + self._heartbeat + self._late.allowance(now)
+            planned = min(due, now + _LOOK, self._begin[1] if self._begin else due, self._deadline() or due)
             messages = self._hear(planned)
             woke = monotonic()
+            if not messages:
+                self._late.woke(planned, woke)
+            patience = self._heartbeat + self._late.allowance(woke)
             if any("beat" in message for message in messages):
                 last = woke
             elif woke - planned > _LATE:
-                last = max(last, woke - self._heartbeat + _LATE)
+                last = max(last, woke - patience + _LATE)
             self._take_all(messages)
             if self._causes or self._gone or self._done:
                 continue
             now = monotonic()
-            if woke >= last + self._heartbeat:
+            if woke >= last + patience:
                 return _Cause(f"no heartbeat for {self._heartbeat:g} s")
             if self._begin and now >= self._begin[1]:
                 return _Cause(self._begin[0])

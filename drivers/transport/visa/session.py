@@ -29,7 +29,7 @@ LONGEST_BLOCK = 64 * 1024 * 1024
 #: A block's first read (bytes), as large as the packets of a USBTMC device go.
 _FIRST_CHUNK = 4096
 #: What is taken from a socket at once (bytes).
-_LARGE_READ = 1 << 20
+_LARGE_READ = 1 << 19
 #: Replies that may lie before the one looked for, after a time-out.
 STALE_REPLIES = 8
 #: What a resource raises that does not work; PyVISA-py's HiSLIP says by RuntimeError that the connection was dropped.
@@ -476,12 +476,18 @@ class ScpiSession:
         return length
 
     def _read_exactly(self, count: int, command: str) -> bytes | bytearray:
-        chunk = self._chunk(count, count, 0, command)
+        # From a socket by pieces that the processor's cache holds: PyVISA-py copies each several times. Others come whole.
+        piece = count if self._clearable else _LARGE_READ
+        chunk = self._chunk(min(count, piece), count, 0, command)
         if len(chunk) == count:
             return chunk  # whole at once: no copy
-        collected = bytearray(chunk)
-        while len(collected) < count:
-            collected += self._chunk(count - len(collected), count, len(collected), command)
+        collected, had = bytearray(count), len(chunk)
+        with memoryview(collected) as view:
+            view[:had] = chunk
+            while had < count:
+                chunk = self._chunk(min(count - had, piece), count, had, command)
+                view[had : had + len(chunk)] = chunk
+                had += len(chunk)
         return collected
 
     def _chunk(self, count: int, wanted: int, had: int, command: str) -> bytes:

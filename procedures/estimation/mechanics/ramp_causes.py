@@ -25,6 +25,11 @@ _COGGING = 4
 _ONE_SIDED = 0.65
 
 
+#: A coast-down alone that ends above this share of its top speed may hide friction that grows at low speed: by its standard deviation,
+#: as a share of the Coulomb friction, for at rest bearings hold up to twice as much.
+_LOW_ENOUGH, _AT_REST = 0.1, 0.5
+
+
 @dataclass(frozen=True)
 class Look:
     """What directions say: `causes` (m,) by name, and their `score`."""
@@ -93,6 +98,31 @@ def look(model: RampModel, solved: Solved) -> Look:
     # Speeds that stay in one step of the readings share its rounding error.
     coarse = max((undithered(noise_of(run), run.resolution) / noise_of(run)) ** 2 * _stay(run) for run in model.runs)
     return Look(tuple(causes), score_test(solved.residuals, solved.slopes, np.array(directions), variance=1.0 + coarse))
+
+
+def hidden_below(model: RampModel, solved: Solved, shared: int) -> FloatArray:
+    """Return by how much the first `shared` estimates (k,), as standard uncertainties, may be off for friction that grows at low speed.
+
+    Zeros where the shaft was driven or the record goes down far enough: there it shows.
+    """
+    off = np.zeros(shared)
+    lowest = min(float(np.min(np.abs(run.speed))) for run in model.runs)
+    if not model.unit_torque or lowest < _LOW_ENOUGH * model.top:
+        return off
+    known = _AT_REST * abs(float(solved.values[0]))
+    at = [model.trajectory(k, solved.values) for k in range(len(model.runs))]
+    for share in _STRIBECK_SEEN:
+        for power in _POWERS:
+            law, direction = Stribeck(share * model.top, power), np.zeros(solved.residuals.size)
+            for k, each in enumerate(at):
+                direction[model.part(k)] = model.caused(k, each, law.shape(each.speed)[0])
+            direction[: model.spread.size] /= model.spread
+            shift = solved.covariance @ (solved.slopes @ direction)
+            across = direction - shift @ solved.slopes
+            # What the record tells of it, and what is known beforehand.
+            size = 1.0 / np.sqrt(known**-2.0 + float(across @ across))
+            off = np.maximum(off, size * np.abs(shift[:shared]))
+    return off
 
 
 def _stay(run: Run) -> float:

@@ -14,6 +14,7 @@ from procedures.estimation.mechanics.ramp_causes import (
     Periodic,
     excess,
     families,
+    hidden_below,
     look,
     periodic,
     scatter_of_parts,
@@ -100,6 +101,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     if told:
         # What explains one record may have taken the place of what is not known here.
         covariance = _grown(covariance, _from_parts(best, shared))
+    covariance = _grown(covariance, hidden_below(best.model, best.solved, shared))
     growth = seen.growth()
     scale = np.ones(values.size)
     scale[: growth.size] = np.sqrt(growth[: values.size])

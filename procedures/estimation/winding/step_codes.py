@@ -9,6 +9,8 @@ from procedures.estimation.fitting.fit import FloatArray
 #: samples above the last code.
 _LEAST_NOISE, _MISSING = 0.3, 10.0
 _LEAST_AT_END = 5
+#: A resting signal is straight over so many samples; readings at the end of a range are counted over so many.
+_TOGETHER, _COUNTED = 32, 64
 #: Noise below this share of a code does not carry the signal from one to the next.
 _COARSE = 0.1
 
@@ -31,13 +33,38 @@ def clipped_at(
     at = np.flatnonzero(x >= top - 0.25 * code)
     if len(at) < _LEAST_AT_END or before < 3:
         return None
-    noise = float(np.sqrt(max(float(np.var(values[:before])) - code**2 / 12.0, 0.0)))
+    noise = _before_converter(_scatter(values[:before]), code)
     if noise <= max(_LEAST_NOISE * code, 1e-6 * float(np.ptp(values))):
         return None
-    span = float(at[-1]) - float(at[0]) + 1.0
-    share = float(np.clip(len(at) / span, 0.0, 1.0 - 1.0 / span))
-    above = span * float(special.ndtr(float(special.ndtri(share)) - code / noise))
+    # Counted over few samples each, for the signal itself may move while it is there.
+    within = (x >= top - 0.25 * code)[at[0] : at[-1] + 1]
+    starts = np.arange(0, within.size, _COUNTED)
+    counts = np.diff(np.append(starts, within.size))
+    shares = np.clip(np.add.reduceat(within.astype(np.float64), starts) / counts, 0.0, 1.0 - 1.0 / counts)
+    above = float(counts @ special.ndtr(special.ndtri(shares) - code / noise))
     return sign * top if above > _MISSING else None
+
+
+def _before_converter(variance: float, code: float) -> float:
+    """Return the noise before a converter, at the least, from the readings' variance.
+
+    What rounding adds depends on where between two codes the signal lies (first term of the quantiser's Fourier series).
+    """
+    mean = max(variance - code**2 / 12.0, 0.0)
+    if code <= 0.0:
+        return float(np.sqrt(mean))
+    place = (code**2 / np.pi**2 + 4.0 * mean) * np.exp(-2.0 * np.pi**2 * mean / code**2)
+    return float(np.sqrt(max(mean - place, 0.0)))
+
+
+def _scatter(values: FloatArray) -> float:
+    """Return the variance of a resting signal (n,) about straight lines over few samples each: hum and drift are not its noise."""
+    length = min(_TOGETHER, values.size)
+    blocks = values[: values.size // length * length].reshape(-1, length)
+    place = np.linspace(-1.0, 1.0, length)
+    left = blocks - blocks.mean(axis=1, keepdims=True)
+    left = left - np.outer(left @ place / (place @ place), place)
+    return float(np.sum(left**2)) / (blocks.shape[0] * max(length - 2, 1))
 
 
 def too_coarse(values: FloatArray, model: FloatArray, resolution: float) -> bool:

@@ -10,16 +10,19 @@ from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, score_test
 from procedures.estimation.fitting.noise import undithered
 from procedures.estimation.fitting.smoothing import components
+from procedures.estimation.winding.closed_circuits import other_axis_errors
 from procedures.estimation.winding.step_circuit import voltage_shares
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
 from procedures.estimation.winding.step_record import StepRecord
 from procedures.estimation.winding.step_term import StepModel, StepScale, Term, figures_of
-from procedures.estimation.winding.step_terms import TERMS, Direction, directions, other_axis_errors
+from procedures.estimation.winding.step_terms import TERMS, Direction, directions
 
 #: A term is accepted where χ² falls by so much; what is within so much of the best is as likely. In units of the noise's variance.
 _ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
 #: A term is tried again in place of an earlier one where it left no more than so many times as much unexplained in that round.
 _NEAR = 10.0
+#: Families whose terms are one direction, so that each has to be fitted.
+_SEVERAL = ("skew", "saturation", "coupling")
 #: A term is fitted where its direction is seen by so much, and by this share of what is seen best.
 _WORTH, _WORTH_SHARE = 2.0, 0.3
 #: Where rounding is not hidden by noise, the test says little; what counts is seen by so much.
@@ -196,7 +199,7 @@ def _candidates(
         # The instant of the step hides a delay from the test until it is gross.
         if family in modelled or z < (_WORTH if family == "skew" else least):
             continue
-        terms = [t for t in TERMS if t.family == family] if family in ("skew", "saturation") else [first[family]]
+        terms = [t for t in TERMS if t.family == family] if family in _SEVERAL else [first[family]]
         if family == "hum":
             terms = [t for t in TERMS if t.family == family and t in {d.term for d in named}]
         for found in _possible(step, [(*fitted.terms, t) for t in terms], fitted, scale, enough):

@@ -22,6 +22,9 @@ _MOST = 72
 #: Before the step lie at least so many samples and this share of the record, and the voltage there is below this share of its end.
 _LEAST_BEFORE, _SHARE_BEFORE, _MOST_BEFORE = 20, 0.01, 0.3
 
+#: A voltage of which this share is left at the end has died away; a current of which that share is left lasts.
+_DIED_AWAY, _LASTS = 0.3, 0.6
+
 
 @dataclass(frozen=True)
 class StepRecord:
@@ -141,6 +144,7 @@ def read_step(
     edge = _edge(v, v_noise, voltage_resolution)
     if edge >= v.size - max(3, v.size // 20):
         raise EstimationError("the step comes at the very end of the record; move the trigger towards its beginning")
+    _check_voltage_coupling(t, v, i, edge)
     _check_baseline(v, edge)
     # Exact data have no noise; weights need some.
     v_noise = max(v_noise, 1e-9 * float(np.max(np.abs(v))))
@@ -154,6 +158,24 @@ def read_step(
         left = tuple(Piece(edge + begin, directions) for begin, directions in smoothed.pieces)
     return StepRecord(
         t, drive, i, step, edge, baseline, v_noise, i_noise, left, v, voltage_resolution, current_resolution
+    )
+
+
+def _check_voltage_coupling(time: FloatArray, voltage: FloatArray, current: FloatArray, edge: int) -> None:
+    """Raise WithheldError where the voltage dies away under a lasting current: its channel is AC coupled."""
+    if edge < _LEAST_BEFORE:
+        return
+    v, i = np.abs(voltage - float(np.mean(voltage[:edge]))), np.abs(current - float(np.mean(current[:edge])))
+    last, top = slice(-max(3, voltage.size // 10), None), int(np.argmax(v))
+    if float(np.median(v[last])) > _DIED_AWAY * v[top] or float(np.median(i[last])) < _LASTS * float(np.max(i)):
+        return
+    fallen = int(np.argmax(v[top:] < v[top] / np.e))
+    corner = 1.0 / (2.0 * np.pi * float(time[top + fallen] - time[top]))
+    finding = Finding(
+        Cause.AC_COUPLED, Answer.WITHHELD, figures={"record": "step", "channel": "voltage", "corner": corner}
+    )
+    raise WithheldError(
+        "the voltage dies away under a lasting current: its channel is AC coupled; couple it DC", Misfit((finding,))
     )
 
 

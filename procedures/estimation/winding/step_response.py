@@ -12,13 +12,14 @@ from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray, 
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.noise import undithered, white_noise
 from procedures.estimation.fitting.smoothing import components
+from procedures.estimation.winding.closed_circuits import other_axis_errors
 from procedures.estimation.winding.step_circuit import voltage_shares
 from procedures.estimation.winding.step_clipping import Ends, fit_what_is_left, without_end
 from procedures.estimation.winding.step_codes import limited_from, too_coarse
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_plain, problem
-from procedures.estimation.winding.step_misfit import COARSE_ALARM, StepJudgement, judge
+from procedures.estimation.winding.step_misfit import COARSE_ALARM, StepJudgement, judge, scale_of
 from procedures.estimation.winding.step_record import StepRecord, read_step
-from procedures.estimation.winding.step_terms import other_axis_errors
+from procedures.estimation.winding.step_term import StepScale, shares_of_currents
 
 #: Noise, as a share of the step, through which 63 % of it are read off.
 _JITTER = 0.01
@@ -99,7 +100,9 @@ def _check_coupling(time: FloatArray, voltage: FloatArray, current: FloatArray) 
         return
     # The time to 1/e is the high pass's, as far as the circuit's own is shorter.
     corner = 1.0 / (2.0 * np.pi * float(time[top + fallen[0]] - time[top]))
-    finding = Finding(Cause.AC_COUPLED, Answer.WITHHELD, figures={"record": "step", "corner": corner})
+    finding = Finding(
+        Cause.AC_COUPLED, Answer.WITHHELD, figures={"record": "step", "channel": "current", "corner": corner}
+    )
     raise WithheldError(
         "the current dies away under a lasting voltage: its channel is AC coupled; couple it DC", Misfit((finding,))
     )
@@ -160,10 +163,11 @@ def fit_step_response(
         lost = 1.0 - float(np.mean(step.record.kept[record.edge :])) if step.record.kept is not None else 0.0
         told: dict[str, float | str] = {"record": "step", "channel": "current", "level": cut, "lost": lost}
         findings = (Finding(Cause.CLIPPED, Answer.MODELLED, figures=told), *findings)
-    beside = _beside_noise(step, judged.fitted)
+    scale = scale_of(step.record, plain)
+    beside = _beside_noise(step, judged.fitted, scale)
     covariance = _covariance(judged, beside)
     plain_covariance = plain.covariance[: len(step.names), : len(step.names)] + (
-        beside if judged.fitted is plain else _beside_noise(step, plain)
+        beside if judged.fitted is plain else _beside_noise(step, plain, scale)
     )
     left = record.current - judged.fitted.current
     values = judged.values.copy()
@@ -191,13 +195,15 @@ def _covariance(judged: StepJudgement, beside: FloatArray) -> FloatArray:
     return np.asarray(covariance * np.outer(wider, wider))
 
 
-def _beside_noise(step: Problem, fitted: Fitted) -> FloatArray:
+def _beside_noise(step: Problem, fitted: Fitted, scale: StepScale) -> FloatArray:
     """Return the covariance of the parameters from what does not average out as white noise does."""
     record, gain = step.record, fitted.gain[: len(step.names), : step.record.time.size]
     shift = gain @ step.white.apply(_lasting_errors(record, fitted.full).T).T
     if record.noise_left is not None:
         # Noise is left in a smoothed voltage; what it shifts is asked of the few parameters, not of the many shapes.
-        through = voltage_shares(record, fitted.full, step.white.back(gain))
+        of_readings = step.white.back(gain)
+        shares = shares_of_currents(fitted.terms, fitted.figures, of_readings, record.step, scale)
+        through = voltage_shares(record, fitted.full, shares)
         shift = np.hstack((shift, record.voltage_noise * components(record.noise_left, through)))
     return np.asarray(shift @ shift.T)
 

@@ -56,6 +56,10 @@ class Term(ABC):
         """Return what the current's channel makes of currents (A, shape (…, n)): each its own, and sums of sums."""
         return current
 
+    def back(self, shares: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
+        """Return the shares (…, n) that the currents have in readings' shares, where the channel adds up what noise drives."""
+        return shares
+
     def beside(self, time: FloatArray, scale: StepScale, figures: FloatArray) -> FloatArray | float:
         """Return what is read beside the current (A)."""
         return 0.0
@@ -197,6 +201,15 @@ class StepModel:
             if part is not None:
                 missing += part
         return missing
+
+
+def shares_of_currents(
+    terms: Sequence[Term], figures: FloatArray, shares: FloatArray, step: float, scale: StepScale
+) -> FloatArray:
+    """Return shares (m, n) in the currents for shares in the readings that the terms' channels make of them."""
+    for term, own in zip(reversed(terms), reversed(_split(terms, figures)), strict=True):
+        shares = term.back(shares, step, scale, own)
+    return shares
 
 
 def _split(terms: Sequence[Term], figures: FloatArray) -> list[FloatArray]:

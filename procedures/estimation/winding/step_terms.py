@@ -8,15 +8,13 @@ import numpy as np
 from procedures.estimation.fitting.first_order import respond_evenly
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Cause
-from procedures.estimation.winding.step_circuit import response
+from procedures.estimation.winding.closed_circuits import closed_circuits
 from procedures.estimation.winding.step_record import StepRecord
 from procedures.estimation.winding.step_term import StepScale, Term, high_pass
 
 #: Time constants of eddy currents that are looked for, in those of the winding.
 EDDIES = (0.03, 0.1, 0.3)
 MAINS = (50.0, 60.0)
-#: Time constants that the winding's other axis may have, in those of the stepped one.
-_OTHER_AXIS = (0.4, 1.0, 2.5)
 
 
 class _Skew(Term):
@@ -178,6 +176,7 @@ class _Coupling(Term):
     """The current's channel is a high pass: its corner in units of the winding's."""
 
     cause, family = Cause.AC_COUPLED, "coupling"
+    name: ClassVar[str] = "current"
 
     def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
         return high_pass(current, step, float(figures[0]) / scale.time_constant)
@@ -189,7 +188,21 @@ class _Coupling(Term):
         return bool(figures[0] > -0.5)
 
     def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
-        return {"corner": float(figures[0]) / (2.0 * np.pi * scale.time_constant)}
+        return {"corner": float(figures[0]) / (2.0 * np.pi * scale.time_constant), "channel": self.name}
+
+
+class _VoltageCoupling(_Coupling):
+    """The voltage's channel is a high pass: what it takes off the voltage is in the current that flows."""
+
+    name = "voltage"
+
+    def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
+        # The inverse of a high pass adds the integral, and commutes with the circuit.
+        total = np.cumsum(current, axis=-1) - 0.5 * current
+        return np.asarray(current + float(figures[0]) / scale.time_constant * step * total)
+
+    def back(self, shares: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
+        return self.channel(shares[..., ::-1], step, scale, figures)[..., ::-1]
 
 
 class _Slope(Term):
@@ -223,7 +236,7 @@ class _Hum(Term):
         return {"frequency": self.frequency, "amplitude": abs(scale.current) * float(np.hypot(*figures))}
 
 
-#: All that is looked for. Skew and pole, and the laws of saturation, are one direction each.
+#: All that is looked for. Skew and pole, the laws of saturation, and the couplings of both channels, are one direction each.
 TERMS: tuple[Term, ...] = (
     _Skew(),
     _Pole(),
@@ -232,6 +245,7 @@ TERMS: tuple[Term, ...] = (
     _BiasedSaturation(),
     _Eddy(),
     _Coupling(),
+    _VoltageCoupling(),
     _Slope(),
     *(_Hum(frequency) for frequency in MAINS),
 )
@@ -244,27 +258,6 @@ class Direction:
     family: str
     cause: Cause
     term: Term
-
-
-def closed_circuits(record: StepRecord, rate: float, flowing: FloatArray, lags: tuple[float, ...]) -> FloatArray:
-    """Return ∂current/∂k² (m, n), at none, of closed circuits with time constants of `lags` (m,) times that of the winding, 1/`rate` (s).
-
-    `flowing` (A, shape (n,)) is the current from the step on.
-    """
-    missing = np.array([high_pass(flowing, record.step, rate / lag) for lag in lags])
-    return high_pass(missing, record.step, rate)
-
-
-def other_axis_errors(record: StepRecord, p: FloatArray) -> FloatArray:
-    """Return errors of the current's model (A, shape (m, n)) of one standard deviation each, from the winding's other axis: no rows where
-    it is not coupled.
-    """
-    result = np.zeros((len(_OTHER_AXIS) if record.other_axis else 0, record.time.size))
-    if record.other_axis:
-        after = slice(max(record.edge - 1, 0), None)
-        flowing = response(record, p)[after]
-        result[:, after] = record.other_axis * closed_circuits(record, p[0] / p[1], flowing, _OTHER_AXIS)
-    return result
 
 
 def directions(

@@ -24,6 +24,17 @@ class ConnectTerminals(Request):
         world.connect(cast("dict[str, str]", self.wiring))
 
 
+class TakeOffWires(Request):
+    """Take the wires of these terminals off; the others stay."""
+
+    action: Literal["take_off"]
+    terminals: list[Terminal]
+
+    def perform(self, world: World) -> None:
+        """Do it."""
+        world.take_off(self.terminals)
+
+
 class AttachVoltageProbe(Request):
     """Put a channel's voltage probe between two nodes."""
 
@@ -144,6 +155,7 @@ Action = Annotated[
     | TurnShaft
     | NudgeToNextRest
     | ShortLeads
+    | TakeOffWires
     | SetTemperature
     | Simple,
     Field(discriminator="action"),

@@ -108,6 +108,8 @@ def test_step_response_gives_loop_and_phase(tmp_path: Path) -> None:
     assert within(parameters["d_axis_inductance"], 2 / 3 * sim.L)
     assert "stator_resistance" not in parameters
     assert [w["id"] for w in found["warnings"]] == ["E10"]
+    slow = analyze_step_response(table(tmp_path, "t (s),u (V),i (A)", 1e3 * time, v, i, name="slow.csv"))
+    assert [w["id"] for w in slow["warnings"]] == ["E10", "long-time-constant"]
     assert found["details"]["note_time_constant_63"] == pytest.approx(sim.TAU, rel=0.1)
     delta = analyze_step_response(path, connection="delta", reading=ReadingConnection.LINE_TO_LINE)
     assert within(delta["parameters"]["inductance"], sim.L / 2)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bench.analysis.coast_down import analyze_coast_down
+from procedures.estimation.mechanics.inertia import fit_coast_down
 
 
 @pytest.mark.parametrize(("end", "told"), [(20.0, False), (60.0, True)])
@@ -19,3 +20,17 @@ def test_one_that_ends_above_a_tenth_of_its_top_speed(tmp_path, end, told):
     low, high = found["parameters"]["coulomb_deceleration"]["coverage_interval"]
     assert low <= coulomb <= high
     assert ("coast-lower" in {warning["id"] for warning in found["warnings"]}) == told
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1])
+def test_friction_that_grows_below_what_was_recorded_is_in_the_intervals(share):
+    coulomb, viscous, top, step = 20.0, 0.1, 300.0, 0.001
+    speeds = [top]
+    while speeds[-1] > 60.0:
+        grown = coulomb * (1.0 + share * np.exp(-speeds[-1] / 75.0))
+        speeds.append(speeds[-1] - step * (grown + viscous * speeds[-1]))
+    seen = np.array(speeds[::10])
+    seen += np.random.default_rng(3).normal(0.0, 1.0, seen.size)
+    fit = fit_coast_down(np.arange(seen.size) * 10 * step, seen)
+    for name, truth in (("coulomb_deceleration", coulomb), ("viscous_rate", viscous)):
+        assert abs(fit.value(name) - truth) < 2.0 * fit.uncertainty(name)

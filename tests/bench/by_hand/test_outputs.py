@@ -1,27 +1,18 @@
 """What is on is left, whatever its instrument reports; what may not be on together is refused."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 import pytest
 
 from bench.by_hand.commands import commands_of
-from bench.by_hand.connections import HandConnections
+from bench.by_hand.connections import refusal
 from bench.by_hand.hand_work import HAND_WORK, PLAIN
 from bench.by_hand.outputs import Outputs, StillOnError
 from bench.by_hand.words import is_known
 from drivers.interfaces import CommunicationError, ReportedError, Role
-from procedures.core.actions import (
-    Connect,
-    ConnectProbes,
-    ConnectVoltmeter,
-    DisconnectVoltmeter,
-    SeparateMeterLeads,
-    Socket,
-    Terminal,
-)
-
-STATION = frozenset(Role)
+from procedures.core.actions import Node, Socket, Terminal, VoltageProbe
+from procedures.core.setup import BenchSetup, LeadContact, metered, probed, wired
 
 
 class Bench:
@@ -82,36 +73,28 @@ def test_what_cannot_be_switched_off_is_an_error_of_its_own_and_the_others_go_of
     assert bench.on == [Role.DYNAMOMETER]
 
 
-def on(*sockets: Socket) -> Connect:
-    return Connect(dict(zip(Terminal, sockets, strict=False)))
+def on(*sockets: Socket, beside: Iterable[LeadContact] = ()) -> BenchSetup:
+    return BenchSetup().having({*wired(dict(zip(Terminal, sockets, strict=False))), *beside})
 
 
-def test_what_may_be_switched_on_follows_from_what_was_said_to_be_connected() -> None:
-    said = HandConnections()
+def test_what_may_be_switched_on_follows_from_what_hands_have_connected() -> None:
     feeding = [role for role in Role if role.feeds]
-    assert [role for role in feeding if said.refusal(role, STATION) is None] == []
-    said.after(on(Socket.SUPPLY_POSITIVE, Socket.SUPPLY_NEGATIVE))
-    assert said.refusal(Role.SUPPLY, STATION) is None
-    assert "take supply off first" in str(said.refusal(Role.DYNAMOMETER, STATION))
-    said.after(on(Socket.METER_HIGH, Socket.METER_LOW))
-    assert "take lcr_meter off first" in str(said.refusal(Role.DYNAMOMETER, STATION))
-    said.after(on(Socket.INVERTER_U, Socket.INVERTER_V, Socket.INVERTER_W))
-    assert said.refusal(Role.DYNAMOMETER, STATION) is None
-    said.after(SeparateMeterLeads())
-    assert "until it is said" in str(said.refusal(Role.SUPPLY, STATION))
+    assert [role for role in feeding if refusal(role, BenchSetup()) is None] == []
+    assert [role for role in feeding if refusal(role, on()) is not None] == []
+    supply = on(Socket.SUPPLY_POSITIVE, Socket.SUPPLY_NEGATIVE)
+    assert refusal(Role.SUPPLY, supply) is None
+    assert "take supply off first" in str(refusal(Role.DYNAMOMETER, supply))
+    assert "take lcr_meter off first" in str(refusal(Role.DYNAMOMETER, on(Socket.METER_HIGH, Socket.METER_LOW)))
+    inverter = on(Socket.INVERTER_U, Socket.INVERTER_V, Socket.INVERTER_W)
+    assert refusal(Role.DYNAMOMETER, inverter) is None
 
 
 def test_nothing_else_is_on_the_motor_at_the_insulation_tester_s_voltage() -> None:
-    said = HandConnections()
-    said.after(on(*[Socket.INSULATION_HIGH] * 3))
-    assert "take it off before supply" in str(said.refusal(Role.SUPPLY, STATION))
-    assert str(said.refusal(Role.INSULATION_TESTER, STATION)).endswith("probes, voltmeter-leads")
-    said.after(ConnectProbes(()))
-    said.after(ConnectVoltmeter(Terminal.A, Terminal.B))
-    assert str(said.refusal(Role.INSULATION_TESTER, STATION)).endswith(": voltmeter-leads")
-    said.after(DisconnectVoltmeter())
-    assert said.refusal(Role.INSULATION_TESTER, STATION) is None
-    assert said.refusal(Role.INSULATION_TESTER, frozenset({Role.INSULATION_TESTER})) is None
+    joined = [Socket.INSULATION_HIGH] * 3
+    assert refusal(Role.INSULATION_TESTER, on(*joined)) is None
+    assert "take it off before supply" in str(refusal(Role.SUPPLY, on(*joined)))
+    beside = {*metered(Terminal.A, Terminal.B), *probed([VoltageProbe(1, Node.A, Node.B)])}
+    assert str(refusal(Role.INSULATION_TESTER, on(*joined, beside=beside))).endswith(": oscilloscope, voltmeter")
 
 
 def test_people_have_words_for_everything_that_a_form_offers() -> None:

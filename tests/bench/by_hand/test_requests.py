@@ -6,7 +6,7 @@ import re
 import pytest
 
 from bench.by_hand.commands import ArgumentKind, commands_of
-from bench.by_hand.requests import Finish, HandWork, Help, SwitchOff, TypedCommand, request_of
+from bench.by_hand.requests import Finish, HandTask, Help, SwitchOff, TypedCommand, request_of
 from drivers.interfaces import Aperture, Regulated, Role, Slope
 from procedures.core.actions import (
     Connect,
@@ -131,7 +131,7 @@ def test_what_is_no_command_of_an_instrument() -> None:
         "start-turning 6 rpm": StartTurning(pytest.approx(0.2 * math.pi)),
     }
     assert {line: request_of(line, ROLES) for line in typed} == {
-        line: HandWork(action, line) for line, action in typed.items()
+        line: HandTask(action, line) for line, action in typed.items()
     }
 
 

@@ -108,6 +108,8 @@ def test_tektronix_cut_short_is_noticed(tmp_path: Path) -> None:
         ("t [ms];U [mV]\n0;1500\n1;2500\n", "V"),
         ("Zeit/ms\tU/V\n0,0\t1,5\n1,0\t2,5\n", "V"),
         ("0,0;1,5\n0,001;2,5\n", ""),
+        ('"0,0","1,5"\n"0,001","2,5"\n', ""),
+        ('"t (s)","u (V)"\n"0,0","1,5"\n"0,001","2,5"\n', "V"),
         ("0 1.5\n0.001 2.5\n", ""),
         ("# made by a logger\ntime,voltage\ns,V\n0,1.5\n0.001,2.5\n", "V"),
         ("time_s,voltage_mV\n0,1500,\n0.001,2500,\n", "V"),

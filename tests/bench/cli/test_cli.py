@@ -225,7 +225,7 @@ def test_answers_that_run_out_fail_the_run_and_it_is_resumed(call: Call, by_hand
 def test_a_missing_instrument_is_named_before_anything_happens(call: Call, by_hand: Path, tmp_path: Path) -> None:
     code, _, err = call("run", "stator-resistance", "--station", str(by_hand), "--motor", "lg-400w")
     assert code == 1
-    assert f"{by_hand}: stator-resistance needs [instruments.lcr_meter]" in err
+    assert f"{by_hand}: stator-resistance: it needs [instruments.lcr_meter]" in err
     assert not (tmp_path / "runs").exists()
 
 
@@ -317,3 +317,28 @@ def test_a_fault_of_the_program_is_still_a_message(call: Call, monkeypatch: pyte
     assert code == 1
     assert "a fault of the program: ZeroDivisionError" in err
     assert load_motor("lg-400w").nameplate.name == "LG-400W"
+
+
+def test_help_and_refusals_in_chinese(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
+    code, out, _ = call("run", "--help")
+    assert code == 0
+    assert "用法：motorbench run [选项] [参数…]" in out
+    assert "操作人员姓名，写入记录。" in out
+    assert "[默认：auto]" in out
+    assert call() == call("--help")
+    assert "永磁电机测试台" in call("station", "--help", "--language", "zh")[1] + call()[1]
+    assert "测试台文件。" in call("station", "check", "--help")[1]
+    for wrong, said in (
+        (["run", "--stat"], "未知选项：--stat。您是否要用 --station？"),
+        (["rnu"], "未知命令“rnu”。您是否要用 run？"),
+        (["demo", "--seed", "x"], "--seed：“x”不是整数。"),
+        (["demo", "--seed", "-1"], "--seed 不能为 -1。必须 >= 0。"),
+        (["demo", "--seed"], "--seed 需要一个值。"),
+    ):
+        code, out, err = call(*wrong)
+        assert (code, out) == (2, "")
+        assert said in err
+    monkeypatch.setenv("LC_ALL", "C")
+    assert "Usage: motorbench run [OPTIONS] [ARGS...]" in call("run", "--help")[1]
+    assert "Unknown option: --stat. Did you mean --station?" in call("run", "--stat")[2]

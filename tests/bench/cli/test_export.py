@@ -106,6 +106,21 @@ def test_every_target_from_the_command_line(
     assert "content" not in made
 
 
+def test_a_file_with_other_content_is_not_overwritten(call: Call, record: Callable[..., Path], tmp_path: Path) -> None:
+    record(everything())
+    (file := tmp_path / "out.file").write_text("somebody's own gains", encoding="utf-8")
+    export = ("export", "a-run", "--for", "vesc", "--output", "out.file")
+    code, out, err = call(*export)
+    assert (code, out) == (2, "")
+    assert err == "motorbench: out.file is there already; name another file, or overwrite it with --force\n"
+    assert file.read_text(encoding="utf-8") == "somebody's own gains"
+    assert call(*export, "--force")[0] == 0
+    written = file.stat().st_mtime_ns
+    assert file.read_text(encoding="utf-8").startswith("<?xml")
+    assert call(*export)[0] == 0, "the same content may be written again"
+    assert file.stat().st_mtime_ns == written
+
+
 def test_json_has_the_fields_and_the_content(call: Call, record: Callable[..., Path]) -> None:
     record(everything())
     made = json.loads(call("export", "a-run", "--for", "vesc", "--json")[1])

@@ -6,6 +6,8 @@ import pytest
 from cyclopts import App
 
 from bench.cli.main import make_app
+from bench.eol.plan import load_plan
+from bench.operators.answers import load_answers
 from tests.command_line import Call
 
 #: What is typed after a command; FILE stands for the file that cannot be used.
@@ -44,6 +46,7 @@ INPUTS = {
     "eol run": ["FILE --station virtual --motors 1"],
     "eol check": ["FILE"],
     "eol export": ["--format csv --records FILE --out out.csv"],
+    "eol plan": ["FILE --output out.toml"],
     "eol labels": ["--batch one --records FILE"],
     "eol stats": ["--records FILE"],
 }
@@ -82,3 +85,20 @@ def test_a_file_that_cannot_be_used_is_named(call: Call, tmp_path: Path, command
     assert err.startswith("motorbench: ")
     assert "given.toml" in err
     assert len(err.splitlines()) == 1
+
+
+def test_a_byte_order_mark_before_a_file_changes_nothing(call: Call, tmp_path: Path) -> None:
+    """Editors on Windows put one in front of UTF-8 text."""
+    examples = Path(__file__).parents[3] / "docs/examples"
+    for name in ("note/station.toml", "note/answers-pole-pairs.toml", "eol/plan.toml", "eol/motor.toml"):
+        file = examples / name
+        (tmp_path / file.name).write_bytes(b"\xef\xbb\xbf" + file.read_bytes())
+    dialogue = sorted((Path(__file__).parents[2] / "drivers/dialogues").glob("*.traffic"))[0]
+    (tmp_path / "one.traffic").write_bytes(b"\xef\xbb\xbf" + dialogue.read_bytes())
+    assert call("station", "check", str(tmp_path / "station.toml"))[0] == 0
+    assert call("station", "replay", str(tmp_path / "one.traffic"))[0] == 0
+    assert load_answers(tmp_path / "answers-pole-pairs.toml")
+    assert load_plan(tmp_path / "plan.toml").name == load_plan(examples / "eol/plan.toml").name
+    words = ("--station", str(tmp_path / "station.toml"), "--motor", str(tmp_path / "motor.toml"), "--rehearse")
+    code, _, errors = call("run", "nameplate", *words, "--runs", str(tmp_path / "runs"))
+    assert code == 0, errors

@@ -167,10 +167,14 @@ def test_a_host_that_is_no_address_is_refused(host: str) -> None:
 
 
 def test_what_cannot_be_served_is_told(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"cannot be served on 192\.0\.2\.1"):
+    with pytest.raises(InputError, match=r"192\.0\.2\.1 cannot be listened on: .*--host"):
         serve(motor="lg-400w", host="192.0.2.1")
-    with pytest.raises(InputError, match="station file cannot be written"):
+    with pytest.raises(InputError, match="the file cannot be written"):
         serve(motor="lg-400w", station_file=tmp_path / "missing" / "station.toml")
+    (there := tmp_path / "station.toml").write_text("mine", encoding="utf-8")
+    with pytest.raises(UsageError, match="is there already; name another file, or overwrite it with --force"):
+        serve(motor="lg-400w", station_file=there)
+    assert there.read_text(encoding="utf-8") == "mine"
 
 
 def test_the_virtual_operator_needs_a_virtual_bench(tmp_path: Path) -> None:

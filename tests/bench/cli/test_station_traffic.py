@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import tomli_w
 
+from bench.station.clock import SystemClock
 from bench.traffic.sessions import session_of
 from bench.traffic.traffic_file import read_recording
 from drivers.interfaces import Role
@@ -131,6 +132,23 @@ def test_what_cannot_be_served_on(call: Call, typed: tuple[str, ...]) -> None:
     code, _, err = call("station", "replay", str(DIALOGUE), "--serve", *typed)
     assert code == 2
     assert "allowed is" in err or "give an IPv4 address" in err
+
+
+def test_what_a_killed_run_recorded_replays(call: Call, tmp_path: Path) -> None:
+    file = tmp_path / "run.traffic"
+    run = ("stator-resistance-dc", "--station", "virtual", "--motor", "lg-400w", "--runs", str(tmp_path / "runs"))
+    process = Forked(motorbench, "run", *run, "--record", str(file))
+    with closing(process):
+        while not file.exists() or b"voltmeter < " not in file.read_bytes():
+            SystemClock().sleep(0.001)
+        process.send_signal(signal.SIGKILL)
+        process.communicate(timeout=10.0)
+    kept = read_recording(file)
+    assert kept.unfinished
+    assert {Role.SUPPLY, Role.VOLTMETER} <= {line.role for line in kept.lines}
+    code, out, err = call("station", "replay", str(file))
+    assert (code, err) == (0, "")
+    assert f"cut short after {len(kept.lines)} lines" in out
 
 
 def test_a_run_is_recorded_and_replayed(call: Call, tmp_path: Path) -> None:

@@ -98,7 +98,7 @@ def test_a_program_reads_english(call: Call, motor: Path) -> None:
 def test_a_procedure_or_setting_that_is_not_there(call: Call) -> None:
     virtual = ("--station", "virtual", "--motor", "lg-400w", "--language", "zh")
     _, _, err = call("run", "stator-resistence", *virtual)
-    assert err == "motorbench: 没有流程 'stator-resistence'：是否指 stator-resistance？；或 all\n"
+    assert err == "motorbench: 没有测量项目 'stator-resistence'：是否指 stator-resistance？；或 all\n"
     _, _, err = call("run", "stator-resistance", *virtual, "--set", "frequencie=1")
     assert "--set frequencie=1：没有设置项 frequencie；" in err
     _, _, err = call("run", "pole-pairs-static", *virtual, "--set", "current_share=7")
@@ -125,7 +125,7 @@ def test_a_plan_and_a_serial_number(tmp_path: Path) -> None:
     path.write_text(wanted.format("stator-resistence"), encoding="utf-8")
     with pytest.raises(InputError) as refused:
         load_plan(path)
-    assert message(refused.value, CHINESE) == f"{path}：流程 'stator-resistence'：是否指 stator-resistance？"
+    assert message(refused.value, CHINESE) == f"{path}：测量项目 'stator-resistence'：是否指 stator-resistance？"
 
 
 def test_records_that_cannot_be_read_tell_the_page_why() -> None:

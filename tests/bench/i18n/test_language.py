@@ -9,10 +9,12 @@ import pytest
 
 from bench.i18n.errors import UsageError
 from bench.i18n.language import catalogue, language_of, translator
+from bench.journal.verification import Integrity
 from drivers.interfaces.text import text
 from procedures.core.actions import ALIGN_D
 from procedures.core.bench import Role
 from procedures.core.parameters import PARAMETERS
+from tests.bench.i18n.help_pages import asked_for
 
 ROOT = Path(__file__).parents[3]
 
@@ -72,6 +74,58 @@ def meanings_at(node: ast.AST) -> Iterator[str]:
             yield from literals(value)
 
 
+#: What names an input of a budget by its first argument, and what passes one on.
+INPUTS = (
+    "statistical",
+    "limit",
+    "standard",
+    "one_sided",
+    "instrument",
+    "estimate",
+    "with_errors",
+    "_mean",
+    "_drag",
+    "_quantities",
+)
+
+
+def inputs_at(node: ast.AST) -> Iterator[str]:
+    """The inputs of budgets: names of what is uncertain, and what an accuracy rests on; a document's title stays as it is."""
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in INPUTS:
+        for argument in node.args[:2]:
+            yield from literals(argument)
+    if isinstance(node, ast.Call) and ast.unparse(node.func) in ("Accuracy", "replace"):
+        yield from (said for word in node.keywords if word.arg == "source" for said in whole_parts(word.value))
+    if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]).endswith(
+        ("SOURCE", "FULL_SCALE_READING", "_SKEW", "_ESTIMATORS")
+    ):
+        for value in node.value.values if isinstance(node.value, ast.Dict) else (node.value,):
+            yield from whole_parts(value)
+
+
+def slugs_at(node: ast.AST) -> Iterator[str]:
+    """Short names of procedures and findings: they are typed as they stand, and told in the reader's words."""
+    if (
+        isinstance(node, ast.AnnAssign)
+        and ast.unparse(node.target) == "name"
+        and "ClassVar" in ast.unparse(node.annotation)
+    ):
+        yield from literals(node.value)
+    if isinstance(node, ast.ClassDef) and node.name == "Cause":
+        yield from (said for one in node.body if isinstance(one, ast.Assign) for said in literals(one.value))
+    if isinstance(node, ast.Call) and ast.unparse(node.func) == "Notice" and node.args:
+        yield from (given for given in literals(node.args[0]) if given.islower())
+
+
+def whole_parts(node: ast.expr) -> Iterator[str]:
+    """What stands between semicolons, without what is filled in."""
+    if isinstance(node, ast.JoinedStr):
+        said = "".join(str(p.value) if isinstance(p, ast.Constant) else "\0" for p in node.values)
+        yield from (part for part in said.split("; ") if "\0" not in part)
+    else:
+        yield from (part for given in literals(node) for part in given.split("; "))
+
+
 #: Their second argument is a parameter's name.
 SET_POINTS = ("check_setpoint", "SetpointError", "NotOfferedError")
 
@@ -115,6 +169,16 @@ def templates() -> dict[str, str]:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             for template in (*terms_at(node), *meanings_at(node)):
                 found.setdefault(template, str(path.relative_to(ROOT)))
+    for folder in ("procedures", "drivers", "bench/analysis", "bench/virtual"):
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                for name in (*inputs_at(node), *(slugs_at(node) if folder == "procedures" else ())):
+                    if re.search("[a-z]{2}", name):
+                        found.setdefault(name, str(path.relative_to(ROOT)))
+    for piece, where in asked_for().items():
+        found.setdefault(piece, where)
+    found |= {each.value: "bench/journal/verification.py" for each in Integrity}
+    found |= dict.fromkeys(("completed", "failed", "aborted", "interrupted"), "bench/journal/run_view.py")
     found |= {each.convention: "procedures/core/parameters.py" for each in PARAMETERS.values() if each.convention}
     return found | {role.value: "procedures/core/bench.py" for role in Role}
 
@@ -138,6 +202,7 @@ def test_translations_are_chinese() -> None:
     same = {
         "u",
         "u, %",
+        "· by {procedure}",
         "{terminal} → {socket}",
         "{terminal} ({colour}) → {socket}",
         "{instrument}, {quantity}",

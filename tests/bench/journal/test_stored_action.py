@@ -8,6 +8,7 @@ from drivers.interfaces.text import text
 from procedures.core.actions import (
     ALIGN_Q,
     Action,
+    ChangeSetup,
     ConnectProbes,
     ConnectVoltmeter,
     CurrentProbe,
@@ -20,6 +21,10 @@ from procedures.core.actions import (
     Terminal,
     VoltageProbe,
 )
+from procedures.core.setup import BenchSetup, metered, wired
+from procedures.core.setup_order import ordered_changes
+
+THERE = BenchSetup(rotor_locked=True).having(wired(ALIGN_Q.terminals) | metered(Terminal.B, Terminal.C))
 
 
 @pytest.mark.parametrize(
@@ -29,6 +34,7 @@ from procedures.core.actions import (
         ConnectProbes((VoltageProbe(1, Node.A, Node.ARTIFICIAL_STAR), CurrentProbe(4, Terminal.C))),
         ConnectVoltmeter(Terminal.A, Terminal.B),
         LockRotor(),
+        ChangeSetup(ordered_changes(BenchSetup(), THERE), BenchSetup(), THERE),
         MarkRestPositions(2),
         StartTurning(0.5),
         EnterReading("winding_temperature", text("the winding's temperature"), "°C", -60.0, 250.0, (5.0, 45.0)),

@@ -44,6 +44,7 @@ from procedures.core.actions import (
 from procedures.core.bench import ProcedureError
 from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.world.world import World
+from tests.bench.operators.asking import Asking
 
 READING = EnterReading("winding_temperature", text("the winding's temperature"), "°C", -50.0, 200.0)
 
@@ -175,9 +176,9 @@ def world() -> Iterator[World]:
     return World(load_motor("lg-400w").virtual_motor(), VirtualClock(), seed=3)
 
 
-def aligning(world: World, seed: int = 0) -> VirtualOperator:
+def aligning(world: World, seed: int = 0) -> Asking:
     """Hands that have connected the motor for its d axis to a supply that is on."""
-    hands = VirtualOperator(world, seed)
+    hands = Asking(VirtualOperator(world, seed), world.clock)
     hands.perform(ALIGN_D)
     world.supply.set_voltage(5.0)
     world.supply.set_current_limit(2.9)
@@ -218,7 +219,7 @@ def test_nobody_locks_a_shaft_that_still_swings(world: World) -> None:
 
 
 def test_the_virtual_operator_wires_locks_and_couples(world: World) -> None:
-    hands = VirtualOperator(world)
+    hands = Asking(VirtualOperator(world), world.clock)
     hands.perform(ALIGN_D)
     assert world.truth()["wiring"] == {"A": "supply+", "B": "supply-", "C": "supply-"}
     hands.perform(LockRotor())

@@ -3,9 +3,9 @@
 import ast
 import re
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
-import nicegui
 import pytest
 
 PANEL = Path(__file__).parents[3] / "bench" / "panel"
@@ -101,7 +101,9 @@ def test_what_would_be_found(source: str) -> None:
 def test_every_class_has_a_rule() -> None:
     """Nothing makes rules of names in the browser. What begins with mb- may be there for its name alone."""
     sources = [path.read_text(encoding="utf-8") for path in PANEL.rglob("*.py")]
-    quasar = (Path(nicegui.__file__).parent / "static").glob("quasar.*.prod.css")
+    nicegui = find_spec("nicegui")
+    assert nicegui is not None
+    quasar = (Path(str(nicegui.origin)).parent / "static").glob("quasar.*.prod.css")
     rules = {
         name
         for rule in [*sources, *(path.read_text(encoding="utf-8") for path in quasar)]

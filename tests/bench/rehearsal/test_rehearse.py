@@ -42,6 +42,8 @@ maximum_voltage = 12.0
 [instruments.lcr_meter]
 driver = "manual"
 frequencies = [100.0, 1000.0]
+resistance_accuracy = { gain = 0.01, source = "manual" }
+inductance_accuracy = { gain = 0.01, source = "manual" }
 
 [instruments.oscilloscope]
 driver = "keysight-infiniivision"
@@ -59,6 +61,8 @@ address = "USB0::0x2A8D::0x1401::MY53201234::0::INSTR"
 driver = "manual"
 maximum_speed = 600.0
 maximum_torque = 3.0
+speed_accuracy = { gain = 0.01, source = "manual" }
+torque_accuracy = { gain = 0.01, source = "manual" }
 
 [instruments.tachometer]
 driver = "lutron-tachometer"
@@ -139,10 +143,13 @@ def test_a_rehearsal_lists_the_set_points_of_the_run(
     listed = [(line["instrument"], line["value"]) for line in lines(made, "set point")]
     assert listed == sent
     assert len(lines(made, "on")) == len(lines(made, "off")) == 52
-    actions = [line["text"][0] for line in lines(made, "action")]
-    assert actions[:2] == [
+    assert lines(made, "action")[0]["text"] == [
+        "Connect, in this order:",
+        "Take every lead and probe off the motor that is still on it",
         "Take the motor's shaft off the dynamometer",
         "Unlock the shaft and turn it a little by hand: it moves freely",
+        "Put the supply's plus on A",
+        "Put the supply's minus on B and C",
     ]
     assert made["bench_time"] == pytest.approx(sum(one["bench_time"] for one in made["procedures"]), abs=5.0)
     assert 0.0 < made["hand_time"] < made["bench_time"]
@@ -244,9 +251,24 @@ def test_a_limit_that_the_twin_would_pass_while_it_runs_is_named_too(
 ) -> None:
     head, _, _ = STATION.partition("[instruments.supply]")
     drive = STATION[STATION.index("[instruments.drive]") :].replace("maximum_voltage = 40.0", limits)
-    rest = '[instruments.oscilloscope]\ndriver = "manual"\nprobes = { 4 = "A" }\n'
-    rest += '[instruments.dynamometer]\ndriver = "manual"\nmaximum_speed = 500.0\nmaximum_torque = 3.0\n'
-    rest += '[instruments.tachometer]\ndriver = "manual"\n'
+    rest = """
+[instruments.oscilloscope]
+driver = "capture-files"
+probes = { 4 = "A" }
+amplitude_accuracy = { 4 = { gain = 0.01, source = "manual" } }
+
+[instruments.dynamometer]
+driver = "manual"
+maximum_speed = 500.0
+maximum_torque = 3.0
+speed_accuracy = { gain = 0.01, source = "manual" }
+torque_accuracy = { gain = 0.01, source = "manual" }
+
+[instruments.tachometer]
+driver = "manual"
+accuracy = { gain = 0.01, source = "manual" }
+
+"""
     (tmp_path / "station.toml").write_text(head + rest + drive, encoding="utf-8")
     loads = ("--set", "loads=[0.3, 0.5, 0.7]", "--set", "winding_inductance=1e-4")
     station = str(tmp_path / "station.toml")
@@ -289,7 +311,8 @@ def test_what_does_not_go_with_a_rehearsal_is_refused(
     ("language", "said"),
     [
         ("en", ["on a virtual twin of bench 7", "assumed were:", "left supply: energised voltage 12 V (at most 12 V",
-                "left supply: switched on", "☞ Lock the shaft", "Largest set points", "No limit is passed",
+                "left supply: switched on", "☞ Connect, in this order:", "1. Take every lead and probe off", "Lock the shaft",
+                "Largest set points", "No limit is passed",
                 "If all processes of the bench die at once:", "supply: no watchdog; it stays on where run and guardian die"]),
         ("zh", ["bench 7", "☞", "✓", "left supply", "supply：没有看门狗"]),
     ],

@@ -11,7 +11,8 @@ from bench.cli.main import main
 from bench.journal.journal_file import read_journal
 from bench.operators.virtual import VirtualOperator
 from bench.safety.interrupts import Interrupted
-from procedures.core.actions import Action, LockRotor, TurnToRest
+from procedures.core.actions import ChangeSetup, HandWork, TurnToRest
+from procedures.core.setup_change import ChangeKind
 from sim_instruments.bench import VirtualBench
 from sim_instruments.faults.line_faults import Fault, FaultKind
 
@@ -107,17 +108,18 @@ def test_a_supply_that_cannot_give_the_current_is_refused(run: Run, tmp_path: Pa
     assert "energising" not in {e.kind for e in read_journal(Path(result["run"]) / "journal.jsonl").events}
 
 
-@pytest.mark.parametrize("action", [TurnToRest, LockRotor])
-def test_an_abort_while_energised_switches_off(run: Run, monkeypatch: pytest.MonkeyPatch, action: type[Action]) -> None:
+@pytest.mark.parametrize("work", ["turn", "lock"])
+def test_an_abort_while_energised_switches_off(run: Run, monkeypatch: pytest.MonkeyPatch, work: str) -> None:
     perform = VirtualOperator.perform
 
-    def aborting(self: VirtualOperator, asked: Action) -> object:
-        if isinstance(asked, action):
+    def aborting(self: VirtualOperator, asked: HandWork) -> object:
+        locking = isinstance(asked, ChangeSetup) and [change.kind for change in asked.changes] == [ChangeKind.LOCK]
+        if locking if work == "lock" else isinstance(asked, TurnToRest):
             raise Interrupted("Ctrl-C")
         return perform(self, asked)
 
     monkeypatch.setattr(VirtualOperator, "perform", aborting)
-    procedure = "pole-pairs-static" if action is TurnToRest else "dq-inductance-aligned"
+    procedure = "pole-pairs-static" if work == "turn" else "dq-inductance-aligned"
     code, result, truth = run(lambda _: None, procedure)
     assert code == 1
     assert result["status"] == "aborted"

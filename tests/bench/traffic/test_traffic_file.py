@@ -7,14 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.i18n.errors import FileError
-from bench.traffic.traffic_file import (
-    Kind,
-    SessionRecording,
-    TrafficLine,
-    parse_recording,
-    read_recording,
-    write_recording,
-)
+from bench.station.clock import SystemClock
+from bench.traffic.growing_file import GrowingFile
+from bench.traffic.traffic_file import Kind, SessionRecording, TrafficLine, parse_recording, read_recording
 from drivers.interfaces import Role
 
 TABLES = {"voltmeter": {"driver": "keysight-34461a", "address": "TCPIP0::voltmeter::inst0::INSTR"}}
@@ -89,7 +84,41 @@ def test_what_is_no_recording_is_named(content: str, said: str) -> None:
 
 def test_a_file_that_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="cannot be written"):
-        write_recording(recording_of(), tmp_path / "nowhere" / "one.traffic")
+        GrowingFile(tmp_path / "nowhere" / "one.traffic", TABLES)
+
+
+SAID = (
+    TrafficLine(0.0, Role.VOLTMETER, "@", b"visa"),
+    TrafficLine(0.0, Role.VOLTMETER, "=", b"open()"),
+    TrafficLine(0.1, Role.VOLTMETER, ">", b"*IDN?\n"),
+    TrafficLine(0.2, Role.VOLTMETER, "<", b"Keysight Technologies,34461A,MY53201234,A.03\n"),
+    TrafficLine(0.3, Role.VOLTMETER, "#", "raised InstrumentError: 5 Ω MY53201234".encode()),
+    TrafficLine(0.4, Role.VOLTMETER, "<", bytes(range(128, 256)) * 2),
+)
+
+
+def test_a_file_that_grows_is_read_wherever_it_was_cut(tmp_path: Path) -> None:
+    file = tmp_path / "one.traffic"
+    growing = GrowingFile(file, {**TABLES, "supply": {"driver": "no-such-driver"}})
+    for line in SAID:
+        growing.take(line)
+    while not file.read_bytes().endswith(b"fe ff\n"):
+        SystemClock().sleep(0.001)
+    whole = file.read_bytes()
+    assert b"MY53201234" not in whole
+    begin, kept = whole.index(b"--- traffic\n") + 12, []
+    for end in range(begin, len(whole) + 1):
+        file.write_bytes(whole[:end])
+        read = read_recording(file)
+        assert read.unfinished
+        for line, said in zip(read.lines, SAID[1:], strict=False):
+            assert (line.kind, len(line.content)) == (said.kind, len(said.content)), end
+        kept.append(len(read.lines))
+    # The last line's bytes fill their rows: nobody can tell that none is missing.
+    assert sorted(set(kept)) == [0, 1, 2, 3, 4]
+    growing.finish(recording_of(*SAID[1:]))
+    assert not read_recording(file).unfinished
+    assert len(read_recording(file).lines) == 5
 
 
 def test_a_file_is_written_and_read(tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ def test_an_export_that_needs_it_is_refused_with_the_cause(
     measured("withholding")
     status, out, err = call("export", "latest", "--for", target, "--language", "en")
     assert (status, out) == (1, "")
-    assert "stator_resistance was withheld by withholding (unexplained): the record differs" in err
+    assert "Stator resistance was withheld by withholding (unexplained): the record differs" in err
     assert "stator_resistance is needed and the run has none" not in err
 
 
@@ -110,7 +110,7 @@ def test_an_export_of_all_there_is_tells_it(measured: Callable[..., tuple[int, s
     content = json.loads(out)
     assert (status, content["parameters"].keys()) == (0, {"inertia"})
     assert content["withheld"]["stator_resistance"]["cause"] == "unexplained"
-    assert "left out: stator_resistance was withheld" in err
+    assert "left out: Stator resistance was withheld" in err
     assert "stator_resistance" not in call("export", "latest", "--for", "csv", "--language", "en")[1]
 
 
@@ -167,6 +167,6 @@ def test_who_needs_it_is_told_why_it_is_not_there(station: str, measured: Callab
     status, _, err = measured("withholding", "needing")
     assert status == 1
     assert (
-        "needing: run it first; stator_resistance was withheld by withholding (unexplained): the record differs"
+        "needing: run it first; Stator resistance was withheld by withholding (unexplained): the record differs"
         in " ".join(err.split())
     )

@@ -54,6 +54,8 @@ def off(fit: StepFit, record: Sampled, name: str) -> float:
         ("knee", 1.5, Cause.SATURATION),
         ("corner", 0.1, Cause.AC_COUPLED),
         ("corner", 0.15, Cause.AC_COUPLED),
+        ("voltage_corner", 0.1, Cause.AC_COUPLED),
+        ("voltage_corner", 0.02, Cause.AC_COUPLED),
         ("hum", 0.02, Cause.HUM),
         ("slope", 0.02, Cause.SLOPE),
     ],
@@ -89,6 +91,7 @@ def test_the_corner_of_a_coupling_is_named() -> None:
     (record, *_) = sampled(with_("corner", 0.1), bits=12, noise=(0.5, 2.0))
     (found,) = (f for f in fitted(record).misfit.findings if f.cause is Cause.AC_COUPLED)
     assert found.figures["corner"] == pytest.approx(0.1 / (2 * np.pi * 5e-3), rel=0.05)
+    assert found.figures["channel"] == "current"
 
 
 @pytest.mark.parametrize("corner", [1.0, 3.0, 10.0])
@@ -100,6 +103,18 @@ def test_a_current_that_dies_away_under_a_lasting_voltage_is_ac_coupled(corner: 
             found = error.misfit
         assert Cause.AC_COUPLED in {f.cause for f in found.findings}
         assert all(sentence(f).render() for f in found.findings)
+
+
+@pytest.mark.parametrize("corner", [0.1, 0.5, 1.0, 3.0])
+def test_a_voltage_that_is_ac_coupled_is_put_right_or_withheld(corner: float) -> None:
+    for record in sampled(with_("voltage_corner", corner), bits=12, noise=(0.5, 2.0)):
+        try:
+            found = fitted(record).misfit
+        except WithheldError as error:
+            found = error.misfit
+        (coupling,) = (f for f in found.findings if f.cause is Cause.AC_COUPLED)
+        assert coupling.figures["channel"] == "voltage"
+        assert coupling.figures["corner"] == pytest.approx(corner / (2 * np.pi * 5e-3), rel=0.5)
 
 
 def test_a_reversed_probe_is_not_called_ac_coupled() -> None:
@@ -168,6 +183,16 @@ def test_an_end_of_range_is_not_seen_where_noise_ends_by_itself() -> None:
     assert clipped_at(np.round(values), 500, 1.0, True) is None
     assert clipped_at(np.minimum(np.round(values), 100.0), 500, 1.0, True) == 100.0
     assert clipped_at(-np.minimum(np.round(values), 100.0), 500, 1.0, False) == -100.0
+
+
+@pytest.mark.parametrize("phase", np.linspace(0.0, 6.0, 7))
+def test_hum_is_not_taken_for_the_end_of_a_range(phase: float) -> None:
+    place = np.arange(2000)
+    hum = 2.3 * np.sin(2.0 * np.pi * place / 1300.0 + phase)
+    noise = np.random.default_rng(3).normal(0.0, 0.45, place.size)
+    values = np.round(np.where(place < 500, 0.0, 100.0) + hum + noise)
+    assert clipped_at(values, 500, 1.0, True) is None
+    assert clipped_at(np.minimum(values, 100.0), 500, 1.0, True) == 100.0
 
 
 def readings(batch: Batch) -> list[StepReading]:

@@ -17,6 +17,7 @@ FIGURES = {
     "_BiasedSaturation": (0.3,),
     "_Eddy": (0.3, 0.2),
     "_Coupling": (0.1,),
+    "_VoltageCoupling": (0.1,),
     "_Slope": (0.01,),
     "_Hum": (0.01, 0.02),
 }
@@ -24,7 +25,7 @@ FIGURES = {
 
 @pytest.mark.parametrize(
     "terms",
-    [*((term,) for term in TERMS[:-1]), (TERMS[2], TERMS[5], TERMS[1]), (TERMS[6], TERMS[3], TERMS[7])],
+    [*((term,) for term in TERMS[:-1]), (TERMS[2], TERMS[5], TERMS[1]), (TERMS[6], TERMS[3], TERMS[8])],
     ids=lambda terms: "+".join(type(t).__name__ for t in terms),
 )
 def test_derivatives_are_those_of_the_model(terms: tuple[Term, ...], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -123,7 +123,7 @@ def test_a_budget_in_another_unit_is_named_only(run: Run) -> None:
 def test_settings_estimators_plots_and_errata(run: Run) -> None:
     found = section(compose(run()), "dq-inductance-time-constant")
     (settings,) = (block for block in found.blocks if isinstance(block, Facts))
-    assert str(settings.items[0][1]) == "repeats = 4, curve_shares = [0.5, 1], polarity = against"
+    assert str(settings.items[0][1]) == "repeats: 4; curve_shares: 0.5, 1; polarity: against"
     (figure,) = (block for block in found.blocks if isinstance(block, PlotFigure))
     # The q axis has no record among the steps: its fit is drawn, its voltage is not.
     assert [len(row) for row in figure.plot.rows] == [1, 2, 2]

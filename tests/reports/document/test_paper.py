@@ -1,16 +1,15 @@
 """The PDF: its text, its letters, and that nothing in it is read as markup."""
 
-import io
 from collections.abc import Callable
 from typing import Any
 
 import pytest
-from pypdf import PdfReader
 
 from bench.i18n.language import catalogue
 from reports import fonts
 from reports.document.paper import paper
 from reports.document.render import words_of
+from tests.pdf import pages_of
 from tests.reports.document.test_page import hostile
 
 Rendered = Callable[..., dict[str, Any]]
@@ -18,13 +17,13 @@ Rendered = Callable[..., dict[str, Any]]
 
 def text_of(content: bytes) -> str:
     """The PDF's text without blanks, which a PDF has only where a line was set so."""
-    pages = PdfReader(io.BytesIO(content)).pages
+    pages = pages_of(content)
     return "".join("".join(page.extract_text().split()).replace("\u200b", "") for page in pages)
 
 
 def embedded(content: bytes) -> set[str]:
     found = set()
-    for page in PdfReader(io.BytesIO(content)).pages:
+    for page in pages_of(content):
         for entry in page["/Resources"].get("/Font", {}).values():
             found.add(str(entry.get_object()["/BaseFont"]).partition("+")[2])
     return found
@@ -36,7 +35,7 @@ def test_english(rendered: Rendered) -> None:
     for words in ("3.3.1-d/1", "3.3.1-d/4", "3.1.2.1/3", "d-axisinductance", "E10", "ef" * 32, "Measuredby"):
         assert words in said
     assert embedded(content) <= {"NotoSans-Regular", "NotoSans-Bold", "NotoSansCJKsc-Regular-Identity-H"}
-    assert len(PdfReader(io.BytesIO(content)).pages) >= 2
+    assert len(pages_of(content)) >= 2
 
 
 @pytest.mark.parametrize("languages", [("zh",), ("en", "zh")])
@@ -75,6 +74,6 @@ def test_what_the_fonts_lack_is_known() -> None:
 
 
 def test_a_figure_is_not_broken_over_two_lines(rendered: Rendered) -> None:
-    pages = PdfReader(io.BytesIO(paper(rendered(station="low_limit=-0.25")))).pages
+    pages = pages_of(paper(rendered(station="low_limit=-0.25")))
     said = "".join(page.extract_text() for page in pages)
     assert "low_\u200blimit=\u200b-0.25" in said

@@ -43,7 +43,7 @@ def test_each_check_is_a_row():
     ]
     chinese = translator("zh")
     said = table.rows[0].cells[2].render(chinese)
-    assert "C (黑" in said
+    assert "C（黑" in said
     assert "悬空" in said
 
 

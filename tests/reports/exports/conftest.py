@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from drivers.interfaces import Accuracy
 from procedures.core.budget import Uncertainties
 from procedures.core.result import Parameter
 from reports.exports.subject import Datasheet, Subject
@@ -41,7 +42,7 @@ def parameters(values: dict[str, float], relative: float = 0.01, gain: float = 0
         own = 0.0 if name == "pole_pairs" else relative * value
         quantity = unc.statistical(f"repeats of {name}", value, own)
         if name.endswith("inductance") and gain:
-            quantity = quantity * (1.0 + unc.limit("gain", 0.0, 0.0) + gain * unc._shared("LCR meter", "gain"))
+            quantity = unc.instrument("LCR meter", quantity, Accuracy(gain=gain))
         made[name] = unc.parameter(
             name, UNITS[name], quantity, procedure="p", section="3", estimator="e", convention="c"
         )

@@ -52,6 +52,9 @@ def test_hands(bench: ServedBench, act: Any) -> None:
     assert truth(bench)["shaft_speed"] == 0.0
     act("let_go")
     assert act("nudge_to_next_rest", direction=-1) > 0.0
+    act("connect", wiring={"A": "lcr_high", "B": "lcr_low"})
+    act("take_off", terminals=["A"])
+    assert truth(bench)["wiring"] == {"A": "open", "B": "lcr_low", "C": "open"}
     act("short_leads", shorted=True)
     assert truth(bench)["leads_shorted"] is True
     act("short_leads", shorted=False)

@@ -1,7 +1,9 @@
 """Ports of a served bench by endpoint."""
 
 import os
+import socket
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -71,6 +73,28 @@ def test_a_file_that_cannot_be_is_refused(call: Call, tmp_path: Path, content: s
     assert (code, out) == (1, "")
     assert str(file) in err
     assert said in err.replace("\n", " ")
+
+
+def test_a_port_that_is_taken_is_named_with_its_endpoint(call: Call, tmp_path: Path) -> None:
+    (file := tmp_path / "ports.toml").write_text(f"[supply]\nsocket = {BASE + 9}\n")
+    with socket.create_server(("127.0.0.1", BASE + 9)):
+        code, out, err = call("sim", "serve", "--motor", "lg-400w", "--ports", str(file))
+    assert (code, out) == (1, "")
+    said = f"127.0.0.1:{BASE + 9}, for supply.socket, cannot be listened on: Address already in use; end what listens there, or"
+    assert said in err.replace("\n", " ")
+
+
+def test_a_client_too_many_is_told_of_once(served_bench: Callable[..., ServedBench]) -> None:
+    bench = served_bench()
+    port = wires.port_of(bench.addresses()["voltmeter"]["socket"])
+    with ExitStack() as leaving:
+        clients = [leaving.enter_context(socket.create_connection(("127.0.0.1", port))) for _ in range(66)]
+        told = bench.refused_clients.get(timeout=5.0)
+        assert (told.endpoint, told.most) == (("voltmeter", "socket"), 64)
+        # The first ones go on being served.
+        clients[0].sendall(b"*IDN?\n")
+        assert b"34461A" in clients[0].recv(100)
+    assert bench.refused_clients.empty()
 
 
 def test_no_patience_at_all_is_refused(call: Call) -> None:

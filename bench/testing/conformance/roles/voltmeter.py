@@ -50,6 +50,8 @@ def _compare(stand: Stand, meter: Any, checks: Checks, full_scale: float, cycles
 
 
 def _brief(stand: Stand, meter: Any, checks: Checks) -> None:
+    withstood, remedy = meter.maximum_voltage, "Give the voltage that its leads may be on, whatever range is set"
+    checks.that("maximum_voltage is what its leads withstand", 5.0 <= withstood < math.inf, f"{withstood} V", remedy)
     _compare(stand, meter, checks, 5.0, 10.0)
 
 

@@ -80,7 +80,7 @@ def test_a_plan_that_is_not_right_is_refused_before_anything_begins(
 def test_a_missing_instrument_is_named(bench: Any) -> None:
     station = bench.folder / "station.toml"
     station.write_text(REAL, encoding="utf-8")
-    with pytest.raises(InputError, match=r"pole-pairs-back-emf needs \[instruments.dynamometer\]"):
+    with pytest.raises(InputError, match=r"pole-pairs-back-emf: it needs \[instruments.dynamometer\]"):
         prepare(bench.request.plan, str(station), None)
 
 

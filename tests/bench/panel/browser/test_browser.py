@@ -34,10 +34,10 @@ def begin(page: Page, server: Server, *procedures: str, motor: str = "lg-400w") 
     return page.url.rpartition("/")[2]
 
 
-def answer_until_end(page: Page, done: str = "Done") -> None:
+def answer_until_end(page: Page) -> None:
     """Confirm whatever is asked, as a person does who reads nothing."""
     ended = page.get_by_role("button", name=re.compile("Measure the next motor|测量下一台电机"))
-    button = page.get_by_role("button", name=done)
+    button = page.locator("[data-done]")
     for _ in range(600):
         if ended.is_visible():
             return
@@ -76,6 +76,13 @@ def test_the_connections_are_drawn_and_told(panel: Panel, new_page: NewPage) -> 
         page.get_by_role("button", name="Done").click()
         page.wait_for_timeout(100)
     assert "A (white) → supply, plus" in str(picture.get_attribute("aria-label"))
+    wide = picture.bounding_box()
+    page.set_viewport_size({"width": 390, "height": 844})
+    upright = picture.bounding_box()
+    assert wide is not None
+    assert upright is not None
+    assert wide["width"] > wide["height"]
+    assert upright["width"] < upright["height"]
 
 
 def test_a_small_screen_shows_the_whole_drawing_and_keeps_abort_in_reach(panel: Panel, new_page: NewPage) -> None:
@@ -104,7 +111,7 @@ def test_a_small_screen_shows_the_whole_drawing_and_keeps_abort_in_reach(panel: 
 def test_abort_takes_the_way_down_and_cannot_be_overlooked(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
     run = begin(page, panel, "Pole pairs by stable positions")
-    energised, done = page.get_by_text("ENERGISED: DC supply"), page.get_by_role("button", name="Done")
+    energised, done = page.locator("[data-state=on]"), page.locator("[data-done]")
     for _ in range(200):
         if energised.is_visible():
             break
@@ -112,7 +119,7 @@ def test_abort_takes_the_way_down_and_cannot_be_overlooked(panel: Panel, new_pag
         with suppress(Error):
             done.click(timeout=200)
         page.wait_for_timeout(100)
-    expect(energised).to_be_visible()
+    expect(energised).to_contain_text("DC supply")
     page.get_by_role("button", name="Abort the run").click()
     expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_contain_text("J. Doe")
     assert "made_safe" in kinds(panel, run)
@@ -159,7 +166,7 @@ def test_chinese(panel: Panel, new_page: NewPage) -> None:
     begin(page, panel, "Pole pairs by stable positions")
     page.get_by_role("button", name="中文").click()
     expect(page.get_by_role("button", name="完成")).to_be_visible()
-    answer_until_end(page, done="完成")
+    answer_until_end(page)
     expect(page.get_by_role("rowheader", name=re.compile("^极对数"))).to_be_visible()
 
 

@@ -3,8 +3,10 @@ import sqlite3
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Page, expect
 
+from bench.cli.main import main
 from bench.panel.launch import LINE
 from tests.bench.panel.browser.conftest import Panel
 
@@ -40,6 +42,7 @@ def open_line(page: Page, panel: Panel, *, sockets: int = 2) -> None:
     page.get_by_label("Operator's name").fill("J. Doe")
     page.get_by_label("Virtual sockets").fill(str(sockets))
     page.get_by_label("Virtual sockets").blur()
+    expect(page.get_by_role("radio", checked=True)).to_be_visible()
     page.get_by_role("button", name="Begin", exact=True).click()
     expect(page.get_by_text("Scan the first motor.")).to_be_visible()
 
@@ -108,7 +111,9 @@ def test_a_motor_outside_its_limits(panel: Panel, new_page: NewPage) -> None:
     scan(page, "SN-1")
     tile = page.get_by_label("Socket 1")
     expect(tile.get_by_text("✗ FAIL")).to_be_visible()
-    expect(tile.get_by_text(re.compile("resistance"))).to_be_visible()
+    expect(tile.get_by_text(re.compile(r"^Stator resistance: \d\d\.\d mΩ$"))).to_be_visible()
+    expect(tile.get_by_text("limits 5000")).to_be_visible()
+    expect(tile.get_by_text("Take it out, to the rejects.")).to_be_visible()
     page.get_by_role("button", name="Abort the batch").click()
     expect(page.get_by_text("The batch has ended.")).to_be_visible()
 
@@ -118,8 +123,34 @@ def test_a_plan_that_is_not_right_is_refused_in_the_readers_language(panel: Pane
     page = new_page()
     page.goto(f"{panel.url}/line")
     page.get_by_role("button", name="中文").click()
-    page.get_by_role("button", name="开始", exact=True).click()
-    expect(page.get_by_role("alert")).to_contain_text("stator_resistance 的限值：low = 20 大于 high = 10")
+    refused = page.get_by_role("radio", name="reversed", disabled=True)
+    expect(refused).to_contain_text("stator_resistance 的限值：low = 20 大于 high = 10")
+
+
+def test_a_first_plan_is_made_from_a_measured_motor(panel: Panel, new_page: NewPage) -> None:
+    run = ["run", "stator-resistance-dc", "--station", "virtual", "--motor", "lg-400w", "--operator", "virtual"]
+    with pytest.raises(SystemExit, match="0"):
+        main([*run, "--serial-number", "SN-7", "--runs", str(panel.runs)])
+    page = new_page()
+    page.goto(f"{panel.url}/line")
+    expect(page.get_by_text("There is no plan yet")).to_be_visible()
+    page.get_by_text("Make a plan from a measured motor").click()
+    page.get_by_label("Run", exact=True).click()
+    page.get_by_role("option", name="SN-7").first.click()
+    page.get_by_role("button", name="Make the plan").click()
+    made = page.get_by_role("radio", name="lg-400w", checked=True)
+    expect(made).to_contain_text("1 limits · 1 procedures")
+    page.get_by_label("Operator's name").fill("J. Doe")
+    page.get_by_label("Virtual sockets").fill("1")
+    page.get_by_label("Virtual sockets").blur()
+    page.get_by_role("button", name="Begin", exact=True).click()
+    expect(page.get_by_text("Scan the first motor.")).to_be_visible()
+    scan(page, "SN-8")
+    tile = page.get_by_label("Socket 1")
+    expect(tile.get_by_text("✓ PASS")).to_be_visible()
+    expect(tile.get_by_text("1 of 1 inside")).to_be_visible()
+    page.get_by_role("button", name="Abort the batch").click()
+    expect(page.get_by_text("The batch has ended.")).to_be_visible()
 
 
 def test_another_browser_and_a_new_server_show_the_same_line(panel: Panel, new_page: NewPage) -> None:
@@ -151,6 +182,7 @@ def test_a_second_begin_starts_no_second_batch(panel: Panel, new_page: NewPage) 
     page, before = new_page(), set(panel.runs.glob("*"))
     page.goto(f"{panel.url}/line")
     # Both clicks before the page can change.
+    expect(page.get_by_role("radio", checked=True)).to_be_visible()
     page.get_by_role("button", name="Begin", exact=True).evaluate("button => { button.click(); button.click(); }")
     expect(page.get_by_text("Scan the first motor.")).to_be_visible()
     expect(page.get_by_text("batch once, plan once")).to_be_visible()

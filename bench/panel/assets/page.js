@@ -1,0 +1,147 @@
+"use strict";
+// What must work without the server, or faster than it: whether it is heard, Enter, focus, sound.
+(() => {
+    const LOST = 3000; // ms of silence
+    const CONFIRM = 400; // ms after a step appears, so that one press cannot confirm two
+    const root = document.documentElement;
+    const find = (selector) => document.querySelector(selector);
+    let heard = performance.now();
+
+    function lostNow() {
+        return root.classList.contains("mb-lost");
+    }
+
+    function watch() {
+        const silent = performance.now() - heard;
+        const lost = silent > LOST && find("[data-beat]") !== null;
+        if (lost !== lostNow()) {
+            root.classList.toggle("mb-lost", lost);
+            sound(lost ? "lost" : "");
+        }
+        if (lost) {
+            const age = Math.round(silent / 1000);
+            for (const place of document.querySelectorAll("[data-words]")) {
+                const words = place.dataset.words.replace("{age}", age);
+                // What does not change is left alone: a change is noticed, and would be looked at again.
+                if (place.textContent !== words) place.textContent = words;
+            }
+        }
+    }
+
+    // A server that was started anew knows this page no more: once it answers, the page is loaded anew.
+    async function comeBack() {
+        if (!lostNow()) return;
+        try {
+            const answer = await fetch("/assets/page.css", { cache: "no-store" });
+            if (answer.status < 500 && lostNow()) location.reload();
+        } catch {
+            // Still nobody there.
+        }
+    }
+
+    // What is pressed on a page that hears nothing would arrive later, at another step.
+    function refuse(event) {
+        if (lostNow() && !(event.type === "keydown" && event.key === "Tab") && !event.target.closest?.("a")) {
+            event.preventDefault();
+            event.stopImmediatePropagation();
+        }
+    }
+
+    function early(event) {
+        if (event.target.closest?.("[data-done][aria-disabled]")) {
+            event.preventDefault();
+            event.stopImmediatePropagation();
+        }
+    }
+
+    function confirm(event) {
+        const done = find("[data-done]");
+        if (event.key !== "Enter" || !done || event.defaultPrevented || event.isComposing) return;
+        if (event.ctrlKey || event.altKey || event.metaKey) return;
+        const other = event.target.closest?.("button, a, [role=button], [role=option], summary");
+        if (other && other !== done) return;
+        event.preventDefault();
+        event.stopImmediatePropagation();
+        if (!event.repeat) done.click();
+    }
+
+    function appeared() {
+        // A second press at the same place would confirm what nobody has read.
+        const done = find("[data-done]");
+        done?.setAttribute("aria-disabled", "true");
+        setTimeout(() => done?.removeAttribute("aria-disabled"), CONFIRM);
+        // Once the step's parts stand: they come in the same message.
+        requestAnimationFrame(() => find("[data-focus]:not([disabled])")?.focus({ preventScroll: true }));
+    }
+
+    function pressed(event) {
+        const button = event.target.closest?.("button");
+        if (!button) return;
+        if (button.dataset.again !== undefined) {
+            find("[data-focus]")?.focus();
+            find("[data-focus]")?.select?.();
+        }
+        if (button.dataset.mute !== undefined) {
+            localStorage.setItem("motorbench_muted", muted() ? "" : "yes");
+            show();
+        }
+    }
+
+    const TONES = { on: [660, 880], aborting: [880, 660, 880], off: [440], unknown: [330, 330], lost: [220, 220, 220] };
+    let audio = null;
+
+    function muted() {
+        return localStorage.getItem("motorbench_muted") === "yes";
+    }
+
+    function show() {
+        find("[data-mute]")?.setAttribute("aria-pressed", String(muted()));
+    }
+
+    // Browsers let a page sound only once somebody has touched it.
+    function allow() {
+        audio ??= new AudioContext();
+    }
+
+    function sound(state) {
+        if (!audio || muted()) return;
+        (TONES[state] ?? []).forEach((pitch, number) => {
+            const tone = audio.createOscillator();
+            const gain = audio.createGain();
+            const begin = audio.currentTime + 0.18 * number;
+            tone.frequency.value = pitch;
+            gain.gain.setValueAtTime(0.12, begin);
+            gain.gain.exponentialRampToValueAtTime(0.001, begin + 0.16);
+            tone.connect(gain).connect(audio.destination);
+            tone.start(begin);
+            tone.stop(begin + 0.17);
+        });
+    }
+
+    new MutationObserver((changes) => {
+        for (const { type, attributeName, target, addedNodes } of changes) {
+            if (attributeName === "data-beat") heard = performance.now();
+            if (attributeName === "data-step") appeared();
+            if (attributeName === "data-sound") sound(target.dataset.sound);
+            if (type === "childList" && [...addedNodes].some((node) => node.querySelector?.("[data-beat]"))) {
+                heard = performance.now();
+                root.lang = find("[data-beat]").dataset.lang;
+                appeared();
+                show();
+            }
+        }
+        if (lostNow()) watch();
+    }).observe(root, {
+        subtree: true,
+        childList: true,
+        attributes: true,
+        attributeFilter: ["data-beat", "data-step", "data-sound"],
+    });
+    for (const kind of ["click", "keydown", "pointerdown", "input"]) window.addEventListener(kind, refuse, true);
+    window.addEventListener("keydown", confirm, true);
+    window.addEventListener("click", early, true);
+    window.addEventListener("click", pressed);
+    for (const kind of ["pointerdown", "keydown"]) window.addEventListener(kind, allow);
+    setInterval(watch, 250);
+    setInterval(comeBack, 2000);
+})();

@@ -1,0 +1,199 @@
+"""Whether hands may touch the motor: what is known of this moment, and never more than that."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from time import monotonic
+from typing import Any
+
+from bench.journal.stored_result import restore_text
+from bench.panel.live_run import LiveRun
+from bench.panel.live_view import LiveView
+from bench.safety.read_back import Found
+from drivers.interfaces.text import Text, text
+from reports.labels import role_name
+
+#: What was read back for so long (s) ago still says that outputs are off; beyond the second, nothing is known any more.
+FRESH, KNOWN = 1.0, 2.0
+#: What may be touched although it is energised: beyond this voltage (V) no hand comes near. Direct voltage below 60 V is extra-low
+#: by IEC 61140 and IEC 60364-4-41.
+EXTRA_LOW = 60.0
+#: Work at the shaft of a motor that is energised on purpose.
+_AT_SHAFT = ("TurnToRest", "MarkRestPositions", "LockRotor", "ReleaseRotor", "StartTurning", "StopTurning")
+
+
+class Kind(StrEnum):
+    """The states that a page tells apart."""
+
+    OFF = "off"
+    ON = "on"
+    #: Nothing can be read back: a person sees to it.
+    UNREAD = "unread"
+    UNKNOWN = "unknown"
+    ABORTING = "aborting"
+
+
+@dataclass(frozen=True)
+class BenchState:
+    """What is known, in a sentence and its reasons; `waits` says why nothing may be confirmed, None where it may."""
+
+    kind: Kind
+    headline: Text
+    detail: Text
+    waits: Text | None = None
+
+
+def bench_state(run: LiveRun, now: float | None = None) -> BenchState:
+    """Return what is known of a run's bench at a time (s, monotonic)."""
+    view, line = run.view, run.line
+    if view.going_down is not None or run.abort_asked_at is not None:
+        return _going_down(run)
+    age = (monotonic() if now is None else now) - line.sources_at
+    asked = line.question
+    sources = [one for one in line.sources if one["feeds"]]
+    if view.energised:
+        return _energised(view, line.sources if age <= KNOWN else (), asked)
+    if asked is None:
+        return _working(sources, age)
+    silent = [one for one in sources if one["found"] == Found.SILENT]
+    if age > KNOWN or silent:
+        return _unknown(silent, age)
+    if on := [one for one in line.sources if one["found"] == Found.ON]:
+        wait = None if asked["kind"] != "action" else text("Done: waits until it is off")
+        return BenchState(Kind.ON, text("On: {what}. Do not touch.", what=_told(on)), _rest(line.sources, on), wait)
+    unread = [one for one in sources if one["found"] != Found.OFF]
+    if unread or not sources:
+        return _unread(unread, line.sources)
+    return _off(line.sources, age)
+
+
+def _off(found: Sequence[Mapping[str, Any]], age: float) -> BenchState:
+    read = _told([one for one in found if one["values"]])
+    seconds = f"{age:.1f}"
+    if age > FRESH:
+        headline = text("Outputs were off {age} s ago. Do not touch.", age=seconds)
+        return BenchState(Kind.UNREAD, headline, text("Being read back anew: {what}", what=read))
+    if any(unit == "rad/s" for one in found for _, unit in one["values"]):
+        headline, detail = text("Outputs off. You may touch the leads."), text("Read back {age} s ago: {what}")
+    else:
+        headline = text("Outputs off.")
+        detail = text("Read back {age} s ago: {what}. Speed not measured: see that the shaft stands still.")
+    return BenchState(Kind.OFF, headline, Text(detail.template, {"age": seconds, "what": read}))
+
+
+def _unread(unread: Sequence[Mapping[str, Any]], found: Sequence[Mapping[str, Any]]) -> BenchState:
+    read = [one for one in found if one["values"]]
+    if not unread:
+        return BenchState(
+            Kind.UNREAD,
+            text("This run switches nothing on."),
+            text("It has no source, so none was read back. See yourself that others are off."),
+        )
+    headline = text("See yourself that it is off: {what}", what=_names(unread))
+    if all(one["found"] == Found.BY_HAND for one in unread):
+        why = text("It is switched by hand, and cannot be read back.")
+    else:
+        why = text("It cannot be read back.")
+    detail = text("{why} Off: {what}", why=why, what=_told(read)) if read else why
+    return BenchState(Kind.UNREAD, headline, detail)
+
+
+def _unknown(silent: Sequence[Mapping[str, Any]], age: float) -> BenchState:
+    headline = text("Not known whether outputs are off. Do not touch.")
+    if silent:
+        detail = text(
+            "{what} does not answer: {error}. Switch it off at its front, then 'Ask again'.",
+            what=_names(silent),
+            error=restore_text(silent[0]["error"]),
+        )
+    elif math.isinf(age):
+        detail = text("Nothing has been read back yet.")
+    else:
+        detail = text("Nothing was read back for {age} s. Switch off at the front, then 'Ask again'.", age=f"{age:.0f}")
+    return BenchState(Kind.UNKNOWN, headline, detail, text("Done: waits for a known state"))
+
+
+def _working(sources: Sequence[Mapping[str, Any]], age: float) -> BenchState:
+    """Say what is known while a procedure has the instruments: only it may ask them."""
+    waits = text("Measuring …")
+    if not sources or all(one["found"] in (Found.BY_HAND, Found.UNREADABLE) for one in sources):
+        return BenchState(Kind.UNREAD, text("Measuring. Keep your hands off."), text("Nothing is read back."), waits)
+    seconds = f"{age:.0f}"
+    if age <= KNOWN:
+        detail = text("Commanded off; read back as off {age} s ago.", age=f"{age:.1f}")
+        return BenchState(Kind.UNREAD, text("Measuring. Keep your hands off."), detail, waits)
+    detail = text("Commanded off, but not read back for {age} s: the measurement has the instruments.", age=seconds)
+    return BenchState(Kind.UNKNOWN, text("Measuring. Do not touch."), detail, waits)
+
+
+def _energised(view: LiveView, found: Sequence[Mapping[str, Any]], asked: Mapping[str, Any] | None) -> BenchState:
+    on = sorted(view.energised)
+    read = {one["role"]: one for one in found if one["values"]}
+    told: list[Text] = [_values(role, read[role]["values"]) if role in read else _last_read(view, role) for role in on]
+    rest = _rest(found, [{"role": role} for role in on])
+    if asked is None:
+        return BenchState(Kind.ON, text("Energised: {what}. Do not touch.", what=told), rest, text("Measuring …"))
+    volts = [abs(value) for role in on for value, unit in read.get(role, {}).get("values", ()) if unit == "V"]
+    if asked["kind"] in ("number", "doubt", "confirm", "command"):
+        return BenchState(Kind.ON, text("Energised: {what}. Touch no lead.", what=told), rest)
+    if asked.get("action") not in _AT_SHAFT or any(value >= EXTRA_LOW for value in volts):
+        waits = text("Done: waits until it is off")
+        return BenchState(Kind.ON, text("Energised: {what}. Do not touch.", what=told), rest, waits)
+    least = text("less than {volts:g} V", volts=EXTRA_LOW) if volts else text("voltage not read back")
+    return BenchState(
+        Kind.ON,
+        text("Energised on purpose: work at the shaft, touch no lead."),
+        text("{what}: {least}", what=told, least=least),
+    )
+
+
+def _going_down(run: LiveRun) -> BenchState:
+    view = run.view
+    done: list[Text] = []
+    for role in dict.fromkeys([*view.energised, *(role for role, _ in view.made_safe)]):
+        outcomes = [one for (who, _), one in view.made_safe.items() if who == role]
+        if any(one.error for one in outcomes):
+            done.append(text("{role}: not proved off ✗", role=role_name(role)))
+        elif role in view.energised or not outcomes:
+            done.append(text("{role}: being switched off …", role=role_name(role)))
+        else:
+            done.append(text("{role}: off ✓", role=role_name(role)))
+    headline = text("Aborting: switching off …") if run.abort_asked_at is not None else text("Ending: switching off …")
+    detail = Text("{what}", {"what": done}) if done else text("Asked to stop; each source follows.")
+    return BenchState(Kind.ABORTING, headline, detail, text("The run is being ended"))
+
+
+def _last_read(view: LiveView, role: str) -> Text:
+    since = view.energised[role]
+    values = [
+        (kept.values[-1], kept.unit)
+        for (instrument, _), kept in view.readings.items()
+        if instrument == role and kept.times and kept.times[-1] >= since
+    ]
+    return _values(role, values) if values else role_name(role)
+
+
+def _rest(found: Sequence[Mapping[str, Any]], but: Sequence[Mapping[str, Any]]) -> Text:
+    named = {one["role"] for one in but}
+    off = [one for one in found if one["role"] not in named and one["found"] == Found.OFF]
+    return text("Off: {what}", what=_told(off)) if off else text("Nothing else was read back.")
+
+
+def _told(found: Sequence[Mapping[str, Any]]) -> list[Text]:
+    return [_values(one["role"], one["values"]) for one in found]
+
+
+def _names(found: Sequence[Mapping[str, Any]]) -> list[Text]:
+    return [role_name(one["role"]) for one in found]
+
+
+def _values(role: str, values: Sequence[Sequence[Any]]) -> Text:
+    shown = ", ".join(_shown(float(value), str(unit)) for value, unit in values)
+    return Text("{role} {values}", {"role": role_name(role), "values": shown})
+
+
+def _shown(value: float, unit: str) -> str:
+    if unit == "rad/s":
+        return f"{value * 30.0 / math.pi:.0f} rpm"
+    return f"{value:.2f} {unit}"

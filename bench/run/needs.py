@@ -1,0 +1,110 @@
+"""What a plan needs of a station, held against the station file: what a run would be refused for, and what it would ask of people."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
+from typing import TYPE_CHECKING
+
+from bench.i18n.errors import InputError
+from bench.run.plan import Planned
+from bench.run.probe_limits import unstated_probes
+from bench.station.station_file import Entry, Station
+from drivers.catalogue import MANUAL
+from drivers.interfaces import Role
+from drivers.interfaces.text import Text, Translate, lines, text
+from procedures.core.demand import Demand, Measurand
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+#: Drivers whose figures a person brings.
+BY_HAND = frozenset({MANUAL, "capture-files"})
+
+
+def possible(plan: Sequence[Planned], station: Station, console: "Console", translate: Translate) -> list[Planned]:
+    """Return the procedures that the station has what is needed for, and say which are left out and why."""
+    possible = []
+    for planned in plan:
+        missing = unmet(planned, station)
+        if missing:
+            left_out = text("{procedure} is left out: {why}", procedure=planned.name, why=lines(missing, between="; "))
+            console.print(left_out.render(translate), markup=False)
+        else:
+            possible.append(planned)
+    return possible
+
+
+def check_needs(plan: Sequence[Planned], station: Station) -> None:
+    """Raise InputError where the station lacks what a procedure needs."""
+    for planned in plan:
+        missing = unmet(planned, station)
+        if missing:
+            why = lines(missing, between="; ")
+            raise InputError(text("{source}: {name}: {why}", source=station.source, name=planned.name, why=why))
+
+
+def unmet(planned: Planned, station: Station) -> list[Text]:
+    """Return what the station lacks for a procedure, each with what to write into its file; nothing is opened."""
+    entries, said = station.entries, []
+    roles = planned.procedure.roles_at(planned.settings, entries.keys())
+    absent = sorted(f"[instruments.{role.value}]" for role in roles - entries.keys())
+    if absent:
+        said.append(text("it needs {tables}", tables=absent))
+    for role, demand in planned.procedure.needed(planned.settings).items():
+        if role in entries:
+            said += _lacking(entries[role], demand)
+    return said
+
+
+def asked(planned: Planned, station: Station) -> list[Text]:
+    """Return what people are asked for in a procedure: hands, readings, a temperature, limits of probes."""
+    entries, said = station.entries, []
+    roles = planned.procedure.roles_at(planned.settings, entries.keys())
+    if any(step.by_hand for step in planned.procedure.steps()):
+        said.append(text("hands"))
+    typed = [role.value for role in roles & entries.keys() if entries[role].driver.name in BY_HAND]
+    if typed:
+        said.append(text("readings of {roles}", roles=sorted(typed)))
+    if getattr(planned.settings, "winding_temperature", 0.0) is None:
+        said.append(text("the winding's temperature"))
+    open_probes = unstated_probes(station)
+    if Role.OSCILLOSCOPE in roles and open_probes:
+        said.append(text("limits of the probes on channels {channels}", channels=sorted(open_probes)))
+    return said
+
+
+def _lacking(entry: Entry, demand: Demand) -> Iterator[Text]:
+    role, by_hand = entry.role.value, entry.driver.name == MANUAL
+    if demand.automatic and entry.driver.name in BY_HAND:
+        yield text("{role}: too many readings for a person", role=role)
+        return
+    if demand.waveforms and by_hand:
+        yield text("{role}: a person reads no waveforms", role=role)
+    elif by_hand:
+        yield from _unstated(entry, (*demand.figures, *demand.screen))
+    elif entry.driver.name in BY_HAND and (demand.waveforms or demand.screen):
+        yield from _unstated(entry, (Measurand.AMPLITUDE,))
+    probes = getattr(entry.options, "probes", None)
+    if isinstance(probes, Mapping):
+        kinds = [getattr(probe, "kind", probe) for probe in probes.values()]
+        for kind, count in demand.probes.items():
+            if kinds.count(kind) < count:
+                yield text(
+                    "{role}: {count} probes of kind {kind} are needed, the file names {found} ({role}.probes)",
+                    role=role,
+                    count=count,
+                    kind=kind.value,
+                    found=kinds.count(kind),
+                )
+
+
+def _unstated(entry: Entry, figures: tuple[Measurand, ...]) -> Iterator[Text]:
+    """Say which accuracies are not stated of an instrument that a person reads."""
+    options = entry.options
+    known = {option.name for option in fields(options)}  # type: ignore[arg-type]
+    for figure in figures:
+        if figure is Measurand.INDUCTANCE and getattr(options, "direct_current", False):
+            yield text("{role} measures with direct current, and no inductance", role=entry.role.value)
+            continue
+        name = f"{figure.value}_accuracy" if f"{figure.value}_accuracy" in known else "accuracy"
+        if not getattr(options, name):
+            yield text("{role}: {name} is not stated", role=entry.role.value, name=name)

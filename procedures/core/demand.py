@@ -1,0 +1,43 @@
+"""What a procedure needs of the instruments in its roles, so that a station can be judged before anything is connected."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from drivers.interfaces import ProbeKind, Role
+
+
+class Measurand(Enum):
+    """A quantity that is read of an instrument with an accuracy, by the word that options of accuracies begin with."""
+
+    VOLTAGE = "voltage"
+    CURRENT = "current"
+    RESISTANCE = "resistance"
+    INDUCTANCE = "inductance"
+    FREQUENCY = "frequency"
+    AMPLITUDE = "amplitude"
+    SPEED = "speed"
+    TORQUE = "torque"
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What is needed of one instrument.
+
+    `screen` are the figures that are read off an oscilloscope which gives no waveforms; with `waveforms` it must give them. With
+    `automatic` nobody can read as many figures by hand. `probes` is how many there must be of each kind.
+    """
+
+    figures: tuple[Measurand, ...] = ()
+    screen: tuple[Measurand, ...] = ()
+    waveforms: bool = False
+    automatic: bool = False
+    probes: Mapping[ProbeKind, int] = field(default_factory=dict)
+
+
+Demands = Mapping[Role, Demand]
+#: A dynamometer that a person reads is asked for both at once.
+SHAFT = Demand((Measurand.SPEED, Measurand.TORQUE))
+SPEED = Demand((Measurand.SPEED,))
+#: Resistance of a loop by the supply's own meters.
+LOOP = Demand((Measurand.VOLTAGE, Measurand.CURRENT))

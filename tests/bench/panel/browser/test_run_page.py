@@ -1,0 +1,106 @@
+import re
+from collections.abc import Callable, Mapping
+
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Locator, Page, expect
+
+from tests.bench.panel.browser.conftest import Panel
+from tests.bench.panel.browser.test_browser import begin
+
+NewPage = Callable[[], Page]
+SCREENS = ((1280, 800), (1920, 1080), (800, 1280), (390, 844))
+WCAG = {"runOnly": {"type": "tag", "values": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]}}
+
+
+def assert_accessible(page: Page) -> None:
+    found = Axe().run(page, options=WCAG).response["violations"]
+    told = [f"{one['id']}: {[node['html'][:160] for node in one['nodes']]}" for one in found]
+    assert not told, "\n".join(told)
+
+
+def place(button: Locator) -> Mapping[str, float]:
+    box = button.bounding_box()
+    assert box is not None
+    return box
+
+
+def assert_fits(page: Page) -> list[Mapping[str, float]]:
+    """Look at the page on each screen; return where Done and ABORT stand."""
+    places = []
+    for width, height in SCREENS:
+        page.set_viewport_size({"width": width, "height": height})
+        page.wait_for_function("document.documentElement.scrollWidth <= innerWidth")
+        for button in (page.locator(".mb-act .mb-done").first, page.locator(".mb-stop").last):
+            expect(button).to_be_in_viewport(ratio=1)
+            places.append(place(button))
+    page.set_viewport_size({"width": 1280, "height": 800})
+    return places
+
+
+def heading(page: Page) -> Locator:
+    return page.get_by_role("heading", level=1)
+
+
+def next_step(page: Page) -> None:
+    """Confirm by the keyboard alone, and wait for what comes then."""
+    before = heading(page).inner_text()
+    page.keyboard.press("Enter")
+    expect(heading(page)).not_to_have_text(before)
+    expect(page.locator("[data-done]:not([aria-disabled])")).to_be_visible()
+
+
+def test_a_step_by_keyboard_alone_on_four_screens(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    begin(page, panel, "Pole pairs by stable positions")
+    expect(page.locator("[data-state=off]").last).to_contain_text("Read back")
+    expect(page.locator("[data-done]:not([aria-disabled])")).to_be_focused()
+    first = assert_fits(page)
+    assert_accessible(page)
+    # Enter counts wherever the focus is, except on another button or link.
+    page.evaluate("document.activeElement.blur()")
+    next_step(page)
+    page.get_by_role("link", name="Runs").focus()
+    before = heading(page).inner_text()
+    page.get_by_role("button", name="Mute").focus()
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("button", name="Mute")).to_have_attribute("aria-pressed", "true")
+    expect(heading(page)).to_have_text(before)
+    page.evaluate("document.activeElement.blur()")
+    while page.locator(".mb-status [data-state=on]").count() == 0:
+        next_step(page)
+        assert page.locator("[data-state=on], [data-state=off], [data-state=unknown], [data-state=unread]").count()
+    expect(page.locator(".mb-status [data-state=on]")).to_contain_text("DC supply")
+    assert assert_fits(page) == first
+    assert_accessible(page)
+    page.keyboard.press("Control+Escape")
+    expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_be_visible()
+    assert_accessible(page)
+
+
+def test_a_lost_connection_is_seen_and_comes_back_by_itself(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    begin(page, panel, "Pole pairs by stable positions")
+    expect(page.locator("[data-state=off]").last).to_be_visible()
+    panel.stop()
+    expect(page.get_by_text(re.compile(r"Connection lost \d+ s ago"))).to_be_visible()
+    expect(page.get_by_text("ABORT cannot reach the bench: press its red stop button")).to_be_visible()
+    expect(page.locator("[data-state=off]").last).to_be_hidden()
+    expect(page.get_by_role("button", name="Abort the run")).to_be_hidden()
+    expect(page.locator("[data-done]")).to_be_hidden()
+    panel.start()
+    expect(page.locator("[data-state=off]").last).to_be_visible()
+    expect(page.get_by_text(re.compile("Connection lost"))).to_be_hidden()
+    expect(page.locator("[data-done]")).to_be_visible()
+
+
+def test_the_other_pages_are_accessible_and_fit(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    for path in ("/", "/motor", "/history", "/statistics", "/line"):
+        page.goto(f"{panel.url}{path}")
+        expect(page.get_by_role("link", name="Runs")).to_be_visible()
+        page.wait_for_load_state("networkidle")
+        assert_accessible(page)
+        for width, height in SCREENS:
+            page.set_viewport_size({"width": width, "height": height})
+            page.wait_for_function("document.documentElement.scrollWidth <= innerWidth")
+        page.set_viewport_size({"width": 1400, "height": 900})
