@@ -99,7 +99,9 @@ def check(
             closing = instruments.close()
     trip = Latch(state, read).standing()
     looked_at = (*found.values(), *contacts.values(), *relays.values())
-    possible = needs_met(needs, named=procedures not in ((), ("all",)))
+    named = procedures not in ((), ("all",))
+    # A station that has its contacts only can be looked at, too.
+    possible = needs_met(needs, named=named) or not (named or read.entries)
     good = possible and not closing and trip is None and all(told["error"] is None for told in looked_at)
     if json:
         print_json(
@@ -124,7 +126,8 @@ def check(
         for one in watchdogs:
             mark = "!" if one.missing else "✓"
             console_on(sys.stdout).print(f"  {mark} {one.words.render(translate)}", markup=False, soft_wrap=True)
-        print_outlooks(needs, translate)
+        if named or read.entries:
+            print_outlooks(needs, translate)
     return 0 if good else 1
 
 

@@ -27,7 +27,7 @@ _LONGEST = 1000
 _READ_BACK = 0.3
 
 
-class Sources(Protocol):
+class RunSources(Protocol):
     """The run's sources and its shaft."""
 
     def read(self, *, again: bool = False) -> Sequence[ReadBack]:
@@ -53,7 +53,7 @@ class DistantOperator:
         self._watched = monotonic()
         self._closed = threading.Event()
         #: The sources that are read back while a person is asked, once the run has them.
-        self.sources: Sources | None = None
+        self.sources: RunSources | None = None
         self._read_back = -math.inf
         self._again = False
         self.entry = TypedEntry()

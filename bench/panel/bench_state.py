@@ -23,7 +23,7 @@ EXTRA_LOW = 60.0
 _AT_SHAFT = ("TurnToRest", "MarkRestPositions", "LockRotor", "ReleaseRotor", "StartTurning", "StopTurning")
 
 
-class Kind(StrEnum):
+class StateKind(StrEnum):
     """The states that a page tells apart."""
 
     OFF = "off"
@@ -35,16 +35,16 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True)
-class BenchState:
+class ShownState:
     """What is known, in a sentence and its reasons; `waits` says why nothing may be confirmed, None where it may."""
 
-    kind: Kind
+    kind: StateKind
     headline: Text
     detail: Text
     waits: Text | None = None
 
 
-def bench_state(run: LiveRun, now: float | None = None) -> BenchState:
+def bench_state(run: LiveRun, now: float | None = None) -> ShownState:
     """Return what is known of a run's bench at a time (s, monotonic)."""
     view, line = run.view, run.line
     if view.going_down is not None or run.abort_asked_at is not None:
@@ -61,32 +61,34 @@ def bench_state(run: LiveRun, now: float | None = None) -> BenchState:
         return _unknown(silent, age)
     if on := [one for one in line.sources if one["found"] == Found.ON]:
         wait = None if asked["kind"] != "action" else text("Done: waits until it is off")
-        return BenchState(Kind.ON, text("On: {what}. Do not touch.", what=_told(on)), _rest(line.sources, on), wait)
+        return ShownState(
+            StateKind.ON, text("On: {what}. Do not touch.", what=_told(on)), _rest(line.sources, on), wait
+        )
     unread = [one for one in sources if one["found"] != Found.OFF]
     if unread or not sources:
         return _unread(unread, line.sources)
     return _off(line.sources, age)
 
 
-def _off(found: Sequence[Mapping[str, Any]], age: float) -> BenchState:
+def _off(found: Sequence[Mapping[str, Any]], age: float) -> ShownState:
     read = _told([one for one in found if one["values"]])
     seconds = f"{age:.1f}"
     if age > FRESH:
         headline = text("Outputs were off {age} s ago. Do not touch.", age=seconds)
-        return BenchState(Kind.UNREAD, headline, text("Being read back anew: {what}", what=read))
+        return ShownState(StateKind.UNREAD, headline, text("Being read back anew: {what}", what=read))
     if any(unit == "rad/s" for one in found for _, unit in one["values"]):
         headline, detail = text("Outputs off. You may touch the leads."), text("Read back {age} s ago: {what}")
     else:
         headline = text("Outputs off.")
         detail = text("Read back {age} s ago: {what}. Speed not measured: see that the shaft stands still.")
-    return BenchState(Kind.OFF, headline, Text(detail.template, {"age": seconds, "what": read}))
+    return ShownState(StateKind.OFF, headline, Text(detail.template, {"age": seconds, "what": read}))
 
 
-def _unread(unread: Sequence[Mapping[str, Any]], found: Sequence[Mapping[str, Any]]) -> BenchState:
+def _unread(unread: Sequence[Mapping[str, Any]], found: Sequence[Mapping[str, Any]]) -> ShownState:
     read = [one for one in found if one["values"]]
     if not unread:
-        return BenchState(
-            Kind.UNREAD,
+        return ShownState(
+            StateKind.UNREAD,
             text("This run switches nothing on."),
             text("It has no source, so none was read back. See yourself that others are off."),
         )
@@ -96,10 +98,10 @@ def _unread(unread: Sequence[Mapping[str, Any]], found: Sequence[Mapping[str, An
     else:
         why = text("It cannot be read back.")
     detail = text("{why} Off: {what}", why=why, what=_told(read)) if read else why
-    return BenchState(Kind.UNREAD, headline, detail)
+    return ShownState(StateKind.UNREAD, headline, detail)
 
 
-def _unknown(silent: Sequence[Mapping[str, Any]], age: float) -> BenchState:
+def _unknown(silent: Sequence[Mapping[str, Any]], age: float) -> ShownState:
     headline = text("Not known whether outputs are off. Do not touch.")
     if silent:
         detail = text(
@@ -111,44 +113,48 @@ def _unknown(silent: Sequence[Mapping[str, Any]], age: float) -> BenchState:
         detail = text("Nothing has been read back yet.")
     else:
         detail = text("Nothing was read back for {age} s. Switch off at the front, then 'Ask again'.", age=f"{age:.0f}")
-    return BenchState(Kind.UNKNOWN, headline, detail, text("Done: waits for a known state"))
+    return ShownState(StateKind.UNKNOWN, headline, detail, text("Done: waits for a known state"))
 
 
-def _working(sources: Sequence[Mapping[str, Any]], age: float) -> BenchState:
+def _working(sources: Sequence[Mapping[str, Any]], age: float) -> ShownState:
     """Say what is known while a procedure has the instruments: only it may ask them."""
     waits = text("Measuring …")
     if not sources or all(one["found"] in (Found.BY_HAND, Found.UNREADABLE) for one in sources):
-        return BenchState(Kind.UNREAD, text("Measuring. Keep your hands off."), text("Nothing is read back."), waits)
+        return ShownState(
+            StateKind.UNREAD, text("Measuring. Keep your hands off."), text("Nothing is read back."), waits
+        )
     seconds = f"{age:.0f}"
     if age <= KNOWN:
         detail = text("Commanded off; read back as off {age} s ago.", age=f"{age:.1f}")
-        return BenchState(Kind.UNREAD, text("Measuring. Keep your hands off."), detail, waits)
+        return ShownState(StateKind.UNREAD, text("Measuring. Keep your hands off."), detail, waits)
     detail = text("Commanded off, but not read back for {age} s: the measurement has the instruments.", age=seconds)
-    return BenchState(Kind.UNKNOWN, text("Measuring. Do not touch."), detail, waits)
+    return ShownState(StateKind.UNKNOWN, text("Measuring. Do not touch."), detail, waits)
 
 
-def _energised(view: LiveView, found: Sequence[Mapping[str, Any]], asked: Mapping[str, Any] | None) -> BenchState:
+def _energised(view: LiveView, found: Sequence[Mapping[str, Any]], asked: Mapping[str, Any] | None) -> ShownState:
     on = sorted(view.energised)
     read = {one["role"]: one for one in found if one["values"]}
     told: list[Text] = [_values(role, read[role]["values"]) if role in read else _last_read(view, role) for role in on]
     rest = _rest(found, [{"role": role} for role in on])
     if asked is None:
-        return BenchState(Kind.ON, text("Energised: {what}. Do not touch.", what=told), rest, text("Measuring …"))
+        return ShownState(StateKind.ON, text("Energised: {what}. Do not touch.", what=told), rest, text("Measuring …"))
     volts = [abs(value) for role in on for value, unit in read.get(role, {}).get("values", ()) if unit == "V"]
-    if asked["kind"] in ("number", "doubt", "confirm", "command"):
-        return BenchState(Kind.ON, text("Energised: {what}. Touch no lead.", what=told), rest)
+    if asked["kind"] == "command":
+        return ShownState(StateKind.ON, text("Energised: {what}. Do not touch.", what=told), rest)
+    if asked["kind"] in ("number", "doubt", "confirm"):
+        return ShownState(StateKind.ON, text("Energised: {what}. Touch no lead.", what=told), rest)
     if asked.get("action") not in _AT_SHAFT or any(value >= EXTRA_LOW for value in volts):
         waits = text("Done: waits until it is off")
-        return BenchState(Kind.ON, text("Energised: {what}. Do not touch.", what=told), rest, waits)
+        return ShownState(StateKind.ON, text("Energised: {what}. Do not touch.", what=told), rest, waits)
     least = text("less than {volts:g} V", volts=EXTRA_LOW) if volts else text("voltage not read back")
-    return BenchState(
-        Kind.ON,
+    return ShownState(
+        StateKind.ON,
         text("Energised on purpose: work at the shaft, touch no lead."),
         text("{what}: {least}", what=told, least=least),
     )
 
 
-def _going_down(run: LiveRun) -> BenchState:
+def _going_down(run: LiveRun) -> ShownState:
     view = run.view
     done: list[Text] = []
     for role in dict.fromkeys([*view.energised, *(role for role, _ in view.made_safe)]):
@@ -161,7 +167,7 @@ def _going_down(run: LiveRun) -> BenchState:
             done.append(text("{role}: off ✓", role=role_name(role)))
     headline = text("Aborting: switching off …") if run.abort_asked_at is not None else text("Ending: switching off …")
     detail = Text("{what}", {"what": done}) if done else text("Asked to stop; each source follows.")
-    return BenchState(Kind.ABORTING, headline, detail, text("The run is being ended"))
+    return ShownState(StateKind.ABORTING, headline, detail, text("The run is being ended"))
 
 
 def _last_read(view: LiveView, role: str) -> Text:

@@ -7,7 +7,7 @@ from typing import Any
 from nicegui import ui
 
 from bench.operators.typed import BACK
-from bench.panel.bench_state import BenchState, Kind
+from bench.panel.bench_state import ShownState, StateKind
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.icons import icon
 from bench.panel.pages.reader import Reader
@@ -28,7 +28,7 @@ class ActionBar:
         self._reader = reader
         self._card = card
         self._shown: object = ()
-        self._state: BenchState | None = None
+        self._state: ShownState | None = None
         self._doubted = False
         say = reader.say
         self._bar = ui.element("div").classes("mb-act").props("data-step=''")
@@ -44,7 +44,7 @@ class ActionBar:
         leader = self._panel.control.leader
         return self._session.may_lead and (leader is None or self._panel.control.holds(self._session.token))
 
-    def show(self, state: BenchState) -> None:
+    def show(self, state: ShownState) -> None:
         """Show what may be pressed now; what has not changed stays the same button."""
         question = self._run.line.question
         self._state = state
@@ -54,7 +54,7 @@ class ActionBar:
             entry,
             self.may_answer,
             state.waits,
-            state.kind is Kind.UNKNOWN,
+            state.kind is StateKind.UNKNOWN,
             self._doubted and entry is not None and entry.held is not None,
         )
         if shown == self._shown:
@@ -76,8 +76,8 @@ class ActionBar:
         if entry is not None and hasattr(self, "_done_words"):
             self._done_words.set_text(self._reader.say(text("Enter {value}", value=entry.words)))
 
-    def _build(self, question: Mapping[str, Any] | None, state: BenchState) -> None:
-        if question is None or state.kind is Kind.ABORTING:
+    def _build(self, question: Mapping[str, Any] | None, state: ShownState) -> None:
+        if question is None or state.kind is StateKind.ABORTING:
             self._waiting(state.waits or text("Measuring …"))
             return
         if not self.may_answer:
@@ -86,12 +86,12 @@ class ActionBar:
             self._waiting(text("Somebody else answers"))
             return
         if question["kind"] == "command":
-            if state.kind is Kind.UNKNOWN:
+            if state.kind is StateKind.UNKNOWN:
                 self._button(text("Ask again"), self._run.line.ask_again, "again").classes("mb-primary")
             self._button(text("Finish: everything off"), partial(self.send, question, FINISH))
             return
         if state.waits is not None:
-            if state.kind is Kind.UNKNOWN:
+            if state.kind is StateKind.UNKNOWN:
                 self._button(text("Ask again"), self._run.line.ask_again, "again").classes("mb-primary")
             self._waiting(state.waits)
             return

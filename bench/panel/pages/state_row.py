@@ -6,7 +6,7 @@ from typing import Any
 
 from nicegui import events, ui
 
-from bench.panel.bench_state import BenchState, Kind
+from bench.panel.bench_state import ShownState, StateKind
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.ended_session import offer_abort
 from bench.panel.pages.icons import icon
@@ -43,12 +43,12 @@ class StateRow:
                     self._small = ui.label("Ctrl + Esc").classes("mb-small")
         offer_abort(abort, button, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
 
-    def show(self, state: BenchState) -> None:
+    def show(self, state: ShownState) -> None:
         """Show what is known now."""
         say = self._reader.say
         self._state.props["data-state"] = state.kind.value
         # While a procedure measures, states come and go too fast to be heard.
-        quiet = state.kind is Kind.UNREAD or (state.kind is Kind.UNKNOWN and self._run.line.question is None)
+        quiet = state.kind is StateKind.UNREAD or (state.kind is StateKind.UNKNOWN and self._run.line.question is None)
         if not quiet:
             self._state.props["data-sound"] = state.kind.value
         self._state.update()

@@ -8,7 +8,7 @@ from bench.journal.codec import RecordedEvent
 from bench.journal.events.instruments import Energising
 from bench.journal.events.safety import MadeSafe, ShutdownStarted
 from bench.journal.stored_result import store_text
-from bench.panel.bench_state import Kind, bench_state
+from bench.panel.bench_state import StateKind, bench_state
 from bench.panel.live_run import LiveRun
 from drivers.interfaces.text import text
 
@@ -38,20 +38,20 @@ def source(found: str, *values: tuple[float, str], role: str = "supply", error: 
 def test_leads_may_be_touched_only_within_a_second_of_everything_reading_zero(run: LiveRun) -> None:
     run.line.sources = [SUPPLY_OFF, SHAFT_AT_REST]
     fresh = bench_state(run, READ_AT + 0.9)
-    assert fresh.kind is Kind.OFF
+    assert fresh.kind is StateKind.OFF
     assert str(fresh.headline) == "Outputs off. You may touch the leads."
     assert str(fresh.detail) == "Read back 0.9 s ago: DC supply 0.00 V, 0.00 A, Dynamometer 0 rpm"
     assert fresh.waits is None
-    assert bench_state(run, READ_AT + 1.1).kind is not Kind.OFF
+    assert bench_state(run, READ_AT + 1.1).kind is not StateKind.OFF
     old = bench_state(run, READ_AT + 2.1)
-    assert old.kind is Kind.UNKNOWN
+    assert old.kind is StateKind.UNKNOWN
     assert old.waits is not None
 
 
 def test_a_shaft_whose_speed_nobody_measures_is_not_said_to_be_safe(run: LiveRun) -> None:
     run.line.sources = [SUPPLY_OFF]
     state = bench_state(run, READ_AT)
-    assert state.kind is Kind.OFF
+    assert state.kind is StateKind.OFF
     assert "touch" not in str(state.headline)
     assert "Speed not measured" in str(state.detail)
 
@@ -59,7 +59,7 @@ def test_a_shaft_whose_speed_nobody_measures_is_not_said_to_be_safe(run: LiveRun
 def test_a_source_that_does_not_answer_is_unknown_and_named(run: LiveRun) -> None:
     run.line.sources = [source("silent", error="no answer within 2 s"), SHAFT_AT_REST]
     state = bench_state(run, READ_AT)
-    assert state.kind is Kind.UNKNOWN
+    assert state.kind is StateKind.UNKNOWN
     assert "DC supply does not answer: no answer within 2 s" in str(state.detail)
     assert state.waits is not None
 
@@ -67,13 +67,13 @@ def test_a_source_that_does_not_answer_is_unknown_and_named(run: LiveRun) -> Non
 def test_nothing_read_back_yet_is_unknown(tmp_path: Path) -> None:
     run = LiveRun(tmp_path)
     run.line.question = CONFIRM
-    assert bench_state(run).kind is Kind.UNKNOWN
+    assert bench_state(run).kind is StateKind.UNKNOWN
 
 
 def test_what_reads_as_on_is_on_whatever_the_journal_says(run: LiveRun) -> None:
     run.line.sources = [SUPPLY_OFF, source("on", (52.4, "rad/s"), role="dynamometer")]
     state = bench_state(run, READ_AT)
-    assert state.kind is Kind.ON
+    assert state.kind is StateKind.ON
     assert "Dynamometer 500 rpm" in str(state.headline)
     assert state.waits is not None
 
@@ -89,7 +89,7 @@ def test_hands_work_at_an_energised_motor_only_at_the_shaft_and_below_60_v(
     run.line.sources = [source("on", (volts, "V"), (2.9, "A"))]
     energise(run)
     state = bench_state(run, READ_AT)
-    assert state.kind is Kind.ON
+    assert state.kind is StateKind.ON
     assert (state.waits is None) is may_confirm
     assert "2.90 A" in str(state.headline) + str(state.detail)
 
@@ -97,9 +97,9 @@ def test_hands_work_at_an_energised_motor_only_at_the_shaft_and_below_60_v(
 def test_what_the_measurement_does_is_told_with_its_age_and_never_as_safe(run: LiveRun) -> None:
     run.line.question = None
     run.line.sources = [SUPPLY_OFF, SHAFT_AT_REST]
-    assert bench_state(run, READ_AT + 0.1).kind is Kind.UNREAD
+    assert bench_state(run, READ_AT + 0.1).kind is StateKind.UNREAD
     late = bench_state(run, READ_AT + 8.0)
-    assert late.kind is Kind.UNKNOWN
+    assert late.kind is StateKind.UNKNOWN
     assert "not read back for 8 s" in str(late.detail)
 
 
@@ -107,7 +107,7 @@ def test_what_the_measurement_does_is_told_with_its_age_and_never_as_safe(run: L
 def test_what_cannot_be_read_back_is_left_to_the_person(run: LiveRun, sources: list[Mapping[str, Any]]) -> None:
     run.line.sources = sources
     state = bench_state(run, READ_AT)
-    assert state.kind is Kind.UNREAD
+    assert state.kind is StateKind.UNREAD
     assert state.waits is None
     assert "yourself" in f"{state.headline} {state.detail}"
 
@@ -121,7 +121,7 @@ def test_an_abort_stands_until_each_source_has_read_back_as_off(run: LiveRun) ->
     ):
         view.take(RecordedEvent(1, "", 0.0, event))
     state = bench_state(run, READ_AT)
-    assert state.kind is Kind.ABORTING
+    assert state.kind is StateKind.ABORTING
     assert str(state.detail) == "DC supply: being switched off …, Dynamometer: off ✓"
     failed = MadeSafe(instrument="supply", item="voltage_decayed", outcome="failed", error="the voltage is 12 V")
     view.take(RecordedEvent(1, "", 0.0, failed))
