@@ -24,8 +24,11 @@ from bench.run.request import Finished, RunRequest
 from bench.run.run import run
 from bench.virtual.fault_file import given_faults
 from drivers.bases.scpi_supply import ScpiSupply
-from procedures.core.actions import EnterCommand
+from drivers.interfaces import Role
+from procedures.core.actions import ChangeSetup, EnterCommand
 from procedures.core.events import ActionDone, ActionStarted
+from procedures.core.setup_change import ChangeKind
+from sim_instruments.world.world import World
 
 Do = Callable[..., Finished]
 
@@ -151,6 +154,43 @@ def test_what_is_beyond_a_limit_or_unsafe_is_refused_before_anything_is_sent(do:
     assert [(why, said) for (_, said), why in zip(told, whys, strict=True) if why not in said] == []
     # Of all these only the one that was not refused was ever on its way to an instrument; finish switched it off.
     assert energised(done) == [("energising", "supply"), ("de_energised", "supply")]
+
+
+def test_connections_by_hand_follow_the_order_of_the_hands(do: Do) -> None:
+    done = do(
+        "connect A=supply+ B=supply-",
+        "voltmeter-leads A B",
+        "connect A=lcr_high B=lcr_low",
+        "probes 1=A:B",
+        "connect A=inverter_u B=inverter_v C=inverter_w",
+        "connect A=inverter_u B=inverter_v C=inverter_w",
+    )
+    assert [(line, "which is to be alone there" in said) for line, said in refusals(done)] == [("probes 1=A:B", True)]
+    asked = [one.event.details for one in events(done) if isinstance(one.event, ActionStarted)]
+    changes = [one.changes for one in asked if isinstance(one, ChangeSetup)]
+    # Unknown at first, so everything comes off; the meter does not stay beside the bridge; what is so already is not asked for.
+    clear, put_on, off = ChangeKind.CLEAR, ChangeKind.PUT_ON, ChangeKind.TAKE_OFF
+    assert [[(one.kind, one.role) for one in each] for each in changes] == [
+        [(clear, None), (put_on, Role.SUPPLY), (put_on, Role.SUPPLY)],
+        [(put_on, Role.VOLTMETER)] * 2,
+        [(off, Role.SUPPLY)] * 2 + [(off, Role.VOLTMETER)] * 2 + [(put_on, Role.LCR_METER)] * 2,
+        [(off, Role.LCR_METER)] * 2 + [(put_on, Role.INVERTER)] * 3,
+    ]
+
+
+def test_after_hand_work_that_failed_nothing_is_believed_to_be_connected(
+    do: Do, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def slipped(_: object) -> None:
+        raise RuntimeError("the coupling does not close")
+
+    monkeypatch.setattr(World, "couple_dynamometer", slipped)
+    done = do("connect A=supply+ B=supply-", "couple-dynamometer", "supply energised 1 V 1 A", "connect")
+    assert [(line, said[:40]) for line, said in refusals(done)] == [
+        ("couple-dynamometer", "the virtual operator cannot do it: the c"),
+        ("supply energised 1 V 1 A", "supply stays off until it is said what i"),
+    ]
+    assert energised(done) == []
 
 
 def test_set_points_are_in_the_journal_before_they_are_sent_and_what_tripped_is_said(do: Do) -> None:
