@@ -15,8 +15,11 @@ SERVICES = {
     "_vxi-11._tcp.local.": "TCPIP0::{host}::inst0::INSTR",
     "_lxi._tcp.local.": "",
 }
-#: How long (s) answers are waited for.
-LISTENING_TIME = 2.0
+#: How long (s) answers are waited for: who has just answered somebody else is silent for a second (RFC 6762, 6), and questions are
+#: asked at once, after one second and after three.
+LISTENING_TIME = 3.5
+#: How long (ms) one that was heard of is asked for its address: a question is repeated after 0.2, 0.6 and 1.4 s.
+_ASKING_TIME = 1500
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,7 @@ def announced(inquiry: Inquiry, computer: Computer, interfaces: Sequence[str] | 
         inquiry.skip("mDNS", missing[0])
         return []
     what = text("who announces {kinds}", kinds=[kind.removesuffix(".local.") for kind in SERVICES])
-    return inquiry.ask("mDNS", what, lambda: _heard(inquiry, interfaces) or None, LISTENING_TIME + 3.0) or []
+    return inquiry.ask("mDNS", what, lambda: _heard(inquiry, interfaces) or None, LISTENING_TIME + 5.0) or []
 
 
 def _heard(inquiry: Inquiry, interfaces: Sequence[str] | None) -> list[Service]:
@@ -74,7 +77,7 @@ def _service(network: "object", kind: str, name: str) -> Iterable[Service]:
     from zeroconf import ServiceInfo, Zeroconf
 
     info = ServiceInfo(kind, name)
-    if not isinstance(network, Zeroconf) or not (info.load_from_cache(network) or info.request(network, 500)):
+    if not isinstance(network, Zeroconf) or not (info.load_from_cache(network) or info.request(network, _ASKING_TIME)):
         return
     for host in info.parsed_addresses():
         yield Service(kind, name.removesuffix(f".{kind}"), host, info.port or 0)

@@ -39,8 +39,8 @@ def inquiry() -> Inquiry:
 
 def test_what_is_announced_has_its_address(monkeypatch: pytest.MonkeyPatch) -> None:
     zeroconf = pytest.importorskip("zeroconf", reason="the extra discovery is not installed")
-    # Waiting costs no processor; a busy machine answers late.
-    monkeypatch.setattr(announced, "LISTENING_TIME", 2.0)
+    # Waiting costs no processor.
+    monkeypatch.setattr(announced, "LISTENING_TIME", 2.5)
     services = [
         ("_scpi-raw._tcp.local.", 5025),
         ("_hislip._tcp.local.", 4881),
@@ -52,8 +52,12 @@ def test_what_is_announced_has_its_address(monkeypatch: pytest.MonkeyPatch) -> N
             network.register_service(
                 zeroconf.ServiceInfo(kind, f"Meter 7.{kind}", port, addresses=addresses), cooperating_responders=True
             )
-        asked = inquiry()
-        found = announced.announced(asked, Computer(Path("/nonexistent")), [LOOPBACK])
+        # Nobody repeats a datagram that a machine without time to spare has dropped: one scans again.
+        for _ in range(4):
+            asked = inquiry()
+            found = announced.announced(asked, Computer(Path("/nonexistent")), [LOOPBACK])
+            if len([one for one in found if one.host == "127.0.0.9"]) == len(services):
+                break
     finally:
         network.close()
     assert [str(one.outcome) for one in asked.report.asked] == ["answered"]
