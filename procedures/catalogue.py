@@ -37,6 +37,7 @@ ORDER: tuple[str, ...] = (
     "hall-sensors",
     "insulation-resistance",
     "probe-verification",
+    "by-hand",
 )
 
 

@@ -92,14 +92,16 @@ def print_page(page: str, folder: RunFolder, translate: Translate) -> None:
     console_on(sys.stdout).print(said.render(translate), markup=False, soft_wrap=True)
 
 
-def print_end(view: RunView, folder: RunFolder, translate: Translate) -> None:
+def print_end(view: RunView, folder: RunFolder, translate: Translate, *, resumable: bool = True) -> None:
     """Say on standard error why a run did not complete."""
-    words = text(
-        "the run {status}: {cause}\nThe journal is in {folder}; go on with --resume {folder}",
-        status=STATUS_WORDS.get(view.status, text("was interrupted")),
-        cause=view.cause,
-        folder=str(folder.path),
-    )
+    said: dict[str, object] = {
+        "status": STATUS_WORDS.get(view.status, text("was interrupted")),
+        "cause": view.cause,
+        "folder": str(folder.path),
+    }
+    words = text("the run {status}: {cause}\nThe journal is in {folder}; go on with --resume {folder}", **said)
+    if not resumable:
+        words = text("the run {status}: {cause}\nThe journal is in {folder}", **said)
     print(f"motorbench: {words.render(translate)}", file=sys.stderr)
 
 

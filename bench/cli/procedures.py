@@ -43,13 +43,16 @@ def procedures(*, station: str = "virtual", json: bool = False, markdown: bool =
         sys.stdout.write(tables(found, translate))
         return
     console = console_on(sys.stdout)
-    shown = sorted(listed.items(), key=lambda item: item[1]["end_of_line"])
+    shown = sorted(listed.items(), key=lambda item: (item[1]["manual"], item[1]["end_of_line"]))
     for number, (name, entry) in enumerate(shown):
         if entry["end_of_line"] and not shown[number - 1][1]["end_of_line"]:
             heading = text("End-of-line checks (each is run where it is named; all does not include them)").render(
                 translate
             )
             console.print(f"[bold underline]{heading}[/bold underline]")
+            console.print()
+        if entry["manual"] and not shown[number - 1][1]["manual"]:
+            console.print(f"[bold underline]{text('By hand (a run of its own)').render(translate)}[/bold underline]")
             console.print()
         origin = "" if found.origin(name).name == OURS else f"  [dim]({found.origin(name)})[/dim]"
         console.print(f"[bold]{name}[/bold]  §{entry['section']}  {entry['title']}{origin}")
@@ -72,6 +75,7 @@ def describe(procedure: type[Procedure[Any]], translate: Translate) -> dict[str,
         "title": translate(procedure.title),
         "section": procedure.section,
         "end_of_line": procedure.end_of_line,
+        "manual": procedure.manual,
         "roles": sorted(role.value for role in procedure.roles),
         "gives": list(procedure.parameters),
         "steps": [

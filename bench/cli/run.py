@@ -70,7 +70,7 @@ def run(
     serial_number
         The motor's serial number, in place of the one in its file.
     answers
-        TOML file of readings for `--operator answers`.
+        TOML file of readings and commands for `--operator answers`.
     set_
         A setting, `name=value` or `procedure.name=value`; may be given several times.
     language
@@ -168,7 +168,8 @@ def run(
         if done.view.parameters().parameters:
             print_what_next(done.folder, translate)
     if done.view.status != "completed":
-        print_end(done.view, done.folder, translate)
+        manual = any(kind.manual for name, kind in catalogues.procedures.items() if name in procedures)
+        print_end(done.view, done.folder, translate, resumable=not manual)
         return 1
     return say_missing(done, translate)
 

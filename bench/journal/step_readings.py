@@ -80,7 +80,7 @@ def _values(event: Event | UnknownEvent, asked: Text | None, unit: str) -> Itera
         case ActionDone(given=given):
             if asked is not None and _is_number(given):
                 yield "", asked, unit, float(given), False
-            elif isinstance(given, Sequence):
+            elif isinstance(given, Sequence) and not isinstance(given, str):
                 for value in given:
                     yield "", _MARKS, "rad", float(value), False
 

@@ -14,6 +14,7 @@ from procedures.core.actions import (
     ConnectVoltmeter,
     CurrentProbe,
     DoubtReading,
+    EnterCommand,
     EnterReading,
     Mend,
     Node,
@@ -60,6 +61,17 @@ def _made(kind: type[Any], details: Mapping[str, Any]) -> object:
         return Mend(Text(details["finding"]), tuple(Text(line) for line in details["wanted"]))
     if kind is DoubtReading:
         return DoubtReading(Text(details["finding"]))
+    if kind is EnterCommand:
+        # Its words hold what was read, and are no template.
+        said = Text("{said}", {"said": details["said"]})
+        return EnterCommand(
+            said,
+            details["refused"],
+            tuple(details["on"]),
+            details["idle"],
+            tuple(details["roles"]),
+            dict(details["ranges"]),
+        )
     return kind(**{field.name: details[field.name] for field in fields(kind)})
 
 

@@ -3,18 +3,19 @@
 import math
 import re
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from bench.files.toml_file import nearest, read
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text, text
-from procedures.core.actions import EnterReading, HandWork, MarkRestPositions
-from procedures.core.bench import ProcedureError
+from procedures.core.actions import FINISH, EnterCommand, EnterReading, HandWork, MarkRestPositions
+from procedures.core.bench import Operator, ProcedureError
 
 #: The key of the marked angles of `MarkRestPositions`.
 ANGLES_KEY = "rest_positions_deg"
+_KEYS = ("readings", "commands")
 
 
 class Answers:
@@ -22,10 +23,12 @@ class Answers:
 
     `[readings]` of the file maps the key of a reading to a number, a list of numbers, or for marked angles a list of lists.
     A table in it, named by an instrument's role, holds what is read off that instrument: `readings.tachometer.speed`.
+    `commands` of the file are those of a run by hand, a line each.
     """
 
-    def __init__(self, answers: Mapping[str, Any], source: str) -> None:
+    def __init__(self, answers: Mapping[str, Any], source: str, commands: Sequence[str] = ()) -> None:
         self._source = source
+        self._commands = iter(commands)
         self._left: dict[str, deque[Any]] = {}
         for key, given in _flat(answers):
             items = given if isinstance(given, list) else [given]
@@ -68,6 +71,10 @@ class Answers:
             )
         return self._left[key].popleft()
 
+    def command(self) -> str:
+        """Return the next command, the one that ends where none is left."""
+        return next(self._commands, FINISH)
+
     def unused(self) -> dict[str, int]:
         """Return how many answers are left by key, for a warning at the end."""
         return {key: len(left) for key, left in self._left.items() if left}
@@ -85,23 +92,34 @@ def load_answers(path: Path) -> Answers:
     """Read an answers file. Raises InputError where it is not one."""
     _, data = read(path, text("answers file"))
     for key in data:
-        if key != "readings":
-            raise InputError(
-                text("{path}: unknown key {key}; {hint}", path=path, key=key, hint=nearest(key, ["readings"]))
+        if key not in _KEYS:
+            raise InputError(text("{path}: unknown key {key}; {hint}", path=path, key=key, hint=nearest(key, _KEYS)))
+    commands = data.get("commands", [])
+    if not isinstance(commands, list) or not all(isinstance(one, str) for one in commands):
+        raise InputError(
+            text(
+                "{path}: commands = {given}; allowed is a list of texts, a command each",
+                path=path,
+                given=repr(commands),
             )
+        )
     readings = data.get("readings", {})
     if not isinstance(readings, dict):
         raise InputError(
             text("{path}: readings = {given}; allowed is a table [readings]", path=path, given=repr(readings))
         )
-    return Answers(readings, str(path))
+    return Answers(readings, str(path), commands)
 
 
 class AnswersOperator:
-    """Performs every action by saying that it was done, and every reading from the file."""
+    """Performs every action by saying that it was done, and every reading and command from the file.
 
-    def __init__(self, answers: Answers) -> None:
+    `hands` do the hand work where the bench is a virtual one.
+    """
+
+    def __init__(self, answers: Answers, hands: Operator | None = None) -> None:
         self._answers = answers
+        self._hands = hands
 
     def perform(self, action: HandWork) -> object:
         """Answer a reading or the marked angles (degrees in the file, rad returned); everything else is done at once."""
@@ -135,7 +153,9 @@ class AnswersOperator:
         if isinstance(action, MarkRestPositions):
             degrees = self._answers.next(ANGLES_KEY, action.sentence().render())
             return [math.radians(angle) for angle in degrees]
-        return None
+        if isinstance(action, EnterCommand):
+            return self._answers.command()
+        return self._hands.perform(action) if self._hands else None
 
 
 class AnswersPrompt:

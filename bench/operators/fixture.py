@@ -12,6 +12,7 @@ from drivers.interfaces.text import Text, text
 from procedures.core.actions import (
     ChangeSetup,
     DoubtReading,
+    EnterCommand,
     EnterReading,
     HandWork,
     MarkRestPositions,
@@ -88,6 +89,10 @@ class FixtureOperator:
                 self._actuator.stop()
             case EnterReading():
                 return self._read(action)
+            case EnterCommand():
+                raise ProcedureError(
+                    text("a fixture commands nothing: take --operator terminal or panel for the instruments by hand")
+                )
             case Mend():
                 # What is wrong although every relay followed is for a person to find.
                 return False

@@ -16,11 +16,13 @@ from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.read_back import ReadBack
 from drivers.interfaces import RetypeError
 from drivers.interfaces.text import Text, text, text_of
-from procedures.core.actions import DoubtReading, EnterReading, HandWork, MarkRestPositions, Mend
+from procedures.core.actions import DoubtReading, EnterCommand, EnterReading, HandWork, MarkRestPositions, Mend
 from procedures.core.bench import Operator
 
 #: Waiting is cut into slices (s): an exception in the middle of it could leave the condition's lock taken.
 _SLICE = 0.05
+#: Characters of a command.
+_LONGEST = 1000
 #: So long (s) after the sources have been read back they are asked anew.
 _READ_BACK = 0.3
 
@@ -68,6 +70,14 @@ class DistantOperator:
             )
         if isinstance(action, DoubtReading) and self._hands is None:
             return self._ask({"kind": "doubt", "lines": [store_text(action.finding)]}, _choice)
+        if isinstance(action, EnterCommand):
+            asked = {
+                "kind": "command",
+                "details": action,
+                "said": store_text(action.said),
+                "lines": [store_text(action.sentence())],
+            }
+            return self._ask(asked, _words, action.idle)
         said: dict[str, Any] = {"kind": "action", "action": type(action).__name__, "details": action}
         said["lines"] = [store_text(line) for line in action.lines({})]
         if isinstance(action, MarkRestPositions) and self._hands is None:
@@ -134,7 +144,9 @@ class DistantOperator:
         self._watch.join()
         self.line.close()
 
-    def _ask(self, asked: Mapping[str, Any], check: Callable[[object], Any]) -> Any:
+    def _ask(self, asked: Mapping[str, Any], check: Callable[[object], Any], patience: float | None = None) -> Any:
+        """Return what is answered, None where nobody answered within `patience` (s), if there is such a limit."""
+        deadline = math.inf if patience is None else monotonic() + patience
         number = next(self._numbers)
         with self._condition:
             self._question = {**asked, "id": number, "check": check}
@@ -150,6 +162,8 @@ class DistantOperator:
                     if self._closed.is_set():
                         raise Interrupted(text("the panel's line, which was taken down"))
                     self._interrupts.check()
+                    if monotonic() > deadline:
+                        return None
                     self._condition.wait(_SLICE)
         finally:
             with self._condition:
@@ -224,6 +238,12 @@ class DistantPrompt:
     def confirm(self, task: Text) -> None:
         """Return once the person says that it is done."""
         self._operator.confirm(self._instrument, task)
+
+
+def _words(value: object) -> str:
+    if not isinstance(value, str) or not value.strip() or len(value) > _LONGEST:
+        raise ValueError(text("a command is a line of words"))
+    return value.strip()
 
 
 def _nothing(value: object) -> None:

@@ -1,16 +1,25 @@
 """A person at a terminal: every action in plain words, Enter when it is done."""
 
 import math
-import sys
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 from bench.operators.entry import TypedEntry, within
 from bench.operators.typed import BACK, named_choice, typed_number
+from bench.operators.typed_lines import TypedLines
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces import RetypeError
 from drivers.interfaces.text import Text, Translate, text, text_of
-from procedures.core.actions import ChangeSetup, DoubtReading, EnterReading, HandWork, MarkRestPositions, Mend
+from procedures.core.actions import (
+    ChangeSetup,
+    DoubtReading,
+    EnterCommand,
+    EnterReading,
+    HandWork,
+    MarkRestPositions,
+    Mend,
+)
+from procedures.core.bench import Operator
 from reports.labels import role_name
 
 if TYPE_CHECKING:
@@ -27,7 +36,7 @@ class TerminalOperator:
     """Prints each action in the reader's language and waits; readings are asked again until they make sense.
 
     `ask` shows a question and returns the line typed (default: the terminal). `colours` are the motor's wires.
-    A question ends when a stop is requested of `interrupts`.
+    A question ends when a stop is requested of `interrupts`. `hands` perform what a person confirms where the bench is a virtual one.
     """
 
     def __init__(
@@ -38,17 +47,25 @@ class TerminalOperator:
         ask: Callable[[str], str] | None = None,
         *,
         interrupts: Interrupts | None = None,
+        hands: Operator | None = None,
     ) -> None:
         self._console = console
         self._translate = translate
         self._colours = colours
-        self._ask = ask or self._typed
+        self._ask = ask
+        self._hands = hands
+        self._typed_lines = TypedLines()
         self._interrupts = interrupts or Interrupts()
         self.entry = TypedEntry()
 
     def perform(self, action: HandWork) -> object:
         """Say what to do and wait until it is done; return the reading typed, or the angles in rad."""
+        if isinstance(action, EnterCommand):
+            return self._command(action)
         if isinstance(action, EnterReading):
+            if self._hands is not None:
+                seen = self._hands.perform(action)
+                self._say(text("The virtual operator reads {seen:.6g} {unit}", seen=seen, unit=action.unit))
             return self.number(action.quantity, action.unit, action.minimum, action.maximum)
         if isinstance(action, DoubtReading):
             self._say(action.finding)
@@ -64,6 +81,9 @@ class TerminalOperator:
             rows.add_row(f"   {number}." if isinstance(action, ChangeSetup) else "   ", _plain(line))
         if rows.row_count:
             self._console.print(rows)
+        if self._hands is not None:
+            self._line(text("Done? Press Enter"))
+            return self._hands.perform(action)
         if isinstance(action, Mend):
             return self._line(text("Put right? Press Enter to measure again, or type n to give up")).lower() not in _NO
         if isinstance(action, MarkRestPositions):
@@ -101,6 +121,18 @@ class TerminalOperator:
         self._console.print(f"\n[bold]▶ {_plain(said)}[/bold]")
         self._line(text("Done? Press Enter"))
 
+    def _command(self, action: EnterCommand) -> str | None:
+        """Say what came of the command before and what is on; return the next one, None where none came in time."""
+        said = _plain(action.said.render(self._translate))
+        self._console.print(f"[yellow]{said}[/yellow]" if action.refused else said, soft_wrap=True)
+        for words in action.on:
+            on = text("ON: {typed}", typed=words).render(self._translate)
+            self._console.print(f"[bold red]⚡ {_plain(on)}[/bold red]", soft_wrap=True)
+        while True:
+            typed = self._line(text("Command (help, off, finish)"), action.idle)
+            if typed != "":
+                return typed
+
     def _angles(self, question: Text) -> list[float]:
         while True:
             typed = self._line(question)
@@ -112,9 +144,18 @@ class TerminalOperator:
                 return [math.radians(value) for value in values]
             self._say(text("'{typed}' is not a list of angles; type them like 10 100.5 190 280", typed=typed))
 
-    def _line(self, question: Text) -> str:
+    @overload
+    def _line(self, question: Text) -> str: ...
+
+    @overload
+    def _line(self, question: Text, patience: float | None) -> str | None: ...
+
+    def _line(self, question: Text, patience: float | None = None) -> str | None:
+        """Return the line typed, None where none came within `patience` (s)."""
+        asked = question.render(self._translate) + ": "
         try:
-            return self._ask(question.render(self._translate) + ": ").strip()
+            line = self._ask(asked) if self._ask else self._typed(asked, patience)
+            return None if line is None else line.strip()
         except EOFError:
             # A signal that came first is what ended the run.
             self._interrupts.check()
@@ -123,14 +164,11 @@ class TerminalOperator:
     def _say(self, message: Text) -> None:
         self._console.print(f"[yellow]{_plain(message.render(self._translate))}[/yellow]")
 
-    def _typed(self, question: str) -> str:
+    def _typed(self, question: str, patience: float | None) -> str | None:
         # The question goes where the console writes: with --json the standard output carries the result alone.
         self._console.print(_plain(question), end="")
         with self._interrupts.waiting():
-            line = sys.stdin.readline()
-        if not line:
-            raise EOFError
-        return line
+            return self._typed_lines.next(patience)
 
 
 class TerminalPrompt:

@@ -111,6 +111,17 @@ def typed_number(typed: str, unit: str) -> float:
     return value
 
 
+def is_unit(word: str) -> bool:
+    """Tell whether a word is a way of writing a unit."""
+    return word in _KNOWN
+
+
+def unit_of(typed: str) -> str:
+    """Return the unit that stands behind a number as it was typed, by its own sign; empty where none does that is known."""
+    found = _NUMBER.match(typed.strip())
+    return _KNOWN.get(typed.strip()[found.end() :].strip(), ("", 0))[0] if found else ""
+
+
 def named_choice(typed: str, question: str) -> float | None:
     """Return the number that a question gives a name in brackets, as 1 in "1 constant current (CC)", where that was typed."""
     name = re.escape(typed.strip())

@@ -10,8 +10,10 @@ from bench.operators.hands_on import HandsOn
 from bench.operators.virtual_leads import VirtualLeads
 from drivers.interfaces.text import text
 from procedures.core.actions import (
+    FINISH,
     ChangeSetup,
     DoubtReading,
+    EnterCommand,
     EnterReading,
     HandWork,
     MarkRestPositions,
@@ -106,6 +108,9 @@ class VirtualOperator:
                 self._feel()
             case EnterReading():
                 return self._read(action)
+            case EnterCommand():
+                # There is nothing that these hands would want to know.
+                return FINISH
             case Mend():
                 # These hands did as they were told; what is wrong all the same is for a person to find.
                 return False

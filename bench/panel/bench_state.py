@@ -139,6 +139,8 @@ def _energised(view: LiveView, found: Sequence[Mapping[str, Any]], asked: Mappin
     if asked is None:
         return ShownState(StateKind.ON, text("Energised: {what}. Do not touch.", what=told), rest, text("Measuring …"))
     volts = [abs(value) for role in on for value, unit in read.get(role, {}).get("values", ()) if unit == "V"]
+    if asked["kind"] == "command":
+        return ShownState(StateKind.ON, text("Energised: {what}. Do not touch.", what=told), rest)
     if asked["kind"] in ("number", "doubt", "confirm"):
         return ShownState(StateKind.ON, text("Energised: {what}. Touch no lead.", what=told), rest)
     if asked.get("action") not in _AT_SHAFT or any(value >= EXTRA_LOW for value in volts):

@@ -25,7 +25,7 @@ class StepWords:
 class Offered:
     """One procedure as it can be chosen; `settings` by name with default, unit and description.
 
-    One that is `end_of_line` is chosen by name only.
+    One that is `end_of_line` is chosen by name only, one that is `manual` is a run of its own.
     """
 
     name: str
@@ -35,6 +35,7 @@ class Offered:
     steps: tuple[StepWords, ...]
     settings: Mapping[str, Mapping[str, Any]]
     end_of_line: bool = False
+    manual: bool = False
 
 
 class Offer:
@@ -54,6 +55,11 @@ class Offer:
         """Return what readers call a procedure; its own name until that is known."""
         offered = self._known(procedure)
         return Text(offered.title if offered else "{name}", {"name": procedure})
+
+    def is_manual(self, procedure: str) -> bool:
+        """Tell whether a person commands it, as far as that is known."""
+        offered = self._known(procedure)
+        return offered is not None and offered.manual
 
     def step(self, procedure: str, identifier: str) -> StepWords | None:
         """Return a step's words, where they are known already."""
@@ -113,6 +119,7 @@ async def _offered(station: str) -> dict[str, Offered]:
             tuple(StepWords(step["id"], step["text"]) for step in data["steps"]),
             data["settings"],
             data["end_of_line"],
+            data["manual"],
         )
         for name, data in reply["procedures"].items()
     }

@@ -121,6 +121,13 @@ def rehearse(request: RunRequest, catalogue: Catalogue, console: "Console") -> R
             )
         )
     plan = make_plan(request.procedures, request.assignments, catalogue)
+    if manual := next((each.name for each in plan if each.procedure.manual), None):
+        raise UsageError(
+            text(
+                "{name}: there is nothing to rehearse, for each command is a person's; its limits hold all the same",
+                name=manual,
+            )
+        )
     translate = translator(request.language)
     station = _station(request)
     if list(request.procedures) == ["all"]:

@@ -62,14 +62,7 @@ def run_context(
     if (request.answers is not None) != (operator == "answers"):
         raise UsageError(text("--operator answers and --answers FILE go together"))
     if request.station == VIRTUAL:
-        if operator not in ("", "virtual", "panel", "fixture"):
-            raise UsageError(
-                text(
-                    "--operator {operator}: the virtual bench has the virtual operator's hands or a fixture",
-                    operator=operator,
-                )
-            )
-        with _virtual(request, interrupts) as context:
+        with _virtual(request, console, interrupts) as context:
             yield context
         return
     if request.disturbances is not None:
@@ -94,8 +87,8 @@ def station_context(
 ) -> Iterator[RunContext]:
     """Give the context of a run at a station that was read; otherwise as `run_context`."""
     operator = request.operator
-    if station.control and operator in ("", "virtual", "fixture", "panel"):
-        with _served(station, request, interrupts) as context:
+    if station.control:
+        with _served(station, request, console, interrupts) as context:
             yield context
         return
     if operator == "virtual":
@@ -156,17 +149,34 @@ def _at_panel(station: Station, interrupts: Interrupts) -> Iterator[RunContext]:
 
 
 @contextmanager
-def _watched(context: RunContext, operator: str, interrupts: Interrupts) -> Iterator[RunContext]:
-    """Put a person at a panel in front of virtual hands, where one is wanted."""
-    if operator != "panel":
-        yield context
-        return
-    from bench.operators.panel_operator import DistantOperator
-
+def _in_front(
+    context: RunContext, request: RunRequest, console: "Console", interrupts: Interrupts
+) -> Iterator[RunContext]:
+    """Put a person, or a file of answers, in front of virtual hands where one is wanted."""
     behind = context.operator
-    with closing(DistantOperator(interrupts, behind.hands)) as person:
-        at_panel = PanelHands(hands=person, prompts=behind.prompts, person=person, behind=behind)
-        yield replace(context, operator=at_panel)
+    if request.operator == "terminal":
+        from bench.operators.terminal import TerminalOperator
+
+        colours = request.motor.nameplate.wire_colours
+        typing = TerminalOperator(
+            console, translator(request.language), colours, interrupts=interrupts, hands=behind.hands
+        )
+        yield replace(
+            context, operator=TerminalHands(hands=typing, prompts=behind.prompts, person=typing, behind=behind)
+        )
+    elif request.answers is not None:
+        from bench.operators.answers import AnswersOperator, load_answers
+
+        replaying = AnswersOperator(load_answers(request.answers), behind.hands)
+        yield replace(context, operator=RunOperator(hands=replaying, prompts=behind.prompts))
+    elif request.operator == "panel":
+        from bench.operators.panel_operator import DistantOperator
+
+        with closing(DistantOperator(interrupts, behind.hands)) as person:
+            at_panel = PanelHands(hands=person, prompts=behind.prompts, person=person, behind=behind)
+            yield replace(context, operator=at_panel)
+    else:
+        yield context
 
 
 def _by_hand(station: Station, request: RunRequest, console: "Console", interrupts: Interrupts) -> RunContext:
@@ -190,7 +200,7 @@ def _replayed(station: Station, answers: Path) -> RunContext:
 
 
 @contextmanager
-def _served(station: Station, request: RunRequest, interrupts: Interrupts) -> Iterator[RunContext]:
+def _served(station: Station, request: RunRequest, console: "Console", interrupts: Interrupts) -> Iterator[RunContext]:
     from bench.operators.virtual import VirtualOperator
     from bench.virtual.served_world import ServedWorld
 
@@ -206,12 +216,12 @@ def _served(station: Station, request: RunRequest, interrupts: Interrupts) -> It
         )
         if request.operator == "fixture":
             context = with_fixture(context, worker.thermometer)
-        with _watched(context, request.operator, interrupts) as watched:
-            yield watched
+        with _in_front(context, request, console, interrupts) as operated:
+            yield operated
 
 
 @contextmanager
-def _virtual(request: RunRequest, interrupts: Interrupts) -> Iterator[RunContext]:
+def _virtual(request: RunRequest, console: "Console", interrupts: Interrupts) -> Iterator[RunContext]:
     from bench.operators.virtual import VirtualOperator
     from bench.virtual.virtual_station import virtual_station
     from sim_instruments.bench import BenchSetting, VirtualBench
@@ -236,5 +246,5 @@ def _virtual(request: RunRequest, interrupts: Interrupts) -> Iterator[RunContext
         )
         if by_fixture:
             context = with_fixture(context, worker.thermometer)
-        with _watched(context, request.operator, interrupts) as watched:
-            yield watched
+        with _in_front(context, request, console, interrupts) as operated:
+            yield operated

@@ -45,7 +45,8 @@ def check_needs(plan: Sequence[Planned], station: Station) -> None:
 def unmet(planned: Planned, station: Station) -> list[Text]:
     """Return what the station lacks for a procedure, each with what to write into its file; nothing is opened."""
     entries, said = station.entries, []
-    absent = sorted(f"[instruments.{role.value}]" for role in planned.procedure.roles - entries.keys())
+    roles = planned.procedure.roles_at(planned.settings, entries.keys())
+    absent = sorted(f"[instruments.{role.value}]" for role in roles - entries.keys())
     if absent:
         said.append(text("it needs {tables}", tables=absent))
     for role, demand in planned.procedure.needed(planned.settings).items():
@@ -57,15 +58,16 @@ def unmet(planned: Planned, station: Station) -> list[Text]:
 def asked(planned: Planned, station: Station) -> list[Text]:
     """Return what people are asked for in a procedure: hands, readings, a temperature, limits of probes."""
     entries, said = station.entries, []
+    roles = planned.procedure.roles_at(planned.settings, entries.keys())
     if any(step.by_hand for step in planned.procedure.steps()):
         said.append(text("hands"))
-    typed = [role.value for role in planned.procedure.roles & entries.keys() if entries[role].driver.name in BY_HAND]
+    typed = [role.value for role in roles & entries.keys() if entries[role].driver.name in BY_HAND]
     if typed:
         said.append(text("readings of {roles}", roles=sorted(typed)))
     if getattr(planned.settings, "winding_temperature", 0.0) is None:
         said.append(text("the winding's temperature"))
     open_probes = unstated_probes(station)
-    if Role.OSCILLOSCOPE in planned.procedure.roles and open_probes:
+    if Role.OSCILLOSCOPE in roles and open_probes:
         said.append(text("limits of the probes on channels {channels}", channels=sorted(open_probes)))
     return said
 

@@ -8,6 +8,8 @@ from typing import Any
 from bench.files.toml_file import nearest, validate
 from bench.i18n.errors import UsageError
 from bench.plugins.catalogue import Catalogue as Plugins
+from bench.station.station_file import Station
+from drivers.interfaces.role import Role
 from drivers.interfaces.text import Text, text
 from procedures.core.parameter_definition import ParameterTable
 from procedures.core.procedure import Procedure, Settings
@@ -31,19 +33,22 @@ def parameters_of(plan: Iterable[Planned]) -> ParameterTable:
 
 
 def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catalogue) -> list[Planned]:
-    """Return the procedures named (for `all`, all but the end-of-line checks) with settings from `name=value` or
+    """Return the procedures named (for `all`, a whole measurement's) with settings from `name=value` or
     `procedure.name=value`.
 
     Without a procedure's name a setting goes to every planned procedure that knows it. Raises UsageError for an unknown
     procedure or setting, InputError for a value that is not allowed.
     """
-    measurements = [name for name, kind in catalogue.items() if not kind.end_of_line]
+    measurements = [name for name, kind in catalogue.items() if kind.in_all()]
     wanted = measurements if list(names) == ["all"] else list(dict.fromkeys(names))
     for name in wanted:
         if name not in catalogue:
             raise UsageError(
                 text("there is no procedure {name!r}: {hint}; or all", name=name, hint=_why_not(name, catalogue))
             )
+    manual = next((name for name in wanted if catalogue[name].manual), None)
+    if manual is not None and len(wanted) > 1:
+        raise UsageError(text("{name} is a run of its own: name no other procedure with it", name=manual))
     given: dict[str, dict[str, Any]] = {name: {} for name in wanted}
     for assignment in assignments:
         _assign(assignment, given, catalogue)
@@ -55,6 +60,12 @@ def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catal
         )
         for name in wanted
     ]
+
+
+def roles_of(plan: Iterable[Planned], station: Station) -> set[Role]:
+    """Return the roles that a plan may use at a station."""
+    present = station.entries.keys()
+    return {role for planned in plan for role in planned.procedure.roles_at(planned.settings, present)}
 
 
 def _why_not(name: str, catalogue: Catalogue) -> Text:

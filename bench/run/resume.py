@@ -5,7 +5,7 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from bench.i18n.errors import InputError
+from bench.i18n.errors import InputError, UsageError
 from bench.journal.codec import RecordedEvent
 from bench.journal.events.instruments import InstrumentOpened
 from bench.journal.events.run import RunBegun, RunFinished, RunStarted
@@ -13,6 +13,7 @@ from bench.journal.events.safety import MadeSafe
 from bench.journal.journal_file import JournalFile, read_journal
 from bench.journal.run_folder import RunFolder
 from bench.motor.motor_file import MotorFile
+from bench.run.plan import Planned
 from bench.station.station_file import Station
 from drivers.interfaces import Identity, Instrument
 from drivers.interfaces.text import Text, lines, text
@@ -36,6 +37,18 @@ def begun(folder: RunFolder) -> tuple[JournalFile, RunStarted]:
             )
         )
     return read, first
+
+
+def check_resumable(folder: RunFolder | None, plan: Sequence[Planned]) -> None:
+    """Raise UsageError for a run that is to go on and whose commands nobody can take up where they ended."""
+    if folder is not None and (manual := next((each.name for each in plan if each.procedure.manual), None)):
+        raise UsageError(
+            text(
+                "{folder}: a run of {name} does not go on where it ended; begin a new one",
+                folder=folder.path,
+                name=manual,
+            )
+        )
 
 
 def check_unchanged(

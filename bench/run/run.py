@@ -22,12 +22,12 @@ from bench.run.context import RunContext, run_context
 from bench.run.guarding import guarded
 from bench.run.needs import check_needs, possible
 from bench.run.photos import kept_photos
-from bench.run.plan import Catalogue, Planned, make_plan
+from bench.run.plan import Catalogue, Planned, make_plan, roles_of
 from bench.run.probe_limits import check_asked, given_limits, unstated_probes
 from bench.run.probe_verification import verified_before, verified_channels
 from bench.run.progress import Progress
 from bench.run.request import Finished, RunOptions, RunRequest
-from bench.run.resume import begun, check_identities, check_unchanged, identities, left_unsafe
+from bench.run.resume import begun, check_identities, check_resumable, check_unchanged, identities, left_unsafe
 from bench.run.retry_policy import never_stop, stop_at_failure
 from bench.run.run_operator import FixtureHands
 from bench.run.sequencer import Runner, secure
@@ -72,6 +72,7 @@ def run(
     """
     quieten_libraries()
     plan = make_plan(request.procedures, request.assignments, catalogue)
+    check_resumable(request.resume, plan)
     translate = translator(request.language)
     interrupts = Interrupts()
     purpose = f"motorbench run {' '.join(request.procedures)}"
@@ -79,8 +80,8 @@ def run(
         if list(request.procedures) == ["all"]:
             plan = possible(plan, context.station, console, translate)
         check_needs(plan, context.station)
-        used = {role for planned in plan for role in planned.procedure.roles} | context.operator.roles
-        live = request.station == VIRTUAL or request.operator == "answers"
+        used = roles_of(plan, context.station) | context.operator.roles
+        live = (request.station == VIRTUAL and request.operator != "terminal") or request.operator == "answers"
         options = RunOptions(
             after=never_stop if request.go_on else stop_at_failure,
             warnings=context.station.check_calibrations(today(), used),
@@ -120,7 +121,7 @@ def carry_out(
     """
     translate = translator(request.language)
     with ExitStack() as leaving:
-        used = {role for planned in plan for role in planned.procedure.roles} | context.operator.roles
+        used = roles_of(plan, context.station) | context.operator.roles
         options = options if options.versions else replace(options, versions=software(context.station.catalogues))
         probes = given_limits(request.probes, context.station)
         if Role.OSCILLOSCOPE in used and not verified_before(request, plan):

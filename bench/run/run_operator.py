@@ -73,9 +73,15 @@ class VirtualHands(RunOperator):
 
 @dataclass(frozen=True, kw_only=True)
 class TerminalHands(RunOperator):
-    """A person at a terminal."""
+    """A person at a terminal; on a virtual bench the hands `behind` do what the person confirms."""
 
     person: "TerminalOperator"
+    behind: RunOperator | None = None
+
+    @property
+    def hand_time(self) -> float:
+        """Bench time (s) of hand work, on a virtual bench."""
+        return self.behind.hand_time if self.behind else 0.0
 
     def hear(self, event: Event) -> None:
         """Take an event of the journal: which reading is about to be typed."""

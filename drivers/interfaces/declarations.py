@@ -103,7 +103,8 @@ class Declaration:
     `amounts` are its bounded arguments, by name; `readings` what it returns, by field ("" for the value itself), `unit` that of
     a single value. `lasting` is for a call that energises; `source` then names the method that measures what it switches on.
     `item` is what the call does in a shutdown sequence. `arguments` are those of the method, with their defaults
-    (`Parameter.empty` without one).
+    (`Parameter.empty` without one). `units` are those of arguments that set no quantity, or of their fields, by name; `V|A` is
+    one or the other.
     """
 
     effect: Effect
@@ -113,6 +114,7 @@ class Declaration:
     source: str = ""
     item: str = ""
     unit: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
     arguments: Mapping[str, Any] = field(default_factory=dict)
     is_property: bool = False
 
@@ -176,6 +178,19 @@ def energises(
     Where no argument says how much, `source` names the method whose reading is judged before it is switched on.
     """
     return _commanding(Declaration(Effect.ENERGISES, lasting=lasting, source=source), arguments)
+
+
+def in_units(**units: str) -> Callable[[MethodT], MethodT]:
+    """Declare the units of arguments that set no quantity, of a method that is declared already."""
+
+    def declare(method: MethodT) -> MethodT:
+        found = declared(method)
+        if found is None:
+            raise DeclarationError(f"{method.__qualname__}: in_units stands above what declares what it does")
+        setattr(method, _DECLARED, replace(found, units=units))
+        return method
+
+    return declare
 
 
 def makes_safe(item: str = "") -> Callable[[MethodT], MethodT]:

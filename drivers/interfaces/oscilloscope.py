@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol
 
-from drivers.interfaces.declarations import question, reading, setting
+from drivers.interfaces.declarations import in_units, question, reading, setting
 from drivers.interfaces.identity import Accuracy, Instrument, Reading
 
 if TYPE_CHECKING:
@@ -80,14 +80,17 @@ class Oscilloscope(Instrument, Protocol):
     def maximum_voltage(self, channel: int) -> float | None:
         """Return the largest voltage (V, peak) that the voltage probe of a channel may be on, None where nobody states it."""
 
+    @in_units(range="V|A", offset="V|A")
     @setting
     def configure_channel(self, channel: int, settings: ChannelSettings) -> None:
         """Set the vertical range and offset of a channel and switch it on."""
 
+    @in_units(record_time="s")
     @setting
     def configure_acquisition(self, record_time: float, points: int, pre_trigger: float = 0.0) -> None:
         """Set the record's length (s), the least number of points, and the share of it (0…1) before the trigger."""
 
+    @in_units(level="V|A")
     @setting
     def configure_trigger(self, trigger: Trigger) -> None:
         """Set the edge trigger."""
@@ -96,6 +99,7 @@ class Oscilloscope(Instrument, Protocol):
     def initiate(self) -> None:
         """Arm for one record; returns as soon as the instrument waits for its trigger."""
 
+    @in_units(timeout="s")
     @reading()
     def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:
         """Wait for the record (at most `timeout` s of bench time) and return it.

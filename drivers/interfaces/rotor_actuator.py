@@ -8,6 +8,7 @@ from drivers.interfaces.declarations import (
     Lasting,
     Quantity,
     energises,
+    in_units,
     makes_safe,
     question,
     reading,
@@ -42,6 +43,7 @@ class RotorActuator(Instrument, Protocol):
     def stop(self) -> None:
         """End turning and let the shaft go; returns when the drive stands."""
 
+    @in_units(angle="rad")
     @energises(Lasting.CALL, angle=NO_QUANTITY)
     def move_by(self, angle: float) -> None:
         """Turn the shaft by an angle (rad) and let it go."""

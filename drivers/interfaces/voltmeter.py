@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from drivers.interfaces.declarations import question, reading, setting
+from drivers.interfaces.declarations import in_units, question, reading, setting
 from drivers.interfaces.identity import Accuracy, Instrument, Reading
 
 
@@ -14,6 +14,7 @@ class Voltmeter(Instrument, Protocol):
     def maximum_voltage(self) -> float:
         """Largest voltage (V) that may be between its leads, whatever range is set."""
 
+    @in_units(full_scale="V")
     @setting
     def configure(self, full_scale: float, power_line_cycles: float = 10.0) -> None:
         """Set the smallest range (V) that holds `full_scale`, and the integration time in power-line cycles.

@@ -281,6 +281,30 @@ class DoubtReading:
         return [self.finding]
 
 
+#: The command that ends a run by hand.
+FINISH = "finish"
+
+
+@dataclass(frozen=True)
+class EnterCommand(_Sentence):
+    """Say what the station's instruments are to do next; gives the words typed, None where nobody typed any for `idle` (s), if that ends.
+
+    `said` is what came of the command before, `refused` whether it was refused, `on` what is energised. `roles` can be commanded;
+    `ranges` has the largest value of their arguments where it is known, by role.method.argument, in the argument's own unit.
+    """
+
+    said: Text
+    refused: bool
+    on: tuple[str, ...]
+    idle: float | None
+    roles: tuple[str, ...]
+    ranges: Mapping[str, float]
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return text("Enter a command, or finish")
+
+
 #: What a procedure wants of the setup; the order in which hands bring it about follows from what is there.
 Wanted = (
     Connect
@@ -297,7 +321,15 @@ Wanted = (
 )
 #: What hands and eyes are asked for.
 HandWork = (
-    ChangeSetup | TurnToRest | MarkRestPositions | StartTurning | StopTurning | EnterReading | Mend | DoubtReading
+    ChangeSetup
+    | TurnToRest
+    | MarkRestPositions
+    | StartTurning
+    | StopTurning
+    | EnterReading
+    | EnterCommand
+    | Mend
+    | DoubtReading
 )
 Action = Wanted | HandWork
 

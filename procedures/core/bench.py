@@ -22,6 +22,7 @@ from drivers.interfaces.text import text
 from procedures.core.actions import (
     Action,
     DoubtReading,
+    EnterCommand,
     HandWork,
     Mend,
     UncoupleDynamometer,
@@ -44,7 +45,7 @@ class Operator(Protocol):
         """Do it and return what it gives.
 
         A float for `EnterReading`, angles in rad for `MarkRestPositions`, whether it was done for `Mend`, whether to read
-        again for `DoubtReading`, else None.
+        again for `DoubtReading`, the words typed for `EnterCommand`, else None.
         """
 
 
@@ -204,6 +205,14 @@ class Bench:
             self.recorder.record(StepFailed(step=step.identifier, error=said, time=self.clock.now()))
             raise
         self.recorder.record(StepFinished(step=step.identifier, time=self.clock.now()))
+
+    def command(self, action: EnterCommand) -> str | None:
+        """Have a command said; None where nobody has said one in time."""
+        return cast("str | None", self._perform(action))
+
+    def instrument(self, role: Role) -> Instrument:
+        """Return the instrument of a role, as its driver gives it. Raises ProcedureError where the station has none."""
+        return self._get(role)
 
     def _change_setup(self, wanted: Sequence[Wanted]) -> None:
         if Role.DYNAMOMETER not in self._instruments:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from procedures.core.actions import Action
 
 #: What hand work gives.
-Given = float | bool | Sequence[float] | None
+Given = float | bool | str | Sequence[float] | None
 
 
 def optional(default: Any = None) -> Any:
@@ -80,7 +80,7 @@ class ActionStarted(Event, kind="action"):
 
 @dataclass(frozen=True, kw_only=True)
 class ActionDone(Event, kind="action_done"):
-    """Hand work is done: a reading entered, angles (rad) marked, whether something was put right; None for other work."""
+    """Hand work is done: a reading entered, angles (rad) marked, whether something was put right, a command; None for other work."""
 
     action: str
     given: Given

@@ -1,7 +1,7 @@
 """What all procedures share: settings, steps, and the way a result is put together."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args
 
@@ -35,7 +35,7 @@ class Procedure(ABC, Generic[C]):
     A subclass names itself (`name`, `title`, `section`), the roles it needs, its settings type as the generic
     argument, and defines its steps as decorated methods in the document's order. It `gives` parameters: names of the
     table's rows, or definitions of its own; `parameters` has them all by name. One that is `end_of_line` finds a defect
-    rather than a controller's parameter: it runs where it is named, not with `all`.
+    rather than a controller's parameter, one that is `manual` does what a person commands: they run where they are named, not with `all`.
     """
 
     name: ClassVar[str]
@@ -47,6 +47,7 @@ class Procedure(ABC, Generic[C]):
     needs: ClassVar[Demands] = {}
     parameters: ClassVar[ParameterTable]
     end_of_line: ClassVar[bool] = False
+    manual: ClassVar[bool] = False
     #: What earlier procedures of the run withheld and none gave, by name.
     withheld_before: Mapping[str, Sequence[Withheld]] = MappingProxyType({})
 
@@ -82,6 +83,16 @@ class Procedure(ABC, Generic[C]):
         raise TypeError(f"{cls.__name__} names no settings type")
 
     @classmethod
+    def in_all(cls) -> bool:
+        """Tell whether it belongs to a whole measurement of a motor."""
+        return not (cls.end_of_line or cls.manual)
+
+    @classmethod
+    def roles_at(cls, settings: C, station: Collection[Role]) -> frozenset[Role]:
+        """Return the roles that it may use at a station that has these."""
+        return cls.roles
+
+    @classmethod
     def needed(cls, settings: C) -> Demands:
         """Return what is needed of the instruments with these settings."""
         return cls.needs
@@ -105,7 +116,8 @@ class Procedure(ABC, Generic[C]):
 
     def run(self) -> ProcedureResult:
         """Measure, and return what was found."""
-        self.bench.state.begin(self.roles, self.nameplate.voltage_bound)
+        used = self.roles_at(self.settings, [role for role in Role if self.bench.has(role)])
+        self.bench.state.begin(used, self.nameplate.voltage_bound)
         self.measure()
         return ProcedureResult(
             self.name,

@@ -19,7 +19,7 @@ def _section(name: str, procedure: type[Procedure[Any]], translate: Translate) -
     lines = [
         f"## {translate(procedure.title)}: `{name}`",
         "",
-        f"{_instruments(procedure)} Gives {', '.join(f'`{parameter}`' for parameter in procedure.parameters)}.",
+        f"{_instruments(procedure)}{_given(procedure)}",
         "",
         f"| document | what happens | by hand | method in `{module}` |",
         "| --- | --- | --- | --- |",
@@ -36,6 +36,11 @@ def _section(name: str, procedure: type[Procedure[Any]], translate: Translate) -
             f"| `{key}` | {_shown(defaults[key])} | {field.description} |" for key, field in model.model_fields.items()
         ]
     return "\n".join(lines) + "\n"
+
+
+def _given(procedure: type[Procedure[Any]]) -> str:
+    names = ", ".join(f"`{parameter}`" for parameter in procedure.parameters)
+    return f" Gives {names}." if names else ""
 
 
 def _instruments(procedure: type[Procedure[Any]]) -> str:

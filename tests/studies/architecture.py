@@ -18,12 +18,12 @@ PACKAGES = ("bench", "reports", "procedures", "drivers", "sim_instruments")
 #: Left, top (of 100 by 100) and width of each package's box.
 PLACES = {
     "bench": (2, 98, 96),
-    "reports": (2, 45, 17),
-    "procedures": (29, 45, 17),
-    "drivers": (56, 45, 17),
-    "sim_instruments": (81, 45, 17),
+    "reports": (2, 42, 17),
+    "procedures": (29, 42, 17),
+    "drivers": (56, 42, 17),
+    "sim_instruments": (81, 42, 17),
 }
-ROW, HEAD = 2.9, 4.6
+ROW, HEAD = 2.72, 4.6
 ARROW = "#8a3b12"
 #: Left, bottom, width and height.
 Box = tuple[float, float, float, float]

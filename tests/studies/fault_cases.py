@@ -71,7 +71,7 @@ def cases(
     End-of-line checks are tried where they are named.
     """
     for procedure, kind in installed().procedures.items():
-        if procedure not in procedures if procedures else kind.end_of_line:
+        if procedure not in procedures if procedures else not kind.in_all():
             continue
         roles = sorted(role.value for role in kind.roles)
         used = DRIVEN_MOTOR if "drive" in roles else motor

@@ -76,9 +76,7 @@ def study_plan(procedures: Collection[str] = ()) -> list[Planned]:
     """Return the procedures of the study in the catalogue's order, or those of them that are named."""
     known = installed().procedures
     names = [
-        name
-        for name in known
-        if (name in procedures if procedures else name not in LEFT_OUT and not known[name].end_of_line)
+        name for name in known if (name in procedures if procedures else name not in LEFT_OUT and known[name].in_all())
     ]
     takers = (known[name].settings_type().model_fields for name in names)
     settings = (f"{_TEMPERATURE}={THERMOMETER}",) if any(_TEMPERATURE in fields for fields in takers) else ()

@@ -68,6 +68,15 @@ def prepare(plan_file: Path, station: str, sockets: int | None) -> Prepared:
 
 def planned_of(checks: Iterable[PlannedCheck], source: str, known: Catalogue) -> list[Planned]:
     """Return checks as a run takes them, from the procedures there are. Raises InputError for settings that one does not allow."""
+    checks = list(checks)
+    if manual := next((check.name for check in checks if known[check.name].manual), None):
+        raise InputError(
+            text(
+                "{source}: {name} is commanded by a person, and no part of a plan; motorbench run {name}",
+                source=source,
+                name=manual,
+            )
+        )
     return [
         Planned(
             check.name,

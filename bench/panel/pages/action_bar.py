@@ -15,6 +15,7 @@ from bench.panel.pages.step_card import StepCard
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from drivers.interfaces.text import Text, text
+from procedures.core.actions import FINISH
 
 
 class ActionBar:
@@ -84,6 +85,11 @@ class ActionBar:
             self._note(watching if self._session.may_lead else text("You are watching."))
             self._waiting(text("Somebody else answers"))
             return
+        if question["kind"] == "command":
+            if state.kind is StateKind.UNKNOWN:
+                self._button(text("Ask again"), self._run.line.ask_again, "again").classes("mb-primary")
+            self._button(text("Finish: everything off"), partial(self.send, question, FINISH))
+            return
         if state.waits is not None:
             if state.kind is StateKind.UNKNOWN:
                 self._button(text("Ask again"), self._run.line.ask_again, "again").classes("mb-primary")
@@ -96,7 +102,7 @@ class ActionBar:
             self._button(text("It is right: keep it"), partial(self._answer, question, value=False)).classes("mb-keep")
             self._done(text("Enter it again"), partial(self._answer, question, value=True))
         elif entry is not None and self._doubted and entry.held is not None:
-            kept = self._button(text("Keep {value}", value=entry.words), partial(self._send, question, entry.words))
+            kept = self._button(text("Keep {value}", value=entry.words), partial(self.send, question, entry.words))
             kept.classes("mb-keep")
             self._done(text("Type it again"), self._again).props("data-again")
         elif entry is not None:
@@ -138,7 +144,7 @@ class ActionBar:
             return
         doubt = entry.doubt()
         if doubt is None:
-            await self._send(question, entry.words)
+            await self.send(question, entry.words)
             return
         entry.hold(doubt)
         self._doubted = True
@@ -148,9 +154,10 @@ class ActionBar:
     async def _answer(self, question: Mapping[str, Any], value: object = None) -> None:
         if question["kind"] == "angles" and value is None and self._card.angles is not None:
             value = str(self._card.angles.value or "").replace(";", " ").split()
-        await self._send(question, value)
+        await self.send(question, value)
 
-    async def _send(self, question: Mapping[str, Any], value: object) -> None:
+    async def send(self, question: Mapping[str, Any], value: object) -> None:
+        """Give the run an answer to its question; what it says against it is shown."""
         if not self._panel.control.take_if_free(self._session.token, self._session.person):
             return
         self._doubted = False

@@ -11,6 +11,7 @@ from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import type_values_of
 from bench.panel.pages.attention import AttentionPart
 from bench.panel.pages.budgets import budgets_part
+from bench.panel.pages.by_hand import read_part
 from bench.panel.pages.fits import fits_part
 from bench.panel.pages.history import STATUS
 from bench.panel.pages.parameter_picture import parameter_picture
@@ -44,6 +45,8 @@ class _Ended:
         self._run = run
         self._reader = reader
         view = run.view.run
+        # Nobody takes up commands where they ended.
+        self._manual = any(panel.offer.is_manual(name) for name in view.planned)
         self._exports = catalogues_of_run(view.start.software if view.start is not None else {}).exports
         self._parameters = view.parameters()
         self._rows = deviations(self._parameters, *type_values_of(view.start))
@@ -64,6 +67,7 @@ class _Ended:
             self._found, self._run.view.run.planned
         )
         later = ui.element("div").classes("w-full")
+        read_part(self._run.view.run.finished, self._reader)
         budgets_part(self._run, self._reader)
         WaveformsPart(self._panel, self._run, self._reader).build()
         SignOffPart(self._run, self._session, self._reader, self._panel.access).build()
@@ -111,7 +115,7 @@ class _Ended:
     def _actions(self) -> None:
         say, view = self._reader.say, self._run.view.run
         with ui.row().classes("gap-3 mt-3 items-center"):
-            if self._session.may_lead and view.status != "completed":
+            if self._session.may_lead and view.status != "completed" and not self._manual:
                 go_on = ui.button(say(text("Go on where it ended")), on_click=lambda: self._resume(), color=None)
                 go_on.classes("mb-go").props("no-caps")
             if self._session.may_lead:
@@ -123,7 +127,7 @@ class _Ended:
             with self._menu(text("Export")):
                 for name, target in self._exports.items():
                     ui.item(target.title, on_click=lambda name=name: self._export(name))
-            if self._session.may_lead:
+            if self._session.may_lead and not self._manual:
                 with self._menu(text("Repeat")):
                     for name in view.planned:
                         title = say(self._panel.offer.title(name))

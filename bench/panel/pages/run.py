@@ -53,7 +53,13 @@ class _RunPage:
         with self._live:
             self._state = StateRow(self._run, self._reader, self._abort)
             with ui.element("div").classes("mb-grid"):
-                self._card = StepCard(self._panel, self._run, self._reader, lambda: self._bar.typed())
+                self._card = StepCard(
+                    self._panel,
+                    self._run,
+                    self._reader,
+                    lambda: self._bar.typed(),
+                    lambda question, value: self._bar.send(question, value),
+                )
                 with ui.element("div").classes("mb-side"):
                     self._readings = named(ui.element("section").classes("mb-card"), say(text("Readings")))
                     self._reading = ReadingCard(self._run, self._reader)

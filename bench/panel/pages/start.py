@@ -92,6 +92,10 @@ class _StartPage:
         with ui.row().classes("w-full mt-4 py-3 items-center gap-4 sticky bottom-0").style("background: var(--paper)"):
             self._start = ui.button(say(text("Start")), on_click=self._begin, color=None)
             self._start.classes("mb-go text-2xl px-12 py-4").set_enabled(False)
+            self._hand = ui.button(say(text("Use the instruments by hand")), on_click=self._begin_by_hand).props(
+                "outline"
+            )
+            self._hand.classes("text-lg").set_enabled(False)
             self._try = ui.button(say(text("Rehearse")), on_click=self._rehearse).props("outline").classes("text-lg")
             self._try.set_enabled(False)
             self._fault = ui.label().props("role=alert").classes("text-lg whitespace-pre-line").style("color:#7a130d")
@@ -119,6 +123,7 @@ class _StartPage:
             self._complain(self._reader.fault(error))
             return
         self._start.set_enabled(self._session.may_lead)
+        self._hand.set_enabled(self._session.may_lead)
         self._try.set_enabled(True)
         self._offered = offered
         self._show_procedures(offered)
@@ -134,6 +139,8 @@ class _StartPage:
                 ui.button(say(text("All")), on_click=lambda: self._mark(True)).props("flat dense no-caps")
                 ui.button(say(text("None")), on_click=lambda: self._mark(False)).props("flat dense no-caps")
             for name, procedure in offered.items():
+                if procedure.manual:
+                    continue
                 missing = [] if self._roles is None else sorted(set(procedure.roles) - self._roles)
                 box = ui.checkbox(
                     f"{say(Text(procedure.title))} · {say(section_name(procedure.section))}",
@@ -260,10 +267,24 @@ class _StartPage:
         if not chosen:
             self._complain(say(text("Choose at least one procedure.")))
             return
+        await self._order(chosen)
+
+    async def _begin_by_hand(self) -> None:
+        """Begin the run in which the instruments are commanded one by one."""
+        by_hand = [name for name, procedure in self._offered.items() if procedure.manual][:1]
+        if not self._motor.value:
+            self._complain(self._reader.say(text("Choose the motor's type.")))
+        elif by_hand and self._hand.enabled:
+            await self._order(by_hand)
+
+    async def _order(self, chosen: list[str]) -> None:
+        """Start a run of the procedures that are chosen."""
+        say = self._reader.say
         self._session.person = str(self._person.value or "").strip() or self._session.person
         self._tell(say(text("Starting …")))
         # A second click would start a second run.
         self._start.set_enabled(False)
+        self._hand.set_enabled(False)
         order = Order(
             chosen,
             self._panel.station,
@@ -276,6 +297,7 @@ class _StartPage:
             run = await self._panel.start(order)
         except (InputError, TimeoutError) as error:
             self._start.set_enabled(True)
+            self._hand.set_enabled(True)
             self._complain(self._reader.fault(error))
             return
         self._panel.control.take(self._session.token, self._session.person)

@@ -1,6 +1,7 @@
 """The step: one heading that says what to do now, its work in numbered lines, the drawing."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from nicegui import ui
@@ -8,6 +9,7 @@ from nicegui import ui
 from bench.journal.stored_result import restore_text
 from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
+from bench.panel.pages.by_hand import ByHandForm, said_lines
 from bench.panel.pages.entry import NumberEntry
 from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
@@ -18,14 +20,27 @@ from reports.labels import role_name
 
 
 class StepCard:
-    """The card that a person works by; everyone sees it. `changed` is called when something is typed into it."""
+    """The card that a person works by; everyone sees it.
 
-    def __init__(self, panel: Panel, run: LiveRun, reader: Reader, changed: Callable[[], None]) -> None:
+    `changed` is called when something is typed into it, `send` gives a question's answer to the run.
+    """
+
+    def __init__(
+        self,
+        panel: Panel,
+        run: LiveRun,
+        reader: Reader,
+        changed: Callable[[], None],
+        send: Callable[[Mapping[str, Any], object], Awaitable[None]],
+    ) -> None:
         self._panel = panel
         self._run = run
         self._reader = reader
         self._changed = changed
+        self._send = send
         self._worded: object = ()
+        self._offered: object = ()
+        self._by_hand = ByHandForm(reader)
         #: The field of the present question, where a number is asked for.
         self.entry: NumberEntry | None = None
         #: The field of the present question, where angles are asked for, and what was wrong with them.
@@ -36,6 +51,7 @@ class StepCard:
             with ui.element("div").classes("mb-words"):
                 self._place = ui.label().classes("mb-crumb")
                 self._task = ui.element("div")
+                self._commands = ui.element("div")
             self._drawing = StepDrawing(run, reader)
 
     def show(self, *, may_answer: bool) -> None:
@@ -58,6 +74,7 @@ class StepCard:
             self._task.clear()
             with self._task:
                 self._ask(question, may_answer=may_answer)
+        self._offer_commands(question if may_answer and self._run.running else None)
         self._drawing.show()
 
     def _crumb(self) -> Text:
@@ -107,6 +124,18 @@ class StepCard:
                 self.angles = named(ui.input().props("borderless data-focus autocomplete=off"), label)
             self.fault = ui.label().classes("mb-note").props("role=alert")
 
+    def _offer_commands(self, question: Mapping[str, Any] | None) -> None:
+        # Apart from the words: a field made anew forgets what was typed.
+        asked = question if question is not None and question["kind"] == "command" else None
+        offered = asked["id"] if asked else None
+        if offered == self._offered:
+            return
+        self._offered = offered
+        self._commands.clear()
+        if asked:
+            with self._commands:
+                self._by_hand.offer(asked, partial(self._send, asked))
+
     def _lines(self, question: Mapping[str, Any] | None) -> Sequence[str]:
         say, view = self._reader.say, self._run.view
         if question is None:
@@ -117,6 +146,8 @@ class StepCard:
             return [say(text("Read and enter: {quantity}", quantity=restore_text(question["quantity"])))]
         if question["kind"] == "confirm":
             return [f"{say(role_name(question['instrument']))}: {say(restore_text(question['task']))}"]
+        if question["kind"] == "command":
+            return said_lines(question, self._reader)
         if question["kind"] == "doubt":
             # The journal has its words in English only.
             return [say(restore_text(line)) for line in question["lines"]]

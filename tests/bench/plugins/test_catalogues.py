@@ -70,7 +70,7 @@ def test_everything_of_ours_can_be_loaded() -> None:
     assert catalogues.broken() == ()
     assert len(catalogues.drivers) == 13
     assert len(catalogues.simulated_instruments) == 12
-    assert len(catalogues.procedures) == 22
+    assert len(catalogues.procedures) == 23
     assert len(catalogues.exports) == 13
     assert list(catalogues.records) == ["json-lines"]
     assert next(iter(catalogues.procedures)) == "nameplate"

@@ -16,7 +16,7 @@ def test_settings_reach_every_procedure_that_knows_them(kit: SimpleNamespace) ->
 
 
 def test_all_means_all_but_the_end_of_line_checks_in_order() -> None:
-    measurements = [name for name, kind in installed().procedures.items() if not kind.end_of_line]
+    measurements = [name for name, kind in installed().procedures.items() if kind.in_all()]
     assert [planned.name for planned in make_plan(["all"], [], installed().procedures)] == measurements
     assert 0 < len(measurements) < len(installed().procedures)
 

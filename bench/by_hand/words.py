@@ -1,0 +1,95 @@
+"""What people call commands, their values and the words that these take."""
+
+from collections.abc import Mapping
+
+from drivers.interfaces.text import Text, text
+
+_WORDS: Mapping[str, Text] = {
+    "make_safe": text("bring to its harmless state"),
+    "configure": text("set up"),
+    "energised": text("output on"),
+    "output_off": text("output off"),
+    "output_mode": text("what regulates the output"),
+    "measure_voltage": text("read the voltage"),
+    "measure_current": text("read the current"),
+    "measure_frequency": text("read the frequency"),
+    "measure_amplitude": text("read the amplitude"),
+    "measure_speed": text("read the speed"),
+    "measure_bus_voltage": text("read the DC link voltage"),
+    "measure_bus_current": text("read the DC link current"),
+    "measure": text("measure"),
+    "correct_short": text("short correction"),
+    "configure_channel": text("set up a channel"),
+    "configure_acquisition": text("set up the record"),
+    "configure_trigger": text("set up the trigger"),
+    "initiate": text("arm for one record"),
+    "fetch": text("fetch the record"),
+    "zero_torque": text("take the present torque as zero"),
+    "driving_speed": text("drive at a speed"),
+    "set_speed": text("change the speed"),
+    "driving_torque": text("drive with a torque"),
+    "driving_frequency": text("turn the field at a frequency"),
+    "driving_current": text("regulate the current"),
+    "set_current": text("change the current"),
+    "command_zero": text("command zero"),
+    "running": text("run at full voltage"),
+    "hall_state": text("read the Hall signals"),
+    "lock": text("lock the shaft"),
+    "release": text("free the shaft"),
+    "turn": text("turn the shaft until stopped"),
+    "stop": text("stop"),
+    "move_by": text("turn the shaft by an angle"),
+    "angle": text("angle"),
+    "couple_dynamometer": text("close the coupling"),
+    "uncouple_dynamometer": text("open the coupling"),
+    "voltage": text("voltage"),
+    "current": text("current"),
+    "current_limit": text("current limit"),
+    "regulated": text("what the output holds"),
+    "frequency": text("frequency"),
+    "level": text("level"),
+    "aperture": text("measurement time"),
+    "wanted": text("what is wanted"),
+    "channel": text("channel"),
+    "channels": text("channels"),
+    "range": text("full-scale range"),
+    "offset": text("value at mid-screen"),
+    "record_time": text("length of the record"),
+    "points": text("points"),
+    "pre_trigger": text("share before the trigger"),
+    "slope": text("edge"),
+    "timeout": text("longest wait"),
+    "speed": text("speed"),
+    "speed_limit": text("speed limit"),
+    "torque": text("torque"),
+    "full_scale": text("largest voltage"),
+    "power_line_cycles": text("power-line cycles"),
+    "duration": text("duration"),
+    "short": text("short"),
+    "medium": text("medium"),
+    "long": text("long"),
+    "both": text("resistance and inductance"),
+    "resistance": text("resistance"),
+    "inductance": text("inductance"),
+    "rising": text("rising"),
+    "falling": text("falling"),
+    "either": text("either"),
+    "short-meter-leads": text("clip the bridge's leads together"),
+    "separate-meter-leads": text("take the bridge's leads apart"),
+    "lock-rotor": text("lock the rotor"),
+    "release-rotor": text("free the rotor"),
+    "couple-dynamometer": text("couple the dynamometer"),
+    "uncouple-dynamometer": text("take the dynamometer off"),
+    "turn-to-rest": text("turn the shaft to a stable angle"),
+    "stop-turning": text("stop turning the shaft"),
+}
+
+
+def called(name: str) -> Text:
+    """Return what people call a method, an argument, a choice or hand work; the name itself where nobody has said it."""
+    return _WORDS.get(name) or Text("{name}", {"name": name.replace("_", " ")})
+
+
+def is_known(name: str) -> bool:
+    """Tell whether there are words for a name."""
+    return name in _WORDS

@@ -1,0 +1,59 @@
+"""The instruments by hand at the panel: a form, what is on, and everything off at the end."""
+
+import json
+from collections.abc import Callable
+
+from playwright.sync_api import Page, expect
+
+from tests.bench.panel.browser.conftest import Panel
+
+NewPage = Callable[[], Page]
+
+
+def choose(page: Page, what: str, option: str) -> None:
+    page.get_by_role("combobox", name=what, exact=True).click()
+    page.get_by_role("option", name=option, exact=True).click()
+
+
+def test_a_technician_uses_the_supply_by_hand(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    page.goto(panel.url)
+    page.get_by_label("Motor type").click()
+    page.get_by_text("lg-400w (virtual)").click()
+    page.get_by_role("button", name="Use the instruments by hand").click()
+    page.wait_for_url("**/runs/**")
+    run = page.url.rpartition("/")[2]
+    do = page.locator("[data-carry-out]")
+    # Nothing goes on before it is said what is connected.
+    choose(page, "What to do", "output on")
+    page.get_by_role("textbox", name="voltage (0 … 6.18 V)").fill("1")
+    page.get_by_role("textbox", name="current limit (0 … 10 A)").fill("500 mA")
+    choose(page, "what the output holds, may be left out", "current")
+    do.click()
+    card = page.get_by_role("region", name="The present step")
+    expect(card).to_contain_text("supply stays off until it is said")
+    choose(page, "A", "supply, plus")
+    choose(page, "B", "supply, minus")
+    page.get_by_role("button", name="Connect it so").click()
+    page.get_by_role("button", name="Done", exact=True).click()
+    expect(card).to_contain_text("Done: connect A=supply+ B=supply- C=open")
+    # What was typed is still there.
+    expect(page.get_by_role("textbox", name="current limit (0 … 10 A)")).to_have_value("500 mA")
+    do.click()
+    expect(card).to_contain_text("ON: supply energised voltage=1V current_limit=500mA regulated=current")
+    expect(page.get_by_role("status").filter(has_text="Energised: ")).to_contain_text("DC supply")
+    choose(page, "What to do", "read the current")
+    do.click()
+    expect(card).to_contain_text("DC supply: current ")
+    page.get_by_role("textbox", name="Or type a command; help lists them").fill("supply energised 500 V 1 A")
+    page.keyboard.press("Enter")
+    expect(card).to_contain_text("supply is on already")
+    page.get_by_role("button", name="Switch off", exact=True).click()
+    expect(card).to_contain_text("Everything is off")
+    page.get_by_role("button", name="Finish: everything off").click()
+    expect(page.get_by_role("button", name="Measure the next motor")).to_be_visible()
+    expect(page.get_by_role("region", name="Read by hand")).to_contain_text("supply measure_current")
+    expect(page.get_by_role("button", name="Repeat")).to_have_count(0)
+    events = [json.loads(line) for line in (panel.runs / run / "journal.jsonl").read_text().splitlines()]
+    assert [one["kind"] for one in events if "energis" in one["kind"]] == ["energising", "energised", "de_energised"]
+    assert events[-1]["data"]["status"] == "completed"
