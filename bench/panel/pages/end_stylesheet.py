@@ -24,7 +24,7 @@ END_STYLE = """
   .mb-interval { top: 30%; bottom: 30%; border-left: 3px solid #0b4fa0; border-right: 3px solid #0b4fa0;
     background: linear-gradient(#0b4fa0, #0b4fa0) center / 100% 3px no-repeat; min-width: 3px; }
   .mb-dot { top: 50%; width: 12px; height: 12px; margin: -6px 0 0 -6px; border-radius: 50%; background: #0b4fa0; }
-  .mb-note { top: 50%; width: 13px; height: 13px; margin: -7px 0 0 -7px; transform: rotate(45deg); background: #fff;
+  .mb-formula { top: 50%; width: 13px; height: 13px; margin: -7px 0 0 -7px; transform: rotate(45deg); background: #fff;
     border: 2px solid #855c00; }
   .mb-axis-off .mb-interval { border-color: #b3121d; background-image: linear-gradient(#b3121d, #b3121d); }
   .mb-axis-off .mb-dot { background: #b3121d; border-radius: 0; }
@@ -32,7 +32,7 @@ END_STYLE = """
   .mb-beyond-right { right: 14px; } .mb-beyond-left { left: 14px; }
   .mb-beyond-right::after { content: " ▶"; } .mb-beyond-left::before { content: "◀ "; }
   .mb-legend { display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: center; margin: .75rem 0; color: #45525f; }
-  .mb-key { display: inline-block; width: 3rem; } .mb-sample { height: 1.5rem; border: 0; background: none; }
+  .mb-legend-key { display: inline-block; width: 3rem; } .mb-sample { height: 1.5rem; border: 0; background: none; }
   .mb-finding { display: flex; gap: .75rem; align-items: center; padding: .6rem .5rem; border-bottom: 1px solid #c5cdd5; }
   .mb-finding-missing, .mb-finding-contradiction { background: #fff4cf; }
   .mb-finding-mark { flex: none; width: 1.75rem; height: 1.75rem; line-height: 1.75rem; text-align: center; font-weight: 700;

@@ -92,7 +92,7 @@ class _Picture:
                 _mark("mb-interval", *self._span(low, high))
             _mark("mb-dot", self._at(on_axis.value))
             if on_axis.note is not None:
-                _mark("mb-note", self._at(on_axis.note))
+                _mark("mb-formula", self._at(on_axis.note))
             for beyond in {on_axis.value, on_axis.note} - {None}:
                 if beyond is not None and abs(beyond) > self._end:
                     side = "right" if beyond > 0.0 else "left"
@@ -109,13 +109,13 @@ class _Picture:
         say = self._reader.say
         entries = [("mb-interval", text("measured, 95 % interval"))]
         if any(row.on_axis is not None and row.on_axis.note is not None for row in self._rows):
-            entries.append(("mb-note", text("the note's formula, same readings")))
+            entries.append(("mb-formula", text("the note's formula, same readings")))
         if any(row.tolerance is not None for row in self._rows):
             entries.append(("mb-tolerance", text("type's value with its tolerance")))
         with ui.element("div").classes("mb-legend"):
             for mark, words in entries:
-                with ui.element("span").classes("mb-key"), ui.element("span").classes("mb-axis mb-sample"):
-                    _mark(mark, 50.0) if mark == "mb-note" else _mark(mark, 10.0, 80.0)
+                with ui.element("span").classes("mb-legend-key"), ui.element("span").classes("mb-axis mb-sample"):
+                    _mark(mark, 50.0) if mark == "mb-formula" else _mark(mark, 10.0, 80.0)
                     if mark == "mb-interval":
                         _mark("mb-dot", 50.0)
                 _words("span", say(words))
