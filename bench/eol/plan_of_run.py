@@ -2,7 +2,6 @@
 
 import math
 import os
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -73,11 +72,6 @@ def plan_of_run(folder: RunFolder, path: Path, percent: float) -> MadePlan:
     if not shipped:
         _write(path.with_name(motor), start.motor_file)
     return MadePlan(load_plan(path), tuple(limited), tuple(name for name, limit in limits.items() if limit is None))
-
-
-def plan_name(model: str) -> str:
-    """Return the file's name for a type's plan."""
-    return (re.sub(r"[^\w.-]+", "-", model).strip("-.").lower() or "motor") + ".toml"
 
 
 def _limit(figure: Parameter, percent: float) -> dict[str, Any] | None:

@@ -22,7 +22,7 @@ class LiveRun:
     def __init__(self, folder: Path) -> None:
         self.folder = RunFolder(folder)
         self.view = LiveView()
-        self.line = RunLine(folder)
+        self.line = RunLine(folder, self.look)
         #: When somebody at a panel asked for the abort (s, monotonic).
         self.abort_asked_at: float | None = None
         self._tail = JournalTail(self.folder.journal)
@@ -76,7 +76,7 @@ class LiveRun:
             waited += _LOOK
             if not self.line.alive and not self.view.ended and waited >= _RETRY:
                 waited = 0.0
-                fresh = RunLine(self.folder.path)
+                fresh = RunLine(self.folder.path, self.look)
                 fresh.watched = self.line.watched
                 if await fresh.connect():
                     fresh.changes += self.line.changes

@@ -4,9 +4,7 @@ import tomllib
 from collections.abc import Mapping
 from functools import lru_cache
 
-from bench.i18n.errors import InputError
 from bench.journal.events.run import RunStarted
-from bench.motor.motor_file import recorded_motor
 from procedures.core.nameplate import Nameplate, WindingConnection
 
 _UNKNOWN = Nameplate("?", WindingConnection.WYE, 1.0)
@@ -19,11 +17,17 @@ def nameplate_of(start: RunStarted | None) -> Nameplate:
 
 def type_values_of(start: RunStarted | None) -> tuple[Mapping[str, float], Mapping[str, float]]:
     """Return the type values and tolerances of a run's motor file; none of a file that is not right."""
+    # Read here, for the motor file's own reader brings the virtual motor with it; the run checked the file as it began.
     try:
-        plate = recorded_motor(start.motor_file if start is not None else "", "").nameplate
-    except InputError:
+        data = tomllib.loads(start.motor_file) if start is not None else {}
+    except tomllib.TOMLDecodeError:
         return {}, {}
-    return plate.expected, plate.tolerance
+    return _numbers(data.get("expected")), _numbers(data.get("tolerance"))
+
+
+def _numbers(section: object) -> Mapping[str, float]:
+    given = section.items() if isinstance(section, dict) else ()
+    return {name: float(value) for name, value in given if type(value) in (int, float)}
 
 
 @lru_cache(maxsize=64)

@@ -3,7 +3,7 @@
 import asyncio
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
@@ -23,13 +23,15 @@ class RunLine:
     """A connection to a run that is going on.
 
     `question` is what it waits for now, or None. `alive` is false once the run has ended or was never reached.
+    `catch_up` is called before a question is shown: what it follows from stands in the journal by then.
     """
 
     #: The announcement's file in the run's folder.
     announced = FILE
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, catch_up: Callable[[], None] | None = None) -> None:
         self.folder = folder
+        self._catch_up = catch_up
         self.question: Mapping[str, Any] | None = None
         self.alive = False
         self.changes = 0
@@ -84,6 +86,8 @@ class RunLine:
             return True
         if "question" not in message:
             return False
+        if self._catch_up is not None:
+            self._catch_up()
         self.question = message["question"]
         self.changes += 1
         return True

@@ -54,7 +54,9 @@ class AttentionPart:
             Rank.CONDITION: ("⚠", text("warning")),
             Rank.KNOWN: ("i", text("information")),
         }[each.rank]
-        with ui.element("div").classes(f"mb-finding mb-finding-{each.rank.name.lower()}"):
+        finding = ui.element("div").classes("mb-finding")
+        finding.props["data-rank"] = each.rank.name.lower()
+        with finding:
             named(ui.label(mark).props("role=img").classes("mb-finding-mark"), say(meaning))
             with ui.element("div").classes("grow min-w-0"):
                 ui.label(say(each.message)).classes("text-base")

@@ -1,8 +1,12 @@
 """How the end of a run looks: the picture of its parameters, findings, fits."""
 
-END_STYLE = """
+from nicegui import ui
+
+_STYLE = """
 <style>
   .mb-small { font-size: .875rem; color: #45525f; }
+  .mb-state-off { background: var(--safe-bg); border: 3px solid var(--safe); color: var(--safe); }
+  .mb-state-live { background: var(--live); border: 3px solid var(--live); color: #fff; }
   .mb-refused { color: #b3121d; font-size: 1rem; }
   .mb-picture { width: 100%; border-collapse: collapse; table-layout: fixed; }
   .mb-picture th { text-align: left; font-weight: 400; padding: .25rem .5rem; }
@@ -19,25 +23,25 @@ END_STYLE = """
   .mb-axis { position: relative; display: block; height: 2.4rem; border-right: 1px solid #c5cdd5;
     background: linear-gradient(to right, #c5cdd5 1px, transparent 1px) 0 0 / 25% 100%; }
   .mb-axis i { position: absolute; display: block; }
-  .mb-reference { top: -.2rem; bottom: -.2rem; width: 2px; margin-left: -1px; background: #17202a; }
-  .mb-tolerance { top: 15%; bottom: 15%; background: #e2f3e8; border: 1px dashed #0b5d33; }
-  .mb-interval { top: 30%; bottom: 30%; border-left: 3px solid #0b4fa0; border-right: 3px solid #0b4fa0;
+  [data-mark=reference] { top: -.2rem; bottom: -.2rem; width: 2px; margin-left: -1px; background: #17202a; }
+  [data-mark=tolerance] { top: 15%; bottom: 15%; background: #e2f3e8; border: 1px dashed #0b5d33; }
+  [data-mark=interval] { top: 30%; bottom: 30%; border-left: 3px solid #0b4fa0; border-right: 3px solid #0b4fa0;
     background: linear-gradient(#0b4fa0, #0b4fa0) center / 100% 3px no-repeat; min-width: 3px; }
-  .mb-dot { top: 50%; width: 12px; height: 12px; margin: -6px 0 0 -6px; border-radius: 50%; background: #0b4fa0; }
-  .mb-note { top: 50%; width: 13px; height: 13px; margin: -7px 0 0 -7px; transform: rotate(45deg); background: #fff;
+  [data-mark=dot] { top: 50%; width: 12px; height: 12px; margin: -6px 0 0 -6px; border-radius: 50%; background: #0b4fa0; }
+  [data-mark=formula] { top: 50%; width: 13px; height: 13px; margin: -7px 0 0 -7px; transform: rotate(45deg); background: #fff;
     border: 2px solid #855c00; }
-  .mb-axis-off .mb-interval { border-color: #b3121d; background-image: linear-gradient(#b3121d, #b3121d); }
-  .mb-axis-off .mb-dot { background: #b3121d; border-radius: 0; }
+  .mb-axis[data-verdict=outside] [data-mark=interval] { border-color: #b3121d; background-image: linear-gradient(#b3121d, #b3121d); }
+  .mb-axis[data-verdict=outside] [data-mark=dot] { background: #b3121d; border-radius: 0; }
   .mb-beyond { position: absolute; top: 50%; transform: translateY(-50%); background: #fff; padding: 0 .25rem; font-size: .875rem; }
-  .mb-beyond-right { right: 14px; } .mb-beyond-left { left: 14px; }
-  .mb-beyond-right::after { content: " ▶"; } .mb-beyond-left::before { content: "◀ "; }
+  .mb-beyond[data-side=right] { right: 14px; } .mb-beyond[data-side=left] { left: 14px; }
+  .mb-beyond[data-side=right]::after { content: " ▶"; } .mb-beyond[data-side=left]::before { content: "◀ "; }
   .mb-legend { display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: center; margin: .75rem 0; color: #45525f; }
-  .mb-key { display: inline-block; width: 3rem; } .mb-sample { height: 1.5rem; border: 0; background: none; }
+  .mb-legend-key { display: inline-block; width: 3rem; } .mb-sample { height: 1.5rem; border: 0; background: none; }
   .mb-finding { display: flex; gap: .75rem; align-items: center; padding: .6rem .5rem; border-bottom: 1px solid #c5cdd5; }
-  .mb-finding-missing, .mb-finding-contradiction { background: #fff4cf; }
+  .mb-finding[data-rank=missing], .mb-finding[data-rank=contradiction] { background: #fff4cf; }
   .mb-finding-mark { flex: none; width: 1.75rem; height: 1.75rem; line-height: 1.75rem; text-align: center; font-weight: 700;
     border-radius: 50%; border: 2px solid currentcolor; color: #5c3d00; }
-  .mb-finding-missing .mb-finding-mark { color: #b3121d; } .mb-finding-known .mb-finding-mark { color: #45525f; }
+  .mb-finding[data-rank=missing] .mb-finding-mark { color: #b3121d; } .mb-finding[data-rank=known] .mb-finding-mark { color: #45525f; }
   .mb-fits { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(24rem, 100%), 1fr)); gap: 1.25rem; margin-top: .5rem; }
   .mb-fit { margin: 0; min-width: 0; }
   .mb-preview { font-family: 'DejaVu Sans Mono', 'Liberation Mono', monospace; font-size: .875rem; white-space: pre; overflow-x: auto; }
@@ -52,3 +56,8 @@ END_STYLE = """
   }
 </style>
 """
+
+
+def add_end_style() -> None:
+    """Have the page that is being built know these looks too."""
+    ui.add_head_html(_STYLE)

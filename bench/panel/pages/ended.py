@@ -31,6 +31,7 @@ from reports.tables.summary import rows
 
 #: The plots come after the page: it is to be read at once.
 _LATER = 0.1
+_TO_SIGNATURES = "document.getElementById('signatures').scrollIntoView()"
 
 
 def ended_part(panel: Panel, session: Session, run: LiveRun, reader: Reader) -> None:
@@ -91,8 +92,8 @@ class _Ended:
             minutes, hands = view.run.bench_time / 60.0, view.run.hand_time / 60.0
             parts.append(say(text("{minutes:.0f} min, of these {hands:.0f} by hand", minutes=minutes, hands=hands)))
             parts.append(view.run.start.person)
-        state = "mb-state-off" if safe else "mb-state-live"
-        with ui.element("section").classes(f"rounded-lg px-4 py-3 mb-4 {state}").props("role=status"):
+        state = ui.element("section").classes("rounded-lg px-4 py-3 mb-4").props("role=status")
+        with state.classes("mb-state-off" if safe else "mb-state-live"):
             ui.label(f"{say(text('Run {status}.', status=status))} {say(off)}").classes("text-xl font-bold")
             ui.label(" · ".join(part for part in parts if part)).classes("text-base")
             if view.run.cause:
@@ -137,8 +138,9 @@ class _Ended:
                 "outline no-caps"
             )
             if self._session.may_change:
-                jump = "document.getElementById('signatures').scrollIntoView()"
-                ui.button(say(text("Sign …")), on_click=lambda: ui.run_javascript(jump)).props("outline no-caps")
+                ui.button(say(text("Sign …")), on_click=lambda: ui.run_javascript(_TO_SIGNATURES)).props(
+                    "outline no-caps"
+                )
 
     def _menu(self, words: Text) -> ui.dropdown_button:
         said = self._reader.say(words)

@@ -38,10 +38,10 @@ _STYLE = """
   .mb-limits-value { top: 0; bottom: 0; width: 4px; margin-left: -2px; background: #b3121d; }
   .mb-tile[data-state=error], .mb-tile[data-state=aborted] { background: #fff; border: 8px dashed #b3261e; color: #7a130d; }
   .mb-tile[data-state=measuring] { border-color: #1565c0; }
-  .mb-plan { display: block; width: 100%; text-align: left; padding: .75rem 1rem; border: 2px solid #6b7884; border-radius: 10px;
+  .mb-plan-card { display: block; width: 100%; text-align: left; padding: .75rem 1rem; border: 2px solid #6b7884; border-radius: 10px;
     background: #fff; }
-  button.mb-plan { cursor: pointer; } .mb-plan[aria-disabled=true] { border-style: dashed; background: #f4f6f8; color: #45525f; }
-  .mb-plan[aria-checked=true] { border: 4px solid #0b4fa0; padding: calc(.75rem - 2px) calc(1rem - 2px); background: #eef4ff; }
+  button.mb-plan-card { cursor: pointer; } .mb-plan-card[aria-disabled=true] { border-style: dashed; background: #f4f6f8; color: #45525f; }
+  .mb-plan-card[aria-checked=true] { border: 4px solid #0b4fa0; padding: calc(.75rem - 2px) calc(1rem - 2px); background: #eef4ff; }
   .mb-count { font-size: 2rem; font-weight: 700; font-variant-numeric: tabular-nums; }
   .mb-scan input { font-size: 2rem; }
 </style>

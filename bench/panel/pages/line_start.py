@@ -9,7 +9,7 @@ from nicegui import run as background
 from nicegui import ui
 
 from bench.eol.plan import load_plan
-from bench.eol.plan_of_run import plan_name
+from bench.eol.plan_name import plan_name
 from bench.i18n.errors import InputError
 from bench.panel.child_command import child_command
 from bench.panel.launch import BatchOrder
@@ -90,7 +90,8 @@ class LineStart:
     def _card(self, each: _Offered) -> None:
         say = self._reader.say
         card = TextButton(on_click=lambda: self._choose(each.path)) if each.usable else ui.element("div")
-        card.classes("mb-plan").props("role=radio").props(f"aria-checked={str(each.path == self._chosen).lower()}")
+        card.classes("mb-plan-card").props("role=radio")
+        card.props["aria-checked"] = "true" if each.path == self._chosen else "false"
         named(card, each.name)
         if not each.usable:
             card.props("aria-disabled=true")
@@ -102,7 +103,8 @@ class LineStart:
     def _choose(self, path: Path) -> None:
         self._chosen = path
         for other, card in self._cards.items():
-            card.props(f"aria-checked={str(other == path).lower()}")
+            card.props["aria-checked"] = "true" if other == path else "false"
+            card.update()
 
     async def _begin(self) -> None:
         say = self._reader.say

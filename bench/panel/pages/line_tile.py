@@ -98,7 +98,7 @@ class Tile:
         if outside["place"] is not None:
             with ui.element("div").classes("mb-limits").props("aria-hidden=true"):
                 ui.element("i").classes("mb-limits-band")
-                ui.element("i").classes("mb-limits-value").style(f"left:{100.0 * outside['place']:.1f}%")
+                ui.element("i").classes("mb-limits-value").style["left"] = f"{100.0 * outside['place']:.1f}%"
 
     def _set(self, state: str, verdict: str, serial: str) -> None:
         self._box.props["data-state"] = state

@@ -44,7 +44,7 @@ class _Picture:
                 with ui.element("div").classes("mb-axis-ticks").props("aria-hidden=true"):
                     for share in _TICKS:
                         words = f"{share * self._end:+g} %".replace("-", "−") if share else "0"
-                        _words("span", words).style(f"left:{50.0 + 50.0 * share}%")
+                        _words("span", words).style["left"] = f"{50.0 + 50.0 * share}%"
 
     def _meaning(self) -> Text:
         types = {row.of_type for row in self._rows if row.on_axis is not None}
@@ -83,20 +83,21 @@ class _Picture:
 
     def _axis(self, row: DeviationRow, on_axis: OnAxis) -> None:
         low, high = on_axis.interval
-        classes = "mb-axis mb-axis-off" if row.verdict is Conformity.OUTSIDE else "mb-axis"
-        with named(ui.element("div").props("role=img").classes(classes), self._reader.say(_told(on_axis))):
+        axis = named(ui.element("div").props("role=img").classes("mb-axis"), self._reader.say(_told(on_axis)))
+        axis.props["data-verdict"] = "outside" if row.verdict is Conformity.OUTSIDE else ""
+        with axis:
             if row.tolerance is not None:
-                _mark("mb-tolerance", *self._span(-row.tolerance, row.tolerance))
-            _mark("mb-reference", 50.0)
+                _mark("tolerance", *self._span(-row.tolerance, row.tolerance))
+            _mark("reference", 50.0)
             if high > low:
-                _mark("mb-interval", *self._span(low, high))
-            _mark("mb-dot", self._at(on_axis.value))
+                _mark("interval", *self._span(low, high))
+            _mark("dot", self._at(on_axis.value))
             if on_axis.note is not None:
-                _mark("mb-note", self._at(on_axis.note))
+                _mark("formula", self._at(on_axis.note))
             for beyond in {on_axis.value, on_axis.note} - {None}:
                 if beyond is not None and abs(beyond) > self._end:
-                    side = "right" if beyond > 0.0 else "left"
-                    _words("span", f"{beyond:+.0f} %".replace("-", "−")).classes(f"mb-beyond mb-beyond-{side}")
+                    words = _words("span", f"{beyond:+.0f} %".replace("-", "−")).classes("mb-beyond")
+                    words.props["data-side"] = "right" if beyond > 0.0 else "left"
 
     def _at(self, share: float) -> float:
         return min(max(50.0 + 50.0 * share / self._end, 0.0), 100.0)
@@ -107,17 +108,17 @@ class _Picture:
 
     def _legend(self) -> None:
         say = self._reader.say
-        entries = [("mb-interval", text("measured, 95 % interval"))]
+        entries = [("interval", text("measured, 95 % interval"))]
         if any(row.on_axis is not None and row.on_axis.note is not None for row in self._rows):
-            entries.append(("mb-note", text("the note's formula, same readings")))
+            entries.append(("formula", text("the note's formula, same readings")))
         if any(row.tolerance is not None for row in self._rows):
-            entries.append(("mb-tolerance", text("type's value with its tolerance")))
+            entries.append(("tolerance", text("type's value with its tolerance")))
         with ui.element("div").classes("mb-legend"):
             for mark, words in entries:
-                with ui.element("span").classes("mb-key"), ui.element("span").classes("mb-axis mb-sample"):
-                    _mark(mark, 50.0) if mark == "mb-note" else _mark(mark, 10.0, 80.0)
-                    if mark == "mb-interval":
-                        _mark("mb-dot", 50.0)
+                with ui.element("span").classes("mb-legend-key"), ui.element("span").classes("mb-axis mb-sample"):
+                    _mark(mark, 50.0) if mark == "formula" else _mark(mark, 10.0, 80.0)
+                    if mark == "interval":
+                        _mark("dot", 50.0)
                 _words("span", say(words))
 
 
@@ -135,5 +136,8 @@ def _words(tag: str, words: str) -> TextElement:
 
 
 def _mark(kind: str, left: float, width: float | None = None) -> None:
-    place = f"left:{left:.2f}%" + ("" if width is None else f";width:{width:.2f}%")
-    ui.element("i").classes(kind).style(place)
+    mark = ui.element("i")
+    mark.props["data-mark"] = kind
+    mark.style["left"] = f"{left:.2f}%"
+    if width is not None:
+        mark.style["width"] = f"{width:.2f}%"

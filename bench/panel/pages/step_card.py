@@ -59,7 +59,6 @@ class StepCard:
         view = self._run.view
         self._place.set_text(self._reader.say(self._crumb()))
         question = self._run.line.question
-        # The journal may come after the question: then its words are shown as soon as they are there.
         worded = (
             question["id"] if question else None,
             self._run.running,

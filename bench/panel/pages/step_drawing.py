@@ -31,8 +31,6 @@ _DRAWN = (
     DisconnectVoltmeter,
     ShortMeterLeads,
 )
-#: The stylesheet shows the one that the screen has room for.
-_FORMS = (("mb-wide", Form.WIDE), ("mb-tall", Form.UPRIGHT))
 
 
 class StepDrawing:
@@ -65,9 +63,11 @@ class StepDrawing:
             return
         plate = nameplate_of(view.run.start)
         with self._picture:
-            for classes, form in _FORMS:
-                with ui.element("div").classes(classes):
-                    self._draw(scene, plate, form)
+            # The stylesheet shows the one that the screen has room for.
+            with ui.element("div").classes("mb-wide"):
+                self._draw(scene, plate, Form.WIDE)
+            with ui.element("div").classes("mb-tall"):
+                self._draw(scene, plate, Form.UPRIGHT)
 
     def _draw(self, scene: Scene, plate: Nameplate, form: Form) -> None:
         translate = self._reader.translate

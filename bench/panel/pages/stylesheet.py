@@ -2,7 +2,7 @@
 
 from nicegui import ui
 
-from bench.panel.pages.end_stylesheet import END_STYLE
+from bench.panel.pages.end_stylesheet import add_end_style
 
 #: The classes have Tailwind's names and meanings. Tailwind itself would work them out in the browser, anew at each change.
 _STYLE = """
@@ -89,4 +89,5 @@ _STYLE = """
 
 def add_stylesheet() -> None:
     """Have the page that is being built look as all others do."""
-    ui.add_head_html(_STYLE + END_STYLE)
+    ui.add_head_html(_STYLE)
+    add_end_style()

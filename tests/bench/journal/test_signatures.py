@@ -8,7 +8,7 @@ from bench.i18n.errors import InputError
 from bench.journal.journal import Journal
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
-from bench.journal.signatures import sign, signatures
+from bench.journal.signatures import Meaning, sign, signatures
 from tests.journals import event
 
 NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
@@ -24,11 +24,12 @@ def ended(tmp_path: Path) -> RunFolder:
 
 
 def test_a_signature_names_the_journals_end(ended: RunFolder) -> None:
-    sign(ended, " J. Doe ", "engineer", "released", NOON)
-    sign(ended, "王工", "engineer", "", NOON)
+    sign(ended, " J. Doe ", "engineer", "released", NOON, Meaning.APPROVED)
+    sign(ended, "王工", "engineer", "", NOON, Meaning.MEASURED)
     first, second = signatures(ended)
-    assert (first.person, first.words, first.time, first.holds) == (
+    assert (first.person, first.meaning, first.words, first.time, first.holds) == (
         "J. Doe",
+        "approved",
         "released",
         "2026-11-21T12:00:00+00:00",
         True,
@@ -38,7 +39,7 @@ def test_a_signature_names_the_journals_end(ended: RunFolder) -> None:
 
 
 def test_a_journal_that_went_on_voids_it(ended: RunFolder) -> None:
-    sign(ended, "J. Doe", "engineer", "", NOON)
+    sign(ended, "J. Doe", "engineer", "", NOON, Meaning.MEASURED)
     journal = Journal(ended.journal, lambda: 0.0, previous=read_journal(ended.journal))
     journal.record(event("run_resumed"))
     journal.record(event("run_finished", status="completed", bench_time=0.0, wall_time=0.0))
@@ -50,7 +51,7 @@ def test_only_a_run_with_an_end_is_signed(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
     journal.record(event("run_started", procedures=[], settings=[]))
     with pytest.raises(InputError, match="has no end"):
-        sign(RunFolder(tmp_path), "J. Doe", "engineer", "", NOON)
+        sign(RunFolder(tmp_path), "J. Doe", "engineer", "", NOON, Meaning.MEASURED)
     journal.close()
     assert signatures(RunFolder(tmp_path)) == ()
 
@@ -60,7 +61,7 @@ def test_only_a_run_with_an_end_is_signed(tmp_path: Path) -> None:
 )
 def test_what_is_no_signature(ended: RunFolder, person: str, words: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
-        sign(ended, person, "engineer", words, NOON)
+        sign(ended, person, "engineer", words, NOON, Meaning.MEASURED)
 
 
 @pytest.mark.parametrize("content", ["no json", json.dumps([{"who": 1}]), json.dumps({"a": 1})])

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from procedures.core.parameter_set import merge
 from procedures.core.result import Notice
 from reports.document.compose import compose
@@ -42,17 +42,18 @@ def test_the_parts_in_their_order(run: Run) -> None:
 
 def test_who_has_signed_stands_above_the_lines(run: Run) -> None:
     signed = [
-        SignOff("Li", "engineer", "2026-11-21 10:00:00 UTC", "", True),
-        SignOff("Wang", "engineer", "2026-11-20 09:30:05 UTC", "seen", False),
+        SignOff("Li", "engineer", "2026-11-21 10:00:00 UTC", "", True, text("I measured this motor")),
+        SignOff("Wang", "engineer", "2026-11-20 09:30:05 UTC", "seen", False, Text("–")),
     ]
     found = section(compose(run(signed=signed)), "signatures")
     (table,) = tables(found)
     assert cells(table) == [
-        ["Li", "engineer", "2026-11-21 10:00:00 UTC", "–", "the run as it stands here"],
+        ["Li", "engineer", "2026-11-21 10:00:00 UTC", "I measured this motor", "–", "the run as it stands here"],
         [
             "Wang",
             "engineer",
             "2026-11-20 09:30:05 UTC",
+            "–",
             "seen",
             "an earlier state: the run went on, or was changed, after it",
         ],

@@ -1,14 +1,26 @@
 import re
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Locator, Page, expect
 
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_browser import begin
+from tests.bench.panel.conftest import Server
 
+Serve = Callable[..., Server]
 NewPage = Callable[[], Page]
 SCREENS = ((1280, 800), (1920, 1080), (800, 1280), (390, 844))
+BY_HAND = """
+[station]
+name = "By hand"
+
+[instruments.lcr_meter]
+driver = "manual"
+resistance_accuracy = { gain = 0.003, offset = 0.0001, source = "assumed" }
+inductance_accuracy = { gain = 0.002, source = "assumed" }
+"""
 WCAG = {"runOnly": {"type": "tag", "values": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]}}
 
 
@@ -75,6 +87,55 @@ def test_a_step_by_keyboard_alone_on_four_screens(panel: Panel, new_page: NewPag
     page.keyboard.press("Control+Escape")
     expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_be_visible()
     assert_accessible(page)
+
+
+def test_a_number_is_typed_in_its_unit_and_held_back_where_it_is_far_off(
+    serve: Serve, new_page: NewPage, tmp_path: Path
+) -> None:
+    station = tmp_path / "station.toml"
+    station.write_text(BY_HAND)
+    server, page = serve("--station", str(station)), new_page()
+    begin(page, server, "Stator resistance ·")
+    field, done = page.locator("input[data-focus]"), page.locator("[data-done]:not([aria-disabled])")
+    expect(done).to_be_visible()
+    while not (field.is_visible() and "resistance" in heading(page).inner_text()):
+        next_step(page)
+    expect(field).to_be_focused()
+    page.keyboard.type("31,8m")
+    expect(done).to_contain_text("Enter 31,8mΩ")
+    assert_fits(page)
+    assert_accessible(page)
+    place_before = field.get_attribute("aria-label")
+    page.keyboard.press("Enter")
+    expect(field).not_to_have_attribute("aria-label", str(place_before))
+    # What was typed before says in which unit one reads.
+    expect(page.get_by_role("radio", name="mΩ")).to_have_attribute("aria-checked", "true")
+    expect(page.get_by_role("region", name="Readings")).to_contain_text("31.8 mΩ")
+    expect(done).to_be_visible()
+    page.keyboard.type("3.18")
+    expect(done).to_contain_text("Enter 3.18 mΩ")
+    page.keyboard.press("Enter")
+    held = page.get_by_role("alert").filter(has_text="more than five times off")
+    expect(held).to_be_visible()
+    assert place(held)["width"] > place(held)["height"]
+    expect(page.get_by_role("button", name="Keep 3.18 mΩ")).to_be_visible()
+    assert_accessible(page)
+    # Enter returns to the field; what is typed then takes the place of what stood there.
+    expect(done).to_contain_text("Type it again")
+    page.keyboard.press("Enter")
+    expect(field).to_be_focused()
+    page.keyboard.type("many")
+    expect(done).to_contain_text("Enter many")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("alert").filter(has_text="is not a number")).to_be_visible()
+    field.fill("3.18")
+    expect(done).to_contain_text("Enter 3.18 mΩ")
+    page.keyboard.press("Enter")
+    page.get_by_role("button", name="Keep 3.18 mΩ").click()
+    expect(page.get_by_role("region", name="Readings")).to_contain_text("3.18 mΩ")
+    expect(page.get_by_role("button", name="Correct the entry before")).to_be_visible()
+    page.keyboard.press("Control+Escape")
+    expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_be_visible()
 
 
 def test_a_lost_connection_is_seen_and_comes_back_by_itself(panel: Panel, new_page: NewPage) -> None:
