@@ -8,7 +8,6 @@ from pathlib import Path
 from nicegui import run as background
 from nicegui import ui
 
-from bench.eol.plan import load_plan
 from bench.eol.plan_name import plan_name
 from bench.i18n.errors import InputError
 from bench.panel.child_command import child_command
@@ -189,6 +188,9 @@ def _offered(folder: Path) -> list[_Offered]:
 
 
 def _about(path: Path) -> _Offered:
+    # A panel without a line need not load what reads plans.
+    from bench.eol.plan import load_plan
+
     try:
         plan = load_plan(path)
     except InputError as error:
