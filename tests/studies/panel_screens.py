@@ -19,7 +19,7 @@ SCREENS: Mapping[str, tuple[int, int]] = {
 }
 #: Procedures by the beginnings of their titles, and what stands on the page when a kind of step is reached.
 STEPS: Mapping[str, tuple[str, str]] = {
-    "hand": ("dq inductance, time constant", "Fit the oscilloscope's probes"),
+    "hand": ("dq inductance, time constant", "Connect, in this order"),
     "energised": ("Pole pairs by stable positions", "Energised on purpose"),
     "typed": ("Stator resistance ·", "Read and enter"),
     "turning": ("dq inductance, smallest and largest", "Turn the shaft by hand"),
