@@ -26,6 +26,8 @@ def test_a_technician_uses_the_supply_by_hand(panel: Panel, new_page: NewPage) -
     do = page.locator("[data-carry-out]")
     # Nothing goes on before it is said what is connected.
     choose(page, "What to do", "output on")
+    # Its fields are those of what is chosen.
+    expect(do).to_have_text("⚡ Switch on: output on")
     page.get_by_role("textbox", name="voltage (0 … 6.18 V)").fill("1")
     page.get_by_role("textbox", name="current limit (0 … 10 A)").fill("500 mA")
     choose(page, "what the output holds, may be left out", "current")
