@@ -170,6 +170,10 @@ class VirtualBench:
         """
         self._relays().stick(crosspoint, closed)
 
+    def relay_called(self, crosspoint: str) -> bool:
+        """Tell whether a relay's coil has ever been commanded closed. Raises ValueError as `stick_relay` does."""
+        return self._relays().channel(crosspoint) in self._relays().called
+
     def check_crosspoint(self, crosspoint: str) -> None:
         """Raise ValueError for a crosspoint that there is not."""
         self._relays().channel(crosspoint)

@@ -1,6 +1,7 @@
 """The command line, in this process."""
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 
 import pytest
 
@@ -12,8 +13,16 @@ Call = Callable[..., tuple[int, str, str]]
 
 def called(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
     """Return what a `Call` does; a traceback fails the test."""
-    with pytest.raises(SystemExit) as stop:
+    with _workers(arguments), pytest.raises(SystemExit) as stop:
         main(arguments)
     out, err = capsys.readouterr()
     assert "Traceback" not in out + err
     return int(stop.value.code or 0), out, err
+
+
+def _workers(arguments: tuple[str, ...]) -> AbstractContextManager[None]:
+    if arguments[:1] != ("eol",):
+        return nullcontext()
+    from tests.bench.eol.loaded_workers import loaded_workers
+
+    return loaded_workers()

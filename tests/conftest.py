@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
+from hypothesis.internal.conjecture import providers
 
 if TYPE_CHECKING:
     from tests.command_line import Call
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 settings.register_profile("motorbench", deadline=None, max_examples=40, derandomize=True, database=None)
 settings.register_profile("search", deadline=None, max_examples=int(os.environ.get("MOTORBENCH_EXAMPLES", "40")))
 settings.load_profile("search" if "MOTORBENCH_EXAMPLES" in os.environ else "motorbench")
+if "MOTORBENCH_EXAMPLES" not in os.environ:
+    # Examples would else depend on which modules the worker has loaded by then, whose constants are sought for seconds.
+    providers._get_local_constants = lambda: providers._local_constants
 
 # Workers with several BLAS threads each only get in each other's way.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):

@@ -11,7 +11,7 @@ from bench.captures import Capture
 from bench.captures.capture import FloatArray, same_name
 from drivers.interfaces import Accuracy
 from drivers.interfaces.full_scale import gain_of_full_scale
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 from procedures.core.budget import Uncertainties
 
 #: What a budget's rows say of where the limits come from.
@@ -188,7 +188,7 @@ class Applied:
                 said.append(
                     text(
                         "{instrument} ({channels}): errors taken as common, as of one instrument: averaging channels does not reduce them",
-                        instrument=instrument,
+                        instrument=word(instrument),
                         channels=channels,
                     )
                 )

@@ -8,7 +8,7 @@ from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied
 from bench.captures import Capture, CaptureChannel, CaptureError
-from drivers.interfaces.text import Text, Translate, english, text, text_of
+from drivers.interfaces.text import Text, Translate, english, text, text_of, word
 from procedures.core.budget import Uncertainties
 from procedures.core.misfit_text import misfit_row, sentence
 from procedures.core.parameters import PARAMETERS
@@ -89,7 +89,10 @@ class AnalysisOutcome:
             convention=convention,
             winding=winding,
         )
-        self._parameters[name] = {**made.as_dict(), **more}
+        told = made.as_dict()
+        for row, input_ in zip(told["budget"], made.budget, strict=True):
+            row["source"] = input_.source.render(self._translate)
+        self._parameters[name] = {**told, **more}
 
     def assume(self, *sentences: Text) -> None:
         """Say what the file left open and the analysis took for granted."""
@@ -146,7 +149,7 @@ def pick(
         return in_units(capture, capture.channel(wanted), units, what)
     lowered = tuple(words)
     fits = [c for c in capture.channels if c.unit in units] or [
-        c for c in capture.channels if any(word in c.name.lower() for word in lowered)
+        c for c in capture.channels if any(part in c.name.lower() for part in lowered)
     ]
     if len(fits) != 1:
         there = ", ".join(f"{c.name}{f' ({c.unit})' if c.unit else ''}" for c in capture.channels)
@@ -156,7 +159,7 @@ def pick(
             text(
                 "{found} of the columns can be the {what}: {there}; name it, or give it the unit {unit}",
                 found=found,
-                what=what,
+                what=word(what),
                 there=there,
                 unit=units[0],
             ),
@@ -173,7 +176,7 @@ def in_units(capture: Capture, channel: CaptureChannel, units: tuple[str, ...], 
                 "column {name} is in {unit}; the {what} in {needed} is needed: correct the heading's unit",
                 name=channel.name,
                 unit=channel.unit,
-                what=what,
+                what=word(what),
                 needed=units[0],
             ),
         )

@@ -2,18 +2,20 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 from bench.by_hand.connections import refusal
 from bench.by_hand.hand_work import WHILE_ON
+from bench.by_hand.look_over import fitted_probes, probe_words, question
 from bench.by_hand.outcome import help_on, kept, outcome_of
 from bench.by_hand.outputs import Outputs, StillOnError, stop
-from bench.by_hand.requests import Finish, HandTask, Help, Request, SwitchOff, TypedCommand, request_of
-from drivers.interfaces import InstrumentError, MeasurementError, Role, SetpointError
+from bench.by_hand.requests import Confirm, Finish, HandTask, Help, Request, SwitchOff, TypedCommand, request_of
+from drivers.interfaces import InstrumentError, MeasurementError, Oscilloscope, Role, SetpointError
 from drivers.interfaces.declarations import Effect, Lasting, UndeclaredError
-from drivers.interfaces.text import Text, text, text_of
+from drivers.interfaces.text import Text, lines, text, text_of
 from procedures.core.actions import EnterCommand
 from procedures.core.bench import Bench, ProcedureError
+from procedures.core.setup import BenchSetup
 
 
 class CommandRefusedError(Exception):
@@ -43,11 +45,25 @@ class CommandLoop:
             roles=[role.value for role in roles],
         )
         self._refused = False
+        self._probes = (
+            fitted_probes(cast("Oscilloscope", bench.instrument(Role.OSCILLOSCOPE)))
+            if Role.OSCILLOSCOPE in roles
+            else ()
+        )
+        #: What is switched on once it is confirmed, and the setup that was looked at before.
+        self._asked: TypedCommand | None = None
+        self._looked_at: BenchSetup | None = None
         self.read: list[dict[str, Any]] = []
 
     def until_finished(self) -> None:
         """Ask for commands and carry them out until the word is finish."""
         while (request := self._requested()) is None or not isinstance(request, Finish):
+            asked, self._asked = self._asked, None
+            if isinstance(request, Confirm):
+                if asked is None:
+                    self._refused, self._said = True, text("nothing is to be confirmed; help lists the commands")
+                    continue
+                self._looked_at, request = self._bench.state.setup, asked
             if request is not None:
                 self._refused = False
                 self._said = self._carried_out(request)
@@ -70,13 +86,16 @@ class CommandLoop:
     def _question(self) -> EnterCommand:
         on = self._outputs.words
         roles = tuple(role.value for role in self._roles)
-        return EnterCommand(self._said, self._refused, on, self._idle if on else None, roles, self._ranges)
+        confirms = self._asked.typed if self._asked else ""
+        idle = self._idle if on else None
+        return EnterCommand(self._said, self._refused, on, idle, roles, self._ranges, self._probes, confirms)
 
     def _carried_out(self, request: TypedCommand | HandTask | Help | SwitchOff) -> Text:
         """Do it and return what came of it. Raises StillOnError where something cannot be switched off."""
         match request:
             case Help(role):
-                return help_on(role, self._roles, self._ranges)
+                told = [probe_words(probe) for probe in self._probes] if role is Role.OSCILLOSCOPE else []
+                return lines([help_on(role, self._roles, self._ranges), *told])
             case SwitchOff(role):
                 off = self._outputs.all_off if role is None else partial(self._switch_off, role)
                 return self._switched_off(off)
@@ -137,6 +156,9 @@ class CommandLoop:
             raise CommandRefusedError(text("{role} is on already; type off {role} first", role=role.value))
         if (why := refusal(role, self._bench.state.setup)) is not None:
             raise CommandRefusedError(why)
+        if self._bench.state.setup != self._looked_at:
+            self._asked = call
+            return question(call.typed, self._bench.state.setup, self._probes)
         return self._energise(call)
 
     def _energise(self, call: TypedCommand) -> Text:

@@ -11,14 +11,20 @@ from bench.files.toml_file import nearest
 from bench.operators.typed import is_unit
 from drivers.interfaces import Role
 from drivers.interfaces.text import text
-from procedures.core.actions import FINISH, Action
+from procedures.core.actions import FINISH, YES, Action
 
 OFF, HELP = "off", "help"
+_YES = (YES, "y", "是")
 
 
 @dataclass(frozen=True)
 class Finish:
     """Everything off, and the end."""
+
+
+@dataclass(frozen=True)
+class Confirm:
+    """Carry out what was asked about."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +58,7 @@ class TypedCommand:
     typed: str
 
 
-Request = Finish | SwitchOff | Help | HandTask | TypedCommand
+Request = Finish | Confirm | SwitchOff | Help | HandTask | TypedCommand
 
 
 def request_of(line: str, roles: Collection[Role]) -> Request:
@@ -63,6 +69,8 @@ def request_of(line: str, roles: Collection[Role]) -> Request:
     first, rest = words[0].lower(), words[1:]
     if first == FINISH and not rest:
         return Finish()
+    if first in _YES and not rest:
+        return Confirm()
     if first in (OFF, HELP) and len(rest) <= 1:
         role = _role(rest[0], roles) if rest else None
         return SwitchOff(role) if first == OFF else Help(role)

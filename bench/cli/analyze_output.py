@@ -62,7 +62,7 @@ def _print_table(made: Mapping[str, Any], translate: Translate, *, budget: bool)
     for title, lines in (
         (text("Not given"), [sentence.render(translate) for sentence in said_of(withheld.values())]),
         (text("Assumed"), made["assumptions"]),
-        (text("Warnings"), [f"{w['id']}: {w['text']}" if w["id"] else w["text"] for w in warnings]),
+        (text("Warnings"), [f"{translate(w['id'])}: {w['text']}" if w["id"] else w["text"] for w in warnings]),
     ):
         if lines:
             console.print(title.render(translate), style="bold")

@@ -1,14 +1,22 @@
 """`motorbench eol check`: a plan tried before a motor comes."""
 
 import math
+import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from bench.cli.eol_defects_output import as_json, print_defects, print_proposal, shown_progress
 from bench.cli.options import Seed
 from bench.cli.output import print_json
+from bench.eol.defects.check import DefectRequest, check_defects
+from bench.eol.defects.proposal import write_plan
 from bench.eol.line.dry_run import DryRun, dry_run
 from bench.eol.line.preparation import BatchRequest
+from bench.i18n.errors import InputError
 from bench.i18n.language import language_of, translator
 from bench.run.console import console_on
 from drivers.interfaces.text import Text, Translate, text, word
@@ -28,11 +36,15 @@ def check(
     sockets: int | None = None,
     motors: int | None = None,
     operator: str = "",
+    each: Annotated[int, Parameter(validator=Number(gte=0, lte=10_000))] = 4,
+    sound: Annotated[int, Parameter(validator=Number(gte=0, lte=1_000_000))] = 100,
+    jobs: Annotated[int | None, Parameter(validator=Number(gte=1, lte=1024))] = None,
+    output: Path | None = None,
     seed: Seed = 0,
     json: bool = False,
     language: str = "auto",
 ) -> int:
-    """Try a plan on virtual benches, twins of a station that is named: time against the physical floor, limits that cannot be decided.
+    """Try a plan on virtual benches, twins of a station that is named: time, limits that cannot be decided, defects that get through.
 
     Parameters
     ----------
@@ -46,8 +58,16 @@ def check(
         How many motors are tried; as many as there are sockets, and two at least.
     operator
         virtual: hands do what a fixture does otherwise.
+    each
+        How many motors with each defect at each severity; 0: none.
+    sound
+        How many motors without a defect, drawn from the type's spread.
+    jobs
+        How many processes measure them, as many as there are cores where none is given. The figures do not depend on it.
+    output
+        Write the plan with limits and an order that follow from what was found to this file, which must not be there yet.
     seed
-        Seed of the virtual benches.
+        Seed of the virtual motors and benches.
     json
         Print one JSON object and nothing else.
     language
@@ -63,12 +83,29 @@ def check(
         operator=operator,
         seed=seed,
     )
+    translate = translator(language_of(language))
+    if output is not None and output.exists():
+        raise InputError(text("{path}: is there already; choose another name, or remove it", path=output))
     done = dry_run(request)
+    if not json:
+        _print(console_on(sys.stdout), done, translate)
+    checked, proposal = None, None
+    if each or sound:
+        with shown_progress(translate) as progress:
+            checked = check_defects(request, DefectRequest(each, sound, jobs or len(os.sched_getaffinity(0)), progress))
+        if not json:
+            print_defects(checked, translate)
+        # What was stopped speaks for no limit.
+        if output is not None and checked.findings.complete:
+            proposal = checked.propose()
+            said = f"Limits and order by motorbench eol check of {plan}, seed {seed}."
+            write_plan(proposal, checked.plan, output, said)
+            if not json:
+                print_proposal(proposal, output, translate)
     if json:
-        print_json(done.as_dict())
-    else:
-        _print(console_on(sys.stdout), done, translator(language_of(language)))
-    return 0 if done.good else 1
+        print_json({**done.as_dict(), **({"defect_check": as_json(checked, proposal)} if checked else {})})
+    good = checked is None or checked.findings.good
+    return 0 if done.good and good else 1
 
 
 def _print(console: "Console", done: DryRun, translate: Translate) -> None:

@@ -11,7 +11,8 @@ from cyclopts import Parameter
 
 from bench.cli.output import print_json
 from bench.eol.record import MotorRecord
-from bench.i18n.errors import InputError, UsageError
+from bench.i18n.errors import InputError, UsageError, at
+from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import reason_of, text
 
 Format = Literal["csv", "parquet", "junit", "jsonl"]
@@ -65,7 +66,8 @@ def export(
     if json:
         print_json({"file": str(out), "format": format_, "motors": count})
     else:
-        print(f"{out}: motors: {count}")
+        said = at(out, text("motors: {count}", count=count))
+        print(said.render(translator(language_of("auto"))))
     return 0
 
 

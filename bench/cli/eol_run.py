@@ -19,7 +19,7 @@ from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
 from bench.i18n.language import language_of, translator
 from bench.run.console import console_on
-from drivers.interfaces.text import Text, Translate, text, text_of
+from drivers.interfaces.text import Text, Translate, lines, text, text_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -94,7 +94,8 @@ def run(
         again=again,
     )
     began = monotonic()
-    listener = _Printer(console_on(sys.stderr if json else sys.stdout), translator(request.language))
+    translate = translator(request.language)
+    listener = _Printer(console_on(sys.stderr if json else sys.stdout), translate)
     try:
         counts, stopped = run_batch(request, listener, sys.stdin)
     except StoreError as error:
@@ -103,8 +104,7 @@ def run(
     if json:
         print_json(summary)
     else:
-        _print(console_on(sys.stdout), summary)
-    translate = translator(request.language)
+        _print(console_on(sys.stdout), summary, translate)
     if counts.waits.anything:
         for sentence in (*counts.waits.sentences(), text("what waits is brought on with the next batch of these runs")):
             print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
@@ -171,15 +171,21 @@ def _summary(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
     }
 
 
-def _print(console: "Console", summary: dict[str, Any]) -> None:
+def _print(console: "Console", summary: dict[str, Any], translate: Translate) -> None:
     motors = summary["motors"]
-    share = (
-        f"{100.0 * summary['first_pass'] / motors:.1f} % at once, {100.0 * summary['pass'] / motors:.1f} % in the end"
-        if motors
-        else ""
+    counts = {verdict.value: summary[verdict.value] for verdict in Verdict.of_motors()}
+    sentences = [
+        text("motors: {motors}; {pass} pass, {fail} fail, {error} error, {aborted} aborted", motors=motors, **counts),
+        text("serial numbers refused: {count}", count=summary["refused"]),
+    ]
+    if motors:
+        share = text(
+            "yield {first:.1f} % at once, {last:.1f} % in the end",
+            first=100.0 * summary["first_pass"] / motors,
+            last=100.0 * summary["pass"] / motors,
+        )
+        sentences.insert(1, share)
+    pace = text(
+        "{seconds:.1f} s, {rate:.2f} motors a second", seconds=summary["wall_time"], rate=summary["motors_per_second"]
     )
-    console.file.write(
-        f"motors: {motors}; {summary['pass']} pass, {summary['fail']} fail, {summary['error']} error, {summary['aborted']} aborted"
-        f"{f'; yield {share}' if share else ''}; serial numbers refused: {summary['refused']}\n"
-        f"{summary['wall_time']:.1f} s, {summary['motors_per_second']:.2f} motors a second\n"
-    )
+    console.file.write(f"{lines(sentences, between='; ').render(translate)}\n{pace.render(translate)}\n")

@@ -43,6 +43,7 @@ def make_app() -> App:
         ("procedures", "List the procedures with their steps and settings."),
         ("parameters", "List the parameters with units and conventions."),
         ("report", "Write a run's report as a page and a PDF."),
+        ("sign", "Sign a run: measured, checked or approved."),
         ("export", "Write a run's parameters as a motor controller's file."),
         ("serve", "The operator's panel in a browser."),
         ("doctor", "Check the installation: libraries, VISA backends, permissions."),

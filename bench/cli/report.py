@@ -43,10 +43,10 @@ def report(
     if language not in LANGUAGES:
         raise UsageError(text("--language {language}: allowed are {names}", language=language, names=LANGUAGES))
     from bench.journal.finished_run import read_run
-    from bench.report.files import rendered_by_two, write_both, write_page, write_paper
+    from bench.report.files import rendered, write_both, write_page, write_paper
 
     read = read_run(run, runs)
-    made = rendered_by_two(read, language)
+    made = rendered(read, language)
     folder = output or read.folder.path
     written = {}
     if format == "both":

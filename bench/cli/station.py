@@ -16,7 +16,7 @@ from bench.i18n.errors import InputError, UsageError, message
 from bench.i18n.language import language_of, translator
 from bench.journal.unrecorded import Unrecorded
 from bench.run.console import console_on
-from bench.safety.interlocks import Interlocks, closed, stood
+from bench.safety.interlocks import Interlocks, closed, it_is, stood
 from bench.safety.ownership.claims import claim_of, interlock_claims, relay_claims
 from bench.safety.ownership.owner import HeldError, Ownership, owning
 from bench.safety.ownership.state_folder import StateFolder, state_folder
@@ -28,7 +28,7 @@ from bench.station.clock import SystemClock, wall_date
 from bench.station.station_file import Entry, Station, load_station
 from bench.station.visa_library import StationVisa
 from drivers.interfaces import InstrumentError
-from drivers.interfaces.text import Text, Translate, english, text, word
+from drivers.interfaces.text import Text, Translate, english, text
 from drivers.manual.prompt import Prompt
 from procedures.core.bench import Role
 from procedures.core.nameplate import Nameplate, WindingConnection
@@ -164,13 +164,7 @@ def reset(station: Path, *, by: str, json: bool = False, language: str = "auto")
         was = (
             text("nothing to reset: no interlock has been open")
             if trip is None
-            else text(
-                "reset by {person}: the interlock {interlock} was {how} at {time}",
-                person=by.strip(),
-                interlock=trip.interlock,
-                how=word(trip.how),
-                time=trip.wall,
-            )
+            else text("reset by {person}: {stood}", person=by.strip(), stood=stood(trip))
         )
         print(was.render(translator(language_of(language))))
     return 0
@@ -243,7 +237,7 @@ def _look_at_contacts(station: Station, owner: Ownership, translate: Translate) 
             continue
         how = dict(interlocks.not_closed()).get(entry.name)
         interlocks.close()
-        told[entry.name]["error"] = None if how is None else f"it is {how}"
+        told[entry.name]["error"] = None if how is None else it_is(how).render(translate)
     return told
 
 

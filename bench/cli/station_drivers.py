@@ -61,7 +61,7 @@ def drivers(*, station: str = "virtual", language: str = "auto", json: bool = Fa
     print()
     for name, roles in found.items():
         for source in dict.fromkeys(source for driver in roles for source in driver.sources):
-            print(f"{name:<28}{say(text('written from {source}', source=source))}")
+            print(f"{name:<28}{say(text('written from {source}', source=word(source)))}")
     print()
     print_catalogue(relays, lambda _: say(text("watchdog relay")))
     print()

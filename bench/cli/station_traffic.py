@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bench.cli.new_file import refuse_existing
-from bench.cli.output import print_json
+from bench.cli.output import padded, print_json
 from bench.cli.station import NO_MOTOR, Nobody, held, look
-from bench.i18n.errors import InputError, message
+from bench.i18n.errors import InputError, at, message
 from bench.i18n.language import language_of, translator
 from bench.journal.unrecorded import Unrecorded
 from bench.run.console import console_on
@@ -23,7 +23,7 @@ from bench.traffic.growing_file import GrowingFile
 from bench.traffic.recorder import TrafficRecorder
 from bench.traffic.sampling import sample
 from bench.traffic.traffic_file import SessionRecording, read_recording
-from drivers.interfaces.text import english, text
+from drivers.interfaces.text import Text, Translate, english, text
 
 if TYPE_CHECKING:
     from bench.traffic.replay import Replayed
@@ -99,7 +99,7 @@ def record(
         about = {role: {**told, "messages": counts.get(role, 0)} for role, told in found.items()}
         print_json({"file": str(out), "instruments": about})
     else:
-        _print_recorded(out, found, counts)
+        _print_recorded(out, found, counts, translate)
     return 0 if all(told["error"] is None for told in found.values()) else 1
 
 
@@ -111,6 +111,7 @@ def replay(
     host: str = "127.0.0.1",
     base_port: int | None = None,
     station: Path | None = None,
+    language: str = "auto",
     json: bool = False,
 ) -> int:
     """Have today's drivers do again what a recording says, each with its recorded instrument, and say where they do something else.
@@ -131,6 +132,8 @@ def replay(
         With --serve: first of the TCP ports; without it they are the system's.
     station
         A station file whose plug-ins the recorded drivers are.
+    language
+        en, zh, or auto by the locale.
     json
         Print one JSON object and nothing else.
 
@@ -139,7 +142,7 @@ def replay(
     if not recording.carriers:
         raise InputError(text("{file}: no instrument's messages are in it", file=str(file)))
     if serve:
-        return _serve(recording, host, base_port, tolerant=tolerant)
+        return _serve(recording, host, base_port, tolerant=tolerant, language=language)
     from bench.traffic.replay import replay as replayed
 
     done = replayed(recording, tolerant=tolerant)
@@ -148,11 +151,11 @@ def replay(
         told = {one.role.value: _as_dict(one) for one in done}
         print_json({"file": str(file), "unfinished": recording.unfinished, "instruments": told, "good": good})
     else:
-        _print_replayed(recording, done)
+        _print_replayed(recording, done, translator(language_of(language)))
     return 0 if good else 1
 
 
-def _serve(recording: SessionRecording, host: str, base_port: int | None, *, tolerant: bool) -> int:
+def _serve(recording: SessionRecording, host: str, base_port: int | None, *, tolerant: bool, language: str) -> int:
     from tomli_w import dumps
 
     from bench.cli.serving import check_host, check_ports, unavailable
@@ -175,7 +178,8 @@ def _serve(recording: SessionRecording, host: str, base_port: int | None, *, tol
                 for role, ways in served.addresses.items()
             }
             print(dumps({"station": {"name": "recording"}, "instruments": tables}), flush=True)
-            print(f"motorbench: {recording.source} is served; Ctrl-C ends it", file=sys.stderr)
+            said = text("motorbench: {file} is served; Ctrl-C ends it", file=recording.source)
+            print(said.render(translator(language_of(language))), file=sys.stderr)
             with interrupts.waiting():
                 threading.Event().wait()
     except Interrupted:
@@ -186,41 +190,51 @@ def _serve(recording: SessionRecording, host: str, base_port: int | None, *, tol
     return 0
 
 
-def _print_recorded(out: Path, found: dict[str, dict[str, Any]], counts: dict[str, int]) -> None:
+def _print_recorded(out: Path, found: dict[str, dict[str, Any]], counts: dict[str, int], translate: Translate) -> None:
     console = console_on(sys.stdout)
     for role, told in found.items():
         mark, words = ("✓", told["identity"]) if told["error"] is None else ("✗", told["error"])
-        console.print(f"  {mark} {role:<18}{told['driver']:<24}{counts.get(role, 0)} messages", markup=False)
+        said = text("{count} messages", count=counts.get(role, 0)).render(translate)
+        console.print(f"  {mark} {padded(translate(role), 18)}{told['driver']:<24}{said}", markup=False)
         console.print(f"      {words}", markup=False, soft_wrap=True)
         for name, error in told["readings"].items():
             if error is not None:
                 console.print(f"      {name}: {error}", markup=False, soft_wrap=True)
-    console.print(f"{out}: {sum(counts.values())} messages", markup=False, soft_wrap=True)
+    whole = at(out, text("{count} messages", count=sum(counts.values())))
+    console.print(whole.render(translate), markup=False, soft_wrap=True)
 
 
-def _print_replayed(recording: SessionRecording, done: "Sequence[Replayed]") -> None:
+def _print_replayed(recording: SessionRecording, done: "Sequence[Replayed]", translate: Translate) -> None:
     console = console_on(sys.stdout)
-    made = f", made {recording.about['made']}" if "made" in recording.about else ""
-    console.print(f"{recording.source}{made}", style="bold", markup=False, soft_wrap=True)
+
+    def say(said: Text) -> str:
+        return said.render(translate)
+
+    about, source = recording.about, recording.source
+    title = say(text("{file}, made {time}", file=source, time=about["made"])) if "made" in about else source
+    console.print(title, style="bold", markup=False, soft_wrap=True)
     if recording.unfinished:
-        console.print(
-            f"  cut short after {len(recording.lines)} lines: what was recorded by then is replayed", markup=False
-        )
+        cut = text("cut short after {count} lines: what was recorded by then is replayed", count=len(recording.lines))
+        console.print(f"  {say(cut)}", markup=False)
     for one in done:
         driver = recording.tables[one.role.value]["driver"]
         mark = "✓" if one.difference is None else "✗"
-        console.print(f"  {mark} {one.role.value:<18}{driver:<24}{one.messages} messages sent", markup=False)
+        sent = say(text("{count} messages sent", count=one.messages))
+        console.print(f"  {mark} {padded(translate(one.role.value), 18)}{driver:<24}{sent}", markup=False)
         if one.difference is not None:
-            console.print(f"      {one.difference.place}", markup=False)
-            console.print(f"      recorded: {one.difference.before}", markup=False, soft_wrap=True)
-            console.print(f"      today:    {one.difference.now}", markup=False, soft_wrap=True)
+            for said in (
+                one.difference.place,
+                text("recorded: {said}", said=one.difference.before),
+                text("today:    {said}", said=one.difference.now),
+            ):
+                console.print(f"      {say(said)}", markup=False, soft_wrap=True)
 
 
 def _as_dict(one: "Replayed") -> dict[str, Any]:
     found = one.difference
     told = found and {
         "line": found.recorded.number if found.recorded else None,
-        "recorded": found.before,
-        "today": found.now,
+        "recorded": str(found.before),
+        "today": str(found.now),
     }
     return {"messages": one.messages, "difference": told}

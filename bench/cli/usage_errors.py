@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Literal, get_args, get_origin
 
 from cyclopts import (
     CoercionError,
@@ -53,6 +54,12 @@ def _said(error: CycloptsError) -> Text:
             kind = _KINDS[error.target_type]
             name = error.token.keyword or (error.argument.name if error.argument is not None else "")
             return text('{name}: "{value}" is not {kind}.', name=name, value=error.token.value, kind=kind)
+        case CoercionError() if error.token is not None and get_origin(error.target_type) is Literal:
+            name = error.token.keyword or (error.argument.name if error.argument is not None else "")
+            given, allowed = error.token.value, [str(one) for one in get_args(error.target_type)]
+            return _meant(
+                text("{name} {value}: allowed are {names}.", name=name, value=given, names=allowed), given, allowed
+            )
     return Text("{said}", {"said": str(error).strip()})
 
 

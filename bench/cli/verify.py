@@ -38,16 +38,16 @@ def verify(run: str, *, sha256: str = "", json: bool = False, language: str = "a
                 "events": found.events,
                 "sha256": found.last_hash,
                 "waveforms": found.waveforms,
-                "findings": [{"file": f.file, "line": f.line or None, "what": f.what} for f in found.findings],
+                "findings": [{"file": f.file, "line": f.line or None, "what": str(f.what)} for f in found.findings],
             }
         )
     else:
         translate = translator(language_of(language))
         print(f"{folder.path}: {translate(found.verdict.value)}")
         for finding in found.findings:
-            print(f"  {finding}")
-        if found.unproven:
-            print(f"  {found.unproven}")
+            print(f"  {finding.words.render(translate)}")
+        for doubt in found.doubts:
+            print(f"  {doubt.render(translate)}")
         for said in (
             text(
                 "journal    {count} whole events, the last with SHA-256 {hash}",

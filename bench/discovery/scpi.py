@@ -15,7 +15,8 @@ from bench.discovery.inquiry import Inquiry, shown
 from bench.safety.ownership.claims import is_number
 from bench.station.visa_library import StationVisa
 from drivers.interfaces.text import Text, text
-from drivers.transport.visa.session import IDENTITY_QUERY, RESOURCE_ERRORS
+from drivers.transport.visa.resource import RESOURCE_ERRORS
+from drivers.transport.visa.session import IDENTITY_QUERY
 
 if TYPE_CHECKING:
     from pyvisa.resources import MessageBasedResource, SerialInstrument

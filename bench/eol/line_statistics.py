@@ -22,6 +22,7 @@ from bench.eol.store.tallies import (
     distribution,
     failures_by_parameter,
     failures_by_procedure,
+    held_against_limits,
     latest,
     parameters,
     rows_of_neighbours,
@@ -114,7 +115,7 @@ def line_statistics(engine: Engine, wanted: StatisticsRequest) -> LineStatistics
 
 
 def measured_parameters(engine: Engine, wanted: StatisticsRequest) -> list[str]:
-    """Return the parameters of which the wanted records have figures, those that failed most first.
+    """Return the parameters of which the wanted records have figures: those that failed most first, those without limits last.
 
     Raises InputError as `line_statistics` does.
     """
@@ -123,7 +124,8 @@ def measured_parameters(engine: Engine, wanted: StatisticsRequest) -> list[str]:
         selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
         there = [name for name in parameters(connection) if latest(connection, name, selection, 1)]
         worst = [each.name for each in failures_by_parameter(connection, selection) if each.failed]
-        return sorted(there, key=lambda name: worst.index(name) if name in worst else len(worst))
+        judged = {name: held_against_limits(connection, name, selection) for name in there}
+        return sorted(there, key=lambda name: (worst.index(name) if name in worst else len(worst), not judged[name]))
 
 
 def parameter_labels(engine: Engine) -> ParameterLabels:

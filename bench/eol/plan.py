@@ -4,18 +4,21 @@ import hashlib
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from bench.eol.limits import GuardBand, ParameterLimits
-from bench.eol.plan_file import KeepWaveforms, OnFailure, PlanFile, SpreadSection
+from bench.eol.plan_file import Figure, KeepWaveforms, LimitSection, OnFailure, PlanFile, SpreadSection
 from bench.files.toml_file import read, validate
 from bench.i18n.errors import InputError
+from bench.operators.typed import typed_number
 from bench.plugins.catalogues import Catalogues
 from bench.plugins.files import PluginsSection, catalogues_of
-from drivers.interfaces.text import text
+from drivers.interfaces.text import text, text_of
+from procedures.core.parameters import PARAMETERS
+from procedures.known_parameters import Procedures, known_parameters
 
 
 @dataclass(frozen=True)
@@ -109,17 +112,15 @@ def load_plan(path: Path, base: Catalogues | None = None) -> Plan:
                 )
             )
     plan = file.plan
-    absolute = {
-        limit.parameter: ParameterLimits(
-            -math.inf if limit.low is None else limit.low, math.inf if limit.high is None else limit.high
-        )
-        for limit in file.limit
-        if limit.percent is None
-    }
+    units = _Units(str(path), procedures, [check.name for check in file.procedure])
+    absolute = {limit.parameter: units.limits(limit) for limit in file.limit if limit.percent is None}
     golden = {
         limit.parameter: limit.percent for limit in file.limit if limit.percent is not None and limit.of == "golden"
     }
-    absolute |= {parameter: _about(file.golden[parameter], percent) for parameter, percent in golden.items()}
+    absolute |= {
+        parameter: _about(units.figure(parameter, f"golden.{parameter}", file.golden[parameter]), percent)
+        for parameter, percent in golden.items()
+    }
     beside = path.parent / plan.motor
     return Plan(
         source=str(path),
@@ -145,6 +146,63 @@ def load_plan(path: Path, base: Catalogues | None = None) -> Plan:
         spread=file.virtual,
         plugins=file.plugins,
     )
+
+
+class _Units:
+    """Takes figures as a plan has them into their parameters' units; `source` is the plan's in errors, `names` its procedures'."""
+
+    def __init__(self, source: str, procedures: Procedures, names: Sequence[str]) -> None:
+        self._source = source
+        self._procedures = procedures
+        self._names = names
+
+    def figure(self, parameter: str, key: str, given: Figure) -> float:
+        """Return a figure in its parameter's unit. Raises InputError for a unit of something else."""
+        if not isinstance(given, str):
+            return given
+        unit = self._unit(parameter)
+        try:
+            return typed_number(given, "" if unit == "1" else unit)
+        except ValueError as fault:
+            raise InputError(
+                text(
+                    "{source}: limit on {parameter}: {key}: {finding}",
+                    source=self._source,
+                    parameter=parameter,
+                    key=key,
+                    finding=text_of(fault),
+                )
+            ) from None
+
+    def _unit(self, parameter: str) -> str:
+        # Only a procedure's own parameter needs the procedures, whose import takes long.
+        if parameter not in PARAMETERS:
+            own = known_parameters({name: self._procedures[name] for name in self._names})
+            # That nobody gives a parameter is told with the procedures that would.
+            return own[parameter].unit if parameter in own else ""
+        return PARAMETERS[parameter].unit
+
+    def limits(self, limit: LimitSection) -> ParameterLimits:
+        """Return absolute limits. Raises InputError where they are reversed."""
+        low, high = (
+            open_side if given is None else self.figure(limit.parameter, key, given)
+            for key, given, open_side in (("low", limit.low, -math.inf), ("high", limit.high, math.inf))
+        )
+        if low > high:
+            raise InputError(
+                text(
+                    "{source}: limit on {parameter}: low = {low} is above high = {high}",
+                    source=self._source,
+                    parameter=limit.parameter,
+                    low=_typed(limit.low),
+                    high=_typed(limit.high),
+                )
+            )
+        return ParameterLimits(low, high)
+
+
+def _typed(given: Figure | None) -> str:
+    return given if isinstance(given, str) else f"{given:g}"
 
 
 def plan_schema() -> dict[str, Any]:

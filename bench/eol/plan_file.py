@@ -2,7 +2,7 @@
 
 import re
 import warnings
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -69,32 +69,27 @@ class _Procedure(Section):
     after: list[str] = Field(default_factory=list, description="procedures that come before, whatever the order")
 
 
-class _Limit(Section):
+#: A figure in its parameter's unit, or typed with a unit of that kind, as "15.2 mΩ".
+Figure = Annotated[float, Field(strict=True, allow_inf_nan=False)] | Annotated[str, Field(strict=True, min_length=1)]
+
+
+class LimitSection(Section):
     """`[[limit]]`: bounds on one parameter, absolute or in per cent of its type value or of a golden motor's."""
 
     parameter: str = Field(min_length=1, description="a parameter's name, as results give it")
-    low: float | None = Field(default=None, strict=True, allow_inf_nan=False, description="in the parameter's unit")
-    high: float | None = Field(default=None, strict=True, allow_inf_nan=False, description="in the parameter's unit")
+    low: Figure | None = Field(default=None, description='with its unit, "15.2 mΩ", or in the parameter\'s')
+    high: Figure | None = Field(default=None, description='with its unit, "15.2 mΩ", or in the parameter\'s')
     percent: float | None = Field(
         default=None, gt=0.0, le=1000.0, strict=True, description="± per cent of the reference"
     )
     of: Literal["type", "golden"] = Field(default="type", description="what per cent are taken of")
 
     @model_validator(mode="after")
-    def _one_way(self) -> "_Limit":
+    def _one_way(self) -> "LimitSection":
         absolute = self.low is not None or self.high is not None
         if absolute == (self.percent is not None):
             raise ValueError(
                 text("limit on {parameter}: give low and high (or one of them), or percent", parameter=self.parameter)
-            )
-        if self.low is not None and self.high is not None and self.low > self.high:
-            raise ValueError(
-                text(
-                    "limit on {parameter}: low = {low:g} is above high = {high:g}",
-                    parameter=self.parameter,
-                    low=self.low,
-                    high=self.high,
-                )
             )
         return self
 
@@ -129,8 +124,8 @@ class PlanFile(Section):
 
     plan: _Plan
     procedure: list[_Procedure] = Field(min_length=1, description="at least one")
-    limit: list[_Limit] = Field(default_factory=list)
-    golden: dict[str, float] = Field(default_factory=dict, description="figures of a golden motor by parameter")
+    limit: list[LimitSection] = Field(default_factory=list)
+    golden: dict[str, Figure] = Field(default_factory=dict, description="figures of a golden motor by parameter")
     virtual: SpreadSection = Field(default_factory=SpreadSection)
     plugins: PluginsSection = Field(default_factory=PluginsSection)
 

@@ -1,7 +1,6 @@
 """A plan made from a measured motor: what the run measured, within limits about what it found."""
 
 import math
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,6 +8,7 @@ from typing import Any
 from tomli_w import dumps as toml_text
 
 from bench.eol.plan import Plan, load_plan
+from bench.files.new_file import write_new
 from bench.files.toml_file import parse
 from bench.i18n.errors import InputError
 from bench.journal.journal_file import read_journal
@@ -17,7 +17,7 @@ from bench.journal.run_view import view_of
 from bench.motor.shipped_motors import shipped_motors
 from bench.plugins.files import catalogues_of_run
 from bench.run.plan import make_plan
-from drivers.interfaces.text import reason_of, text
+from drivers.interfaces.text import text
 from procedures.core.parameters import PARAMETERS
 from procedures.core.result import Parameter
 
@@ -68,9 +68,9 @@ def plan_of_run(folder: RunFolder, path: Path, percent: float) -> MadePlan:
     )
     content = said + "\n# motorbench eol check tells what they catch, and how long a motor takes.\n" + toml_text(data)
     parse(content.encode(), str(path))
-    _write(path, content)
+    write_new(path, content)
     if not shipped:
-        _write(path.with_name(motor), start.motor_file)
+        write_new(path.with_name(motor), start.motor_file)
     return MadePlan(load_plan(path), tuple(limited), tuple(name for name, limit in limits.items() if limit is None))
 
 
@@ -83,14 +83,3 @@ def _limit(figure: Parameter, percent: float) -> dict[str, Any] | None:
         return None
     own = 100.0 * _LEAST_RATIO * (high - low) / 2.0 / abs(figure.value)
     return {"parameter": figure.name, "percent": float(max(percent, math.ceil(own))), "of": "golden"}
-
-
-def _write(path: Path, content: str) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), "w", encoding="utf-8") as file:
-            file.write(content)
-    except FileExistsError:
-        raise InputError(text("{path}: is there already; choose another name, or remove it", path=path)) from None
-    except OSError as error:
-        raise InputError(text("{path}: cannot be written: {reason}", path=path, reason=reason_of(error))) from None

@@ -36,6 +36,25 @@ _LIBRARYS = (
     text("{field_type} should have at most {max_length} items after validation, not {actual_length}"),
     text("Input should be a valid dictionary or instance of {class_name}"),
 )
+#: What Python's parser says; what names a key is left as it is.
+_FAULTS = {
+    str(fault): fault
+    for fault in (
+        text("Invalid statement"),
+        text("Invalid value"),
+        text("Invalid date or datetime"),
+        text("Invalid initial character for a key part"),
+        text("Expected newline or end of document after a statement"),
+        text("Expected '=' after a key in a key/value pair"),
+        text("Expected ']' at the end of a table declaration"),
+        text("Expected ']]' at the end of an array declaration"),
+        text("Cannot overwrite a value"),
+        text("Unclosed array"),
+        text("Unclosed inline table"),
+        text("Unterminated string"),
+        text("Unescaped '\\\\' in a string"),
+    )
+}
 
 
 def read(path: Path, what: Text) -> tuple[bytes, dict[str, Any]]:
@@ -66,9 +85,19 @@ def parse(content: bytes, name: str) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise FileError(text("{name}: not UTF-8 text (byte {start})", name=name, start=error.start)) from None
     except tomllib.TOMLDecodeError as error:
-        raise FileError(text("{name}: not valid TOML: {error}", name=name, error=error)) from None
+        raise FileError(text("{name}: not valid TOML: {error}", name=name, error=_parsed(error))) from None
     except RecursionError:
         raise FileError(text("{name}: lists or tables stand too deep in one another", name=name)) from None
+
+
+def _parsed(error: tomllib.TOMLDecodeError) -> Text:
+    """Return what the parser says, its place apart: it has no other way to tell."""
+    what, _, place = str(error).rpartition(" (at ")
+    said = _FAULTS.get(what, Text("{what}", {"what": what or str(error)}))
+    found = re.fullmatch(r"line (\d+), column (\d+)\)", place)
+    if found:
+        return text("line {line}, column {column}: {said}", line=found[1], column=found[2], said=said)
+    return text("at its end: {said}", said=said)
 
 
 def validate(model: type[M], data: Mapping[str, Any], name: str, prefix: str = "") -> M:

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping
+from functools import cache
 from importlib import resources
 
 from bench.i18n.errors import UsageError
@@ -28,7 +29,8 @@ def translator(language: str) -> Translate:
     return _looked_up(catalogue(language)) if language != "en" else english
 
 
-def catalogue(language: str) -> dict[str, str]:
+@cache
+def catalogue(language: str) -> Mapping[str, str]:
     """Return a language's templates by their English ones; English itself needs none."""
     if language == "en":
         return {}

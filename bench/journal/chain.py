@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from bench.journal.journal_file import JournalLine
+from drivers.interfaces.text import Text, text
 
 
 @dataclass(frozen=True)
@@ -11,7 +12,7 @@ class ChainFault:
     """A line, from 1, and what is wrong with it."""
 
     line: int
-    what: str
+    what: Text
 
 
 def first_fault(lines: Sequence[JournalLine], known: Mapping[int, str]) -> ChainFault | None:
@@ -22,7 +23,7 @@ def first_fault(lines: Sequence[JournalLine], known: Mapping[int, str]) -> Chain
     for index, line in enumerate(lines):
         due = index + 1
         if line.event is None or line.torn:
-            return ChainFault(due, "was changed: it is no event")
+            return ChainFault(due, text("was changed: it is no event"))
         number = line.event.number
         before = lines[index - 1] if index else None
         if number < due:
@@ -32,14 +33,18 @@ def first_fault(lines: Sequence[JournalLine], known: Mapping[int, str]) -> Chain
         if line.previous != (before.sha256 if before else ""):
             if before is None:
                 return ChainFault(
-                    due, "was changed: it is not the first that was written, or carries a hash of none before it"
+                    due, text("was changed: it is not the first that was written, or carries a hash of none before it")
                 )
             if _vouched_for(lines, index, known):
-                return ChainFault(before.place, "was changed: the next line carries the hash of another")
-            return ChainFault(before.place, "was changed, or the next line was, which carries the hash of another")
+                return ChainFault(before.place, text("was changed: the next line carries the hash of another"))
+            return ChainFault(
+                before.place, text("was changed, or the next line was, which carries the hash of another")
+            )
     last = len(lines)
     if last in known and lines and lines[-1].sha256 != known[last]:
-        return ChainFault(last, f"was changed, or result.json was, which holds the hash {known[last][:12]}… of it")
+        return ChainFault(
+            last, text("was changed, or result.json was, which holds the hash {hash}… of it", hash=known[last][:12])
+        )
     return None
 
 
@@ -55,8 +60,11 @@ def _put_in(lines: Sequence[JournalLine], index: int) -> ChainFault:
     number = line.event.number if line.event else 0
     if number == index and line.previous == (lines[index - 2].sha256 if index >= 2 else ""):
         # This one follows from the last but one: what stands between them does not belong there.
-        return ChainFault(index, "was put in: the next line follows from the line before it")
-    return ChainFault(index + 1, f"holds event {number} where {index + 1} is due: it was put in, or put elsewhere")
+        return ChainFault(index, text("was put in: the next line follows from the line before it"))
+    return ChainFault(
+        index + 1,
+        text("holds event {number} where {due} is due: it was put in, or put elsewhere", number=number, due=index + 1),
+    )
 
 
 def _missing(lines: Sequence[JournalLine], index: int) -> ChainFault:
@@ -65,8 +73,17 @@ def _missing(lines: Sequence[JournalLine], index: int) -> ChainFault:
     number = event.number if event else due
     later = {line.event.number for line in lines[index:] if line.event}
     gone = [missing for missing in range(due, min(number, due + len(lines) + 1)) if missing not in later]
-    said = f"holds event {number} where {due} is due: "
-    if gone:
-        events = f"event {due} was" if number == due + 1 else f"events {due} to {number - 1} were"
-        return ChainFault(due, f"{said}{events} removed")
-    return ChainFault(due, f"{said}lines were put into another order")
+    if not gone:
+        what = text(
+            "holds event {number} where {due} is due: lines were put into another order", number=number, due=due
+        )
+    elif number == due + 1:
+        what = text("holds event {number} where {due} is due: event {due} was removed", number=number, due=due)
+    else:
+        what = text(
+            "holds event {number} where {due} is due: events {due} to {last} were removed",
+            number=number,
+            due=due,
+            last=number - 1,
+        )
+    return ChainFault(due, what)

@@ -22,9 +22,10 @@ from bench.journal.events.instruments import (
     WaveformsTaken,
 )
 from bench.journal.waveforms import StoredRecord
-from drivers.interfaces import Instrument, RetypeError, Role, Waveform
+from drivers.interfaces import Instrument, Role, Waveform
 from drivers.interfaces.declarations import Declaration, Effect, Lasting, UndeclaredError, declarations
 from procedures.core.bench import Recorder
+from procedures.core.procedure_error import CorrectedError, RepeatWantedError
 
 #: What is no event: an answer that the driver knows without a measurement, and the end of a connection.
 _UNRECORDED = (Effect.QUESTION, Effect.DISCONNECTS)
@@ -84,8 +85,8 @@ class Recording:
             try:
                 # Looked up anew: an instrument that was closed is another one when it has been opened again.
                 given = getattr(self._instrument, method)(*arguments, **named)
-            except RetypeError:
-                # Nothing has failed: the entry before is asked for again.
+            except (CorrectedError, RepeatWantedError):
+                # Nothing has failed: the person at the bench wants something done over.
                 raise
             except BaseException as error:
                 self._failed(method, arguments, named, error)

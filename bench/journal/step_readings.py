@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TypeGuard
 
 from bench.journal.codec import UnknownEvent
-from bench.journal.events.instruments import Energising, ReadingTaken, SettingDone
+from bench.journal.events.instruments import Energising, InstrumentCall, ReadingTaken, SettingDone
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import EnterReading
 from procedures.core.events import ActionDone, ActionStarted, Event
@@ -73,16 +73,22 @@ def _values(event: Event | UnknownEvent, asked: Text | None, unit: str) -> Itera
             for quantity, quantity_unit, value in quantities_read(event):
                 yield event.instrument, quantity, quantity_unit, value, False
         case Energising() | SettingDone():
-            known = _SETTINGS.get((event.instrument, event.call), ())
-            for (quantity, quantity_unit), value in zip(known, event.arguments, strict=False):
-                if _is_number(value):
-                    yield event.instrument, quantity, quantity_unit, float(value), True
+            for quantity, quantity_unit, value in set_points(event):
+                yield event.instrument, quantity, quantity_unit, value, True
         case ActionDone(given=given):
             if asked is not None and _is_number(given):
                 yield "", asked, unit, float(given), False
             elif isinstance(given, Sequence) and not isinstance(given, str):
                 for value in given:
                     yield "", _MARKS, "rad", float(value), False
+
+
+def set_points(call: InstrumentCall) -> Iterator[tuple[Text, str, float]]:
+    """Yield quantity, unit and value of each figure that a call sets."""
+    known = _SETTINGS.get((call.instrument, call.call), ())
+    for (quantity, unit), value in zip(known, call.arguments, strict=False):
+        if _is_number(value):
+            yield quantity, unit, float(value)
 
 
 def quantities_read(reading: ReadingTaken) -> Iterator[tuple[Text, str, float]]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, cast, get_args
 
-from drivers.interfaces import Role
+from drivers.interfaces import ProbeKind, Role
 from drivers.interfaces.text import Text
 from procedures.core.actions import (
     Action,
@@ -16,6 +16,7 @@ from procedures.core.actions import (
     DoubtReading,
     EnterCommand,
     EnterReading,
+    FittedProbe,
     Mend,
     Node,
     Socket,
@@ -71,6 +72,11 @@ def _made(kind: type[Any], details: Mapping[str, Any]) -> object:
             details["idle"],
             tuple(details["roles"]),
             dict(details["ranges"]),
+            tuple(
+                FittedProbe(one["channel"], ProbeKind(one["kind"]), one["attenuation"])
+                for one in details.get("probes", ())
+            ),
+            details.get("confirms", ""),
         )
     return kind(**{field.name: details[field.name] for field in fields(kind)})
 

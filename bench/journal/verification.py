@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 from enum import Enum
 
+from drivers.interfaces.text import Text, lines, text
+
 
 class Integrity(Enum):
     """What became of a run: all as it was written, as it was written but without a proven end, or changed afterwards."""
@@ -18,32 +20,44 @@ class RecordFault:
 
     file: str
     line: int
-    what: str
+    what: Text
+
+    @property
+    def words(self) -> Text:
+        """The whole in a sentence."""
+        if self.line:
+            return text("{file}, line {line}: {what}", file=self.file, line=self.line, what=self.what)
+        return text("{place}: {said}", place=self.file, said=self.what)
 
     def __str__(self) -> str:
-        return f"{self.file}{f', line {self.line}' if self.line else ''}: {self.what}"
+        return str(self.words)
 
 
 @dataclass
 class Verification:
     """What was found: whole events, the last one's hash, the waveform files compared, every finding.
 
-    `unproven` says what is not vouched for, and why.
+    `doubts` say what is not vouched for, and why.
     """
 
     events: int = 0
     last_hash: str = ""
     waveforms: int = 0
     findings: list[RecordFault] = field(default_factory=list)
-    unproven: str = ""
+    doubts: list[Text] = field(default_factory=list)
+
+    @property
+    def unproven(self) -> str:
+        """What is not vouched for, in English; empty where nothing is."""
+        return str(lines(self.doubts, between="; "))
 
     @property
     def verdict(self) -> Integrity:
         """The whole in a word."""
         if self.findings:
             return Integrity.CHANGED
-        return Integrity.UNFINISHED if self.unproven else Integrity.UNTOUCHED
+        return Integrity.UNFINISHED if self.doubts else Integrity.UNTOUCHED
 
-    def doubt(self, why: str) -> None:
+    def doubt(self, why: Text) -> None:
         """Add why something is not vouched for."""
-        self.unproven = f"{self.unproven}; {why}" if self.unproven else why
+        self.doubts.append(why)

@@ -19,7 +19,7 @@ from bench.journal.run_folder import RunFolder, stored_form
 from bench.journal.run_result import result_of
 from bench.journal.verification import RecordFault, Verification
 from bench.journal.verify_guardian import check_chain, check_guardian
-from drivers.interfaces.text import Translate, english, reason_of, text
+from drivers.interfaces.text import Text, Translate, english, reason_of, text
 
 #: Differences between result and journal that a finding names.
 _NAMED = 5
@@ -49,10 +49,15 @@ def verify(folder: RunFolder, noted: str = "") -> Verification:
     if fault:
         found.findings.append(RecordFault(folder.journal.name, fault.line, fault.what))
     elif end is not None and end.events > len(lines):
-        what = f"is missing: result.json was made of {end.events} events, so the journal's end was changed or removed"
+        what = text(
+            "is missing: result.json was made of {events} events, so the journal's end was changed or removed",
+            events=end.events,
+        )
         found.findings.append(RecordFault(folder.journal.name, len(lines) + 1, what))
     elif noted and noted.lower() != found.last_hash:
-        what = f"its last event has the hash {found.last_hash}, not {noted} as it was noted"
+        what = text(
+            "its last event has the hash {hash}, not {noted} as it was noted", hash=found.last_hash, noted=noted
+        )
         found.findings.append(RecordFault(folder.journal.name, 0, what))
     events = [line.event for line in whole if line.event is not None]
     _check_waveforms(folder, events, found)
@@ -91,7 +96,7 @@ def _stored_end(folder: RunFolder, found: Verification) -> _End | None:
         ) from None
     except (ValueError, KeyError, TypeError, RecursionError):
         content = None
-    what = "is no result as a run writes it, with the journal's last event in it: it was changed"
+    what = text("is no result as a run writes it, with the journal's last event in it: it was changed")
     found.findings.append(RecordFault(folder.result.name, 0, what))
     return None
 
@@ -105,9 +110,9 @@ def _check_waveforms(folder: RunFolder, events: Sequence[RecordedEvent], found: 
         found.waveforms += 1
         path = folder.path / file.path
         if not path.is_file():
-            what = f"is missing; event {recorded.number} of the journal refers to it"
+            what = text("is missing; event {number} of the journal refers to it", number=recorded.number)
         elif _sha256(path) != file.sha256:
-            what = f"was changed: its hash is not the one in event {recorded.number} of the journal"
+            what = text("was changed: its hash is not the one in event {number} of the journal", number=recorded.number)
         else:
             continue
         found.findings.append(RecordFault(file.path, 0, what))
@@ -119,31 +124,38 @@ def _check_result(
     if end is None:
         return
     if end.sha256 != hashes[end.events - 1]:
-        what = f"was changed: the hash it holds of event {end.events} is not that of the journal"
+        what = text("was changed: the hash it holds of event {number} is not that of the journal", number=end.events)
         found.findings.append(RecordFault(folder.result.name, 0, what))
         return
     made_of = JournalFile(tuple(events[: end.events]), 0, 0, end.sha256)
     view = json.loads(json.dumps(plain(result_of(made_of, _language(made_of.events)))))
     differing = list(_differences(end.content, view))
     if differing:
-        more = f" and {len(differing) - _NAMED} more" if len(differing) > _NAMED else ""
-        what = f"was changed: {', '.join(differing[:_NAMED])}{more} differ from what the journal comes to"
+        named, more = differing[:_NAMED], len(differing) - _NAMED
+        what = (
+            text("was changed: {names} and {more} more differ from what the journal comes to", names=named, more=more)
+            if more > 0
+            else text("was changed: {names} differ from what the journal comes to", names=named)
+        )
         found.findings.append(RecordFault(folder.result.name, 0, what))
     elif folder.result.read_bytes() != stored_form(view):
-        what = "was written anew: its content is the same, and its form is not that in which a run writes it"
+        what = text("was written anew: its content is the same, and its form is not that in which a run writes it")
         found.findings.append(RecordFault(folder.result.name, 0, what))
 
 
-def _unproven(events: Sequence[RecordedEvent], end: _End | None, torn: int, noted: str) -> str:
+def _unproven(events: Sequence[RecordedEvent], end: _End | None, torn: int, noted: str) -> Text | None:
     if torn:
-        return f"{torn} bytes at the journal's end are no whole event: the run was cut off there"
+        return text("{count} bytes at the journal's end are no whole event: the run was cut off there", count=torn)
     if not events or not isinstance(events[-1].event, RunFinished):
-        return "the journal has no end: the run was cut off or still goes on, or its end was taken away"
+        return text("the journal has no end: the run was cut off or still goes on, or its end was taken away")
     if end is None and not noted:
-        return "there is no result.json that would vouch for the journal's end"
+        return text("there is no result.json that would vouch for the journal's end")
     if end is not None and end.events < len(events) and not noted:
-        return f"result.json was made of the first {end.events} events only, and does not vouch for the journal's end"
-    return ""
+        return text(
+            "result.json was made of the first {events} events only, and does not vouch for the journal's end",
+            events=end.events,
+        )
+    return None
 
 
 def _language(events: Sequence[RecordedEvent]) -> Translate:

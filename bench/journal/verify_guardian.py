@@ -14,6 +14,7 @@ from bench.journal.journal_file import JournalLine, read_lines
 from bench.journal.verification import RecordFault, Verification
 from bench.station.station_file import VIRTUAL
 from drivers.catalogue import MANUAL
+from drivers.interfaces.text import text
 
 _JOURNAL = "journal.jsonl"
 
@@ -112,18 +113,29 @@ def _missing(sessions: Sequence[_Session], found: Verification) -> None:
     for session in sessions:
         if session.anchors:
             anchor = session.anchors[-1]
-            what = f"is missing; event {anchor.event} of the journal holds the hash of its event {anchor.line}"
+            what = text(
+                "is missing; event {event} of the journal holds the hash of its event {line}",
+                event=anchor.event,
+                line=anchor.line,
+            )
             found.findings.append(RecordFault(FILE, 0, what))
             return
     for session in sessions:
         if session.token is not None:
             found.doubt(
-                f"{FILE} is missing, although event {session.event} of the journal says that a guardian was started; "
-                "the journal holds no hash of it yet"
+                text(
+                    "{file} is missing, although event {event} of the journal says that a guardian was started; "
+                    "the journal holds no hash of it yet",
+                    file=FILE,
+                    event=session.event,
+                )
             )
         elif not session.tells and session.may_have_had:
             found.doubt(
-                f"the run was made by a version that did not tie {FILE} to the journal: whether there was one cannot be proved"
+                text(
+                    "the run was made by a version that did not tie {file} to the journal: whether there was one cannot be proved",
+                    file=FILE,
+                )
             )
             return
 
@@ -142,12 +154,16 @@ def _read(path: Path) -> tuple[list[JournalLine], bytes]:
 def _against_anchor(anchor: _Anchor, lines: Sequence[JournalLine]) -> RecordFault | None:
     """Return what differs from what the journal says of the record."""
     if anchor.line > len(lines):
-        what = f"is missing: event {anchor.event} of the journal holds its hash, so the record's end was changed or removed"
+        what = text(
+            "is missing: event {event} of the journal holds its hash, so the record's end was changed or removed",
+            event=anchor.event,
+        )
         return RecordFault(FILE, len(lines) + 1, what)
     if lines[anchor.line - 1].sha256 != anchor.sha256:
-        what = (
-            f"was changed, or the whole record is another run's: event {anchor.event} of the journal holds the hash "
-            f"{anchor.sha256[:12]}… of it"
+        what = text(
+            "was changed, or the whole record is another run's: event {event} of the journal holds the hash {hash}… of it",
+            event=anchor.event,
+            hash=anchor.sha256[:12],
         )
         return RecordFault(FILE, anchor.line, what)
     return None
@@ -166,15 +182,25 @@ def _against_seal(line: JournalLine, hashes: Sequence[str]) -> RecordFault | Non
         or not isinstance(event, GuardianLeft)
         or hashlib.sha256(sealed(line.event, event, line.previous)).hexdigest() != line.sha256
     ):
-        return RecordFault(FILE, line.place, "was changed: it does not hold the digest of its own content")
+        return RecordFault(FILE, line.place, text("was changed: it does not hold the digest of its own content"))
     end, number = event.journal, line.event.number
     if end is None or end.events < 1:
         return None
     if end.events > len(hashes):
-        what = f"is missing: event {number} of {FILE} holds the hash of event {end.events}, so the journal's end was removed"
+        what = text(
+            "is missing: event {number} of {file} holds the hash of event {event}, so the journal's end was removed",
+            number=number,
+            file=FILE,
+            event=end.events,
+        )
         return RecordFault(_JOURNAL, len(hashes) + 1, what)
     if hashes[end.events - 1] != end.sha256:
-        what = f"was changed, or {FILE} was, whose event {number} holds the hash {end.sha256[:12]}… of it"
+        what = text(
+            "was changed, or {file} was, whose event {number} holds the hash {hash}… of it",
+            file=FILE,
+            number=number,
+            hash=end.sha256[:12],
+        )
         return RecordFault(_JOURNAL, end.events, what)
     return None
 
@@ -187,12 +213,14 @@ def _check_end(
         return
     torn = rest.rstrip(b"\0")
     if len(lines) in told or (torn and len(lines) in closed):
-        what = f"was put in: {len(rest)} bytes follow the event that closed the record"
+        what = text("was put in: {count} bytes follow the event that closed the record", count=len(rest))
         found.findings.append(RecordFault(FILE, len(lines) + 1, what))
     elif torn:
-        found.doubt(f"{len(torn)} bytes at the end of {FILE} are no whole event")
+        found.doubt(text("{count} bytes at the end of {file} are no whole event", count=len(torn), file=FILE))
     elif len(lines) in closed:
-        found.doubt(f"the room at the end of {FILE} was not given back: its guardian was ended as it left")
+        found.doubt(
+            text("the room at the end of {file} was not given back: its guardian was ended as it left", file=FILE)
+        )
 
 
 def _check_blocks(
@@ -213,31 +241,48 @@ def _check_blocks(
         seen.add(token)
         after = [place for place in closed if begin < place < end]
         if after:
-            what = f"was put in: event {min(after)} closed the record of that guardian"
+            what = text("was put in: event {event} closed the record of that guardian", event=min(after))
             found.findings.append(RecordFault(FILE, min(after) + 1, what))
         elif end < covered or end in told:
             continue
         elif token and token not in known:
             found.doubt(
-                f"{FILE}, from line {begin + 1}: the journal has no session for this guardian; that session was cut off before "
-                "its first event, or the lines were put in"
+                text(
+                    "{file}, from line {line}: the journal has no session for this guardian; that session was cut off before "
+                    "its first event, or the lines were put in",
+                    file=FILE,
+                    line=begin + 1,
+                )
             )
         elif not token and old:
             found.doubt(
-                f"the run was made by a version that did not tie {FILE} to the journal: what it holds follows from line to "
-                "line, whether it is all cannot be proved"
+                text(
+                    "the run was made by a version that did not tie {file} to the journal: what it holds follows from line to "
+                    "line, whether it is all cannot be proved",
+                    file=FILE,
+                )
             )
         elif not token:
-            found.findings.append(RecordFault(FILE, begin + 1, "was put in: no guardian of this run begins there"))
+            found.findings.append(
+                RecordFault(FILE, begin + 1, text("was put in: no guardian of this run begins there"))
+            )
         elif end not in closed:
             found.doubt(
-                f"{FILE} is not closed after its line {end}: the guardian still goes on, was ended itself, or the record's end was "
-                "taken away"
+                text(
+                    "{file} is not closed after its line {line}: the guardian still goes on, was ended itself, or the record's "
+                    "end was taken away",
+                    file=FILE,
+                    line=end,
+                )
             )
     for session in sessions:
         if session.token and session.token not in seen and not session.anchors:
             found.doubt(
-                f"{FILE} holds nothing of the guardian that was started with event {session.event} of the journal"
+                text(
+                    "{file} holds nothing of the guardian that was started with event {event} of the journal",
+                    file=FILE,
+                    event=session.event,
+                )
             )
 
 

@@ -22,6 +22,7 @@ from procedures.core.parameters import PARAMETERS
 from sim_instruments.physics.bearing import Bearing
 from sim_instruments.physics.iron import Iron
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.shorted_turns import ShortedTurns
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.machine import virtual_motor
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 Resistance = Annotated[float, Field(gt=0.0, le=1e4, strict=True)]
 Share = Annotated[float, Field(ge=0.0, le=2.0, strict=True)]
+TurnShare = Annotated[float, Field(gt=0.0, le=2.0, strict=True)]
 
 
 class FluxHarmonic(Section):
@@ -73,6 +75,18 @@ class IronSection(Section):
         return Iron(self.eddy_coupling, self.eddy_resistance, corner, self.magnet_rise, self.magnet_rise_speed)
 
 
+class ShortedTurnsSection(Section):
+    """`[virtual.shorted_turns]`: turns of one winding that are shorted."""
+
+    winding: Literal["A", "B", "C"] = Field(description="A, B or C; of a delta AB, BC, CA")
+    share: float = number("", above=0.0, below=1.0, description="of the winding's turns")
+    resistance: float = number("ohm", 0.0, at_least=0.0, up_to=1e6, description="of what shorts them")
+
+    def turns(self) -> ShortedTurns:
+        """Return them as the virtual motor takes them."""
+        return ShortedTurns("ABC".index(self.winding), self.share, self.resistance)
+
+
 class VirtualSection(InsideSection):
     """`[virtual]`: the truth of a virtual motor, SI; for a delta the values are those of one winding."""
 
@@ -98,6 +112,13 @@ class VirtualSection(InsideSection):
         description="a list of three numbers from 0 to 2: each winding's EMF as a share of flux_linkage's",
         json_schema_extra={"unit": ""},
     )
+    turn_shares: tuple[TurnShare, TurnShare, TurnShare] = Field(
+        (1.0, 1.0, 1.0),
+        description="a list of three numbers above 0, up to 2: each winding's turns, which inductances and EMF follow",
+        json_schema_extra={"unit": ""},
+    )
+    shorted_turns: ShortedTurnsSection | None = None
+    rubbing_torque: float = number("N·m", 0.0, at_least=0.0, up_to=1e3, description="drag once a turn, at the most")
     temperature_coefficient: float = number("1/K", 0.00393, at_least=0.0, up_to=0.1, description="copper's at 20 °C")
     flux_temperature_coefficient: float = number("1/K", -0.001, at_least=-0.1, up_to=0.1)
     thermal_resistance: float = number("K/W", 0.5, at_least=0.0, up_to=1e3)
@@ -137,6 +158,7 @@ class VirtualSection(InsideSection):
             # An axis that the file says nothing of does not saturate.
             values[axis] = math.inf if values[axis] is None else values[axis]
         values["bearing"], values["iron"] = Bearing(**self.bearing.model_dump()), self.iron.iron()
+        values["shorted_turns"] = None if self.shorted_turns is None else self.shorted_turns.turns()
         name: Literal["wye", "delta"] = "delta" if connection is WindingConnection.DELTA else "wye"
         return VirtualMotor(connection=name, **values)
 

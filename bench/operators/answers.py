@@ -10,7 +10,7 @@ from typing import Any
 from bench.files.toml_file import nearest, read
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text, text
-from procedures.core.actions import FINISH, EnterCommand, EnterReading, HandWork, MarkRestPositions
+from procedures.core.actions import FINISH, YES, EnterCommand, EnterReading, HandWork, MarkRestPositions
 from procedures.core.bench import Operator, ProcedureError
 
 #: The key of the marked angles of `MarkRestPositions`.
@@ -154,7 +154,7 @@ class AnswersOperator:
             degrees = self._answers.next(ANGLES_KEY, action.sentence().render())
             return [math.radians(angle) for angle in degrees]
         if isinstance(action, EnterCommand):
-            return self._answers.command()
+            return YES if action.confirms else self._answers.command()
         return self._hands.perform(action) if self._hands else None
 
 
@@ -167,7 +167,7 @@ class AnswersPrompt:
 
     def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         """Return the next answer to `role.quantity`; the driver itself checks its range."""
-        asked = f"{self._instrument}: {quantity} in {unit} {context or ''}".strip()
+        asked = f"{self._instrument}: {quantity}{f' in {unit}' if unit else ''} {context or ''}".strip()
         return float(self._answers.next(f"{self._instrument}.{quantity_key(str(quantity))}", asked))
 
     def confirm(self, task: Text) -> None:

@@ -1,5 +1,13 @@
-"""Which reading a person is about to type, and what was typed: for the question's words, and for the journal."""
+"""Which reading a person is about to type, what was typed, and what of it is corrected: for the question's words, and for the journal."""
 
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import count
+from typing import Protocol
+
+from bench.journal.events.run import RunBegun
+from bench.operators.typed import named_choice, typed_number
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Recorder
 from procedures.core.events import (
@@ -11,27 +19,74 @@ from procedures.core.events import (
     StepFinished,
     StepStarted,
 )
+from procedures.core.procedure_error import CorrectedError, RepeatWantedError
+
+
+@dataclass(frozen=True)
+class TypedReading:
+    """A number that was typed and counts: what was asked (with its place), in `unit` within `minimum` … `maximum`."""
+
+    number: int
+    asked: Text
+    unit: str
+    minimum: float
+    maximum: float
+    value: float
+    #: How many were asked for in the same words before.
+    earlier: int = 0
+
+    @property
+    def name(self) -> Text:
+        """What it is called among the others."""
+        return text("{quantity}, read again", quantity=self.asked) if self.earlier else self.asked
+
+
+class Corrections(Protocol):
+    """What the running procedure was given."""
+
+    def readings(self) -> Sequence[TypedReading]:
+        """Return what was typed in it and counts, oldest first."""
+
+    def correct(self, reading: TypedReading, value: float, typed: str, by: str) -> Text | None:
+        """Put another value in a reading's place, as somebody typed it, and into the journal; return why that cannot be, or None."""
 
 
 class TypedEntry:
-    """Where a person is among repeated readings, by the journal's events; `recorder` keeps what is typed, once there is one."""
+    """Where a person is among repeated readings, by the journal's events.
+
+    `recorder` keeps what is typed, once there is one. `corrections` is what earlier readings are corrected in, where that is possible.
+    """
 
     def __init__(self) -> None:
         self.recorder: Recorder | None = None
+        self.corrections: Corrections | None = None
+        #: What was typed for the call of an instrument that is going on.
+        self.taken: list[TypedReading] = []
+        #: Values of the next questions, which nobody is asked any more.
+        self.preset: list[float] = []
         self._repeat: RepeatStarted | None = None
+        self._numbers = count(1)
+        self._person = ""
 
     def hear(self, event: Event) -> None:
         """Take an event of the journal."""
         match event:
+            case RunBegun():
+                self._person = event.person
             case RepeatStarted():
                 self._repeat = event
             case RepeatsTaken() | StepStarted() | StepFinished() | StepFailed():
                 self._repeat = None
 
     @property
-    def has_before(self) -> bool:
-        """Whether there is an entry before this one that can be typed again."""
-        return self._repeat is not None and self._repeat.number > 1 and not self._repeat.again
+    def readings(self) -> Sequence[TypedReading]:
+        """What can be corrected, oldest first."""
+        asked = Counter[str]()
+        told = []
+        for reading in self.corrections.readings() if self.corrections else ():
+            told.append(replace(reading, earlier=asked[str(reading.asked)]))
+            asked[str(reading.asked)] += 1
+        return told
 
     def placed(self, quantity: Text) -> Text:
         """Return what is asked with the terminals, and the number of the reading where there are several."""
@@ -44,12 +99,64 @@ class TypedEntry:
         values |= {"number": at.number, "count": at.count}
         return text("{quantity}, {terminals}, reading {number} of {count}", **values)
 
-    def typed(self, quantity: Text, unit: str, typed: str, value: float | None, refused: Text | None = None) -> None:
+    def known(self, quantity: Text, unit: str, minimum: float, maximum: float) -> float | None:
+        """Return the value of a question that was answered already, None where a person is to be asked."""
+        if not self.preset:
+            return None
+        return self._take(quantity, unit, minimum, maximum, self.preset.pop(0))
+
+    def typed(
+        self,
+        quantity: Text,
+        unit: str,
+        minimum: float,
+        maximum: float,
+        typed: str,
+        value: float | None,
+        refused: Text | None = None,
+    ) -> None:
         """Put into the journal what was typed, and the value that was taken of it."""
         if self.recorder is not None:
             why = "" if refused is None else refused.render()
             event = ReadingTyped(quantity=quantity.render(), unit=unit, typed=typed, value=value, refused=why)
             self.recorder.record(event)
+        if value is not None:
+            self._take(quantity, unit, minimum, maximum, value)
+
+    def checked(self, number: int, typed: str) -> tuple[TypedReading, float]:
+        """Return the reading of this number and the value typed for it. Raises ValueError with a Text for what it cannot be."""
+        reading = next((one for one in self.readings if one.number == number), None)
+        if reading is None:
+            raise ValueError(text("this reading does not count any more"))
+        value = checked_number(typed, str(reading.asked), reading.unit, reading.minimum, reading.maximum)
+        if value == reading.value:
+            raise ValueError(text("this is the value that counts already"))
+        return reading, value
+
+    def correct(self, reading: TypedReading, value: float, typed: str, by: str = "") -> Text:
+        """Have a reading corrected by somebody: raises CorrectedError, or returns why it cannot be."""
+        if self.corrections is None:
+            return text("nothing can be corrected here")
+        fault = self.corrections.correct(reading, value, typed, by or self._person)
+        if fault is not None:
+            return fault
+        raise CorrectedError
+
+    def repeat(self, by: str = "") -> None:
+        """Raise RepeatWantedError: somebody wants the procedure from its beginning."""
+        person = by or self._person or text("the person at the bench")
+        raise RepeatWantedError(text("{person} wants the procedure from its beginning", person=person))
+
+    def _take(self, quantity: Text, unit: str, minimum: float, maximum: float, value: float) -> float:
+        self.taken.append(TypedReading(next(self._numbers), quantity, unit, minimum, maximum, value))
+        return value
+
+
+def checked_number(typed: str, question: str, unit: str, minimum: float, maximum: float) -> float:
+    """Return the number typed for a question, in `unit` and within its range. Raises ValueError with a Text for any other."""
+    chosen = named_choice(typed, question)
+    value = typed_number(typed, unit) if chosen is None else chosen
+    return within(value, unit, minimum, maximum)
 
 
 def within(value: float, unit: str, minimum: float, maximum: float) -> float:

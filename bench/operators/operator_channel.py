@@ -26,7 +26,7 @@ class OperatorLine:
     """Listens on loopback until closed.
 
     Who connects sends `{"token": …}` first, the one that stands in the run's folder, readable by its owner alone; then
-    it gets what was said last, and everything said and told from then on. Each of its lines is answered by `{"heard": …}` or
+    it gets what was said last of each matter, and everything said and told from then on. Each of its lines is answered by `{"heard": …}` or
     `{"refused": …}`, in English, with the same as a stored Text under `text`.
     """
 
@@ -54,11 +54,12 @@ class OperatorLine:
 
     def say(self, message: Mapping[str, Any]) -> None:
         """Tell everyone, and who connects later."""
+        said = plain(message)
         with self._lock:
-            self._last = plain(message)
+            self._last = {**self._last, **said}
             listeners = list(self._listeners.values())
         for listener in listeners:
-            listener.send(self._last)
+            listener.send(said)
 
     def tell(self, message: Mapping[str, Any]) -> None:
         """Tell everyone who listens now, and nobody who connects later: it holds for this moment only."""

@@ -3,21 +3,22 @@
 import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import count
 from time import monotonic
 from typing import Any, Protocol
 
 from bench.journal.stored_result import store_text
-from bench.operators.entry import TypedEntry, within
+from bench.operators.entry import TypedEntry, TypedReading, checked_number, within
 from bench.operators.operator_channel import OperatorLine
+from bench.operators.stored_plot import store_plot
 from bench.operators.terminal import named
-from bench.operators.typed import BACK, named_choice, typed_number
 from bench.safety.interrupts import Interrupted, Interrupts
-from bench.safety.read_back import ReadBack
-from drivers.interfaces import RetypeError
+from bench.safety.read_back import Found, ReadBack
 from drivers.interfaces.text import Text, text, text_of
 from procedures.core.actions import DoubtReading, EnterCommand, EnterReading, HandWork, MarkRestPositions, Mend
 from procedures.core.bench import Operator
+from procedures.core.live_plot import LivePlot
 
 #: Waiting is cut into slices (s): an exception in the middle of it could leave the condition's lock taken.
 _SLICE = 0.05
@@ -27,11 +28,28 @@ _LONGEST = 1000
 _READ_BACK = 0.3
 
 
+@dataclass(frozen=True)
+class _Correction:
+    """What somebody wants instead of answering: an earlier reading corrected, or without one the procedure repeated."""
+
+    by: str
+    reading: TypedReading | None = None
+    value: float = math.nan
+    typed: str = ""
+
+
 class RunSources(Protocol):
     """The run's sources and its shaft."""
 
     def read(self, *, again: bool = False) -> Sequence[ReadBack]:
         """Return what each says of itself now; `again` tries those anew that could not be opened."""
+
+
+class StandIn(Operator, Protocol):
+    """Does on a virtual bench what a person confirms."""
+
+    def wait(self, seconds: float) -> None:
+        """Let the bench go on for so long (s)."""
 
 
 class DistantOperator:
@@ -42,7 +60,7 @@ class DistantOperator:
     an empty chair.
     """
 
-    def __init__(self, interrupts: Interrupts, hands: Operator | None = None, *, patience: float = 60.0) -> None:
+    def __init__(self, interrupts: Interrupts, hands: StandIn | None = None, *, patience: float = 60.0) -> None:
         self._interrupts = interrupts
         self._hands = hands
         self._patience = patience
@@ -69,7 +87,7 @@ class DistantOperator:
                 action.quantity, action.unit, action.minimum, action.maximum, action=action, proposed=seen
             )
         if isinstance(action, DoubtReading) and self._hands is None:
-            return self._ask({"kind": "doubt", "lines": [store_text(action.finding)]}, _choice)
+            return self._correctable({"kind": "doubt", "lines": [store_text(action.finding)]}, _choice)
         if isinstance(action, EnterCommand):
             asked = {
                 "kind": "command",
@@ -80,9 +98,10 @@ class DistantOperator:
             return self._ask(asked, _words, action.idle)
         said: dict[str, Any] = {"kind": "action", "action": type(action).__name__, "details": action}
         said["lines"] = [store_text(line) for line in action.lines({})]
+        said["at_shaft"] = getattr(action, "at_shaft", False)
         if isinstance(action, MarkRestPositions) and self._hands is None:
             return [math.radians(angle) for angle in self._ask({**said, "kind": "angles"}, _angles)]
-        self._ask(said, _nothing)
+        self._correctable(said, _nothing)
         if isinstance(action, Mend) and self._hands is None:
             # Who does not want to go on aborts.
             return True
@@ -99,6 +118,9 @@ class DistantOperator:
         proposed: object = None,
     ) -> float:
         """Ask for a number in `unit` within `minimum` … `maximum`."""
+        known = self.entry.known(quantity, unit, minimum, maximum)
+        if known is not None:
+            return known
         asked: dict[str, Any] = {
             "kind": "number",
             "quantity": store_text(quantity),
@@ -106,7 +128,6 @@ class DistantOperator:
             "minimum": minimum,
             "maximum": maximum,
             "proposed": proposed,
-            "correctable": self.entry.has_before,
         }
         if action is not None:
             asked |= {"action": type(action).__name__, "details": action}
@@ -114,35 +135,53 @@ class DistantOperator:
         # What a page gives is kept as it was typed; only the thread that asks writes into the journal.
         tried: list[tuple[str, Text | None]] = []
 
-        def checked(given: object) -> float | None:
-            if given == BACK and self.entry.has_before:
-                tried.append((BACK, None))
-                return None
+        def checked(given: object) -> float:
             try:
-                number = within(_number(given, unit, str(quantity)), unit, minimum, maximum)
+                number = _number(given, unit, str(quantity), (minimum, maximum))
             except ValueError as fault:
                 tried.append((str(given), text_of(fault)))
                 raise
             tried.append((str(given), None))
             return number
 
-        value = self._ask(asked, checked)
+        value = float(self._correctable(asked, checked))
         for typed, refused in tried[:-1]:
-            self.entry.typed(quantity, unit, typed, None, refused)
-        self.entry.typed(quantity, unit, tried[-1][0], value)
-        if value is None:
-            raise RetypeError
-        return float(value)
+            self.entry.typed(quantity, unit, minimum, maximum, typed, None, refused)
+        self.entry.typed(quantity, unit, minimum, maximum, tried[-1][0], value)
+        return value
 
     def confirm(self, heading: str, task: Text) -> None:
         """Have something done to an instrument that is set by hand."""
         self._ask({"kind": "confirm", "instrument": heading, "task": store_text(task)}, _nothing)
+
+    @property
+    def looks(self) -> bool:
+        """Whether a panel listens."""
+        return self.line.heard
+
+    def show(self, plot: LivePlot | None) -> None:
+        """Show a plot at the panels, or none any more."""
+        self.line.say({"plot": store_plot(plot) if plot else None})
 
     def close(self) -> None:
         """Take the line down."""
         self._closed.set()
         self._watch.join()
         self.line.close()
+
+    def _correctable(self, asked: Mapping[str, Any], check: Callable[[object], Any]) -> Any:
+        """Return what is answered; before that, earlier readings may be corrected."""
+        told: dict[str, Any] = {}
+        while True:
+            readings = [_told(reading) for reading in self.entry.readings]
+            answer = self._ask({**asked, "readings": readings, **told}, check)
+            if not isinstance(answer, _Correction):
+                return answer
+            if answer.reading is None:
+                self.entry.repeat(answer.by)
+                continue
+            fault = self.entry.correct(answer.reading, answer.value, answer.typed, answer.by)
+            told = {"uncorrected": {"number": answer.reading.number, "why": store_text(fault)}}
 
     def _ask(self, asked: Mapping[str, Any], check: Callable[[object], Any], patience: float | None = None) -> Any:
         """Return what is answered, None where nobody answered within `patience` (s), if there is such a limit."""
@@ -178,6 +217,9 @@ class DistantOperator:
         again, self._again = self._again, False
         found = self.sources.read(again=again)
         self._read_back = monotonic()
+        if self._hands is not None and any(one.found is Found.ON for one in found):
+            # A shaft that runs down comes to rest while the person waits.
+            self._hands.wait(_READ_BACK)
         said = [
             {
                 "role": one.role,
@@ -198,8 +240,9 @@ class DistantOperator:
         if message.get("again"):
             self._again = True
             return None
-        if "answer" not in message:
-            return None if message.get("watching") else text("there are answer, abort, again and watching")
+        if not message.keys() & {"answer", "correct", "repeat"}:
+            allowed = text("there are answer, correct, repeat, abort, again and watching")
+            return None if message.get("watching") else allowed
         with self._condition:
             question = self._question
             if question is None or message.get("id") != question["id"]:
@@ -207,11 +250,23 @@ class DistantOperator:
             if self._given:
                 return text("this is answered already")
             try:
-                self._given = [question["check"](message["answer"])]
+                correction = "answer" not in message and "readings" in question
+                self._given = [self._corrected(message) if correction else question["check"](message.get("answer"))]
             except ValueError as fault:
                 return text_of(fault)
             self._condition.notify_all()
         return None
+
+    def _corrected(self, message: Mapping[str, Any]) -> "_Correction":
+        """Return what is wanted instead of an answer. Raises ValueError for what no reading can be."""
+        by, wanted = str(message.get("by", "")), message.get("correct")
+        if wanted is None:
+            return _Correction(by)
+        try:
+            number, typed = int(wanted["number"]), str(wanted["typed"])
+        except (TypeError, KeyError, ValueError):
+            raise ValueError(text("a correction is a reading's number and what is typed")) from None
+        return _Correction(by, *self.entry.checked(number, typed), typed)
 
     def _watch_chair(self) -> None:
         while not self._closed.wait(min(1.0, self._patience / 4.0)):
@@ -257,16 +312,23 @@ def _choice(value: object) -> bool:
     raise ValueError(text("this is answered by yes or no"))
 
 
-def _number(value: object, unit: str = "°", question: str = "") -> float:
+def _number(
+    value: object, unit: str = "°", question: str = "", among: tuple[float, float] = (-math.inf, math.inf)
+) -> float:
     if isinstance(value, str):
-        chosen = named_choice(value, question)
-        return typed_number(value, unit) if chosen is None else chosen
+        return checked_number(value, question, unit, *among)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(text("{value} is not a number", value=repr(value)))
-    return float(value)
+    return within(float(value), unit, *among)
 
 
 def _angles(value: object) -> list[float]:
     if not isinstance(value, list) or not value:
         raise ValueError(text("angles are a list of numbers, in degrees"))
     return [_number(item) for item in value]
+
+
+def _told(reading: TypedReading) -> dict[str, Any]:
+    """Return a reading as a page is told of it."""
+    told = {name: getattr(reading, name) for name in ("number", "unit", "minimum", "maximum", "value")}
+    return {**told, "asked": store_text(reading.name)}

@@ -1,14 +1,13 @@
 """A person at a terminal: every action in plain words, Enter when it is done."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, overload
 
-from bench.operators.entry import TypedEntry, within
-from bench.operators.typed import BACK, named_choice, typed_number
+from bench.operators.entry import TypedEntry, TypedReading, checked_number
+from bench.operators.typed import BACK, typed_number
 from bench.operators.typed_lines import TypedLines
 from bench.safety.interrupts import Interrupted, Interrupts
-from drivers.interfaces import RetypeError
 from drivers.interfaces.text import Text, Translate, text, text_of
 from procedures.core.actions import (
     ChangeSetup,
@@ -69,9 +68,8 @@ class TerminalOperator:
             return self.number(action.quantity, action.unit, action.minimum, action.maximum)
         if isinstance(action, DoubtReading):
             self._say(action.finding)
-            return (
-                self._line(text("Press Enter to enter it again, or type y to confirm it as it is")).lower() not in _YES
-            )
+            asked = text("Press Enter to enter it again, or type y to confirm it as it is")
+            return self._correctable(asked).lower() not in _YES
         from rich.table import Table
 
         lines = [line.render(self._translate) for line in action.lines(self._colours)]
@@ -82,13 +80,13 @@ class TerminalOperator:
         if rows.row_count:
             self._console.print(rows)
         if self._hands is not None:
-            self._line(text("Done? Press Enter"))
+            self._correctable(text("Done? Press Enter"))
             return self._hands.perform(action)
         if isinstance(action, Mend):
             return self._line(text("Put right? Press Enter to measure again, or type n to give up")).lower() not in _NO
         if isinstance(action, MarkRestPositions):
             return self._angles(text("angles in degrees, separated by spaces"))
-        self._line(text("Done? Press Enter"))
+        self._correctable(text("Done? Press Enter"))
         return None
 
     def number(self, quantity: Text, unit: str, minimum: float, maximum: float) -> float:
@@ -98,22 +96,51 @@ class TerminalOperator:
             question = text(
                 "Enter {quantity} ({minimum:g} … {maximum:g})", quantity=quantity, minimum=minimum, maximum=maximum
             )
-        if self.entry.has_before:
-            question = text("{question}; < corrects the entry before", question=question)
-        while True:
-            typed = self._line(question)
-            if typed == BACK and self.entry.has_before:
-                self.entry.typed(quantity, unit, typed, None)
-                raise RetypeError
+        known = self.entry.known(quantity, unit, minimum, maximum)
+        while known is None:
+            typed = self._correctable(question)
             try:
-                chosen = named_choice(typed, str(quantity))
-                value = within(typed_number(typed, unit) if chosen is None else chosen, unit, minimum, maximum)
+                known = checked_number(typed, str(quantity), unit, minimum, maximum)
             except ValueError as fault:
-                self.entry.typed(quantity, unit, typed, None, text_of(fault))
+                self.entry.typed(quantity, unit, minimum, maximum, typed, None, text_of(fault))
                 self._say(text_of(fault))
             else:
-                self.entry.typed(quantity, unit, typed, value)
-                return value
+                self.entry.typed(quantity, unit, minimum, maximum, typed, known)
+        return known
+
+    def _correctable(self, question: Text) -> str:
+        """Return the line typed; before that, earlier readings may be corrected."""
+        while readings := self.entry.readings:
+            typed = self._line(text("{question}; < corrects an earlier reading", question=question))
+            if typed != BACK:
+                return typed
+            self._correct(readings)
+        return self._line(question)
+
+    def _correct(self, readings: Sequence[TypedReading]) -> None:
+        """Have one of the readings corrected, where a person goes through with it. Raises CorrectedError or RepeatWantedError then."""
+        for number, reading in enumerate(readings, 1):
+            self._console.print(f"   {number}. {_plain(_worded(reading).render(self._translate))}", soft_wrap=True)
+        typed = self._line(text("Which one? Its number, or Enter for none"))
+        if not typed:
+            return
+        if not (typed.isascii() and typed.isdigit() and 0 < int(typed) <= len(readings)):
+            self._say(text("'{typed}' is none of the numbers 1 … {count}", typed=typed, count=len(readings)))
+            return
+        chosen = readings[int(typed) - 1]
+        while typed := self._line(text("The right value, or Enter to leave it: {reading}", reading=_worded(chosen))):
+            try:
+                reading, value = self.entry.checked(chosen.number, typed)
+            except ValueError as fault:
+                self._say(text_of(fault))
+                continue
+            self._say(self.entry.correct(reading, value, typed))
+            again = text(
+                "Press Enter to leave the reading as it is, or type y to repeat the procedure from its beginning"
+            )
+            if self._line(again).lower() in _YES:
+                self.entry.repeat()
+            return
 
     def confirm(self, heading: Text, task: Text) -> None:
         """Say what to do to an instrument and wait until it is done."""
@@ -196,6 +223,10 @@ def named(instrument: str, quantity: Text, context: Text | None) -> Text:
     if context is None:
         return text("{instrument}, {quantity}", instrument=role, quantity=quantity)
     return text("{instrument}, {quantity} {context}", instrument=role, quantity=quantity, context=context)
+
+
+def _worded(reading: TypedReading) -> Text:
+    return text("{reading}: {value:g} {unit}", reading=reading.name, value=reading.value, unit=reading.unit)
 
 
 def _plain(words: str) -> str:

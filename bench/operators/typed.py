@@ -7,7 +7,7 @@ from decimal import Decimal
 
 from drivers.interfaces.text import Text, text
 
-#: What a person types who wants the entry before this one back.
+#: What a person types who wants to correct an earlier reading.
 BACK = "<"
 
 _NUMBER = re.compile(r"[-+−]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+−]?\d+)?")
@@ -36,6 +36,13 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = {
     "A": ("A", "amp", "ampere", "Ampere", "安"),
     "Hz": ("Hz", "hz", "HZ", "赫兹"),
     "N·m": ("N·m", "Nm", "N*m", "N.m", "N m", "N⋅m", "牛·米"),
+    "N·m/A": ("N·m/A", "Nm/A", "N*m/A", "N m/A"),
+    "N·m·s/rad": ("N·m·s/rad", "Nms/rad", "N·m·s", "Nms", "N*m*s/rad", "N m s/rad"),
+    "V·s/rad": ("V·s/rad", "Vs/rad", "V*s/rad", "V s/rad", "V·s", "Vs", "Wb"),
+    "V/krpm": ("V/krpm",),
+    "V/rpm": ("V/rpm",),
+    "Ω·s/rad": ("Ω·s/rad", "Ωs/rad", "ohm·s/rad"),
+    "kg·m²": ("kg·m²", "kgm²", "kg·m^2", "kg*m^2", "kg m^2", "kg m²"),
     "s": ("s", "sec", "秒"),
     "rpm": ("rpm", "RPM", "1/min", "min-1", "min^-1", "min⁻¹", "r/min", "U/min", "转/分"),
     "rad/s": ("rad/s", "1/s"),
@@ -43,7 +50,12 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = {
     "°": ("°", "deg", "度"),
     "%": ("%",),
 }
-_PREFIXED = ("Ω", "H", "V", "A", "Hz", "N·m", "s")
+_PREFIXED = (
+    *("Ω", "H", "V", "A", "Hz", "N·m", "s"),
+    *("N·m/A", "N·m·s/rad", "V·s/rad", "V/krpm", "V/rpm", "Ω·s/rad"),
+)
+#: Powers of ten to kg·m² of what data sheets tell inertias in.
+_INERTIAS: Mapping[str, int] = {"kg·cm²": -4, "kg·mm²": -6, "g·m²": -3, "g·cm²": -7, "g·mm²": -9}
 #: Every way of writing a unit, with its own sign and the power of ten to it.
 _KNOWN: Mapping[str, tuple[str, int]] = {
     prefix + word: (unit, power)
@@ -52,6 +64,10 @@ _KNOWN: Mapping[str, tuple[str, int]] = {
     for prefix, power in (_PREFIXES.items() if unit in _PREFIXED else (("", 0),))
     # What is a unit by itself is no prefix before another.
     if not prefix or not any(prefix + word in others for others in _SPELLINGS.values())
+} | {
+    written: ("kg·m²", power)
+    for word, power in _INERTIAS.items()
+    for written in (word, word.replace("·", ""), word.replace("·", "*").replace("²", "^2"), word.replace("·", " "))
 }
 
 

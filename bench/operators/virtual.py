@@ -87,6 +87,10 @@ class VirtualOperator:
         finally:
             self.hand_time += self._world.clock.now() - start
 
+    def wait(self, seconds: float) -> None:
+        """Let the bench go on for so long (s)."""
+        self._take(seconds)
+
     def _do(self, action: HandWork) -> object:
         world = self._world
         match action:

@@ -16,11 +16,9 @@ from reports.labels import role_name
 
 #: What was read back for so long (s) ago still says that outputs are off; beyond the second, nothing is known any more.
 FRESH, KNOWN = 1.0, 2.0
-#: What may be touched although it is energised: beyond this voltage (V) no hand comes near. Direct voltage below 60 V is extra-low
-#: by IEC 61140 and IEC 60364-4-41.
+#: What may be touched although it is energised: from this direct voltage (V) on no hand comes near. Up to it, separated extra-low
+#: voltage needs no basic protection in dry places (IEC 60364-4-41, 414.4.5; one source).
 EXTRA_LOW = 60.0
-#: Work at the shaft of a motor that is energised on purpose.
-_AT_SHAFT = ("TurnToRest", "MarkRestPositions", "LockRotor", "ReleaseRotor", "StartTurning", "StopTurning")
 
 
 class StateKind(StrEnum):
@@ -143,7 +141,7 @@ def _energised(view: LiveView, found: Sequence[Mapping[str, Any]], asked: Mappin
         return ShownState(StateKind.ON, text("Energised: {what}. Do not touch.", what=told), rest)
     if asked["kind"] in ("number", "doubt", "confirm"):
         return ShownState(StateKind.ON, text("Energised: {what}. Touch no lead.", what=told), rest)
-    if asked.get("action") not in _AT_SHAFT or any(value >= EXTRA_LOW for value in volts):
+    if not asked.get("at_shaft") or any(value >= EXTRA_LOW for value in volts):
         waits = text("Done: waits until it is off")
         return ShownState(StateKind.ON, text("Energised: {what}. Do not touch.", what=told), rest, waits)
     least = text("less than {volts:g} V", volts=EXTRA_LOW) if volts else text("voltage not read back")

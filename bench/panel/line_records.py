@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from bench.i18n.errors import InputError
-from drivers.interfaces.text import Text, text, text_of
+from drivers.interfaces.text import Text, lines, text, text_of
 from reports.labels import ParameterLabels
 
 if TYPE_CHECKING:
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 #: Instead of a batch's name: all of them.
 ALL = ""
+_TO_DO = text(
+    "Every motor that is tested at the line leaves one: begin a batch on the page Line, or with motorbench eol run PLAN."
+)
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,14 @@ def read_statistics(reference: str, choice: Choice) -> StatisticsView:
             engine.dispose()
     except NoDatabaseError:
         return StatisticsView(
-            choice, fault=text("There are no records at {records} yet; see --records.", records=reference)
+            choice,
+            fault=lines(
+                (
+                    text("There are no records at {records} yet.", records=reference),
+                    _TO_DO,
+                    text("Records that are elsewhere: motorbench serve --records FILE, or a database's address."),
+                )
+            ),
         )
     except (InputError, SQLAlchemyError, OSError) as error:
         # What a database says of itself stays as it is.
@@ -79,7 +89,7 @@ def _read(engine: "Engine", choice: Choice) -> StatisticsView:
     with engine.connect() as connection:
         kept = kept_batches(connection)
     if not kept:
-        return StatisticsView(choice, fault=text("There are no records yet."))
+        return StatisticsView(choice, fault=lines((text("There are no records yet."), _TO_DO)))
     models = tuple(dict.fromkeys(model for _, model in kept))
     if choice.model and choice.model not in models:
         return StatisticsView(choice, models, fault=text("There are no records of the type {name}.", name=choice.model))

@@ -10,8 +10,8 @@ from bench.panel.run_line import RunLine
 from bench.panel.tail import JournalTail
 from drivers.interfaces.text import Text
 
-#: How often (s) the journal is looked at: a reading is to be seen 150 ms after it was written.
-_LOOK = 0.04
+#: How often (s) the journal is looked at: nine of ten readings are to be seen 50 ms after they were written.
+_LOOK = 0.02
 #: How often (s) a run without a line is tried again.
 _RETRY = 1.0
 

@@ -1,6 +1,6 @@
 """Options of the live plots."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,12 +8,25 @@ from numpy.typing import ArrayLike
 
 from bench.journal.waveforms import StoredWaveform
 from bench.panel.decimate import envelope
-from reports.plots.model import Manner
+from drivers.interfaces.text import Text
+from procedures.core.axes import Axes, Manner
+from reports.tables.figures import Scale, scale_of
 
 #: Points that a plot of a screen's width shows.
 POINTS = 3000
 #: Those of a small plot beside others.
 _FIT_POINTS = 400
+#: Colour, kind and width of a curve: told apart by more than the colour.
+_LINES: Mapping[Manner, tuple[str, str, float]] = {
+    Manner.READING: ("#17202a", "solid", 0.0),
+    Manner.RECORD: ("#b4bec8", "solid", 4.0),
+    Manner.BROAD: ("#b4bec8", "solid", 4.0),
+    Manner.FIT: ("#0b4fa0", "solid", 2.0),
+    Manner.SECOND: ("#855c00", "dashed", 2.0),
+    Manner.THIRD: ("#1b6e3c", "dotted", 2.5),
+    Manner.RESIDUAL: ("#45525f", "solid", 1.0),
+    Manner.BARS: ("#0b4fa0", "solid", 1.0),
+}
 _COLOURS = ("#1565c0", "#b3261e", "#0b6b3a", "#7b1fa2")
 _GRID = {"left": 70, "right": 24, "top": 36, "bottom": 48}
 
@@ -26,11 +39,12 @@ def axes(title: str, x: str, y: str) -> dict[str, Any]:
         "title": {"text": title, "left": "center", "textStyle": {"fontSize": 14}},
         "grid": dict(_GRID),
         "tooltip": {"trigger": "axis"},
-        "xAxis": {**axis, "name": x, "nameGap": 28},
+        "xAxis": {**axis, "name": x, "nameGap": 28, "axisLabel": {"hideOverlap": True}},
         "yAxis": {**axis, "name": y, "nameGap": 52},
         "series": [],
         "color": list(_COLOURS),
-        "aria": {"enabled": True},
+        # What the library would say by itself is English.
+        "aria": {"enabled": True, "label": {"description": ", ".join(filter(None, (title, y, x)))}},
     }
 
 
@@ -51,8 +65,7 @@ def thinned(times: ArrayLike, values: ArrayLike, points: int = POINTS) -> list[l
     drawn = np.asarray(values, dtype=np.float64)
     chosen = envelope(drawn, points)
     when = np.asarray(times, dtype=np.float64)
-    pairs: list[list[float]] = np.column_stack((when[chosen], drawn[chosen])).tolist()
-    return pairs
+    return [[float(f"{x:.9g}"), float(f"{y:.6g}")] for x, y in zip(when[chosen], drawn[chosen], strict=True)]
 
 
 def waveform_plot(
@@ -89,36 +102,90 @@ def waveform_plot(
     return plot
 
 
-def fit_plot(upper: Mapping[str, Any], left: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a fit with what it leaves below, on one x axis; each holds labels `x` and `y` and `curves` of name, x, y, manner."""
-    axis = {"type": "value", "scale": True, "nameLocation": "middle"}
+def labelled(axes: Axes, say: Callable[[Text], str]) -> dict[str, Any]:
+    """Return what a plot draws of a pair of axes, in the units of people: labels `x` and `y`, `curves` of name, x, y, manner; `factors`
+    of x and y are what was divided by.
+    """
+    x_scale, y_scale = (
+        _scale(max((float(np.nanmax(np.abs(part))) for part in parts if np.size(part)), default=0.0), unit)
+        for parts, unit in (
+            ([curve.x for curve in axes.curves], axes.x_unit),
+            ([curve.y for curve in axes.curves], axes.y_unit),
+        )
+    )
+    return {
+        "x": f"{say(axes.x_label)} / {x_scale.unit}" if x_scale.unit else say(axes.x_label),
+        "y": f"{say(axes.y_label)} / {y_scale.unit}" if y_scale.unit else say(axes.y_label),
+        "factors": (x_scale.factor, y_scale.factor),
+        "from_zero": (axes.x_from_zero, axes.y_from_zero),
+        "curves": [
+            (
+                say(curve.name) if not str(curve.name).startswith("_") else "",
+                np.asarray(curve.x, dtype=np.float64) / x_scale.factor,
+                np.asarray(curve.y, dtype=np.float64) / y_scale.factor,
+                curve.manner,
+            )
+            for curve in axes.curves
+        ],
+    }
+
+
+def _scale(largest: float, unit: str) -> Scale:
+    """Return the scale of an axis; times below a second are in milliseconds."""
+    return Scale(1e-3, "ms") if unit == "s" and 0.0 < largest < 1.0 else scale_of(largest, unit)
+
+
+def fit_plot(upper: Mapping[str, Any], left: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return a plot of axes as `labelled` gives them, with what the fit leaves, or other axes, below."""
+    parts = (upper,) if left is None else (upper, left)
+    # Residuals are over what the fit is over, and share its labels.
+    shared = left is not None and left["x"] == upper["x"]
+    low = {"top": "68%", "height": "16%"} if shared else {"top": "72%", "height": "13%"}
+    boxes: list[dict[str, Any]] = [{"top": 34, "bottom": 46}]
+    if left is not None:
+        boxes = [{"top": 34, "height": "46%" if shared else "42%"}, low]
+    names = dict.fromkeys(name for name, *_ in upper["curves"] if name)
     drawn: dict[str, Any] = {
         "animation": False,
         "tooltip": {"trigger": "axis"},
-        "color": list(_COLOURS),
-        "aria": {"enabled": True},
-        "grid": [
-            {"left": 64, "right": 12, "top": 12, "height": "46%"},
-            {"left": 64, "right": 12, "top": "66%", "height": "18%"},
-        ],
-        "xAxis": [
-            {**axis, "gridIndex": 0, "axisLabel": {"show": left["x"] != upper["x"]}},
-            {**axis, "gridIndex": 1, "name": left["x"], "nameGap": 26},
-        ],
-        "yAxis": [
-            {**axis, "gridIndex": 0, "name": upper["y"], "nameGap": 46},
-            {**axis, "gridIndex": 1, "name": left["y"], "nameGap": 46, "splitNumber": 2},
-        ],
+        # What the library would say by itself is English.
+        "aria": {
+            "enabled": True,
+            "label": {"description": ", ".join(dict.fromkeys(part[axis] for axis in ("y", "x") for part in parts))},
+        },
+        "legend": {"top": 2, "right": 8, "itemWidth": 34, "data": list(names) if len(names) > 1 else []},
+        "grid": [{"left": 72, "right": 18, "outerBoundsMode": "none", **box} for box in boxes],
+        "xAxis": [],
+        "yAxis": [],
         "series": [],
     }
-    for index, part in enumerate((upper, left)):
-        for name, x, y, manner in part["curves"]:
-            lone = manner is Manner.READING
-            series = line(name, thinned(x, y, _FIT_POINTS), marks=lone)
-            series |= {"xAxisIndex": index, "yAxisIndex": index}
-            if lone:
-                series["lineStyle"] = {"width": 0}
-            elif manner in (Manner.RECORD, Manner.BROAD):
-                series |= {"lineStyle": {"width": 4, "color": "#c5cdd5"}, "itemStyle": {"color": "#c5cdd5"}}
-            drawn["series"].append(series)
+    for index, part in enumerate(parts):
+        axis = {"type": "value", "nameLocation": "middle", "gridIndex": index, "axisLine": {"onZero": False}}
+        lowest = index == len(parts) - 1
+        from_zero = part["from_zero"]
+        x_axis = {**axis, "scale": not from_zero[0], "name": "" if shared and not lowest else part["x"], "nameGap": 26}
+        if shared:
+            # What the fit leaves stands below what it was fitted to.
+            x_axis |= {"min": "dataMin", "max": "dataMax"}
+        ends = {"showMinLabel": from_zero[0] or not shared, "showMaxLabel": not shared}
+        label = {"show": lowest or not shared, "hideOverlap": True, **ends}
+        drawn["xAxis"].append({**x_axis, "axisLabel": label})
+        y_axis = {**axis, "scale": not from_zero[1], "name": part["y"], "nameGap": 52}
+        drawn["yAxis"].append({**y_axis, "splitNumber": 2 if index else 4})
+        drawn["series"] += [
+            {**_series(name, x, y, manner), "xAxisIndex": index, "yAxisIndex": index}
+            for name, x, y, manner in part["curves"]
+        ]
     return drawn
+
+
+def _series(name: str, x: ArrayLike, y: ArrayLike, manner: Manner) -> dict[str, Any]:
+    colour, kind, width = _LINES[manner]
+    points = thinned(x, y, _FIT_POINTS)
+    series = line(name, points, marks=manner is Manner.READING)
+    series |= {"lineStyle": {"width": width, "type": kind, "color": colour}, "itemStyle": {"color": colour}}
+    if manner is not Manner.READING:
+        series["symbol"] = "none"
+    if manner is Manner.BARS:
+        series |= {"type": "bar", "barWidth": 18}
+    return series

@@ -11,11 +11,15 @@ from typing import Any
 
 from bench.journal.stored_result import restore_text, store_text
 from bench.operators.operator_channel import FILE
+from bench.operators.stored_plot import restore_plot
 from drivers.interfaces.text import Text, text
+from procedures.core.live_plot import LivePlot
 
 #: How often (s) a run is told that somebody watches; it waits much longer before it ends for want of it.
 _BEAT = 2.0
 _ANSWER_TIME = 10.0
+#: Longest line (bytes) of a run: a plot takes some ten thousand.
+_LONGEST = 1 << 20
 _ENDED = text("the run has ended")
 
 
@@ -38,6 +42,10 @@ class RunLine:
         #: What the run's sources said of themselves when they were asked last, and when that was heard (s, monotonic).
         self.sources: Sequence[Mapping[str, Any]] = ()
         self.sources_at = -math.inf
+        #: What the present procedure shows of its measurement, and whether nothing has been asked since
+        #: but to stop turning, which ends what it shows.
+        self.plot: LivePlot | None = None
+        self.plot_is_newest = False
         self._replies: asyncio.Queue[Mapping[str, Any]] = asyncio.Queue()
         self._speaking = asyncio.Lock()
         self._writer: asyncio.StreamWriter | None = None
@@ -49,7 +57,7 @@ class RunLine:
         """Connect where the run's folder says, and return whether somebody is there."""
         try:
             where = json.loads((self.folder / self.announced).read_text(encoding="utf-8"))
-            reader, self._writer = await asyncio.open_connection("127.0.0.1", where["port"])
+            reader, self._writer = await asyncio.open_connection("127.0.0.1", where["port"], limit=_LONGEST)
         except (OSError, ValueError, KeyError):
             # A run that was killed leaves its announcement behind; nobody answers there.
             return False
@@ -84,13 +92,25 @@ class RunLine:
         if "sources" in message:
             self.sources, self.sources_at = message["sources"], monotonic()
             return True
-        if "question" not in message:
+        if "question" not in message and "plot" not in message:
             return False
         if self._catch_up is not None:
             self._catch_up()
-        self.question = message["question"]
+        if "plot" in message:
+            self._take_plot(message["plot"])
+        if "question" in message:
+            self.question = message["question"]
+            self.plot_is_newest &= self.question is None or self.question.get("action") == "StopTurning"
         self.changes += 1
         return True
+
+    def _take_plot(self, plot: Mapping[str, Any] | None) -> None:
+        try:
+            self.plot = restore_plot(plot) if plot else None
+        except (ValueError, KeyError, TypeError):
+            # A run of another version says it in another way: the run is more than its plot.
+            self.plot = None
+        self.plot_is_newest = self.plot is not None
 
     async def say(self, message: Mapping[str, Any]) -> Text | None:
         """Say something that is answered; return why it was refused, or None."""

@@ -1,6 +1,6 @@
 """A run's page, drawn in a process of its own while the run goes on: when the run ends, little is left to do.
 
-Drawing takes a second that the run does not wait for where there is a second processor. The process hears of each finished procedure
+A page takes a second that the run does not wait for where there is a second processor. The process hears of each finished procedure
 by a line on its standard input, the run's folder; at the input's end it writes the page and says where it is.
 """
 

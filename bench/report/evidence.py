@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.journal.codec import RecordedEvent
+from bench.journal.corrected import corrected
 from bench.journal.events.instruments import InstrumentOpened, WaveformsTaken
 from bench.journal.events.run import InstrumentEntry
 from bench.journal.finished_run import FinishedRun
@@ -40,7 +41,7 @@ def record_of(run: FinishedRun) -> RunRecord:
     view, start = run.view, run.start
     motor, station = start.motor, start.station
     known = catalogues_of_run(start.software).procedures
-    taken, drawn = passages(run.events), measured_connections(run.events, run.nameplate)
+    taken, drawn = passages(corrected(run.events)), measured_connections(run.events, run.nameplate)
     return RunRecord(
         name=run.name,
         status=view.status,

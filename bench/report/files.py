@@ -41,19 +41,6 @@ def rendered(run: "FinishedRun", language: str, drawn: Mapping[str, str] | None 
     return render(compose(record_of(run)), speech(language), drawn or {})
 
 
-def rendered_by_two(run: "FinishedRun", language: str) -> dict[str, Any]:
-    """Return a run's report in its languages, its plots drawn by two processes; not for a process with threads."""
-    from bench.report.evidence import record_of
-    from reports.document.compose import compose
-    from reports.document.model import PlotFigure
-    from reports.document.render import render
-    from reports.plots.together import drawn
-
-    document, said = compose(record_of(run)), speech(language)
-    figures = [block for section in document.sections for block in section.blocks if isinstance(block, PlotFigure)]
-    return render(document, said, drawn([figure.plot for figure in figures], said.say))
-
-
 def write_both(report: Mapping[str, Any], folder: Path, language: str) -> tuple[Path, Path]:
     """Write page and PDF, the one while the other is set; raises InputError where one cannot be written."""
     with ThreadPoolExecutor(1) as beside:

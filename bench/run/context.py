@@ -26,6 +26,8 @@ from drivers.interfaces.text import text
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from bench.operators.virtual import VirtualOperator
+
 OPERATORS = ("terminal", "virtual", "answers", "panel", "fixture")
 
 
@@ -150,7 +152,7 @@ def _at_panel(station: Station, interrupts: Interrupts) -> Iterator[RunContext]:
 
 @contextmanager
 def _in_front(
-    context: RunContext, request: RunRequest, console: "Console", interrupts: Interrupts
+    context: RunContext, worker: "VirtualOperator", request: RunRequest, console: "Console", interrupts: Interrupts
 ) -> Iterator[RunContext]:
     """Put a person, or a file of answers, in front of virtual hands where one is wanted."""
     behind = context.operator
@@ -172,7 +174,7 @@ def _in_front(
     elif request.operator == "panel":
         from bench.operators.panel_operator import DistantOperator
 
-        with closing(DistantOperator(interrupts, behind.hands)) as person:
+        with closing(DistantOperator(interrupts, worker)) as person:
             at_panel = PanelHands(hands=person, prompts=behind.prompts, person=person, behind=behind)
             yield replace(context, operator=at_panel)
     else:
@@ -216,7 +218,7 @@ def _served(station: Station, request: RunRequest, console: "Console", interrupt
         )
         if request.operator == "fixture":
             context = with_fixture(context, worker.thermometer)
-        with _in_front(context, request, console, interrupts) as operated:
+        with _in_front(context, worker, request, console, interrupts) as operated:
             yield operated
 
 
@@ -246,5 +248,5 @@ def _virtual(request: RunRequest, console: "Console", interrupts: Interrupts) ->
         )
         if by_fixture:
             context = with_fixture(context, worker.thermometer)
-        with _in_front(context, request, console, interrupts) as operated:
+        with _in_front(context, worker, request, console, interrupts) as operated:
             yield operated

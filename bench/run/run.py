@@ -32,6 +32,7 @@ from bench.run.retry_policy import never_stop, stop_at_failure
 from bench.run.run_operator import FixtureHands
 from bench.run.sequencer import Runner, secure
 from bench.run.software import software
+from bench.run.tape import Tape
 from bench.safety.calls import CallWatches
 from bench.safety.interlocks import ready as interlocks_ready
 from bench.safety.interrupts import Interrupts
@@ -215,7 +216,9 @@ def carry_out(
             context.sharing,
             verified,
             StatedProbes(unstated_probes(context.station), probes),
+            Tape(journal, typing) if (typing := context.operator.typing) else None,
             lambda: context.operator.hand_time,
+            context.operator.onlooker,
         )
         begin = beginning(
             request,

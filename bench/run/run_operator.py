@@ -5,11 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bench.journal.events.run import ProcedureStarted
+from bench.operators.entry import TypedEntry
 from bench.safety.read_back import SourceReader
 from bench.safety.station_instruments import Prompts
 from drivers.interfaces import Instrument
 from procedures.core.bench import Operator, Recorder, Role
 from procedures.core.events import Event
+from procedures.core.live_plot import NobodyLooks, Onlooker
 
 if TYPE_CHECKING:
     from bench.operators.fixture import FixtureOperator
@@ -33,6 +36,16 @@ class RunOperator:
     def hand_time(self) -> float:
         """Bench time (s) of hand work, where it is known beforehand."""
         return 0.0
+
+    @property
+    def onlooker(self) -> Onlooker:
+        """Who watches the run."""
+        return NobodyLooks()
+
+    @property
+    def typing(self) -> TypedEntry | None:
+        """Where a person types readings; None where nobody does."""
+        return None
 
     def announce(self, folder: Path) -> None:
         """Say in the run's folder how the operator is reached, where that is needed."""
@@ -83,6 +96,11 @@ class TerminalHands(RunOperator):
         """Bench time (s) of hand work, on a virtual bench."""
         return self.behind.hand_time if self.behind else 0.0
 
+    @property
+    def typing(self) -> TypedEntry | None:
+        """Where the person types readings."""
+        return self.person.entry
+
     def hear(self, event: Event) -> None:
         """Take an event of the journal: which reading is about to be typed."""
         self.person.entry.hear(event)
@@ -104,6 +122,11 @@ class PanelHands(RunOperator):
         """Bench time (s) of hand work, on a virtual bench."""
         return self.behind.hand_time if self.behind else 0.0
 
+    @property
+    def onlooker(self) -> Onlooker:
+        """Who watches at the panels."""
+        return self.person
+
     def announce(self, folder: Path) -> None:
         """Say in the run's folder how the person is reached."""
         self.person.line.announce(folder)
@@ -112,8 +135,15 @@ class PanelHands(RunOperator):
         """Have the sources' state told on the run's line."""
         self.person.sources = sources
 
+    @property
+    def typing(self) -> TypedEntry | None:
+        """Where the person types readings."""
+        return self.person.entry
+
     def hear(self, event: Event) -> None:
-        """Take an event of the journal: which reading is about to be typed."""
+        """Take an event of the journal: which reading is about to be typed, and where another procedure begins."""
+        if isinstance(event, ProcedureStarted):
+            self.person.show(None)
         self.person.entry.hear(event)
 
     def record_in(self, recorder: Recorder) -> None:
@@ -132,6 +162,11 @@ class FixtureHands(RunOperator):
     def hand_time(self) -> float:
         """Bench time (s) of the fixture's work."""
         return self.fixture.hand_time
+
+    @property
+    def typing(self) -> TypedEntry | None:
+        """Where the person types readings."""
+        return self.beside.typing
 
     def equip(self, instruments: Mapping[Role, Instrument]) -> None:
         """Hand over the station's instruments."""

@@ -4,7 +4,7 @@ import traceback
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import monotonic
-from typing import Protocol
+from typing import Any, Protocol
 
 from bench.i18n.errors import message
 from bench.journal.errors import RecordError
@@ -25,6 +25,8 @@ from bench.journal.run_view import RunView
 from bench.run.feeding import FeedingRoles
 from bench.run.plan import Planned
 from bench.run.retry_policy import After, Attempt, Next, stop_at_failure
+from bench.run.tape import Tape
+from bench.run.taped import taped_bench
 from bench.safety.guardian.link import SWITCHED_OFF, Guard, Unguarded
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.shutdown import failures, shut_down
@@ -34,7 +36,10 @@ from drivers.interfaces import Clock, Instrument, InstrumentError
 from drivers.interfaces.text import Translate, text
 from procedures.core.bench import Bench, Operator, ProcedureError, Role
 from procedures.core.events import Event
+from procedures.core.live_plot import NobodyLooks, Onlooker
 from procedures.core.nameplate import Nameplate
+from procedures.core.procedure import Procedure
+from procedures.core.procedure_error import RepeatWantedError
 from procedures.core.result import Notice
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.plausibility.consistency import check_consistency
@@ -57,6 +62,9 @@ class Instruments(Protocol):
 
     def opened(self) -> Mapping[Role, Instrument]:
         """Return those that are open, without anything in front of them."""
+
+    def get(self, role: Role) -> Instrument:
+        """Return the instrument of a role, opened, behind the limits; the journal hears nothing of its calls."""
 
     def silent(self) -> Collection[Role]:
         """Return the roles whose instrument did not answer its last call."""
@@ -82,8 +90,11 @@ class Runner:
     sharing: Sharing = field(default_factory=Alone)
     verified_channels: VerifiedChannels = field(default_factory=VerifiedChannels)
     stated_probes: StatedProbes = field(default_factory=StatedProbes)
+    #: Keeps what procedures are given, where readings are typed.
+    tape: Tape | None = None
     #: Bench time (s) of hand work so far, where it is known.
     hand_time: Callable[[], float] = lambda: 0.0
+    onlooker: Onlooker = field(default_factory=NobodyLooks)
 
     def run(
         self,
@@ -143,9 +154,7 @@ class Runner:
         self.interrupts.check()
         feeding = FeedingRoles()
         self.journal.listen(feeding.hear)
-        bench = Bench(
-            self.instruments.available(), self.operator, self.clock, self.journal, self.view.sessions, feeding
-        )
+        bench = self._bench(feeding)
         verified = self.view.finished.get(PROBE_VERIFICATION)
         bench.state.verified_channels = (
             VerifiedChannels.of_findings(verified.findings) if verified else self.verified_channels
@@ -161,7 +170,7 @@ class Runner:
                 self._foresee(bench, planned)
         for planned in left:
             attempt = self._procedure(bench, planned)
-            while (follows := after(attempt)) is Next.AGAIN:
+            while isinstance(attempt.error, RepeatWantedError) or (follows := after(attempt)) is Next.AGAIN:
                 attempt = self._procedure(bench, planned)
             if attempt.error is not None:
                 status = "failed"
@@ -172,6 +181,13 @@ class Runner:
         # One that was swallowed is no reason to call the run complete.
         self.interrupts.check()
         return status
+
+    def _bench(self, feeding: FeedingRoles) -> Bench:
+        """Return what the procedures see of the world; behind the tape where somebody types readings."""
+        instruments, beside = self.instruments.available(), (self.view.sessions, feeding, self.onlooker)
+        if self.tape is None:
+            return Bench(instruments, self.operator, self.clock, self.journal, *beside)
+        return taped_bench(instruments, self.instruments.get, self.operator, self.clock, self.tape, *beside)
 
     def _secure(self, left: Sequence[Planned]) -> None:
         """Bring what is still needed to its harmless state; hands must not touch what was left on."""
@@ -204,9 +220,13 @@ class Runner:
         """Make one attempt."""
         self.interrupts.check()
         found = self.view.parameters()
-        procedure = planned.procedure(bench, self.nameplate, planned.settings, found.parameters)
-        procedure.withheld_before = found.withheld
-        values = procedure.step_values()
+
+        def made() -> Procedure[Any]:
+            procedure = planned.procedure(bench, self.nameplate, planned.settings, found.parameters)
+            procedure.withheld_before = found.withheld
+            return procedure
+
+        values = made().step_values()
         steps = {step.identifier: step.words(values).render(self.translate) for step in planned.procedure.steps()}
         self.journal.record(
             ProcedureStarted(
@@ -226,7 +246,7 @@ class Runner:
                 self._foresee(bench, planned)
             for role in sorted(planned.procedure.roles, key=lambda role: role.value):
                 self.instruments.open(role)
-            result = procedure.run()
+            result = self.tape.perform(bench, made) if self.tape else made().run()
             self.journal.record(ProcedureFinished(result=result))
         except BaseException as error:
             cause = _cause(error, self.translate)

@@ -23,17 +23,17 @@ _POLL = 0.01
 #: How often (s) this process looks whether it gets its time, and how much later than that is late.
 _TICK, _LATE = 0.05, 0.05
 
-_OPEN = "open"
+_OPEN = text("open")
 #: Told the interlock's name and how it is: open, or silent and why.
-Opened = Callable[[str, str], None]
+Opened = Callable[[str, Text], None]
 
 
-def state(interlock: Interlock) -> str:
-    """Return why a contact does not count as closed, or nothing where it is closed."""
+def state(interlock: Interlock) -> Text | None:
+    """Return why a contact does not count as closed, None where it is closed."""
     try:
-        return "" if interlock.closed() else _OPEN
+        return None if interlock.closed() else _OPEN
     except InstrumentError as error:
-        return f"silent, which counts as open ({error})"
+        return text("silent, which counts as open ({error})", error=error)
 
 
 class Delays:
@@ -67,7 +67,7 @@ class Interlocks:
         try:
             for entry in entries:
                 self._opened[entry.name] = entry.driver.open(
-                    entry.address, entry.options, name=f"interlock {entry.name}"
+                    entry.address, entry.options, name=f"interlocks.{entry.name}"
                 )
         except BaseException:
             self.close()
@@ -78,7 +78,7 @@ class Interlocks:
         """Their names."""
         return list(self._opened)
 
-    def not_closed(self) -> list[tuple[str, str]]:
+    def not_closed(self) -> list[tuple[str, Text]]:
         """Return name and state of every contact that does not count as closed now."""
         found = [(name, state(interlock)) for name, interlock in self._opened.items()]
         return [(name, how) for name, how in found if how]
@@ -115,7 +115,7 @@ class Interlocks:
         while not self._stopping.is_set():
             begun = monotonic()
             how = state(interlock)
-            if how not in ("", _OPEN) and self._delays.since(begun):
+            if how not in (None, _OPEN) and self._delays.since(begun):
                 # Whoever got no time himself has heard nothing meanwhile.
                 how = state(interlock)
             if how:
@@ -140,11 +140,11 @@ class Watched:
     def watch(self, recorder: Recorder, interrupts: Interrupts) -> None:
         """End the run once one opens, and keep the station still until a person has reset it."""
 
-        def opened(name: str, how: str) -> None:
+        def opened(name: str, how: Text) -> None:
             interrupts.request(cause(name, how))
             not_kept = remember(self._latch, name, how)
             with suppress(OSError):
-                recorder.record(InterlockOpened(interlock=name, how=how, not_kept=not_kept))
+                recorder.record(InterlockOpened(interlock=name, how=str(how), not_kept=not_kept))
 
         self._interlocks.watch(opened)
 
@@ -160,16 +160,21 @@ class Uninterlocked:
         """Pass."""
 
 
-def remember(latch: Latch, name: str, how: str) -> str | None:
+def remember(latch: Latch, name: str, how: Text) -> str | None:
     """Keep a trip; return why that failed, None where it did not."""
     try:
-        latch.trip(name, how)
+        latch.trip(name, str(how))
     except (OSError, InputError) as error:
         return str(text_of(error))
     return None
 
 
-def _standing(name: str, how: str) -> Text:
+def it_is(how: Text) -> Text:
+    """Return how a contact is that does not count as closed, in words."""
+    return text("it is open") if how == _OPEN else text("it is {how}", how=how)
+
+
+def _standing(name: str, how: Text) -> Text:
     if how == _OPEN:
         return text("the interlock {name} is open", name=name)
     return text("the interlock {name} is {how}", name=name, how=how)
@@ -177,12 +182,12 @@ def _standing(name: str, how: str) -> Text:
 
 def stood(trip: Trip) -> Text:
     """Return how an interlock was when it tripped, in words."""
-    if trip.how == _OPEN:
+    if trip.how == str(_OPEN):
         return text("the interlock {name} was open at {time}", name=trip.interlock, time=trip.wall)
     return text("the interlock {name} was {how} at {time}", name=trip.interlock, how=trip.how, time=trip.wall)
 
 
-def cause(name: str, how: str) -> Text:
+def cause(name: str, how: Text) -> Text:
     """Return what interrupts a run, in words."""
     if how == _OPEN:
         return text("the interlock {name}, which is open", name=name)
@@ -218,7 +223,7 @@ def ready(station: Station, state: StateFolder | None) -> Iterator[Watched | Uni
     with _opened(station) as interlocks:
         found = interlocks.not_closed()
         for name, how in found:
-            latch.trip(name, how)
+            latch.trip(name, str(how))
         if found:
             raise InputError(
                 text(
@@ -254,5 +259,5 @@ def _opened(station: Station) -> Iterator[Interlocks]:
         interlocks.close()
 
 
-def _all(found: Iterable[tuple[str, str]]) -> Text:
+def _all(found: Iterable[tuple[str, Text]]) -> Text:
     return lines((_standing(name, how) for name, how in found), between="; ")

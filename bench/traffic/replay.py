@@ -16,7 +16,7 @@ from bench.traffic.sessions import session_of
 from bench.traffic.traffic_file import SessionRecording, TrafficLine, broken
 from drivers.catalogue import Surroundings
 from drivers.interfaces import Instrument, Role
-from drivers.interfaces.text import text_of
+from drivers.interfaces.text import Text, text, text_of
 from drivers.transport.can.buses import CanBuses
 from drivers.transport.wire import Carrier
 from sim_instruments.clock.virtual_clock import VirtualClock
@@ -31,17 +31,17 @@ class Difference:
     today: TrafficLine | None
 
     @property
-    def place(self) -> str:
+    def place(self) -> Text:
         """Where it is in the file."""
-        return f"line {self.recorded.number}" if self.recorded else "after the last line"
+        return text("line {line}", line=self.recorded.number) if self.recorded else text("after the last line")
 
     @property
-    def before(self) -> str:
+    def before(self) -> Text:
         """What was recorded."""
         return _shown(self.recorded)
 
     @property
-    def now(self) -> str:
+    def now(self) -> Text:
         """What today's driver does in its place."""
         return _shown(self.today)
 
@@ -160,5 +160,5 @@ def _compared(line: TrafficLine, carrier: Carrier, key: Any) -> bytes:
     return line.content.partition(b":")[0] if line.content.startswith(b"raised ") else line.content
 
 
-def _shown(line: TrafficLine | None) -> str:
-    return "nothing" if line is None else f"{line.kind} {line.words}"
+def _shown(line: TrafficLine | None) -> Text:
+    return text("nothing") if line is None else Text("{line}", {"line": f"{line.kind} {line.words}"})

@@ -23,6 +23,8 @@ class ChannelSection(Section):
     compensation: float = number("", 0.0, at_least=-0.99, up_to=10.0, description="more at high frequencies than at DC")
     compensation_time: float = number("s", 1.0e-3, above=0.0, up_to=1e3)
     pole: float | None = number("Hz", None, above=0.0, up_to=1e12, description="bandwidth, first order")
+    resonance: float | None = number("Hz", None, above=0.0, up_to=1e12, description="leads and input, second order")
+    damping: float = number("", 0.1, above=0.0, below=1.0, description="of the resonance; 1 is critical")
     skew: float = number("s", 0.0, at_least=-1.0, up_to=1.0, description="delay against the other channels")
     offset: float = number("V", 0.0, at_least=-1e6, up_to=1e6)
     wander: float = number("V", 0.0, at_least=0.0, up_to=1e6, description="amplitude")
@@ -39,7 +41,7 @@ class ChannelSection(Section):
     def path(self) -> ChannelPath:
         """Return it as the virtual oscilloscope takes it."""
         given = self.model_dump()
-        for name in ("limit", "pole"):
+        for name in ("limit", "pole", "resonance"):
             given[name] = math.inf if given[name] is None else given[name]
         return ChannelPath(**given)
 

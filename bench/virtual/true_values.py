@@ -46,7 +46,7 @@ def _emf_shape(motor: VirtualMotor) -> tuple[float, float, float] | tuple[None, 
 
     Nothing of a delta of unlike windings, whose currents shift it.
     """
-    alike = len(set(motor.emf_shares)) == 1
+    alike = len(set(_emf_shares(motor))) == 1
     if not alike and motor.connection == "delta":
         return None, None, None
     fundamental = _against_star(motor, 1)
@@ -64,9 +64,13 @@ def _emf_shape(motor: VirtualMotor) -> tuple[float, float, float] | tuple[None, 
     )
 
 
+def _emf_shares(motor: VirtualMotor) -> list[float]:
+    return [emf * turns for emf, turns in zip(motor.emf_shares, motor.turn_shares, strict=True)]
+
+
 def _against_star(motor: VirtualMotor, order: int) -> list[complex]:
     """Return the phases' voltages of one harmonic against the artificial star, its amplitude in a winding being 1."""
-    phases = [share * cmath.exp(-2j * math.pi / 3.0 * order * k) for k, share in enumerate(motor.emf_shares)]
+    phases = [share * cmath.exp(-2j * math.pi / 3.0 * order * k) for k, share in enumerate(_emf_shares(motor))]
     return [phase - sum(phases) / 3.0 for phase in phases]
 
 

@@ -103,11 +103,11 @@ def virtual_station(addresses: Mapping[str, Address]) -> Station:
     return make_station(describe(addresses), VIRTUAL, fixed.encode())
 
 
-def virtual_roles() -> frozenset[str]:
-    """Return the roles that a virtual bench without a six-step drive has."""
-    from sim_instruments.bench import ROLES
+def virtual_roles(*, fixture: bool = False, six_step: bool = False) -> frozenset[str]:
+    """Return the roles that a virtual bench has, with a fixture and with a six-step drive where it has them."""
+    from sim_instruments.bench import FIXTURE_ROLES, ROLES
 
-    return frozenset(ROLES)
+    return frozenset(ROLES) | (frozenset(FIXTURE_ROLES) if fixture else set()) | ({"drive"} if six_step else set())
 
 
 def as_text(address: Address) -> str:

@@ -115,7 +115,7 @@ DELTA_DYN200 = Driver(
     sources=(
         "DYN-200: the maker's manual; dyn200-logger, dyn200-python and J. Deuter's library, each with a sensor",
         "C2000: Delta's manuals, pages 12.1-09; adigupta2004/SRE, a program for a dynamometer written after the same manual (one source "
-        "for 11-27, 11-33, 11-34, 11-37); 11-36 and 00-22 from memory, not checked",
+        "for 11-27, 11-33, 11-34; 11-36 to 11-38 also in a public table for its sister C200); the values of 11-36, and 00-22, from memory",
     ),
     recognised_by=(DRIVE, TRANSDUCER),
 )

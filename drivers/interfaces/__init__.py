@@ -14,7 +14,6 @@ from drivers.interfaces.errors import (
     NotOfferedError,
     OverloadError,
     ReportedError,
-    RetypeError,
     SetpointError,
 )
 from drivers.interfaces.identity import Accuracy, Identity, Instrument, Reading, Traffic
@@ -71,7 +70,6 @@ __all__ = [
     "Reading",
     "Regulated",
     "ReportedError",
-    "RetypeError",
     "Role",
     "RotorActuator",
     "SetpointError",

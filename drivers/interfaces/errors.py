@@ -26,10 +26,6 @@ class InstrumentError(Exception):
         super().__init__(self.text)
 
 
-class RetypeError(Exception):
-    """The person who types readings wants to type the one before this again."""
-
-
 class CommunicationError(InstrumentError):
     """No reply, half a reply, or one that is not of the announced form."""
 

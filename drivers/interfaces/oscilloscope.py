@@ -80,6 +80,11 @@ class Oscilloscope(Instrument, Protocol):
     def maximum_voltage(self, channel: int) -> float | None:
         """Return the largest voltage (V, peak) that the voltage probe of a channel may be on, None where nobody states it."""
 
+    @question
+    def attenuation(self, channel: int) -> float | None:
+        """Return what a channel's probe senses (V or A) per volt at the input, None where nobody states it."""
+        return None
+
     @in_units(range="V|A", offset="V|A")
     @setting
     def configure_channel(self, channel: int, settings: ChannelSettings) -> None:

@@ -39,9 +39,13 @@ def text_of(error: BaseException) -> Text:
     for held in (getattr(error, "text", None), *error.args[:1]):
         if isinstance(held, Text):
             return held
-    if isinstance(error, OSError) and (known := meaning(error)):
-        reason = Text(known)
-        return text("{reason}: '{file}'", reason=reason, file=error.filename) if error.filename else reason
+    if isinstance(error, OSError):
+        if known := meaning(error):
+            reason = Text(known)
+            return text("{reason}: '{file}'", reason=reason, file=error.filename) if error.filename else reason
+        if error.errno is None and isinstance(error.__context__, OSError) and (known := meaning(error.__context__)):
+            # A library put the system's error into words of its own.
+            return Text(known)
     return Text("{message}", {"message": str(error) or type(error).__name__})
 
 

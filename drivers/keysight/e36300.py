@@ -19,8 +19,8 @@ REGULATION = {0: None, 1: OutputMode.CONSTANT_CURRENT, 2: OutputMode.CONSTANT_VO
 def decode_regulation(condition: int) -> OutputMode | None:
     """Return what the ISUMmary condition register says of the regulation, `None` where the output is off or lost.
 
-    Source: the same query in the E364xA User's and Service Guide (1 CC, 2 CV, 0 off or unregulated, 3 failure), whose
-    status system the series continues.
+    Sources: libsigrok's scpi-pps, tried on an E36312A; the same query in the E364xA User's and Service Guide (1 CC, 2 CV, 0 off or
+    unregulated, 3 failure), whose status system the series continues.
     """
     return REGULATION[condition & REGULATION_MASK]
 

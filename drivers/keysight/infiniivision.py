@@ -95,6 +95,11 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         """Return what the station file states of the channel's probe (V, peak), None where it states nothing."""
         return self._probe(channel).maximum_voltage
 
+    def attenuation(self, channel: int) -> float | None:
+        """Return what the probe that the station file names senses (V or A) per volt at the input."""
+        probe = self._options.probes.get(channel)
+        return probe.attenuation if probe else None
+
     def configure_channel(self, channel: int, settings: ChannelSettings) -> None:
         """Set probe, range and offset (V or A at the probe's tip) of a channel and switch it on.
 

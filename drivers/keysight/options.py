@@ -171,7 +171,8 @@ E36300 = Driver(
     simulated="keysight-e36313a",
     sources=(
         "Keysight's Programming Guide E36311-90008 and its relatives'",
-        "public programs for E36312A and E36313A (channel lists, protection, OUTP:PAIR, VOLT:SENS); OUTP:TRAC and VOLT:MODE from memory",
+        "public programs for E36312A and E36313A (channel lists, protection, OUTP:PAIR, OUTP:TRAC, VOLT:SENS, VOLT:MODE)",
+        "libsigrok's scpi-pps for an E36312A (constant current and voltage in the condition register, ranges)",
     ),
     recognised_by=(E36300_IDENTITY,),
 )

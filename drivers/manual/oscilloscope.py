@@ -40,6 +40,10 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions], Oscillosco
         """Say that the station file states nothing of the probes but what they sense."""
         return None
 
+    def attenuation(self, channel: int) -> float | None:
+        """Say that nobody states the probes' factors: a person reads what the screen shows of them."""
+        return None
+
     def configure_channel(self, channel: int, settings: ChannelSettings) -> None:
         """Have the range and offset (V or A) of a channel set; raises SetpointError for one without a probe."""
         unit = self._unit(channel)

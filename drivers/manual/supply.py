@@ -18,6 +18,9 @@ MODES = {
     3: OutputMode.TRIPPED,
 }
 
+#: A meter at its limit shows a little more or less than the limit: so much of it is taken.
+_SHOWN = 1.1
+
 
 class ManualSupply(InstrumentByHand[ManualSupplyOptions], Supply):
     """A supply set and read by hand."""
@@ -81,7 +84,7 @@ class ManualSupply(InstrumentByHand[ManualSupplyOptions], Supply):
 
     def measure_current(self) -> Reading:
         """Ask for the current (A) the supply shows; raises MeasurementError where no accuracy is stated."""
-        return self._reading(text("current"), "A", 0.0, self.maximum_current, self._options.current_accuracy)
+        return self._reading(text("current"), "A", 0.0, _SHOWN * self.maximum_current, self._options.current_accuracy)
 
     def make_safe(self) -> None:
         """Have the output switched off."""

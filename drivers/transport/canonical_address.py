@@ -99,8 +99,10 @@ def _of_visa(address: str, resolve: Resolve) -> Iterator[str]:
     suffix = parts[-1].upper() if parts else ""
     fields = parts[:-1] if suffix in ("INSTR", "SOCKET", "INTFC", "RAW") else parts
     if kind in ("TCPIP", "VICP") and fields:
-        for host in _hosts(fields[0], resolve):
-            yield _on_network(host, fields[1:], suffix)
+        name, _, port = fields[0].partition(",")
+        for host in _hosts(name, resolve):
+            # PyVISA-py has the port of a core channel behind the host: what listens there is an instrument of its own.
+            yield f"tcp {host}:{_number(port)}" if port else _on_network(host, fields[1:], suffix)
     elif kind == "USB" and len(fields) >= 3:
         # The maker's and the model's number may be written in either base; the interface is the same instrument's.
         yield " ".join(["usb", *(_number(field) for field in fields[:2]), fields[2].casefold()])

@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
+from drivers.interfaces import ProbeKind
 from drivers.interfaces.text import Text, text, word
 from procedures.core.places import NODE_NAMES as NODE_NAMES
 from procedures.core.places import SOCKET_NAMES as SOCKET_NAMES
@@ -97,6 +99,9 @@ class ConnectVoltmeter:
 class _Sentence:
     """An action that one sentence says."""
 
+    #: Work at the shaft alone, no lead touched: the only work at a motor that is energised on purpose.
+    at_shaft: ClassVar[bool] = False
+
     def sentence(self) -> Text:
         """Say what to do."""
         raise TypeError(f"{type(self).__name__} has no sentence")
@@ -164,6 +169,8 @@ class ReleaseRotor(_Sentence):
 class TurnToRest(_Sentence):
     """Turn the energised shaft a little and let go, so that it snaps to a stable angle."""
 
+    at_shaft = True
+
     def sentence(self) -> Text:
         """Say what to do."""
         return text("Turn the shaft a little by hand and let go: it snaps to a stable angle")
@@ -175,6 +182,8 @@ class MarkRestPositions(_Sentence):
 
     The last mark is the first position come round again, `turns` full turns beyond its first mark.
     """
+
+    at_shaft = True
 
     turns: int = 1
 
@@ -192,6 +201,8 @@ class MarkRestPositions(_Sentence):
 class StartTurning(_Sentence):
     """Keep turning the shaft by hand, as evenly as possible, until told to stop; `speed` in rad/s, mechanical."""
 
+    at_shaft = True
+
     speed: float
 
     def sentence(self) -> Text:
@@ -205,6 +216,8 @@ class StartTurning(_Sentence):
 @dataclass(frozen=True)
 class StopTurning(_Sentence):
     """Stop turning the shaft and let it rest."""
+
+    at_shaft = True
 
     def sentence(self) -> Text:
         """Say what to do."""
@@ -283,6 +296,17 @@ class DoubtReading:
 
 #: The command that ends a run by hand.
 FINISH = "finish"
+#: And the one that carries out what is to be confirmed.
+YES = "yes"
+
+
+@dataclass(frozen=True)
+class FittedProbe:
+    """A probe that the station fixes to a channel: what it senses (V or A) per volt at the input, None where nobody states it."""
+
+    channel: int
+    kind: ProbeKind
+    attenuation: float | None
 
 
 @dataclass(frozen=True)
@@ -291,6 +315,7 @@ class EnterCommand(_Sentence):
 
     `said` is what came of the command before, `refused` whether it was refused, `on` what is energised. `roles` can be commanded;
     `ranges` has the largest value of their arguments where it is known, by role.method.argument, in the argument's own unit.
+    `probes` are the oscilloscope's. `confirms` is the command that the word YES carries out; empty where nothing is to be confirmed.
     """
 
     said: Text
@@ -299,6 +324,8 @@ class EnterCommand(_Sentence):
     idle: float | None
     roles: tuple[str, ...]
     ranges: Mapping[str, float]
+    probes: tuple[FittedProbe, ...] = field(default=(), metadata={"optional": True})
+    confirms: str = field(default="", metadata={"optional": True})
 
     def sentence(self) -> Text:
         """Say what to do."""

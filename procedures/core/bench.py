@@ -1,6 +1,6 @@
 """What a procedure sees of the world: instruments by role, hands, time, a record."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Protocol, cast
 
@@ -29,6 +29,7 @@ from procedures.core.actions import (
     Wanted,
 )
 from procedures.core.events import ActionDone, ActionStarted, Event, Given, StepFailed, StepFinished, StepStarted
+from procedures.core.live_plot import LivePlot, NobodyLooks, Onlooker
 from procedures.core.procedure_error import ProcedureError as ProcedureError
 from procedures.core.setup_change import ChangeSetup
 from procedures.core.setup_order import ordered_changes
@@ -84,7 +85,8 @@ class Recorder(Protocol):
 class Bench:
     """The instruments of a station by role, the operator, the clock, the journal, and the run's uncertainty inputs.
 
-    `session` counts a run's beginnings: 1, and one more each time it is resumed. `feeding` tells what is on.
+    `session` counts a run's beginnings: 1, and one more each time it is resumed. `feeding` tells what is on, `onlooker` whether
+    somebody watches.
     """
 
     def __init__(
@@ -95,12 +97,14 @@ class Bench:
         recorder: Recorder,
         session: int = 1,
         feeding: "Feeding | None" = None,
+        onlooker: Onlooker | None = None,
     ) -> None:
         self._instruments = dict(instruments)
         self._operator = operator
         self.clock = clock
         self.recorder = recorder
         self._feeding = feeding or NothingFeeds()
+        self._onlooker = onlooker or NobodyLooks()
         # Late: whoever only needs the roles, as a guardian does, is ready in half the time without.
         from procedures.core.budget import Uncertainties
         from procedures.techniques.thermometer import Thermometer
@@ -205,6 +209,11 @@ class Bench:
             self.recorder.record(StepFailed(step=step.identifier, error=said, time=self.clock.now()))
             raise
         self.recorder.record(StepFinished(step=step.identifier, time=self.clock.now()))
+
+    def show(self, make: Callable[[], LivePlot]) -> None:
+        """Have a plot shown to who watches the run; it is made only where somebody does."""
+        if self._onlooker.looks:
+            self._onlooker.show(make())
 
     def command(self, action: EnterCommand) -> str | None:
         """Have a command said; None where nobody has said one in time."""

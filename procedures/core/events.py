@@ -122,6 +122,24 @@ class ReadingTyped(Event, kind="reading_typed"):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ReadingCorrected(Event, kind="reading_corrected"):
+    """A person corrected a number typed earlier: what was asked, what was typed now, the value before and the one that counts, by whom.
+
+    `before` and `after` are the whole reading of the `instrument` that shows it, or the value where it is no instrument's.
+    """
+
+    quantity: str
+    unit: str
+    was: float
+    typed: str
+    value: float
+    by: str
+    instrument: str = optional("")
+    before: Any = field(default=None, metadata={"optional": True})
+    after: Any = field(default=None, metadata={"optional": True})
+
+
+@dataclass(frozen=True, kw_only=True)
 class WarningGiven(Event, kind="warning"):
     """A procedure warns: an erratum's id or the finding's name, and the sentence in English."""
 

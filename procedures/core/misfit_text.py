@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from drivers.interfaces.text import Text, Translate, english, text
+from drivers.interfaces.text import Text, Translate, english, text, word
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 
 #: By cause: what was seen and what to do. A sentence may name the figures that come with every finding of its cause.
@@ -117,6 +117,10 @@ _SEEN_IN_STEP = {
     Cause.BANDWIDTH: text(
         "the {channel} channel follows with a time constant of {time_constant:.3g} s ({bandwidth:.3g} Hz): switch off its bandwidth limit, "
         "or use a faster probe"
+    ),
+    Cause.RINGING: text(
+        "the edge rings at {frequency:.3g} Hz with {amplitude:.3g} A, gone by half in {half:.3g} s: keep leads and ground clips short, "
+        "damp or change the probe, or switch on the channel's bandwidth limit"
     ),
     Cause.SATURATION: text(
         "the inductance goes with the current: at {current:.4g} A it is {share:.3g} times that at zero current, which is the one given; "
@@ -266,7 +270,11 @@ def sentence(finding: Finding) -> Text:
     """Return what was seen, what was done and what to do."""
     of_record = _SEEN_IN.get(str(finding.figures.get("record")), {})
     seen = of_record.get(finding.cause) or _SEEN[finding.cause]
-    return text("{seen}; {done}", seen=Text(seen.template, dict(finding.figures)), done=_DONE[finding.answer])
+    figures: dict[str, object] = dict(finding.figures)
+    if "channel" in figures:
+        # Where it is a quantity, it is said in the reader's words.
+        figures["channel"] = word(str(figures["channel"]))
+    return text("{seen}; {done}", seen=Text(seen.template, figures), done=_DONE[finding.answer])
 
 
 def told_again(row: Mapping[str, Any], translate: Translate) -> dict[str, Any]:

@@ -66,11 +66,16 @@ class Change:
 
 @dataclass(frozen=True)
 class ChangeSetup:
-    """Bring the bench from one setup to another, one change after the other; nothing is energised meanwhile."""
+    """Bring the bench from one setup to another, one change after the other; nothing is energised while a lead is touched."""
 
     changes: tuple[Change, ...]
     before: BenchSetup
     after: BenchSetup
+
+    @property
+    def at_shaft(self) -> bool:
+        """Whether the shaft alone is locked or freed, as may be done while current holds the rotor."""
+        return all(change.kind in (ChangeKind.LOCK, ChangeKind.FREE) for change in self.changes)
 
     def lines(self, colours: Mapping[str, str]) -> list[Text]:
         """Say it: one line by itself, or a heading and the numbered lines in their order; `colours` are the terminals' wires."""
@@ -164,6 +169,14 @@ def _taken_off(changes: Sequence[Change], colours: Mapping[str, str]) -> Text:
     if len(leads) > 1 and role is not None:
         return text("Take the {instrument} off {places}", instrument=_IN_SENTENCE[role], places=places)
     return text("Take {lead} off {places}", lead=_lead(changes[0].lead), places=places)
+
+
+def contact_lines(setup: BenchSetup) -> list[Text]:
+    """Return what is on what, a line each."""
+    return [
+        text("{lead} on {place}", lead=_lead(contact.lead), place=_place(contact.place, {}))
+        for contact in setup.contacts
+    ]
 
 
 def _listed(places: Sequence[Text]) -> Text:

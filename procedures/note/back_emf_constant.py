@@ -28,6 +28,7 @@ from procedures.estimation.fitting.misfit import Misfit
 from procedures.techniques.acquisition import ranged_record
 from procedures.techniques.driven_shaft import check_turning, driving_speed_rad
 from procedures.techniques.emf_at_speed import SpeedPoint, first_periods, largest_gain, over_mechanical, trend_rows
+from procedures.techniques.shaft_plots import emf_plot
 from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
 from procedures.techniques.temperature_settings import (
     MagnetCoefficient,
@@ -249,6 +250,9 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
             DigitizedChannel(str(c), waves[c].resolution, waves[c].clipped, waves[c].accuracy.gain) for c in channels
         ]
         fit = fit_back_emf(time, samples, harmonics=self.settings.harmonics, digitized=told)
+        wave = first_periods(time, samples, fit, _SHOWN_PERIODS)
+        harmonics = {str(h): float(np.mean(np.abs(fit.amplitudes[:, k]))) for k, h in enumerate(fit.harmonics)}
+        self.bench.show(lambda: emf_plot(mechanical.value, wave, harmonics))
         to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
         fundamentals = [fit.fundamental(k) for k in range(len(channels))]
         flux, misfit = fit.flux_linkage, fit.misfit
@@ -282,12 +286,10 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
                 "frequency": fit.frequency,
                 "phase_amplitudes": [to_phase * f[0] for f in fundamentals],
                 "phase_angles": fit.phases.tolist(),
-                "harmonics": {
-                    str(h): float(np.mean(np.abs(fit.amplitudes[:, k]))) for k, h in enumerate(fit.harmonics)
-                },
+                "harmonics": harmonics,
                 "drift": fit.drift,
                 "residual": fit.residual_rms.tolist(),
-                "waveform": first_periods(time, samples, fit, _SHOWN_PERIODS),
+                "waveform": wave,
             },
         )
 

@@ -36,6 +36,7 @@ from procedures.techniques.alignment import aligning
 from procedures.techniques.dq_axes import connection_of, require
 from procedures.techniques.repeated_readings import RepeatedQuantity, between, repeated_readings
 from procedures.techniques.short_correction import short_correct
+from procedures.techniques.winding_plots import aligned_plot
 from procedures.verification.settings import SupplyWiringSettings
 
 #: A saliency of so many standard uncertainties tells an angle.
@@ -163,6 +164,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         self.wiring.bridge.connect(connection, *at)
         statistics, taken = self._repeated(f"L_{axis}", axis, "A–(B+C)")
         self.findings[f"reading_{axis}"] = float(statistics.x)
+        self.bench.show(lambda: aligned_plot(self.findings["reading_d"], self.findings.get("reading_q")))
         reading = self.bench.uncertainties.instrument("LCR meter", statistics, taken.inductance_accuracy)
         if bridge.read_by_hand or not self.settings.check_alignment:
             return Position(reading, 0.0)

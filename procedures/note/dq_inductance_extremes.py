@@ -10,7 +10,7 @@ from GTC.lib import UncertainReal
 from numpy.typing import NDArray
 from pydantic import Field
 
-from drivers.interfaces import Accuracy, Aperture, Wanted
+from drivers.interfaces import Accuracy, Aperture, ImpedanceReading, Wanted
 from drivers.interfaces.text import text
 from procedures.core.actions import (
     EnterReading,
@@ -37,6 +37,7 @@ from procedures.plausibility.inductance_capability import REQUESTED, foresee_ind
 from procedures.techniques.dq_axes import connection_of
 from procedures.techniques.instrument_choice import InstrumentChoice, choose_for_inductance
 from procedures.techniques.short_correction import short_correct
+from procedures.techniques.winding_plots import SweepPlot
 from procedures.verification.settings import WiringSettings
 
 #: Pole pairs assumed for the turning speed where they are not known yet: many, so that the shaft turns slowly enough.
@@ -155,10 +156,10 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         speed = self.settings.turning_speed
         if speed is None:
             speed = 2.0 * math.pi * turns / (pairs * readings * max(reading_time, 1e-3))
-        sweep = self._turned(speed, readings)
+        sweep = self._turned(speed, readings, reading_time)
         if self.settings.turning_speed is None and _rough(sweep):
             # The induced voltage spoils a reading by the square of the speed.
-            sweep = self._turned(speed / _SLOWER, _SLOWER * readings)
+            sweep = self._turned(speed / _SLOWER, _SLOWER * readings, reading_time)
         return sweep
 
     @step("3.3.2/3", "Class: less than {class_threshold:.0%} between smallest and largest is a surface-magnet machine")
@@ -247,15 +248,24 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         amplitude = amplitude + lean * (mean - float(mean.x))
         return {"d": mean - amplitude, "q": mean + amplitude}
 
-    def _turned(self, speed: float, readings: int) -> Sweep:
-        """Take so many readings while the shaft is turned at this speed (rad/s)."""
-        self.bench.perform(StartTurning(speed))
-        taken = [self.bench.lcr_meter.measure(Wanted.INDUCTANCE) for _ in range(readings)]
-        self.bench.perform(StopTurning())
+    def _turned(self, speed: float, readings: int, reading_time: float) -> Sweep:
+        """Take so many readings, each of about `reading_time` (s), while the shaft is turned at this speed (rad/s)."""
+        bench, pairs = self.bench, self.known_value("pole_pairs") or self.nameplate.pole_pairs
+        bench.perform(StartTurning(speed))
+        plot = SweepPlot(bench.clock.now(), speed, readings, reading_time, pairs)
+        taken: list[ImpedanceReading] = []
+        while len(taken) < readings:
+            if len(taken) % plot.every == 0:
+                bench.show(lambda: plot.made(taken))
+            taken.append(bench.lcr_meter.measure(Wanted.INDUCTANCE))
+        bench.show(lambda: plot.made(taken))
+        bench.perform(StopTurning())
         time, inductance = np.array([r.time for r in taken]), np.array([r.inductance for r in taken])
         self.findings["sweep"] = {"time": time.tolist(), "inductance": inductance.tolist()}
         middle = taken[int(np.argsort(inductance)[inductance.size // 2])]
-        return Sweep(time, inductance, middle.inductance_accuracy, fit_timed_sweep(time, inductance))
+        fit = fit_timed_sweep(time, inductance)
+        bench.show(lambda: plot.fitted(time, inductance, fit.residuals))
+        return Sweep(time, inductance, middle.inductance_accuracy, fit)
 
     def _watched(self) -> Sweep:
         """Ask for the extremes that a person sees on the meter while turning."""

@@ -34,6 +34,7 @@ from procedures.techniques.step_evaluation import apparent_point, loop_of_steps
 from procedures.techniques.step_probes import StepSource
 from procedures.techniques.step_read_off import ReadOffStep, loop_inductance, read_off_steps
 from procedures.techniques.step_recording import TIME_CONSTANTS, DrivenStep, RecordedStep, record_steps
+from procedures.techniques.winding_plots import fitted_step_plot
 from procedures.verification.settings import SupplyWiringSettings
 
 #: The step's voltage is at least this many times what the supply's zero may be off, up to this share of the rated current.
@@ -330,7 +331,10 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
             nothing = self.bench.uncertainties.limit(name, 0.0, 0.0)
             self.report(name, nothing, section="3.3.1", estimator="", misfit=error.misfit)
             return
-        self.findings[axis] = dict(loop.findings)
+        found = self.findings[axis] = dict(loop.findings)
+        self.bench.show(
+            lambda: fitted_step_plot(found["fit"], len(steps), found["winding_resistance"], found["winding_inductance"])
+        )
         self._compare_with_bridge_resistance(axis, loop.time_constant_63, loop.total_resistance)
         factors = phase_factor(self.winding, ReadingConnection.SERIES_PARALLEL)
         self.report(

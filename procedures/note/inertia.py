@@ -25,6 +25,7 @@ from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics import inertia as estimation
 from procedures.estimation.mechanics.turning import SpeedRamp
 from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft_plots import coast_plot, ramp_plot
 from procedures.techniques.torque_zero import TorqueZero, ZeroLine, read_zero
 
 #: Share of the dynamometer's torque at which the search for the ramp's torque begins.
@@ -37,6 +38,7 @@ _FEWEST = 10
 #: Longest time constant (s) of a sensor's filter.
 _LONGEST_FILTER = 5.0
 NAMES = estimation.SHARED
+_COAST = text("Coast-down")
 
 
 class TorqueSource(Enum):
@@ -255,6 +257,7 @@ class Inertia(Procedure[InertiaSettings]):
         readings: list[DynamometerReading] = []
         with dynamometer.driving_torque(torque):
             switched = clock.now()
+            self.bench.show(lambda: ramp_plot(text("Driven ramp"), switched, top))
             while not readings or readings[-1].speed < top:
                 if clock.now() > deadline:
                     raise ProcedureError(
@@ -274,11 +277,14 @@ class Inertia(Procedure[InertiaSettings]):
         dynamometer, clock = self.bench.dynamometer, self.bench.clock
         switched = clock.now()
         deadline = switched + self.settings.longest_coast
+        self.bench.show(lambda: ramp_plot(_COAST, switched, self.settings.coast_share * top))
         readings: list[DynamometerReading] = []
         while not readings or (readings[-1].speed > self.settings.coast_share * top and clock.now() < deadline):
             readings.append(dynamometer.measure())
             clock.sleep(self.settings.sample_interval)
         dynamometer.stop()
+        time = np.array([r.time for r in readings]) - switched
+        self.bench.show(lambda: coast_plot(_COAST, time, np.array([r.speed for r in readings])))
         return self._curve(
             readings, switched, read_zero(self.bench, self.settings.sample_interval, self.settings.zero_rest)
         )

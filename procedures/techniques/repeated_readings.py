@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any, Generic, Protocol, TypeVar
 
-from drivers.interfaces import Accuracy, ImpedanceReading, Reading, RetypeError, Wanted
+from drivers.interfaces import Accuracy, ImpedanceReading, Reading, Wanted
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import DoubtReading, LinePair
 from procedures.core.bench import Bench
@@ -169,25 +169,18 @@ class _Repeats(Generic[Read]):
         return [self._quantity.value(reading) for reading in self.readings]
 
     def take(self, places: Sequence[int], count: int) -> None:
-        """Take the readings of these places anew, in order; a person may go back to the one before."""
-        bench, at = self._procedure.bench, 0
-        while at < len(places):
-            place = places[at]
+        """Take the readings of these places anew, in order."""
+        bench = self._procedure.bench
+        for place in places:
             bench.recorder.record(
                 RepeatStarted(
                     terminals=self._quantity.terminals,
                     number=place + 1,
                     count=count,
-                    again=at == 0 and place > 0,
+                    again=place < len(self.readings),
                 )
             )
-            try:
-                reading = self._quantity.read(bench)
-            except RetypeError:
-                at = max(0, at - 1)
-                continue
-            self.readings[place : place + 1] = [reading]
-            at += 1
+            self.readings[place : place + 1] = [self._quantity.read(bench)]
 
     def ask(self) -> list[float]:
         """Have a person look at what contradicts its siblings, until nothing does or it is confirmed; return what was typed over."""

@@ -10,6 +10,7 @@ from procedures.estimation.winding.step_look import look_at_step
 from procedures.estimation.winding.step_repeats import StepReading
 from procedures.techniques.acquisition import configure, fill_screen, record
 from procedures.techniques.step_probes import StepSource
+from procedures.techniques.winding_plots import step_plot
 
 _POINTS = 10_000
 _PRE_TRIGGER = 0.3
@@ -64,7 +65,9 @@ def record_steps(bench: Bench, step: DrivenStep, source: StepSource, guess: floa
             timeout=10.0 + 2.0 * record_time,
             event=lambda: bench.supply.energised(step.voltage, step.limit),
         )
-        return RecordedStep(waves[step.voltage_channel], waves[step.current_channel], source)
+        voltage, current = waves[step.voltage_channel], waves[step.current_channel]
+        bench.show(lambda: step_plot(current.time, voltage.values, current.values))
+        return RecordedStep(voltage, current, source)
 
     record_time = guess
     for _ in range(_ATTEMPTS):

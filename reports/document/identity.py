@@ -142,6 +142,10 @@ def record_section(run: RunRecord) -> ReportSection:
     return ReportSection(text("Record"), "record", tuple(blocks))
 
 
+#: What who signed may do, and where there are no accounts.
+_ROLES = {str(role): role for role in (text("operator"), text("engineer"), text("at a terminal"))}
+
+
 def signature_section(run: RunRecord) -> ReportSection:
     """Return who has signed already, and the lines to sign on."""
     lines = Signatures((text("Measured by, date"), text("Checked by, date"), text("Approved by, date")))
@@ -156,10 +160,12 @@ def signature_section(run: RunRecord) -> ReportSection:
             Column(text("Concerns"), wide=True),
         ]
         rows = [
-            TableRow([one.person, one.role, one.time, one.meaning, one.words or "–", _concerns(one)])
+            TableRow(
+                [one.person, _ROLES.get(one.role, one.role), one.time, one.meaning, one.words or "–", _concerns(one)]
+            )
             for one in run.signed
         ]
-        blocks = (Table(columns, rows, title=text("Signed at the panel")), lines)
+        blocks = (Table(columns, rows, title=text("Signed electronically")), lines)
     return ReportSection(text("Signatures"), "signatures", blocks)
 
 

@@ -37,7 +37,7 @@ def render(document: Document, speech: Speech, drawn: Mapping[str, str] | None =
 
 
 def words_of(rendered: Any) -> Iterator[str]:
-    """Give every string of a rendered document that a reader sees as letters: the plots carry their own outlines."""
+    """Give every string of a rendered document that a reader sees as letters; those of pictures are in `letters`."""
     if isinstance(rendered, str):
         yield rendered
     elif isinstance(rendered, Mapping):
@@ -81,7 +81,7 @@ def _block(block: Block, speech: Speech, drawn: Mapping[str, str]) -> dict[str, 
     if isinstance(block, PlotFigure):
         caption = _say(block.plot.caption, speech)
         picture = drawn.get(block.plot.name) or svg(block.plot, speech.say)
-        return {"kind": "figure", "svg": picture, "caption": caption}
+        return {"kind": "figure", "svg": picture, "letters": _letters(picture), "caption": caption}
     if isinstance(block, Drawings):
         return _drawings(block, speech)
     return _signatures(block, speech)
@@ -91,10 +91,13 @@ def _drawings(block: Drawings, speech: Speech) -> dict[str, Any]:
     items = []
     for draw, caption in block.items:
         picture = clean(draw(speech.together))
-        # Its words are letters of the page, which a page needs for its font.
-        letters = list(Xml.fromstring(picture).itertext())  # noqa: S314  our own
-        items.append({"svg": picture, "letters": letters, "caption": _say(caption, speech)})
+        items.append({"svg": picture, "letters": _letters(picture), "caption": _say(caption, speech)})
     return {"kind": "drawings", "items": items}
+
+
+def _letters(picture: str) -> list[str]:
+    """Return a picture's words: they are letters of the page, which a page needs for its font."""
+    return [words for words in Xml.fromstring(picture).itertext() if not words.isspace()]  # noqa: S314  our own
 
 
 def _signatures(block: Signatures, speech: Speech) -> dict[str, Any]:

@@ -4,7 +4,8 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 
 from drivers.interfaces.text import Text, text
-from reports.plots.model import Axes, Plot
+from procedures.core.axes import Axes
+from reports.plots.model import Plot
 
 #: Says a text in each of a document's languages.
 Say = Callable[[Text], Sequence[str]]
@@ -12,7 +13,7 @@ Say = Callable[[Text], Sequence[str]]
 WIDTH, _ROW_HEIGHT = 6.9, 1.55
 _LEFT, _RIGHT, _ABOVE, _BELOW = 0.66, 0.12, 0.22, 0.42
 #: One line of words, and what stands before a legend's entry (inches).
-_LINE, _HANDLE = 0.16, 0.55
+LINE, _HANDLE = 0.16, 0.55
 #: Most entries of a legend side by side.
 _COLUMNS = 4
 #: Tells how many languages are spoken.
@@ -20,17 +21,17 @@ _SAMPLE = text("Time")
 
 
 class PlotLayout:
-    """A plot's height (inches), and the places of its axes."""
+    """A plot's height (inches), what is free on the left of its axes, and the places of these."""
 
     def __init__(self, plot: Plot, say: Say) -> None:
         self._plot = plot
         # A second language takes a second line beside the upright axis.
-        self._left = _LEFT + (_LINE if len(say(_SAMPLE)) > 1 else 0.0)
+        self.left = _LEFT + (LINE if len(say(_SAMPLE)) > 1 else 0.0)
         self._width = WIDTH / max(len(row) for row in plot.rows)
-        self._inner = self._width - self._left - _RIGHT
+        self._inner = self._width - self.left - _RIGHT
         self._columns = [min((_legend_columns(axes, say, self._inner) for axes in row), default=1) for row in plot.rows]
         self._above = [
-            _ABOVE + _LINE * (max(1, *(math.ceil(len(named(axes)) / columns) for axes in row)) - 1)
+            _ABOVE + LINE * (max(1, *(math.ceil(len(named(axes)) / columns) for axes in row)) - 1)
             for row, columns in zip(plot.rows, self._columns, strict=True)
         ]
         self.height = sum(_ROW_HEIGHT * share + _BELOW for share in plot.heights) + sum(self._above)
@@ -42,7 +43,7 @@ class PlotLayout:
         for row, share, above, columns in rows:
             bottom = top - above - _ROW_HEIGHT * share
             for column, axes in enumerate(row):
-                left = (column * self._width + self._left) / WIDTH
+                left = (column * self._width + self.left) / WIDTH
                 size = (self._inner / WIDTH, _ROW_HEIGHT * share / self.height)
                 yield axes, (left, bottom / self.height, *size), columns
             top = bottom - _BELOW

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from drivers.interfaces.text import Text, text, word
-from reports.plots.model import Axes, Manner, Plot, PlotCurve
+from procedures.core.axes import Axes, Manner, PlotCurve
+from reports.plots.model import Plot
 
 TIME, CURRENT, SPEED = text("Time"), text("Current"), text("Speed")
 FITTED, RESIDUAL = text("fit"), text("residual")

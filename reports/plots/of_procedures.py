@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from drivers.interfaces.text import Text, text
+from procedures.core.axes import Axes, FloatArray, Manner, PlotCurve
 from reports.document.record import ProcedureRecord, Trace
 from reports.plots.envelope import envelope
 from reports.plots.misfit import CURRENT, FITTED, RESIDUAL, SPEED, TIME, fits, told
-from reports.plots.model import Axes, FloatArray, Manner, Plot, PlotCurve
+from reports.plots.model import Plot
 
 _RPM = np.pi / 30.0
 _VOLTAGE, _READ, _RECORDED = text("Voltage"), text("readings"), text("recorded")

@@ -48,10 +48,12 @@ def ranked(
     found = [
         Attention(Rank.MISSING, cause, procedure, said_of(alike)[0]) for (procedure, cause, _), alike in missing.items()
     ]
-    found += [
-        Attention(_rank(notice.identifier, results.get(procedure)), notice.identifier, procedure, notice.message)
-        for procedure, notice in other_warnings(parameters, warnings)
-    ]
+    given_by = {str(parameter.label): parameter.procedure for parameter in parameters.parameters.values()}
+    for procedure, notice in other_warnings(parameters, warnings):
+        rank = _rank(notice.identifier, results.get(procedure))
+        # A warning of one figure: measuring that figure again is what may be done about it.
+        of = procedure or given_by.get(str(notice.message.values.get("label", "")), "")
+        found.append(Attention(rank, notice.identifier, of, notice.message))
     once = {(each.identifier, each.procedure, str(each.message)): each for each in found}
     return sorted(once.values(), key=lambda each: each.rank)
 

@@ -22,7 +22,9 @@ class ChannelPath:
     `factor`: shown over true, 0.1 for a ×1 probe on a channel set for ×10; `limit`: where the probe's amplifier saturates;
     `bow` (1/V or 1/A): distortion of second order, bow·x²;
     `compensation`: how much more (relative) a divider passes above the frequency of its `compensation_time` (s) than at DC;
-    `pole` (Hz): bandwidth of probe and channel, of first order; `skew` (s): delay against the other channels;
+    `pole` (Hz): bandwidth of probe and channel, of first order;
+    `resonance` (Hz) with its `damping` (share of the critical one): the inductance of leads or coupling with the probe's or input's
+    capacitance, on which edges ring; `skew` (s): delay against the other channels;
     `offset`, and on it `wander` (amplitude) with `wander_period` (s) and `wander_phase` (rad);
     `hum` (amplitude), `hum_frequency` (Hz), `hum_phase` (rad): what the lead picks up;
     `coupling_corner` (Hz): AC coupling, 0 where it is DC;
@@ -36,6 +38,8 @@ class ChannelPath:
     compensation: float = 0.0
     compensation_time: float = 1.0e-3
     pole: float = math.inf
+    resonance: float = math.inf
+    damping: float = 0.1
     skew: float = 0.0
     offset: float = 0.0
     wander: float = 0.0
@@ -50,12 +54,23 @@ class ChannelPath:
     jitter: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("limit", "compensation_time", "pole", "wander_period", "hum_frequency", "warm_up_time"):
+        for name in (
+            "limit",
+            "compensation_time",
+            "pole",
+            "resonance",
+            "wander_period",
+            "hum_frequency",
+            "warm_up_time",
+        ):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"channel: {name} is {getattr(self, name)}; it must be positive")
         for name in ("coupling_corner", "jitter", "hum", "wander"):
             if not 0.0 <= getattr(self, name) < math.inf:
                 raise ValueError(f"channel: {name} is {getattr(self, name)}; it must be finite and not negative")
+
+        if not 0.0 < self.damping < 1.0:
+            raise ValueError(f"channel: damping is {self.damping}; it must be between 0 and 1, where nothing rings")
 
     @property
     def clear(self) -> bool:
@@ -68,7 +83,8 @@ class ChannelPath:
         corner = memory(1.0 / (2.0 * math.pi * self.coupling_corner)) if self.coupling_corner else 0.0
         pole = memory(1.0 / (2.0 * math.pi * self.pole)) if math.isfinite(self.pole) else 0.0
         slow = memory(self.compensation_time) if self.compensation else 0.0
-        return abs(self.skew) + corner + pole + slow
+        rings = memory(1.0 / (2.0 * math.pi * self.resonance * self.damping)) if math.isfinite(self.resonance) else 0.0
+        return abs(self.skew) + corner + pole + rings + slow
 
     def shown(self, signal: Signal, times: FloatArray) -> FloatArray:
         """Return what it shows at evenly spaced times (s)."""
@@ -77,6 +93,8 @@ class ChannelPath:
             stages.append(self._compensated(stages[-1]))
         if math.isfinite(self.pole):
             stages.append(_low_pass(stages[-1], 1.0 / (2.0 * math.pi * self.pole)))
+        if math.isfinite(self.resonance):
+            stages.append(_resonant(stages[-1], 2.0 * math.pi * self.resonance, self.damping))
         stages.append(self._picked_up(stages[-1]))
         if self.coupling_corner:
             stages.append(_high_pass(stages[-1], 1.0 / (2.0 * math.pi * self.coupling_corner)))
@@ -125,6 +143,14 @@ def _low_pass(signal: Signal, time_constant: float) -> Signal:
 
 def _high_pass(signal: Signal, time_constant: float) -> Signal:
     return lambda times: signal(times) - lagged(signal, times, time_constant)
+
+
+def _resonant(signal: Signal, natural: float, damping: float) -> Signal:
+    """Return a signal behind ω₀²/(s² + 2ζω₀s + ω₀²): the real part of one first-order lag of a complex time constant."""
+    turning = natural * math.sqrt(1.0 - damping**2)
+    pole = complex(damping * natural, -turning)
+    weight = natural**2 / (1j * turning * pole)
+    return lambda times: np.asarray(np.real(weight * lagged(signal, times, 1.0 / pole)))
 
 
 #: A channel that passes everything as it is.

@@ -98,7 +98,11 @@ class StuckRelay(Description):
     def begin(self, bench: "FaultTarget") -> Begun:
         """Do it."""
         bench.stick_relay(self.crosspoint, self.closed)
-        return Begun(lambda: bench.stick_relay(self.crosspoint, None))
+        return Begun(
+            lambda: bench.stick_relay(self.crosspoint, None),
+            # Nobody feels an open contact that nobody wants closed.
+            lambda: self.closed or bench.relay_called(self.crosspoint),
+        )
 
 
 class CurrentLimited(Description):

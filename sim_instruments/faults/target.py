@@ -30,5 +30,8 @@ class FaultTarget(Protocol):
     def check_crosspoint(self, crosspoint: str, /) -> None:
         """Raise ValueError for a crosspoint that there is not."""
 
+    def relay_called(self, crosspoint: str, /) -> bool:
+        """Tell whether a relay's coil has ever been commanded closed."""
+
     def stick_relay(self, crosspoint: str, closed: bool | None, /) -> None:
         """Have a relay's contact stay closed or open, or mend it with None."""

@@ -15,6 +15,7 @@ class Bearing:
 
     `windage` (N·m·s²/rad²) grows with the square of the speed. `stribeck_torque` (N·m) comes on top of Coulomb friction at
     standstill and fades as exp(−(|ω| / stribeck_speed)^stribeck_exponent), speeds in rad/s, once a film of lubricant carries the shaft.
+    `brake` (N·m·s/rad) and `brake_speed` (rad/s) are a closed loop's in the magnets' field: brake·ω / (1 + (ω/brake_speed)²).
     `cogging_while_turning` says that the shaft feels its cogging torque while it coasts or is driven as well.
     """
 
@@ -23,13 +24,15 @@ class Bearing:
     stribeck_speed: float = 10.0
     stribeck_exponent: float = 1.0
     cogging_while_turning: bool = False
+    brake: float = 0.0
+    brake_speed: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("windage", "stribeck_torque"):
+        for name in ("windage", "stribeck_torque", "brake"):
             value = getattr(self, name)
             if not 0.0 <= value < math.inf:
                 raise ValueError(f"bearing: {name} is {value}; it must be finite and not negative")
-        for name in ("stribeck_speed", "stribeck_exponent"):
+        for name in ("stribeck_speed", "stribeck_exponent", "brake_speed"):
             value = getattr(self, name)
             if not 0.0 < value < math.inf:
                 raise ValueError(f"bearing: {name} is {value}; it must be positive and finite")
@@ -37,20 +40,22 @@ class Bearing:
     @property
     def plain(self) -> bool:
         """Whether there is nothing beside Coulomb and viscous friction."""
-        return not (self.windage or self.stribeck_torque)
+        return not (self.windage or self.stribeck_torque or self.brake)
 
     def drag(self, speed: float) -> float:
         """Return its torque (N·m) against a speed (rad/s), with the speed's sign; static friction has none."""
         size = abs(speed)
         fading = math.exp(-((size / self.stribeck_speed) ** self.stribeck_exponent)) if self.stribeck_torque else 0.0
         torque = self.windage * size * size + self.stribeck_torque * fading
+        torque += self.brake * size / (1.0 + (size / self.brake_speed) ** 2)
         return math.copysign(torque, speed) if speed else 0.0
 
     def drags(self, speeds: FloatArray) -> FloatArray:
         """Return its torques (N·m) against speeds (rad/s) of any shape, with the speeds' signs."""
         size = np.abs(speeds)
         fading = np.exp(-((size / self.stribeck_speed) ** self.stribeck_exponent))
-        result: FloatArray = np.sign(speeds) * (self.windage * size**2 + self.stribeck_torque * fading)
+        induced = self.brake * size / (1.0 + (size / self.brake_speed) ** 2)
+        result: FloatArray = np.sign(speeds) * (self.windage * size**2 + self.stribeck_torque * fading + induced)
         return result
 
 

@@ -1,13 +1,14 @@
 """What a virtual motor is made of."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from sim_instruments.physics.bearing import PLAIN, Bearing
 from sim_instruments.physics.hall import SimulatedHallSensors
 from sim_instruments.physics.iron import IDEAL, Iron
 from sim_instruments.physics.saturation import Saturation
+from sim_instruments.physics.shorted_turns import ShortedTurns
 
 Connection = Literal["wye", "delta"]
 
@@ -29,8 +30,9 @@ class VirtualMotor:
     on the supply saturates: everything else, the torque too, takes the inductances at no current.
     `cogging_phase` (rad) is that of the cogging at angle zero. `insulation_resistance` (Ω) and `frame_capacitance` (F) are
     those of the winding against the frame; `halls` are its Hall sensors, None where it has none.
-    What can be wrong inside: `emf_shares` are each winding's EMF relative to the others', as a partly demagnetised or
-    miswound phase has it; `exchanged` are two terminals whose wires are exchanged inside.
+    What can be wrong inside: `emf_shares` are each winding's EMF relative to the others', `turn_shares` each winding's turns,
+    which inductances and EMF follow (resistances are given apart); `shorted_turns` are a winding's; `exchanged` are two terminals whose
+    wires are exchanged inside. A rotor that touches the stator once a turn drags by `rubbing_torque`·(1 + cos θ)/2 (N·m).
     `bearing` and `iron` are what bearings, air and iron do beyond these figures; by default nothing.
     Raises ValueError for values that no motor has.
     """
@@ -60,6 +62,9 @@ class VirtualMotor:
     frame_capacitance: float = 1.0e-9
     halls: SimulatedHallSensors | None = None
     emf_shares: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    turn_shares: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    shorted_turns: ShortedTurns | None = None
+    rubbing_torque: float = 0.0
     exchanged: tuple[Literal["A", "B", "C"], Literal["A", "B", "C"]] | None = None
     bearing: Bearing = PLAIN
     iron: Iron = IDEAL
@@ -89,6 +94,7 @@ class VirtualMotor:
             "cogging_torque",
             "thermal_resistance",
             "frame_capacitance",
+            "rubbing_torque",
         ):
             value = getattr(self, name)
             if not 0.0 <= value < math.inf:
@@ -99,6 +105,14 @@ class VirtualMotor:
                 raise ValueError(f"{name} is {value}; it must be positive, infinite for an axis that does not saturate")
         if len(self.emf_shares) != 3 or not all(0.0 <= share <= 2.0 for share in self.emf_shares):
             raise ValueError(f"emf_shares are {self.emf_shares}; they are three numbers of 0 … 2, a winding each")
+        if len(self.turn_shares) != 3 or not all(0.0 < share <= 2.0 for share in self.turn_shares):
+            raise ValueError(
+                f"turn_shares are {self.turn_shares}; they are three numbers above 0 and up to 2, a winding each"
+            )
+        if self.shorted_turns is not None and (self.iron.has_eddy_currents or self.winding_saturation is not None):
+            raise ValueError(
+                "shorted turns beside eddy currents or saturation are not simulated; leave one of them out"
+            )
         if self.exchanged is not None and self.exchanged[0] == self.exchanged[1]:
             raise ValueError(f"exchanged terminals must be two different ones, not {self.exchanged[0]} twice")
         if self.iron.has_eddy_currents and self.winding_saturation is not None:
@@ -155,6 +169,23 @@ class VirtualMotor:
         # A delta's windings carry 1/√3 of the Y-equivalent's current.
         current = math.sqrt(self._impedance_share)
         return Saturation(self.d_axis_inductance, self.q_axis_inductance, d * current, q * current)
+
+    @property
+    def without_short(self) -> "VirtualMotor":
+        """The same with turns missing in place of shorted ones, as a direct current that passes them by finds it."""
+        short = self.shorted_turns
+        if short is None:
+            return self
+        at = short.winding
+        left = 1.0 - short.share * short.passed_by(self.phase_resistances[at])
+        a, b, c = (left if winding == at else 1.0 for winding in range(3))
+        (ra, rb, rc), (ta, tb, tc) = self.phase_resistances, self.turn_shares
+        return replace(
+            self,
+            shorted_turns=None,
+            phase_resistances=(a * ra, b * rb, c * rc),
+            turn_shares=(a * ta, b * tb, c * tc),
+        )
 
     @property
     def torque_constant(self) -> float:

@@ -50,6 +50,11 @@ class Network:
         return self.basis
 
     @property
+    def ohmic_basis(self) -> FloatArray:
+        """What the windings' resistances see of the loop currents (3, loops)."""
+        return self.basis
+
+    @property
     def loops(self) -> int:
         """Number of independent currents."""
         return int(self.basis.shape[1])

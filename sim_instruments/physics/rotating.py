@@ -33,7 +33,7 @@ class Rotating:
         self._shapes = reach @ shapes
         self._direct = offset + self._shapes @ (self._shapes.T @ force / self._rates)
         # Harmonics that the closed paths do not see at all drive nothing.
-        phasors = self._shapes.T @ (network.basis.T @ network.windings.emf_phasors)
+        phasors = self._shapes.T @ (network.flux_basis.T @ network.windings.emf_phasors)
         driving = np.any(np.abs(phasors) > 1e-12 * abs(network.windings.flux_linkage), axis=0)
         self._orders = tuple(
             order for order, drives in zip(network.windings.emf_orders, driving, strict=True) if drives
@@ -64,14 +64,19 @@ class Rotating:
         result: FloatArray = self.network.basis @ self._currents(times)[0]
         return result
 
+    def magnetising_currents(self, times: FloatArray) -> FloatArray:
+        """Return the currents (A, shape (3, n)) that, in all turns of the windings, would magnetise as the real ones do."""
+        result: FloatArray = self.network.flux_basis @ self._currents(times)[0]
+        return result
+
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""
         windings = self.network.windings
         result: FloatArray = self._emf(times)
         if self.network.loops:
             currents, slopes = self._currents(times)
-            result = result + windings.resistance[:, np.newaxis] * (self.network.basis @ currents)
-            result = result + windings.inductance_mean @ (self.network.basis @ slopes)
+            result = result + windings.resistance[:, np.newaxis] * (self.network.ohmic_basis @ currents)
+            result = result + windings.inductance_mean @ (self.network.flux_basis @ slopes)
         return result
 
     def source_voltage(self, times: FloatArray) -> FloatArray:
@@ -80,7 +85,7 @@ class Rotating:
             return self.source.at(times)
         network = self.network
         currents, slopes = self._currents(times)
-        needed = network.mean_inertance @ slopes + network.damping @ currents + network.basis.T @ self._emf(times)
+        needed = network.mean_inertance @ slopes + network.damping @ currents + network.flux_basis.T @ self._emf(times)
         result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
         return result
 

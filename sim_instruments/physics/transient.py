@@ -97,7 +97,8 @@ class LinearTransient:
         windings = self.network.windings
         slopes = self.network.flux_basis @ self.loop_slopes(times)
         result: FloatArray = (
-            windings.resistance[:, np.newaxis] * self.winding_currents(times) + windings.inductance(self.angle) @ slopes
+            windings.resistance[:, np.newaxis] * (self.network.ohmic_basis @ self.loop_currents(times))
+            + windings.inductance(self.angle) @ slopes
         )
         return result
 

@@ -24,14 +24,17 @@ INCIDENCE = {
 
 
 @lru_cache(maxsize=64)
-def _inductances(ld: float, lq: float, zero_sequence: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _inductances(
+    ld: float, lq: float, zero_sequence: float, turns: tuple[float, ...]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return L_mean, L_cos, L_sin of L(θ) = L_mean + L_cos·cos 2θ + L_sin·sin 2θ (H, 3×3 each, read-only)."""
+    squares = np.outer(turns, turns)
     mean, half = 0.5 * (ld + lq), 0.5 * (ld - lq)
     # Clarke's transform of the dq values, amplitude-invariant.
     parts = (
-        mean * (2.0 / 3.0) * _CLARKE.T @ _CLARKE + zero_sequence / 3.0,
-        half * (2.0 / 3.0) * _CLARKE.T @ np.diag([1.0, -1.0]) @ _CLARKE,
-        half * (2.0 / 3.0) * _CLARKE.T @ np.array([[0.0, 1.0], [1.0, 0.0]]) @ _CLARKE,
+        squares * (mean * (2.0 / 3.0) * _CLARKE.T @ _CLARKE + zero_sequence / 3.0),
+        squares * (half * (2.0 / 3.0) * _CLARKE.T @ np.diag([1.0, -1.0]) @ _CLARKE),
+        squares * (half * (2.0 / 3.0) * _CLARKE.T @ np.array([[0.0, 1.0], [1.0, 0.0]]) @ _CLARKE),
     )
     for shared in parts:
         shared.flags.writeable = False
@@ -75,11 +78,15 @@ class Windings:
         self.resistance: FloatArray = np.array(motor.resistances_at(temperature))
         self.flux_linkage = motor.flux_linkage_at(temperature)
         self.inductance_mean, self.inductance_cos, self.inductance_sin = _inductances(
-            motor.d_axis_inductance, motor.q_axis_inductance, motor.winding_zero_sequence_inductance
+            motor.d_axis_inductance,
+            motor.q_axis_inductance,
+            motor.winding_zero_sequence_inductance,
+            tuple(motor.turn_shares),
         )
         #: Orders of the magnets' EMF, and its phasors per electrical speed (V·s/rad, shape (3, orders)), turning with
         #: exp(j·order·θ).
-        self.emf_orders, shape = _emf_shape(tuple(motor.emf_shares), ((1, 1.0, 0.0), *motor.flux_harmonics))
+        shares = tuple(emf * turns for emf, turns in zip(motor.emf_shares, motor.turn_shares, strict=True))
+        self.emf_orders, shape = _emf_shape(shares, ((1, 1.0, 0.0), *motor.flux_harmonics))
         self.emf_phasors: ComplexArray = self.flux_linkage * shape
 
     @cached_property
@@ -117,12 +124,14 @@ class Windings:
     def axes(self, angle: float) -> FloatArray:
         """Return the windings' shares (2, 3) in d and q axis at an electrical angle (rad): i_dq = ⅔·axes·i."""
         shifted = angle - _AXES
-        return np.array([np.cos(shifted), -np.sin(shifted)])
+        shares: FloatArray = np.array([np.cos(shifted), -np.sin(shifted)]) * np.array(self.motor.turn_shares)
+        return shares
 
     def axis_inductances(self, angle: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return Z (H), D and Q (3×3 each) of L(θ) = Z + Ld·D + Lq·Q at an electrical angle (rad)."""
         direct, quadrature = self.axes(angle)
-        zero = np.full((3, 3), self.motor.winding_zero_sequence_inductance / 3.0)
+        turns = self.motor.turn_shares
+        zero = np.outer(turns, turns) * (self.motor.winding_zero_sequence_inductance / 3.0)
         return zero, np.outer(direct, direct) * (2.0 / 3.0), np.outer(quadrature, quadrature) * (2.0 / 3.0)
 
     def inductance_slope(self, angle: float) -> FloatArray:

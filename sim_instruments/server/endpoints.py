@@ -15,6 +15,7 @@ from sim_instruments.transports.can.gateway import CanGateway
 from sim_instruments.transports.client import Patience
 from sim_instruments.transports.connection import Connection
 from sim_instruments.transports.conversation import Conversation
+from sim_instruments.transports.hislip.locks import Locks
 from sim_instruments.transports.hislip.server import HislipServer
 from sim_instruments.transports.loop_thread import LoopThread
 from sim_instruments.transports.modbus.rtu import ModbusRtuEndpoint
@@ -22,6 +23,7 @@ from sim_instruments.transports.modbus.server import ModbusTcpServer
 from sim_instruments.transports.modbus.unit import ModbusLine
 from sim_instruments.transports.scpi_socket import ScpiSocket
 from sim_instruments.transports.tcp_service import Serve, TcpService
+from sim_instruments.transports.vxi11.server import Vxi11Server
 
 LOOPBACK = "127.0.0.1"
 #: How long a client is waited for.
@@ -70,7 +72,7 @@ class Endpoints:
         self._scpi: list[ScpiInstrument] = []
 
     def scpi(self, name: str, instrument: ScpiInstrument) -> dict[str, str]:
-        """Serve an instrument over HiSLIP and a raw socket; return its addresses by way."""
+        """Serve an instrument over HiSLIP, a raw socket and VXI-11; return its addresses by way."""
 
         def converse() -> Conversation:
             self._clients += 1
@@ -79,10 +81,15 @@ class Endpoints:
 
         self._scpi.append(instrument)
         socket = self.listen((name, "socket"), ScpiSocket(converse).serve, connection=instrument.connection)
-        hislip = self.listen((name, "hislip"), HislipServer(converse).serve, connection=instrument.connection)
+        locks = Locks()
+        hislip = self.listen((name, "hislip"), HislipServer(converse, locks).serve, connection=instrument.connection)
+        vxi11 = Vxi11Server(converse, locks)
+        vxi11.port = self.listen((name, "vxi11"), vxi11.serve, connection=instrument.connection).port
         return {
             "hislip": f"TCPIP0::{self._host}::hislip0,{hislip.port}::INSTR",
             "socket": f"TCPIP0::{self._host}::{socket.port}::SOCKET",
+            # No portmapper names the port: PyVISA-py takes it behind the host.
+            "vxi11": f"TCPIP0::{self._host},{vxi11.port}::inst0::INSTR",
         }
 
     def modbus(self, name: str, line: ModbusLine) -> dict[str, str]:

@@ -47,6 +47,11 @@ class Client:
         return self._writer.is_closing()
 
     @property
+    def host(self) -> str:
+        """The address that it has called from."""
+        return str(self._writer.get_extra_info("peername")[0])
+
+    @property
     def finished(self) -> bool:
         """Whether it has sent all that it ever will."""
         return self._reader.at_eof()

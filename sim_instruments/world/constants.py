@@ -1,11 +1,12 @@
 """Everything on the bench that never changes, and what follows from it for a shaft or a circuit."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sim_instruments.physics.coasting import CoggingWaves
 from sim_instruments.physics.eddy import EddyNetwork
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.network import Network
+from sim_instruments.physics.shorted import ShortedNetwork
 from sim_instruments.physics.swing import Shaft
 from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
@@ -33,16 +34,38 @@ class Constants:
     driven_cogging: bool = False
 
     def shaft(self, settings: WorldSettings, torque: float = 0.0) -> Shaft:
-        """Return what turns together: the motor, and the dynamometer's machine where it is coupled."""
+        """Return what turns together: the motor, and the dynamometer's machine where it is coupled; rubbing is its mean."""
         motor, machine = self.motor, self.dynamometer
         coupled = 1.0 if settings.shaft.coupled else 0.0
         return Shaft(
             motor.inertia + coupled * machine.inertia,
-            motor.coulomb_friction + coupled * machine.coulomb_friction,
+            motor.coulomb_friction + 0.5 * motor.rubbing_torque + coupled * machine.coulomb_friction,
             motor.viscous_friction + coupled * machine.viscous_friction,
             torque,
             motor.bearing,
         )
+
+    def coasting_shaft(self, settings: WorldSettings) -> Shaft:
+        """Return the same with the mean braking of a winding's shorted turns, which no current from outside hides."""
+        shaft, motor = self.shaft(settings), self.motor
+        short = motor.shorted_turns
+        if short is None:
+            return shaft
+        turns = motor.turn_shares[short.winding]
+        inductance = (motor.d_axis_inductance + motor.q_axis_inductance) / 3.0
+        inductance = turns**2 * (inductance + motor.winding_zero_sequence_inductance / 3.0)
+        flux = motor.pole_pairs * motor.flux_linkage * turns * motor.emf_shares[short.winding]
+        slope, speed = short.brake(motor.phase_resistances[short.winding], inductance, flux)
+        return replace(shaft, bearing=replace(shaft.bearing, brake=slope, brake_speed=speed / motor.pole_pairs))
+
+    def windings(self, settings: WorldSettings, temperature: float, *, supplied: bool) -> Windings:
+        """Return the windings at a temperature (°C) as a circuit of `network` takes them.
+
+        The current in shorted turns is known of a rotor that is held or turned from outside; a free one under current, or one that an
+        inverter feeds, has turns missing in their place.
+        """
+        short_seen = settings.rotor_held or not (supplied or settings.inverter.enabled or settings.six_step.enabled)
+        return Windings(self.motor if short_seen else self.motor.without_short, temperature)
 
     @property
     def feels_cogging(self) -> bool:
@@ -70,6 +93,8 @@ class Constants:
         """
         wired = windings, settings.sockets(), SUPPLY_POLES if supplied else None
         source, lead = self.supply.output_resistance, self.leads.resistance
+        if windings.motor.shorted_turns is not None:
+            return ShortedNetwork(*wired, source_resistance=source, lead_resistance=lead)
         if settings.rotor_held and self.motor.iron.has_eddy_currents:
             return EddyNetwork(
                 *wired, source_resistance=source, lead_resistance=lead, held=True, eddy_currents=eddy_currents
@@ -79,6 +104,8 @@ class Constants:
     def bridge_network(self, windings: Windings, settings: WorldSettings) -> Network:
         """Return the circuit as the bridge's four-terminal leads see it; its fixture's residual is apart."""
         kind = EddyNetwork if self.motor.iron.has_eddy_currents else Network
+        if windings.motor.shorted_turns is not None:
+            kind = ShortedNetwork
         return kind(windings, settings.sockets(), BRIDGE_POLES, lead_resistance=0.0)
 
     def inverter_direction(self, settings: WorldSettings) -> int:

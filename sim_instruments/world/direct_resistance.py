@@ -37,7 +37,7 @@ def direct_resistance(network: Network, first: str, second: str, *, stiff: bool,
 def _windings(network: Network) -> list[Resistor]:
     windings = network.windings
     found = []
-    for number, resistance in enumerate(windings.resistance.tolist()):
+    for number, resistance in enumerate(windings.motor.without_short.resistances_at(windings.temperature)):
         ends = [label for label, share in zip("ABC", windings.incidence[:, number], strict=True) if share]
         first, second = (*ends, "N")[:2]
         found.append((first, second, resistance))

@@ -10,6 +10,7 @@ from sim_instruments.physics.commutated import Commutated
 from sim_instruments.physics.field import ImpressedField
 from sim_instruments.physics.motion import Motion, Rest
 from sim_instruments.physics.network import Network
+from sim_instruments.physics.rotating import Rotating
 from sim_instruments.physics.swing import Shaft
 from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.physics.windings import FloatArray, Windings
@@ -126,9 +127,12 @@ class Segment:
         circuit = self.circuit
         if isinstance(circuit, Commutated):
             return circuit.torque(times)
-        currents = (
-            circuit.smooth_currents(times) if isinstance(circuit, ImpressedField) else circuit.winding_currents(times)
-        )
+        if isinstance(circuit, Rotating):
+            currents = circuit.magnetising_currents(times)
+        elif isinstance(circuit, ImpressedField):
+            currents = circuit.smooth_currents(times)
+        else:
+            currents = circuit.winding_currents(times)
         return self.windings.torque(self.motion.angle(times) * self.windings.pole_pairs, currents)
 
     @property
@@ -145,6 +149,9 @@ class Segment:
         speed, shaft = self.motion.speed(times), self.shaft
         friction = shaft.frictions(speed)
         torque: FloatArray = shaft.inertia * self.motion.acceleration(times) + friction - self.motor_torque(times)
+        rubbing = self.windings.motor.rubbing_torque
+        if rubbing:
+            torque = torque + 0.5 * rubbing * np.sign(speed) * np.cos(self.motion.angle(times))
         return torque - self.windings.cogging(self.motion.angle(times)) if self.dynamometer.cogging else torque
 
     def hall_voltages(self, times: FloatArray) -> FloatArray:

@@ -9,7 +9,6 @@ from sim_instruments.physics.motion import Motion, Rest, Wavering
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.rotating import Rotating
 from sim_instruments.physics.source import CurrentSource
-from sim_instruments.physics.windings import Windings
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment, State
 from sim_instruments.world.segment_inputs import SegmentInputs, dynamometer_ramp
@@ -33,9 +32,8 @@ def plan(constants: Constants, settings: WorldSettings, state: State, time: floa
     direction = constants.inverter_direction(settings) if settings.inverter.enabled else 0
     if settings.inverter.enabled and direction == 0:
         settings.inverter.enabled, settings.inverter.fault = False, "output phase missing"
-    windings = Windings(constants.motor, state.temperature)
-    output, network = _supplied(constants, settings, state, time, windings)
-    inputs = SegmentInputs(constants, settings, state, time, windings, network, output)
+    output, network = _supplied(constants, settings, state, time)
+    inputs = SegmentInputs(constants, settings, state, time, network.windings, network, output)
     try:
         segment = _with_shaft(inputs, direction)
     except six_step_drive.DriveTripError as trip:
@@ -48,16 +46,18 @@ def plan(constants: Constants, settings: WorldSettings, state: State, time: floa
 
 
 def _supplied(
-    constants: Constants, settings: WorldSettings, state: State, time: float, windings: Windings
+    constants: Constants, settings: WorldSettings, state: State, time: float
 ) -> tuple[Regime | None, Network]:
     """Return what the supply's output does, None where it is open, and the circuit that it is or is not part of."""
     # What turns the shaft outlasts the output's fall by far.
     falls_unseen = not settings.supply.on and _turned_from_outside(settings)
     if not (falls_unseen or is_open(settings.supply, state)):
+        windings = constants.windings(settings, state.temperature, supplied=True)
         supplied = constants.network(windings, settings, supplied=True, eddy_currents=state.eddy_currents)
         output = regime(settings.supply, settings.supply_limit, constants.supply, state, supplied, time)
         if output is not None:
             return output, supplied
+    windings = constants.windings(settings, state.temperature, supplied=False)
     return None, constants.network(windings, settings, supplied=False, eddy_currents=state.eddy_currents)
 
 

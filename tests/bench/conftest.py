@@ -129,6 +129,9 @@ class FakeInstruments:
     def open(self, role: Role) -> None:
         pass
 
+    def get(self, role: Role) -> Instrument:
+        return self._instruments[role]
+
     def opened(self) -> Mapping[Role, Instrument]:
         return self._instruments
 
@@ -258,4 +261,11 @@ def plan() -> list[Planned]:
 @pytest.fixture
 def kit() -> SimpleNamespace:
     """The classes of this file, for tests that make their own."""
-    return SimpleNamespace(Tiny=Tiny, Other=Other, FakeInstrument=FakeInstrument, CATALOGUE=CATALOGUE, Bench=Bench)
+    return SimpleNamespace(
+        FakeInstruments=FakeInstruments,
+        Tiny=Tiny,
+        Other=Other,
+        FakeInstrument=FakeInstrument,
+        CATALOGUE=CATALOGUE,
+        Bench=Bench,
+    )

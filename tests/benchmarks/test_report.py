@@ -17,14 +17,15 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_page_and_pdf_from_start_to_end(benchmark, runs: Path) -> None:
+@pytest.mark.parametrize("language", ["en", "zh", "both"])
+def test_page_and_pdf_from_start_to_end(benchmark, runs: Path, language: str) -> None:
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
 
     def report() -> None:
-        command = [sys.executable, "-m", "bench", "report", "latest", "--runs", str(runs), "--language", "both"]
+        command = [sys.executable, "-m", "bench", "report", "latest", "--runs", str(runs), "--language", language]
         subprocess.run(command, capture_output=True, check=True, env=environment)
 
     benchmark.pedantic(report, rounds=5, warmup_rounds=1)
-    sizes = {path.suffix[1:]: path.stat().st_size // 1024 for path in runs.glob("*/report-both.*")}
+    sizes = {path.suffix[1:]: path.stat().st_size // 1024 for path in runs.glob(f"*/report-{language}.*")}
     benchmark.extra_info["size, kB"] = sizes
     assert set(sizes) == {"html", "pdf"}

@@ -44,6 +44,7 @@ def test_one_instrument(one: str, other: str) -> None:
         ("TCPIP0::192.0.2.7::gpib0,5::INSTR", "TCPIP0::192.0.2.7::gpib0,6::INSTR"),
         ("TCPIP0::127.0.0.1::40001::SOCKET", "TCPIP0::127.0.0.1::40002::SOCKET"),
         ("TCPIP0::127.0.0.1::hislip0,40001::INSTR", "TCPIP0::127.0.0.1::hislip0,40002::INSTR"),
+        ("TCPIP0::127.0.0.1,40001::inst0::INSTR", "TCPIP0::127.0.0.1,40002::inst0::INSTR"),
         ("USB0::0x2A8D::0x0101::MY123::0::INSTR", "USB0::0x2A8D::0x0101::MY124::0::INSTR"),
         ("GPIB0::5::INSTR", "GPIB1::5::INSTR"),
         ("can://socketcan/can0?node=5", "can://socketcan/can0?node=6"),

@@ -86,6 +86,9 @@ def test_only_what_is_not_proved_within_is_warned_of() -> None:
         "Inertia is +4 % off the type's value; its interval does not prove it within ±5 %, nor outside",
         "Flux linkage is -10 % off the type's value, outside its ±5 %",
     ]
+    # What gave the figure is what may be measured again.
+    warnings = [("", notice) for notice in held_against_type(measured, plate)]
+    assert [each.procedure for each in ranked(measured, warnings, {})] == ["p", "p"]
 
 
 def test_what_is_missing_comes_first_and_what_is_known_last() -> None:

@@ -11,6 +11,7 @@ from bench.station.visa_library import StationVisa
 from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import Instrument
 from procedures.core.bench import Bench, Operator, Role
+from procedures.core.live_plot import Onlooker
 from procedures.core.nameplate import Nameplate
 from procedures.core.result import Parameter, ProcedureResult
 from sim_instruments.bench import VirtualBench
@@ -24,10 +25,11 @@ def measure(
     *settings: str,
     known: Mapping[str, Parameter] | None = None,
     hands: Callable[[dict[Role, Instrument], Operator], Operator] = lambda _, operator: operator,
+    onlooker: Onlooker | None = None,
 ) -> ProcedureResult:
     """Run a procedure with settings as `--set` has them; the bench is left switched off.
 
-    `hands` may put others in place of instruments, and returns who is the operator.
+    `hands` may put others in place of instruments, and returns who is the operator; `onlooker` is shown the plots.
     """
     record: Any = NoRecord()
     instruments = StationInstruments(
@@ -44,7 +46,7 @@ def measure(
     try:
         available = dict(instruments.available())
         operator = hands(available, VirtualOperator(virtual.world, 1))
-        bench = Bench(available, operator, virtual.clock, record)
+        bench = Bench(available, operator, virtual.clock, record, onlooker=onlooker)
         return planned.procedure(bench, plate, planned.settings, known or {}).run()
     finally:
         instruments.close()

@@ -79,7 +79,7 @@ def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
     # The drawings' words are letters of the paper too, in both languages.
     assert "shaftlocked轴已锁定" in said
     assert end.last_hash in said
-    assert "J.Doeengineer2026-11-2112:00:00UTCIapprovetheresult" in said
+    assert "J.Doeengineer工程师2026-11-2112:00:00UTCIapprovetheresult" in said
     assert "我批准该结果released" in said
 
     # A report changes nothing of what it is proven by.

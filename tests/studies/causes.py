@@ -88,6 +88,12 @@ def _skew(dirt: Dirt) -> None:
     dirt.channel(CURRENT, skew=dirt.either(-1.0, 1.0) * dirt.log(1e-4, 0.1) * dirt.time_constant)
 
 
+def _ringing(dirt: Dirt) -> None:
+    # From a slow current probe's to what the record has a few samples a period of.
+    turning = dirt.log(8.0, 300.0) / dirt.time_constant
+    dirt.channel(_probe(dirt, True), resonance=turning / _TURN, damping=dirt.log(0.03, 0.7))
+
+
 def _factor(of_step: bool) -> Callable[[Dirt], None]:
     def soil(dirt: Dirt) -> None:
         share = dirt.either(0.1, 10.0, 1.0 + dirt.either(-1.0, 1.0) * dirt.log(0.003, 0.3), 0.5, 2.0)
@@ -263,6 +269,7 @@ LISTED = (
     Cause("bandwidth", STEP, _bandwidth(True)),
     Cause("bandwidth", EMF, _bandwidth(False)),
     Cause("skew", STEP, _skew),
+    Cause("ringing", STEP, _ringing),
     Cause("probe-factor", STEP, _factor(True)),
     Cause("probe-factor", EMF, _factor(False)),
     Cause("slope", STEP, _wander(True)),

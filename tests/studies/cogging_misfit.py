@@ -1,6 +1,6 @@
 """How often the interval of a slow turn's cogging torque holds the truth when the world is not as the model says.
 
-`python -m tests.studies.cogging_misfit [--records N] [--seed S] [--workers N]`
+`python -m tests.studies.cogging_misfit [--records N] [--seed S] [--workers N] [--rows NAME …]`
 
 Magnitudes are log-uniform from negligible to gross. "Total" adds a transducer's gain limit of 0.2 %, drawn for each record. Rows
 named "periods" are twelve periods of a known order, the others two turns.

@@ -34,6 +34,9 @@ class Batch:
     cut: np.ndarray = field(init=False)
     voltage_cut: np.ndarray = field(init=False)
     odd: np.ndarray = field(init=False)
+    resonance: np.ndarray = field(init=False)
+    voltage_resonance: np.ndarray = field(init=False)
+    damping: np.ndarray = field(init=False)
     begin: np.ndarray = field(init=False)
     law: str = "atan"
     #: Whether the converters' last codes come with the record.
@@ -48,8 +51,10 @@ class Batch:
         self.window = r.uniform(5.0, 9.0, n)
         self.rise = np.where(r.uniform(size=n) < 0.5, 0.0, self.spread(0.01, 0.1))
         self.source = r.uniform(0.0, 0.2, n)
-        for name in ("skew", "pole", "coupling", "corner", "voltage_corner", "hum", "slope", "odd", "begin"):
+        zero = ("skew", "pole", "coupling", "corner", "voltage_corner", "hum", "slope", "odd", "begin")
+        for name in (*zero, "resonance", "voltage_resonance"):
             setattr(self, name, np.zeros(n))
+        self.damping = np.full(n, 0.2)
         for name in ("knee", "closed", "limit", "cut", "voltage_cut"):
             setattr(self, name, np.full(n, np.inf))
 
@@ -98,6 +103,19 @@ def _coupled(signals: np.ndarray, share: np.ndarray) -> np.ndarray:
     return passed
 
 
+def _resonant(signals: np.ndarray, turning: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Signals (n, count) behind resonances of `turning` (rad) an interval: exact for what runs straight from one to the next."""
+    fall = turning * (damping - 1j * np.sqrt(1.0 - damping**2))
+    kept, natural = np.exp(-fall), turning**2 / (1j * turning * np.sqrt(1.0 - damping**2) * fall)
+    end = 1.0 + (kept - 1.0) / fall
+    driven = end * signals[1:] + (1.0 - kept - end) * signals[:-1]
+    state, passed = np.zeros(turning.size, dtype=complex), np.zeros_like(signals)
+    for k, each in enumerate(driven, 1):
+        state = kept * state + each
+        passed[k] = np.real(natural * state)
+    return passed
+
+
 def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return time (τ), voltage at the winding and current as the probe gives it (count, samples), free of noise."""
     n, per, fine = batch.count, batch.fine, batch.points * batch.fine
@@ -138,6 +156,10 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             second = second - step * closed * two
         v = at_middle[k] - batch.source * one
         flux = flux + step * ((np.where(held, np.minimum(v, one), v) if limited else v) - one)
+    if np.any(batch.resonance):
+        history = _resonant(history, step * batch.resonance, batch.damping)
+    if np.any(batch.voltage_resonance):
+        voltages = _resonant(voltages, step * batch.voltage_resonance, batch.damping)
     if np.any(batch.voltage_corner > 0.0):
         voltages = _coupled(voltages, step * batch.voltage_corner)
     samples = np.arange(fine // per + 1) * per
@@ -155,7 +177,7 @@ def sampled(batch: Batch, *, bits: int | None = None, noise: tuple[float, float]
         seconds = time[k] * batch.tau[k]
         angle = 2 * np.pi * random.choice([50.0, 60.0]) * seconds + random.uniform(0, 6.3)
         i = current[k] + batch.hum[k] * np.sin(angle) + batch.slope[k] * time[k] / (time[k, -1] - time[k, 0])
-        # What no term stands for: a ringing of the probe.
+        # What a lead picks up of the edge, ringing.
         i = i + batch.odd[k] * np.exp(-np.maximum(time[k], 0) / 0.7) * np.sin(9.0 * np.maximum(time[k], 0))
         b = bits or int(random.choice([8, 12]))
         code = 1.0 / (0.8 * 2**b)
@@ -174,9 +196,9 @@ def sampled(batch: Batch, *, bits: int | None = None, noise: tuple[float, float]
     return result
 
 
-def row(name: str, count: int, seed: int) -> Batch:
+def row(name: str, count: int, *seed: int) -> Batch:
     """Return a batch by the name of its disturbance, from negligible to gross."""
-    batch = Batch(count, np.random.default_rng([seed, *name.encode()]))
+    batch = Batch(count, np.random.default_rng([*seed, *name.encode()]))
     signs = batch.random.choice([-1.0, 1.0], count)
     for part in name.split(" + "):
         match part.split(",")[0]:
@@ -209,6 +231,11 @@ def row(name: str, count: int, seed: int) -> Batch:
                 batch.begin = batch.spread(1e-3, 2.0)
             case "ringing":
                 batch.odd = batch.spread(1e-4, 0.03)
+            case "probe rings" | "voltage's probe rings" as which:
+                # In the winding's time constants: from a slow probe's to a few samples a period.
+                which = "resonance" if which == "probe rings" else "voltage_resonance"
+                setattr(batch, which, batch.spread(8.0, 300.0))
+                batch.damping = batch.spread(0.03, 0.7)
             case other:
                 raise ValueError(f"no row '{other}'")
     return batch
@@ -235,4 +262,7 @@ ROWS = (
     "saturation + high-pass",
     "pole + slope",
     "ringing",
+    "probe rings",
+    "voltage's probe rings",
+    "ringing + hum",
 )

@@ -7,7 +7,8 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import chdir, suppress
+from multiprocessing.forkserver import ensure_running
 from multiprocessing.reduction import DupFd
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ _CONTEXT.set_forkserver_preload(
         "bench.cli.serve",
         "bench.cli.sim_serve",
         "bench.eol.line.batch",
+        "bench.eol.line.worker",
         "bench.eol.store.records",
         "bench.panel.app",
         "sim_instruments.server.served_bench",
@@ -33,6 +35,7 @@ _CONTEXT.set_forkserver_preload(
         "sqlalchemy.dialects.sqlite.pysqlite",
     ]
 )
+_ROOT = Path(__file__).parents[2]
 #: A command ends within this time (s), however busy the machine.
 _PATIENCE = 120.0
 
@@ -42,6 +45,16 @@ def context() -> Any:
     # Small matrices gain nothing from threads of their own, which keep all cores busy waiting for each other.
     os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
     return _CONTEXT
+
+
+def ready() -> None:
+    """Have the process that forks loaded now: whoever else asks for one takes this, and not the other way round.
+
+    It loads what is the repository's, whatever lies in the folder of the test that comes first.
+    """
+    context()
+    with chdir(_ROOT):
+        ensure_running()
 
 
 def _work_with(
@@ -104,7 +117,8 @@ class Forked:
         read_in, write_in = os.pipe()
         read_out, write_out = os.pipe()
         read_err, write_err = os.pipe()
-        given = _Streams(read_in, write_out, write_err)
+        given = Descriptors(read_in, write_out, write_err)
+        ready()
         forking = context()
         # The process that forks may have begun in another test's environment.
         own = dict(os.environ if environment is None else environment)
@@ -167,8 +181,8 @@ class Forked:
                 stream.close()
 
 
-class _Streams(list[int]):
-    """Descriptors that reach a forked process."""
+class Descriptors(list[int]):
+    """Descriptors that reach a forked process, each to be detached there."""
 
     def __init__(self, *descriptors: int) -> None:
         super().__init__(descriptors)

@@ -5,8 +5,8 @@
 Each plan is a random order of randomly chosen procedures, end of line included, carried out by the real drivers on a virtual bench with
 every role. Every single change of a lead is followed, and looked at with rules of the study's own: two sources, or two leads of
 one source, are never on one terminal; a lead is put on only where it is off, and taken off only where it is on; meters are on before a
-source; and whenever something is switched on, only what may see its voltage is on the motor. A plan goes on after a procedure
-that fails, as hands do not know what comes next.
+source; whenever something is switched on, only what may see its voltage is on the motor; and while something is on, hands are asked
+to the shaft alone. A plan goes on after a procedure that fails, as hands do not know what comes next.
 """
 
 import argparse
@@ -78,8 +78,11 @@ class Watch(NoRecord):
         match event:
             case StepStarted():
                 self.step = event.step
-            case ActionStarted(details=ChangeSetup() as action):
-                self._follow(action)
+            case ActionStarted(details=action):
+                if any(count > 0 for count in self.on.values()) and not getattr(action, "at_shaft", False):
+                    self._say(f"{type(action).__name__} while {dict(self.on)} is on: no page lets it be confirmed")
+                if isinstance(action, ChangeSetup):
+                    self._follow(action)
             case Energising():
                 self.on[event.instrument] += 1
                 self._look(event.instrument)
@@ -162,7 +165,7 @@ class Watch(NoRecord):
 
 def names() -> list[str]:
     """Return the procedures that plans are drawn from."""
-    return list(installed().procedures)
+    return [name for name, kind in installed().procedures.items() if not kind.manual]
 
 
 def random_plan(random: np.random.Generator, longest: int) -> list[str]:

@@ -1,120 +1,113 @@
-"""Pictures of every kind of step on four screens: `python -m tests.studies.panel_screens DIRECTORY` (needs Chromium)."""
+"""Pictures of every kind of page on five screens in both languages, and what is wrong with them.
 
-import re
+`python -m tests.studies.panel_screens DIRECTORY [NAME …]` (needs Chromium). The smallest screen is 1280 × 800 at 200 %.
+"""
+
 import sys
 import tempfile
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from playwright.sync_api import Browser, Error, Page, sync_playwright
 
-from tests.bench.panel.conftest import CHROMIUM, FLAGS, Server
+from tests.bench.panel.conftest import CHROMIUM, FLAGS
+from tests.studies.panel_checks import english_left, faults, findings, moving
+from tests.studies.panel_pages import PAGES, Bench
 
 SCREENS: Mapping[str, tuple[int, int]] = {
     "1280": (1280, 800),
     "1920": (1920, 1080),
     "tablet": (800, 1280),
     "phone": (390, 844),
+    "zoomed": (640, 400),
 }
-#: Procedures by the beginnings of their titles, and what stands on the page when a kind of step is reached.
-STEPS: Mapping[str, tuple[str, str]] = {
-    "hand": ("dq inductance, time constant", "Connect, in this order"),
-    "energised": ("Pole pairs by stable positions", "Energised on purpose"),
-    "typed": ("Stator resistance ·", "Read and enter"),
-    "turning": ("dq inductance, smallest and largest", "Turn the shaft by hand"),
-    "measuring": ("dq inductance, smallest and largest", "Go on turning"),
-}
+#: How a page looks to those who do not tell colours apart, and where the browser's user chooses them.
+_EYES = ("deuteranopia", "achromatopsia")
 
 
-def begin(page: Page, server: Server, title: str) -> None:
-    """Order a run of one procedure."""
-    page.goto(server.url)
-    page.get_by_label("Motor type").click()
-    page.get_by_text("ipmsm (virtual)").click()
-    page.get_by_label("Operator's name").fill("J. Doe")
-    page.get_by_label("Serial number").fill("SN-001")
-    page.get_by_role("button", name="None").click()
-    page.get_by_role("checkbox", name=re.compile(f"^{re.escape(title)}")).first.click()
-    page.get_by_role("button", name="Start", exact=True).click()
-    page.wait_for_url("**/runs/**")
+class Camera:
+    """Takes a page's pictures and prints what is wrong with it."""
 
+    def __init__(self, page: Page, folder: Path) -> None:
+        self._page = page
+        self._folder = folder
 
-def reach(page: Page, words: str) -> None:
-    """Confirm what is asked until the page says these words."""
-    for _ in range(400):
-        if page.get_by_text(words).first.is_visible():
-            return
-        # Where nothing is asked just now, there is nothing to press.
-        with suppress(Error):
-            page.locator("[data-done]").click(timeout=300)
-        page.wait_for_timeout(50)
-    raise SystemExit(f"never reached: {words}")
+    def take(self, name: str, *, languages: Iterable[str] = ("en", "zh")) -> None:
+        """Take a page in its languages on all screens."""
+        for language in languages:
+            self._speak(language)
+            for screen, (width, height) in SCREENS.items():
+                self._page.set_viewport_size({"width": width, "height": height})
+                self._page.wait_for_timeout(250)
+                self._tell(f"{name}_{language}_{screen}", faults)
+                self._page.screenshot(path=self._folder / f"{name}_{language}_{screen}.png")
+            self._page.set_viewport_size({"width": 1280, "height": 800})
+            if language == "zh":
+                self._tell(f"{name}_zh", english_left)
+        self._speak("en")
+        self._tell(name, findings)
+        self._tell(name, moving)
+        self._see(name)
 
+    def _see(self, name: str) -> None:
+        """Take it in the colours that the user has forced, and as those see it who do not tell colours apart."""
+        self._page.emulate_media(forced_colors="active")
+        self._page.screenshot(path=self._folder / f"{name}_forced.png")
+        self._page.emulate_media(forced_colors="none")
+        eyes = self._page.context.new_cdp_session(self._page)
+        for kind in _EYES:
+            eyes.send("Emulation.setEmulatedVisionDeficiency", {"type": kind})
+            self._page.screenshot(path=self._folder / f"{name}_{kind}.png")
+        eyes.send("Emulation.setEmulatedVisionDeficiency", {"type": "none"})
+        eyes.detach()
 
-def shoot(page: Page, name: str, folder: Path) -> None:
-    """Take the page's pictures, and say where it is wider than its screen."""
-    for screen, (width, height) in SCREENS.items():
-        page.set_viewport_size({"width": width, "height": height})
-        page.wait_for_timeout(500)
-        wide = page.evaluate("document.documentElement.scrollWidth") - width
-        if wide > 0:
-            print(f"{name}_{screen}: {wide} px too wide")
-        page.screenshot(path=folder / f"{name}_{screen}.png")
-    page.set_viewport_size({"width": 1280, "height": 800})
+    def _speak(self, language: str) -> None:
+        other = self._page.get_by_role("button", name="中文" if language == "zh" else "English", exact=True)
+        if other.is_visible():
+            other.click()
+            self._page.locator(f"html[lang={language}]").wait_for(state="attached")
+            self._page.wait_for_timeout(900)
+
+    def _tell(self, name: str, look: Callable[[Page], Iterable[str]]) -> None:
+        for again in reversed(range(3)):
+            try:
+                told = list(look(self._page))
+                break
+            except Error:
+                # On a busy machine a page takes itself for lost, and loads itself anew.
+                if not again:
+                    raise
+                self._page.wait_for_timeout(2000)
+        for words in told:
+            print(f"{name}: {words}", flush=True)
 
 
 def take(folder: Path, only: list[str]) -> None:
-    """Click through runs of the shipped ipmsm and take the pictures."""
+    """Come to every page of PAGES, or to those named, and take its pictures."""
+    unknown = sorted(set(only) - set(PAGES))
+    if unknown:
+        raise SystemExit(f"no such page: {', '.join(unknown)}; there are: {', '.join(PAGES)}")
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as runs, sync_playwright() as playwright:
-        server = Server(Path(runs) / "runs", "--virtual")
-        server.start()
+    with tempfile.TemporaryDirectory() as kept, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        bench = Bench(Path(kept))
         try:
-            _take(playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS), server, folder, only)
+            for name in only or PAGES:
+                _take(browser, bench, folder, name)
         finally:
-            server.stop()
+            bench.close()
 
 
-def _take(browser: Browser, server: Server, folder: Path, only: list[str]) -> None:
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.set_default_timeout(30_000)
-    page.on("pageerror", lambda error: print("page:", error))
-    page.on("console", lambda message: print("console:", message.text) if message.type == "error" else None)
-    for name, (title, words) in STEPS.items():
-        if only and name not in only:
-            continue
-        begin(page, server, title)
-        reach(page, words)
-        page.wait_for_timeout(700)
-        shoot(page, name, folder)
-        if name == "hand":
-            _after(page, "chinese", lambda: page.get_by_role("button", name="中文").click(), folder)
-            page.get_by_role("button", name="English").click()
-            page.wait_for_timeout(500)
-        page.locator(".mb-stop:not([disabled])").click()
-        page.get_by_text("ABORTED").first.wait_for()
-        if name == "hand":
-            shoot(page, "aborted", folder)
-    for path, name in (("/", "start"), ("/history", "runs"), ("/statistics", "statistics"), ("/line", "line")):
-        if not only or name in only:
-            page.goto(server.url + path)
-            _after(page, name, lambda: None, folder)
-    if not only or "lost" in only:
-        begin(page, server, STEPS["hand"][0])
-        reach(page, STEPS["hand"][1])
-        server.stop()
-        page.wait_for_timeout(5000)
-        shoot(page, "lost", folder)
-        server.start()
-        page.locator(".mb-stop:not([disabled])").click(timeout=20_000)
-        page.get_by_text("ABORTED").first.wait_for()
-
-
-def _after(page: Page, name: str, action: Callable[[], object], folder: Path) -> None:
-    action()
-    page.wait_for_timeout(800)
-    shoot(page, name, folder)
+def _take(browser: Browser, bench: Bench, folder: Path, name: str) -> None:
+    context = browser.new_context(viewport={"width": 1280, "height": 800})
+    page = context.new_page()
+    page.set_default_timeout(90_000)
+    page.on("pageerror", lambda error: print(f"{name}: page: {error}"))
+    with PAGES[name](page, bench):
+        page.wait_for_timeout(600)
+        # Nothing answers a page that is lost, in any language.
+        Camera(page, folder).take(name, languages=("en",) if name in ("lost", "login") else ("en", "zh"))
+    context.close()
 
 
 if __name__ == "__main__":

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -17,19 +18,23 @@ from procedures.estimation.winding.step_response import fit_step_response, time_
 from procedures.estimation.winding.timed_sweep import fit_timed_sweep
 
 Random = np.random.Generator
-#: One trial: estimate and uncertainty (NaN for a method that has none), degrees of freedom.
-Trial = Callable[[Random], tuple[float, float, float]]
+#: Estimate and uncertainty (NaN for a method that has none), degrees of freedom.
+Told = tuple[float, float, float]
 NO_UNCERTAINTY = (float("nan"), float("inf"))
 
 
 @dataclass(frozen=True)
 class Case:
-    """An estimator on one kind of record: its trial, the true value, and the variance that no unbiased one undercuts."""
+    """An estimator on one kind of record: its trial, the true value, and the variance that no unbiased one undercuts.
+
+    Cases of one `trial` read what they tell from the same results of it.
+    """
 
     name: str
-    trial: Trial
+    trial: Callable[[Random], Any]
     truth: float
     bound: float
+    read: Callable[[Any], Told] = lambda result: result
 
 
 @dataclass(frozen=True)
@@ -43,9 +48,14 @@ class Score:
     coverage: float
 
 
-def score(case: Case, trials: int, seed: int = 1) -> Score:
+@lru_cache(maxsize=1)
+def _results(trial: Callable[[Random], Any], trials: int, seed: int) -> list[Any]:
     random = np.random.default_rng(seed)
-    told = [case.trial(random) for _ in range(trials)]
+    return [trial(random) for _ in range(trials)]
+
+
+def score(case: Case, trials: int, seed: int = 1) -> Score:
+    told = [case.read(result) for result in _results(case.trial, trials, seed)]
     estimates = np.array([value for value, _, _ in told])
     covered = [low <= case.truth <= high for low, high in (coverage_interval(*each) for each in told)]
     coverage = float(np.mean(covered)) if np.isfinite(told[0][1]) else float("nan")
@@ -55,7 +65,7 @@ def score(case: Case, trials: int, seed: int = 1) -> Score:
     )
 
 
-def told(fit: Fit, name: str) -> tuple[float, float, float]:
+def told(fit: Fit, name: str) -> Told:
     return fit.value(name), fit.uncertainty(name), fit.degrees_of_freedom
 
 
@@ -237,10 +247,14 @@ def _mechanics_bounds() -> np.ndarray:
     return np.diag(np.linalg.inv(slopes.T @ slopes)) * SPEED_NOISE**2
 
 
+def _fitted_ramps(random: Random) -> Fit:
+    return fit_ramps(ramps(random))
+
+
 def inertia_case(name: str) -> Case:
     index = ("inertia", "coulomb_friction", "viscous_friction").index(name)
     bound = _mechanics_bounds()[index]
-    return Case(f"{name}, ramp fit", lambda random: told(fit_ramps(ramps(random)), name), MECHANICS[index], bound)
+    return Case(f"{name}, ramp fit", _fitted_ramps, MECHANICS[index], bound, lambda fit: told(fit, name))
 
 
 def two_point_case() -> Case:

@@ -5,7 +5,7 @@
 Drives are drawn at random and solved exactly (`sim_instruments.six_step`); windings and magnets warm from load to load, and the meters'
 errors are the study's own: gains anywhere within what is stated, a gain of its own for every range of the oscilloscope, rounding, scatter.
 R_11 and L11 − L12 are typed in off by up to 2 and 5 %. Every cause is drawn log-uniform from negligible to gross. Truths hold at the loads
-that count.
+that count. Solving a drive takes longest, so the rows see the same drives, but for those that another drive is about.
 """
 
 import argparse
@@ -49,7 +49,11 @@ VOLTAGE, CURRENT, SCOPE, SPEED, TORQUE = 0.003, 0.01, 0.02, 0.0005, 0.002
 #: How far two ranges of the oscilloscope differ (standard deviation), and rounding of the tachometer (rad/s).
 RANGES, RPM = 0.001, math.pi / 30.0
 COPPER, MAGNETS = 0.00393 / (1.0 + 0.00393 * 5.0), -0.001
-SAMPLES, PERIODS = 30_000, 40
+SAMPLES, PERIODS, WAVE = 30_000, 40, 10_001
+#: Rows that a drive of their own is drawn for.
+OWN_DRIVE = ("three loads", "phase advance")
+#: So many drives are drawn at a time.
+_BATCH = 20
 
 
 def log(random: Random, low: float, high: float) -> float:
@@ -72,13 +76,22 @@ class Row:
     missed: Counter[str] = field(default_factory=Counter)
     causes: Counter[str] = field(default_factory=Counter)
 
+    def add(self, other: "Row") -> None:
+        """Take more records into account."""
+        for name, more in vars(other).items():
+            setattr(self, name, getattr(self, name) + more)
+
 
 @dataclass
 class World:
-    """A drawn bench: the drive at 25 °C, true states at its loads with winding and magnets warm, and what disturbs the meters."""
+    """A drawn bench: the drive at 25 °C and its rated torque (N·m), true states at its loads with winding and magnets warm, one period of
+    a line's current at each, and what disturbs the meters.
+    """
 
     drive: SixStepDrive
+    rated: float
     states: list[SteadyState]
+    waves: list[np.ndarray[Any, Any]]
     temperatures: list[float]
     factors: dict[str, np.ndarray[Any, Any]]
     iron: float = 0.0
@@ -115,7 +128,7 @@ def drawn_drive(random: Random) -> tuple[SixStepDrive, float]:
 
 
 def world(name: str, random: Random) -> World:
-    """Draw a bench that runs at all loads, and what one row does to it."""
+    """Draw a bench that runs at all loads, its drive as a row asks for."""
     while True:
         drive, rated = drawn_drive(random)
         if name == "phase advance":
@@ -161,8 +174,14 @@ def world(name: str, random: Random) -> World:
         "clip": np.full(count, math.inf),
         "thermometer": np.array([start, start + rise]),
     }
-    made = World(drive, states, list(temperatures), factors)
-    disturb(name, made, random, rated)
+    waves = [state.line_currents(np.linspace(0.0, state.period, WAVE))[0] for state in states]
+    return World(drive, rated, states, waves, list(temperatures), factors)
+
+
+def disturbed(name: str, plain: World, random: Random) -> World:
+    """Return a bench with what one row does to its meters."""
+    made = replace(plain, factors={key: values.copy() for key, values in plain.factors.items()})
+    disturb(name, made, random, plain.rated)
     return made
 
 
@@ -198,7 +217,7 @@ def disturb(name: str, made: World, random: Random, rated: float) -> None:
         speeds = np.array([state.speed for state in made.states])
         factors["later"] = log(random, 1e-3, 0.5) * np.append(0.0, np.diff(speeds)) / speeds
     if name == "line clipped":
-        peak = max(float(np.max(np.abs(s.line_currents(np.linspace(0.0, s.period, 200))[0]))) for s in made.states)
+        peak = max(float(np.max(np.abs(wave))) for wave in made.waves)
         factors["clip"] = np.full(count, peak * random.uniform(0.6, 1.05))
     if name == "ripple on the bus current":
         factors["current"] *= 1.0 + log(random, 1e-4, 0.1) * random.uniform(-1.0, 1.0, count)
@@ -223,7 +242,8 @@ def points(made: World, random: Random, bench: Bench) -> LoadPoints:
         later = float(f.get("later", zero)[k])
         frequency = made.drive.pole_pairs * state.speed / (2.0 * math.pi)
         time = np.linspace(0.0, PERIODS / frequency, SAMPLES, endpoint=False) + random.uniform(0.0, 1.0 / frequency)
-        line = np.clip(state.line_currents(time)[0], -f["clip"][k], f["clip"][k]) * f["line"][k]
+        line = np.interp(time % state.period, np.linspace(0.0, state.period, WAVE), made.waves[k])
+        line = np.clip(line, -f["clip"][k], f["clip"][k]) * f["line"][k]
         step = 2.6 * float(np.max(np.abs(line))) / 256.0
         line = step * np.round((line + random.normal(0.0, 0.7 * step, line.size)) / step)
         current = state.average_supply_current
@@ -313,9 +333,8 @@ def measured(made: World, name: str, random: Random) -> ProcedureResult:
     return found
 
 
-def take(row: Row, name: str, random: Random) -> None:
+def take(row: Row, name: str, made: World, random: Random) -> None:
     """Take one record into account."""
-    made = world(name, random)
     row.records += 1
     try:
         result = measured(made, name, random)
@@ -343,12 +362,16 @@ def take(row: Row, name: str, random: Random) -> None:
             row.width.append(half / truth)
 
 
-def row_of(records: int, seed: int, number: int) -> Row:
-    """Return a row of so many records."""
-    random, row = np.random.default_rng([seed, number]), Row()
-    for _ in range(records):
-        take(row, ROWS[number], random)
-    return row
+def rows_of(numbers: Sequence[int], seed: int, batch: Sequence[int]) -> list[Row]:
+    """Return the rows of some numbers from the drives of one batch."""
+    rows = [Row() for _ in numbers]
+    for index in batch:
+        plain = world("", np.random.default_rng([seed, index]))
+        for row, number in zip(rows, numbers, strict=True):
+            name, random = ROWS[number], np.random.default_rng([seed, index, number])
+            own = world(name, random) if name in OWN_DRIVE else plain
+            take(row, name, disturbed(name, own, random), random)
+    return rows
 
 
 def line_of(name: str, row: Row) -> str:
@@ -374,11 +397,16 @@ def main() -> None:
     numbers = given.row or range(len(ROWS))
     print("| record | held, total | beyond 3 U | median U of k_e | told | withheld | refused | named |")
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |")
+    batches = [range(given.records)[begin : begin + _BATCH] for begin in range(0, given.records, _BATCH)]
+    rows = [Row() for _ in numbers]
     with ProcessPoolExecutor(given.workers) as pool:
-        for number, row in zip(numbers, pool.map(partial(row_of, given.records, given.seed), numbers), strict=True):
-            print(line_of(ROWS[number], row), flush=True)
-            if given.missed:
-                print("  ", dict(row.missed), flush=True)
+        for made in pool.map(partial(rows_of, numbers, given.seed), batches):
+            for row, more in zip(rows, made, strict=True):
+                row.add(more)
+    for number, row in zip(numbers, rows, strict=True):
+        print(line_of(ROWS[number], row), flush=True)
+        if given.missed:
+            print("  ", dict(row.missed), flush=True)
 
 
 if __name__ == "__main__":

@@ -59,7 +59,13 @@ def run_batch(
     `stream` is where serial numbers are typed or scanned, `fork_server` where workers come from, one of its own unless given.
     Raises InputError before anything is touched, or where no socket can work; StoreError where records can no longer be kept.
     """
-    return run_prepared(prepare(request.plan, request.station, request.sockets), request, listener, stream, fork_server)
+    return run_prepared(
+        prepare(request.plan, request.station, request.sockets, request.operator),
+        request,
+        listener,
+        stream,
+        fork_server,
+    )
 
 
 def run_prepared(

@@ -98,7 +98,7 @@ def dry_run(request: BatchRequest, fork_server: ForkServer | None = None) -> Dry
 
     Raises InputError for a plan, motor or station that is not right.
     """
-    prepared, assumed = _virtually(prepare(request.plan, request.station, request.sockets))
+    prepared, assumed = virtually(prepare(request.plan, request.station, request.sockets, request.operator))
     sockets = len(prepared.line.sockets)
     # Sampling tests come with the first motor, the most that one can take.
     motors = request.motors or max(2, sockets)
@@ -117,8 +117,8 @@ def dry_run(request: BatchRequest, fork_server: ForkServer | None = None) -> Dry
         return _summary(prepared, listener.records, assumed)
 
 
-def _virtually(prepared: Prepared) -> tuple[Prepared, tuple[str, ...]]:
-    """Return the same plan on as many virtual benches, for motors that do not differ."""
+def virtually(prepared: Prepared) -> tuple[Prepared, tuple[str, ...]]:
+    """Return the same plan on as many virtual benches, for motors that do not differ; and what was assumed of the motor."""
     line, motor = prepared.line, prepared.motor
     assumed: tuple[str, ...] = ()
     if motor.virtual is None:

@@ -11,6 +11,7 @@ from bench.run.retry_policy import Attempt, Next
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Parameter, Withheld
 from procedures.verification.verifier import WiringError
+from reports.tables.figures import scale_of
 
 _NO_LIMITS = ParameterLimits()
 
@@ -136,13 +137,17 @@ class MotorJudge:
 
 def described(figure: MeasuredFigure) -> str:
     """Return a figure with what speaks against it, in one line."""
-    value = f"{figure.parameter} = {figure.value:.5g} ± {figure.expanded:.2g} {figure.unit}".rstrip()
-    limits = f"{figure.low:.5g} … {figure.high:.5g}"
+    scale = scale_of(figure.value, figure.unit)
+    value, expanded, low, high = (
+        one / scale.factor for one in (figure.value, figure.expanded, figure.low, figure.high)
+    )
+    said = f"{figure.parameter} = {value:.5g} ± {expanded:.2g} {scale.unit}".rstrip()
+    limits = f"{low:.5g} … {high:.5g} {scale.unit}".rstrip()
     if figure.verdict is Verdict.NOT_JUDGED:
         return f"{figure.parameter} is not judged: no figure is given"
     if figure.verdict is Verdict.ERROR:
-        return f"{value} cannot be held against {limits}: too uncertain"
-    return f"{value}, limits {limits}"
+        return f"{said} cannot be held against {limits}: too uncertain"
+    return f"{said}, limits {limits}"
 
 
 def _half(interval: tuple[float, float]) -> float:

@@ -1,6 +1,6 @@
 """Before a batch begins: its plan, motor and line read and checked against one another, and the procedures' order."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,15 +52,19 @@ class Prepared:
     limits: dict[str, ParameterLimits]
 
 
-def prepare(plan_file: Path, station: str, sockets: int | None) -> Prepared:
-    """Read plan, motor and station and check them against one another. Raises InputError for whatever does not go together."""
+def prepare(plan_file: Path, station: str, sockets: int | None, operator: str = "") -> Prepared:
+    """Read plan, motor and station and check them against one another, for hand work by `operator`.
+
+    Raises InputError for whatever does not go together.
+    """
     line = load_line(station, sockets)
     plan = load_plan(plan_file, line.catalogues)
     catalogues = plan.catalogues(line.catalogues)
     motor = load_motor(plan.motor, catalogues.procedures)
     planned = planned_of(plan.checks, plan.source, catalogues.procedures)
     check_parameters(plan, planned, catalogues.procedures)
-    check_station(line, planned)
+    # A virtual socket has a fixture, unless virtual hands work in its place.
+    check_station(line, planned, virtual_roles(fixture=operator != "virtual", six_step=motor.six_step is not None))
     if line.is_virtual:
         motor.virtual_motor()
     return Prepared(plan, motor, line, plan.limits(motor.nameplate.expected))
@@ -112,13 +116,12 @@ def check_parameters(plan: Plan, planned: Sequence[Planned], known: Catalogue) -
         )
 
 
-def check_station(line: ProductionLine, planned: Sequence[Planned]) -> None:
-    """Raise InputError where a socket has not the instruments that a procedure needs."""
+def check_station(line: ProductionLine, planned: Sequence[Planned], available: Collection[str]) -> None:
+    """Raise InputError where a socket has not the instruments that a procedure needs; virtual ones have those `available`."""
     for socket in line.sockets:
         if socket.station is not None:
             check_needs(planned, socket.station)
             continue
-        available = virtual_roles()
         for each in planned:
             missing = sorted(role.value for role in each.procedure.roles if role.value not in available)
             if missing:

@@ -3,7 +3,8 @@
 import hashlib
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
+from functools import partial
 
 import numpy as np
 
@@ -22,8 +23,23 @@ from drivers.interfaces import Clock
 from procedures.core.bench import Role
 from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import FIXTURE, SimulatedUnit, find
+from sim_instruments.faults.description import Description
 from sim_instruments.instruments.errors import Errors
+from sim_instruments.physics import defects
 from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.six_step.machine import driven
+
+
+def _as_drawn(motor: VirtualMotor) -> VirtualMotor:
+    return motor
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """What is made of a drawn motor, and the faults that the bench has with it."""
+
+    change: Callable[[VirtualMotor], VirtualMotor] = _as_drawn
+    faults: tuple[Description, ...] = ()
 
 
 class VirtualSocket:
@@ -47,13 +63,28 @@ class VirtualSocket:
 
     @contextmanager
     def context(
-        self, serial_number: str, seed: int, on_advance: Callable[[float], None], sharing: Callable[[Clock], Sharing]
+        self,
+        serial_number: str,
+        seed: int,
+        on_advance: Callable[[float], None],
+        sharing: Callable[[Clock], Sharing],
+        specimen: Specimen | None = None,
     ) -> Iterator[RunContext]:
-        """Give the context for the motor with this serial number; `on_advance` is called with the bench's time (s) as it goes on."""
+        """Give the context for the motor with this serial number, or a `specimen` made of it.
+
+        `on_advance` is called with the bench's time (s) as it goes on.
+        """
         batch = self._batch
-        motor, six_step = batch.motor.virtual_motor(), batch.motor.six_step
-        if six_step is None:
-            motor = drawn_motor(motor, batch.plan.spread, seed_of(batch.request.seed, serial_number))
+        six_step, made = batch.motor.six_step, specimen or Specimen()
+        drawn = drawn_motor(
+            batch.motor.virtual_motor(),
+            batch.plan.spread,
+            seed_of(batch.request.seed, serial_number),
+            alike=six_step is not None,
+        )
+        motor = made.change(drawn)
+        if six_step is not None:
+            six_step, motor = driven(six_step, motor)
         # Relays and an actuator work in place of virtual hands.
         fixture = batch.request.operator != "virtual"
         with VirtualBench(
@@ -66,6 +97,8 @@ class VirtualSocket:
             fixture=fixture,
         ) as bench:
             bench.clock.on_advance(on_advance)
+            for fault in made.faults:
+                bench.injector.add(fault)
             context = RunContext(
                 self._station(bench),
                 bench.clock,
@@ -102,10 +135,11 @@ def seed_of(*parts: object) -> int:
     return int.from_bytes(hashlib.sha256("\0".join(map(str, parts)).encode()).digest()[:8], "big")
 
 
-def drawn_motor(nominal: VirtualMotor, spread: SpreadSection, seed: int) -> VirtualMotor:
+def drawn_motor(nominal: VirtualMotor, spread: SpreadSection, seed: int, *, alike: bool = False) -> VirtualMotor:
     """Return one motor of the type, some with a defect; the same for the same seed.
 
-    What is drawn is normally distributed; the three windings share half of the resistance's variance, as wire of one reel.
+    What is drawn is log-normally distributed; the three windings share half of the resistance's variance, as wire of one reel, and
+    all of it where they must be `alike`, as a six-step drive's are; then there is no saliency either, and no defect.
     """
     random = np.random.default_rng(seed)
 
@@ -116,6 +150,8 @@ def drawn_motor(nominal: VirtualMotor, spread: SpreadSection, seed: int) -> Virt
     own = [factor(spread.resistance / np.sqrt(2.0)) for _ in range(3)]
     inductance, saliency = factor(spread.inductance), factor(0.3 * spread.inductance)
     flux, inertia, friction = factor(spread.flux), factor(spread.inertia), factor(spread.friction)
+    if alike:
+        own, saliency = [own[0]] * 3, 1.0
     a, b, c = (r * wire * each for r, each in zip(nominal.phase_resistances, own, strict=True))
     motor = replace(
         nominal,
@@ -127,37 +163,15 @@ def drawn_motor(nominal: VirtualMotor, spread: SpreadSection, seed: int) -> Virt
         coulomb_friction=nominal.coulomb_friction * friction,
         viscous_friction=nominal.viscous_friction * friction,
     )
-    if random.random() >= spread.defects:
+    if random.random() >= spread.defects or alike:
         return motor
     return DEFECTS[int(random.integers(len(DEFECTS)))](motor)
 
 
-def bad_joint(motor: VirtualMotor) -> VirtualMotor:
-    """Return the motor with a bad joint in phase B."""
-    a, b, c = motor.phase_resistances
-    return replace(motor, phase_resistances=(a, b * 1.25, c))
-
-
-def missing_turns(motor: VirtualMotor) -> VirtualMotor:
-    """Return the motor without a tenth of the turns of all phases: R goes with the turns, L with their square."""
-    a, b, c = motor.phase_resistances
-    return replace(
-        motor,
-        phase_resistances=(0.9 * a, 0.9 * b, 0.9 * c),
-        d_axis_inductance=0.81 * motor.d_axis_inductance,
-        q_axis_inductance=0.81 * motor.q_axis_inductance,
-        flux_linkage=0.9 * motor.flux_linkage,
-    )
-
-
-def weak_magnets(motor: VirtualMotor) -> VirtualMotor:
-    """Return the motor with weak magnets."""
-    return replace(motor, flux_linkage=0.88 * motor.flux_linkage)
-
-
-def tight_bearing(motor: VirtualMotor) -> VirtualMotor:
-    """Return the motor with a tight bearing."""
-    return replace(motor, coulomb_friction=4.0 * motor.coulomb_friction, viscous_friction=3.0 * motor.viscous_friction)
-
-
-DEFECTS: tuple[Callable[[VirtualMotor], VirtualMotor], ...] = (bad_joint, missing_turns, weak_magnets, tight_bearing)
+#: What one in so many motors of a batch has: each as bad as is found at lines now and then.
+DEFECTS: tuple[Callable[[VirtualMotor], VirtualMotor], ...] = (
+    partial(defects.bad_joint, share=0.25),
+    partial(defects.fewer_turns, share=0.1),
+    partial(defects.weak_magnets, share=0.12),
+    lambda motor: defects.tight_bearing(motor, 3.0 * motor.coulomb_friction),
+)

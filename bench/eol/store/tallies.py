@@ -154,6 +154,12 @@ def latest(connection: Connection, parameter: str, selection: Selection, count: 
     return [(named[row.motor], row.value) for row in rows]
 
 
+def held_against_limits(connection: Connection, parameter: str, selection: Selection) -> bool:
+    """Tell whether the latest figure of a parameter was held against a limit."""
+    rows = _ends(connection, parameter, true(), selection, 1)
+    return any(_limits(row.low, row.high) != _limits(None, None) for row in rows)
+
+
 def rows_of_neighbours(connection: Connection, parameter: str, selection: Selection) -> list[list[float]]:
     """Return values of motors that followed each other, in up to 40 rows of up to 250, spread evenly over the selection."""
     first, last = selection.stretches[0][0], selection.stretches[-1][1]

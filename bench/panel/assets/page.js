@@ -48,7 +48,7 @@
     }
 
     function early(event) {
-        if (event.target.closest?.("[data-done][aria-disabled]")) {
+        if (event.target.closest?.("[data-done][aria-disabled], [data-next][aria-disabled]")) {
             event.preventDefault();
             event.stopImmediatePropagation();
         }
@@ -65,13 +65,31 @@
         if (!event.repeat) done.click();
     }
 
+    // A scanner types wherever the cursor is, except where a person types: the field for it takes it, a list does not move.
+    function scanned(event) {
+        const field = find("[data-scan]:not([disabled])");
+        if (!field?.offsetParent || event.ctrlKey || event.altKey || event.metaKey || find(".q-menu")) return;
+        // What is scanned next takes the place of what stands there.
+        if (event.key === "Enter" && event.target === field) field.select();
+        const writes = event.target.matches?.("input:not([readonly], [type=checkbox], [type=radio]), textarea");
+        if (event.key.length !== 1 || event.key === " " || writes) return;
+        event.stopImmediatePropagation();
+        field.focus();
+        field.select();
+    }
+
     function appeared() {
         // A second press at the same place would confirm what nobody has read.
-        const done = find("[data-done]");
-        done?.setAttribute("aria-disabled", "true");
-        setTimeout(() => done?.removeAttribute("aria-disabled"), CONFIRM);
+        for (const button of document.querySelectorAll("[data-done], [data-next]")) {
+            button.setAttribute("aria-disabled", "true");
+            setTimeout(() => button.removeAttribute("aria-disabled"), CONFIRM);
+        }
         // Once the step's parts stand: they come in the same message.
-        requestAnimationFrame(() => find("[data-focus]:not([disabled])")?.focus({ preventScroll: true }));
+        requestAnimationFrame(() => {
+            const place = find("[data-focus]:not([disabled])");
+            place?.focus({ preventScroll: true });
+            place?.select?.();
+        });
     }
 
     function pressed(event) {
@@ -123,7 +141,9 @@
             if (attributeName === "data-beat") heard = performance.now();
             if (attributeName === "data-step") appeared();
             if (attributeName === "data-sound") sound(target.dataset.sound);
-            if (type === "childList" && [...addedNodes].some((node) => node.querySelector?.("[data-beat]"))) {
+            const added = (name) => type === "childList" && [...addedNodes].some((node) => node.querySelector?.(name));
+            if (added("[data-result]")) appeared();
+            if (added("[data-beat]")) {
                 heard = performance.now();
                 root.lang = find("[data-beat]").dataset.lang;
                 appeared();
@@ -138,7 +158,7 @@
         attributeFilter: ["data-beat", "data-step", "data-sound"],
     });
     for (const kind of ["click", "keydown", "pointerdown", "input"]) window.addEventListener(kind, refuse, true);
-    window.addEventListener("keydown", confirm, true);
+    for (const hear of [confirm, scanned]) window.addEventListener("keydown", hear, true);
     window.addEventListener("click", early, true);
     window.addEventListener("click", pressed);
     for (const kind of ["pointerdown", "keydown"]) window.addEventListener(kind, allow);

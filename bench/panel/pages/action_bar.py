@@ -6,7 +6,6 @@ from typing import Any
 
 from nicegui import ui
 
-from bench.operators.typed import BACK
 from bench.panel.bench_state import ShownState, StateKind
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.icons import icon
@@ -56,10 +55,13 @@ class ActionBar:
             state.waits,
             state.kind is StateKind.UNKNOWN,
             self._doubted and entry is not None and entry.held is not None,
+            self._card.correction.state,
         )
         if shown == self._shown:
             return
-        step = (question["id"] if question else 0, state.waits is None)
+        correction = self._card.correction
+        corrected = (correction.chosen or {}).get("number", "") if correction.is_open(question) else None
+        step = (f"{question['id'] if question else 0}/{corrected}", state.waits is None)
         self._shown = shown
         self._parts.clear()
         with self._parts:
@@ -74,7 +76,7 @@ class ActionBar:
             self.show(self._state)
         entry = self._card.entry
         if entry is not None and hasattr(self, "_done_words"):
-            self._done_words.set_text(self._reader.say(text("Enter {value}", value=entry.words)))
+            self._done_words.set_text(self._reader.say(self._entering()))
 
     def _build(self, question: Mapping[str, Any] | None, state: ShownState) -> None:
         if question is None or state.kind is StateKind.ABORTING:
@@ -96,9 +98,18 @@ class ActionBar:
             self._waiting(state.waits)
             return
         entry = self._card.entry
-        if question.get("correctable"):
-            self._button(text("Correct the entry before"), partial(self._answer, question, BACK), "back")
-        if question["kind"] == "doubt":
+        correction = self._card.correction
+        if correction.is_open(question):
+            self._button(text("Leave it as it is"), partial(correction.leave, question), "back")
+            if correction.refused(question) is not None:
+                self._done(text("Repeat the procedure"), partial(self._repeat, question))
+                return
+            if entry is None:
+                self._waiting(text("Choose a reading"))
+                return
+        elif question.get("readings"):
+            self._button(text("Correct a reading"), partial(correction.open, question), "back")
+        if entry is None and question["kind"] == "doubt":
             self._button(text("It is right: keep it"), partial(self._answer, question, value=False)).classes("mb-keep")
             self._done(text("Enter it again"), partial(self._answer, question, value=True))
         elif entry is not None and self._doubted and entry.held is not None:
@@ -106,8 +117,7 @@ class ActionBar:
             kept.classes("mb-keep")
             self._done(text("Type it again"), self._again).props("data-again")
         elif entry is not None:
-            words = text("Enter {value}", value=entry.words) if entry.words else text("Enter")
-            self._done(words, partial(self._enter, question))
+            self._done(self._entering(), partial(self._enter, question))
         else:
             done = self._done(text("Done"), partial(self._answer, question))
             if question["kind"] != "angles":
@@ -135,6 +145,17 @@ class ActionBar:
             ui.label("Enter").classes("mb-key").props("aria-hidden=true")
         return button
 
+    def _entering(self) -> Text:
+        """Return what the button says that takes what stands in the field."""
+        words = self._card.entry.words if self._card.entry else ""
+        if self._card.correction.chosen is not None:
+            return text("Correct to {value}", value=words) if words else text("Correct")
+        return text("Enter {value}", value=words) if words else text("Enter")
+
+    async def _repeat(self, question: Mapping[str, Any]) -> None:
+        if self._panel.control.take_if_free(self._session.token, self._session.person):
+            await self._run.line.say({"id": question["id"], "repeat": True, "by": self._session.person})
+
     def _again(self) -> None:
         """Leave it to the browser: the field has the focus again, and what stands there is typed over."""
 
@@ -161,7 +182,15 @@ class ActionBar:
         if not self._panel.control.take_if_free(self._session.token, self._session.person):
             return
         self._doubted = False
-        fault = await self._run.line.answer(question["id"], value)
+        correction, line = self._card.correction, self._run.line
+        if (chosen := correction.chosen) is not None:
+            wanted = {"number": chosen["number"], "typed": value}
+            fault = await line.say({"id": question["id"], "correct": wanted, "by": self._session.person})
+            if fault is None:
+                correction.given(str(value))
+        else:
+            correction.done = None
+            fault = await line.answer(question["id"], value)
         now = self._run.line.question
         # A second click, or another browser's, comes too late and does no harm.
         if not fault or now is None or now["id"] != question["id"]:

@@ -8,6 +8,7 @@ from nicegui import ui
 
 from bench.by_hand.commands import ArgumentKind, Command, CommandArgument, commands_of
 from bench.by_hand.hand_work import OWNERS, PLAIN
+from bench.by_hand.look_over import probe_words
 from bench.by_hand.outcome import kept_words
 from bench.by_hand.values import range_of, spoken
 from bench.by_hand.words import called
@@ -15,10 +16,10 @@ from bench.journal.stored_result import restore_text
 from bench.operators.typed import typed_number
 from bench.panel.pages.parts import named, table
 from bench.panel.pages.reader import Reader
-from drivers.interfaces import Role
+from drivers.interfaces import ProbeKind, Role
 from drivers.interfaces.declarations import Effect
 from drivers.interfaces.text import Text, text
-from procedures.core.actions import SOCKET_NAMES, Terminal
+from procedures.core.actions import SOCKET_NAMES, YES, FittedProbe, Terminal
 from procedures.core.result import ProcedureResult
 from reports.labels import role_name
 
@@ -65,6 +66,10 @@ class ByHandForm:
                 ui.label(say(text("ON: {typed}", typed=words))).classes("text-xl grow")
                 off = partial(self._line, f"off {words.split()[0]}")
                 ui.button(say(text("Switch off")), on_click=off, color=None).classes("mb-abort text-xl px-8 py-2")
+        if self._question.get("confirms"):
+            ui.button(say(text("⚡ It is so: switch on")), on_click=partial(self._line, YES), color=None).classes(
+                "mb-abort text-xl px-10 py-4 mt-3"
+            ).props("no-caps data-confirm")
         with ui.element("div").classes("grid gap-4 grid-cols-1 lg-grid-cols-3 mt-3"):
             with ui.element("section").classes("lg-col-span-2 min-w-0"):
                 self._build_command(roles)
@@ -104,6 +109,10 @@ class ByHandForm:
                 self._show_methods()
 
             choice.on_value_change(choose)
+            if self._role == Role.OSCILLOSCOPE.value:
+                for probe in self._question.get("probes", ()):
+                    fitted = FittedProbe(probe["channel"], ProbeKind(probe["kind"]), probe["attenuation"])
+                    ui.label(self._reader.say(probe_words(fitted))).classes("text-base mt-2")
             self._show_arguments(commands[method])
 
     def _show_arguments(self, command: Command) -> None:

@@ -7,6 +7,7 @@ _STYLE = """
   .mb-small { font-size: .875rem; color: #45525f; }
   .mb-state-off { background: var(--safe-bg); border: 3px solid var(--safe); color: var(--safe); }
   .mb-state-live { background: var(--live); border: 3px solid var(--live); color: #fff; }
+  .mb-state-live .mb-abort { border: 3px solid #fff; }
   .mb-refused { color: #b3121d; font-size: 1rem; }
   .mb-picture { width: 100%; border-collapse: collapse; table-layout: fixed; }
   .mb-picture th { text-align: left; font-weight: 400; padding: .25rem .5rem; }

@@ -31,7 +31,7 @@ from reports.tables.summary import rows
 
 #: The plots come after the page: it is to be read at once.
 _LATER = 0.1
-_TO_SIGNATURES = "document.getElementById('signatures').scrollIntoView()"
+_TO_SIGNATURES = "const part = document.getElementById('signatures'); (part.querySelector('input') ?? part).focus()"
 
 
 def ended_part(panel: Panel, session: Session, run: LiveRun, reader: Reader) -> None:
@@ -56,10 +56,9 @@ class _Ended:
     def build(self) -> None:
         self._outcome()
         with named(ui.element("section").classes("mb-card mb-4"), self._reader.say(text("Result"))):
-            ui.label(self._reader.say(self._headline())).classes("text-3xl font-bold").props(
-                "role=heading aria-level=1"
-            )
-            self._actions()
+            headline = ui.label(self._reader.say(self._headline())).classes("text-3xl font-bold")
+            headline.props("role=heading aria-level=1 tabindex=-1 data-result")
+            self._actions(headline)
             self._fault = ui.label().props("role=alert").classes("mb-refused whitespace-pre-line")
         self._products = ProductsPart(self._run, self._reader)
         self._picture()
@@ -113,7 +112,7 @@ class _Ended:
             return text("{measured}. Warnings to look at: {count}.", measured=measured, count=open_points)
         return text("{measured}. Nothing needs a look.", measured=measured)
 
-    def _actions(self) -> None:
+    def _actions(self, headline: ui.element) -> None:
         say, view = self._reader.say, self._run.view.run
         with ui.row().classes("gap-3 mt-3 items-center"):
             if self._session.may_lead and view.status != "completed" and not self._manual:
@@ -121,9 +120,11 @@ class _Ended:
                 go_on.classes("mb-go").props("no-caps")
             if self._session.may_lead:
                 following = f"/?{urlencode({'as_before': self._run.name})}"
-                ui.button(say(text("Measure the next motor")), on_click=lambda: ui.navigate.to(following)).props(
-                    "no-caps"
-                )
+                onward = ui.button(say(text("Measure the next motor")), on_click=lambda: ui.navigate.to(following))
+                onward.props("no-caps data-next")
+            # After a run that is complete Enter goes on; after any other nothing happens by itself.
+            went_well = self._session.may_lead and view.status == "completed"
+            (onward if went_well else headline).props("data-focus")
             ui.button(say(text("Report")), on_click=lambda: self._products.report()).props("outline no-caps")
             with self._menu(text("Export")):
                 for name, target in self._exports.items():

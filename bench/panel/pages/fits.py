@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from nicegui import ui
@@ -11,12 +10,13 @@ from bench.panel.live_run import LiveRun
 from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
-from bench.panel.plots import fit_plot
+from bench.panel.plots import fit_plot, labelled
 from drivers.interfaces.text import Text, lines, text
+from procedures.core.axes import Axes
 from procedures.core.result import ProcedureResult
 from reports.document.record import ProcedureRecord
 from reports.plots.misfit import causes, is_residual
-from reports.plots.model import Axes, Plot
+from reports.plots.model import Plot
 from reports.plots.of_procedures import plots
 from reports.tables.figures import decimals_for, figure, scale_of
 
@@ -66,7 +66,7 @@ def _one(result: ProcedureResult, title: str, upper: Axes, left: Axes, reader: R
         with ui.element("figcaption"):
             ui.label(f"{title} · {say(upper.y_label)}").classes("text-base font-semibold")
             ui.label(say(word)).classes("mb-small")
-        ui.echart(fit_plot(_labelled(upper, reader), _labelled(left, reader))).classes("w-full h-80")
+        ui.echart(fit_plot(labelled(upper, say), labelled(left, say))).classes("w-full h-80")
 
 
 def _judged(result: ProcedureResult, left: Axes) -> Text:
@@ -85,28 +85,3 @@ def _rms(left: Axes) -> str:
     scale = scale_of(rms, left.y_unit)
     shown = rms / scale.factor
     return f"{figure(shown, decimals_for(shown, shown))} {scale.unit}".rstrip()
-
-
-def _labelled(axes: Axes, reader: Reader) -> dict[str, Any]:
-    """Return what the plot draws of a pair of axes, in the units of people."""
-    say = reader.say
-    x_scale, y_scale = (
-        scale_of(max((float(np.nanmax(np.abs(part))) for part in parts if np.size(part)), default=0.0), unit)
-        for parts, unit in (
-            ([curve.x for curve in axes.curves], axes.x_unit),
-            ([curve.y for curve in axes.curves], axes.y_unit),
-        )
-    )
-    return {
-        "x": f"{say(axes.x_label)} / {x_scale.unit}" if x_scale.unit else say(axes.x_label),
-        "y": f"{say(axes.y_label)} / {y_scale.unit}" if y_scale.unit else say(axes.y_label),
-        "curves": [
-            (
-                say(curve.name) if not str(curve.name).startswith("_") else "",
-                np.asarray(curve.x, dtype=np.float64) / x_scale.factor,
-                np.asarray(curve.y, dtype=np.float64) / y_scale.factor,
-                curve.manner,
-            )
-            for curve in axes.curves
-        ],
-    }

@@ -81,7 +81,7 @@ def _who(panel: Panel, reader: Reader) -> None:
         if panel.control.holds(session.token):
             label.set_text(say(text("You have the control")))
         elif leader is not None:
-            label.set_text(say(text("{name} has the control", name=leader.name)))
+            label.set_text(say(text("{name} has the control", name=leader.name or text("Another browser"))))
         else:
             label.set_text(say(text("Nobody has the control")))
         button.set_visibility(session.may_lead and not panel.control.holds(session.token))

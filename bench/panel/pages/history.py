@@ -48,13 +48,17 @@ class _History:
     def build(self) -> None:
         say = self._reader.say
         with ui.row().classes("w-full items-center gap-4 mb-3"):
-            label = say(text("Search: serial number, motor, date (20261121), person, parameter"))
-            self._words = ui.input(label, on_change=self._show).props("outlined autofocus clearable").classes("grow")
+            self._words = ui.input(say(text("Search")), on_change=self._show).props("outlined autofocus clearable")
+            self._words.classes("grow").props["hint"] = say(
+                text("Serial number, motor, date (20261121), person, parameter")
+            )
             parameters = ui.select([], label=say(text("Show parameter")), on_change=self._show).props(
                 "outlined clearable"
             )
             self._parameter = parameters.classes("w-64")
             ui.button(say(text("Compare the two chosen")), on_click=self._compare).props("outline")
+        # It stands from the start, empty: what appears in it is read aloud.
+        self._fault = ui.label().classes("mb-note").props("role=alert")
         self._count = ui.label().props("role=status")
         self._table = ui.element("div").classes("mb-card w-full")
         with self._table:
@@ -127,10 +131,12 @@ class _History:
 
     def _choose(self, name: str, *, on: bool) -> None:
         self._chosen = [chosen for chosen in self._chosen if chosen != name] + ([name] if on else [])
+        self._fault.set_text("")
 
     def _compare(self) -> None:
         if len(self._chosen) != 2:
-            ui.notify(self._reader.say(text("Choose two runs.")), type="warning")
+            fault = text("Choose two runs in the list, by their boxes. Chosen now: {count}.", count=len(self._chosen))
+            self._fault.set_text(self._reader.say(fault))
             return
         ui.navigate.to("/".join(("/compare", *(quote(name, safe="") for name in self._chosen))))
 

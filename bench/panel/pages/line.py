@@ -44,16 +44,13 @@ _STYLE = """
   .mb-plan-card[aria-checked=true] { border: 4px solid #0b4fa0; padding: calc(.75rem - 2px) calc(1rem - 2px); background: #eef4ff; }
   .mb-count { font-size: 2rem; font-weight: 700; font-variant-numeric: tabular-nums; }
   .mb-scan input { font-size: 2rem; }
+  .mb-line-top { position: sticky; top: 0; z-index: 3; flex-wrap: nowrap; padding-block: 8px; background: var(--ground); }
+  @media (width <= 43.75rem) and (height > 32.5rem) { .mb-line-top { flex-wrap: wrap; gap: 8px; } .mb-scan { flex-basis: 100%; }
+    .mb-line-top .q-btn { flex: 1; } }
 </style>
 """
 #: The field is emptied where it is filled: a scanner is at the next number before the server has heard of this one.
 _TAKE = "(e) => { const serial = e.target.value; e.target.value = ''; e.target.dispatchEvent(new Event('input')); emit(serial); }"
-_RETURN = (
-    "document.addEventListener('keydown', e => {"
-    "const field = document.querySelector('.mb-scan input');"
-    "if (field && field.offsetParent && e.key.length === 1 && !e.ctrlKey && document.activeElement.tagName !== 'INPUT')"
-    "field.focus();});"
-)
 
 
 def line_page(panel: Panel, session: Session) -> None:
@@ -80,8 +77,10 @@ class _LinePage:
             LineStart(self._panel, self._session, self._reader, self._begun).build()
         self._work = ui.element("div").classes("w-full flex flex-col flex-nowrap gap-4")
         with self._work:
-            with ui.row().classes("w-full items-center gap-4 no-wrap"):
-                self._scan = ui.input(say(text("Scan a serial number"))).props("outlined autofocus autocomplete=off")
+            with ui.row().classes("w-full items-center gap-4 mb-line-top"):
+                self._scan = ui.input(say(text("Scan a serial number"))).props(
+                    "outlined autofocus autocomplete=off data-scan"
+                )
                 self._scan.classes("grow mb-scan").on("keydown.enter", self._scanned, js_handler=_TAKE)
                 self._end = ui.button(say(text("Finish the batch")), on_click=self._finish).props("outline no-caps")
                 self._end.classes("text-lg")
@@ -94,8 +93,6 @@ class _LinePage:
             self._grid = ui.element("div").classes("grid gap-4 grid-cols-1 md-grid-cols-2 xl-grid-cols-4 w-full")
             self._counters = ui.row().classes("w-full gap-8 items-baseline")
         offer_abort(self._aborted, self._abort, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
-        # A scanner types wherever the cursor is: it comes back to the field by itself.
-        ui.run_javascript(_RETURN)
         self.look()
 
     def look(self) -> None:

@@ -91,8 +91,9 @@ class Tile:
 
     def _outside(self, outside: Mapping[str, Any]) -> None:
         say, unit = self._reader.say, outside["unit"]
-        label = say(restore_text(outside["label"]))
-        ui.label(f"{label}: {outside['value']} {unit}".rstrip()).classes("text-base font-semibold")
+        value = f"{outside['value']} {unit}".rstrip()
+        words = say(text("{name}: {value}", name=restore_text(outside["label"]), value=value))
+        ui.label(words).classes("text-base font-semibold")
         limits = f"{outside['low'] or '–'} … {outside['high'] or '–'} {unit}".rstrip()
         ui.label(say(text("limits {limits}", limits=limits))).classes("text-base")
         if outside["place"] is not None:

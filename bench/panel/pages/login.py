@@ -22,10 +22,12 @@ _PAGE = Template("""<!doctype html>
     border: 1px solid #c9d1d9; border-radius: 10px; }
   h1 { font-size: 1.5rem; margin: 0 0 1rem; }
   form { display: grid; gap: .75rem; }
-  input { box-sizing: border-box; width: 100%; padding: .5rem; border: 1px solid #888; font: inherit; }
-  button { padding: .6rem; border: 0; border-radius: 6px; background: #17202a; color: #fff; font: inherit; }
+  input { box-sizing: border-box; width: 100%; min-height: 48px; margin-top: 6px; padding: .5rem; border: 1px solid #6b7884;
+    font: inherit; }
+  button { min-height: 48px; border: 2px solid #0b4fa0; border-radius: 6px; background: #0b4fa0; color: #fff;
+    font: inherit; font-weight: 700; }
   [role=alert] { color: #7a130d; }
-  *:focus-visible { outline: 3px solid #1565c0; outline-offset: 2px; }
+  *:focus-visible { outline: 4px solid #ffcf33; box-shadow: 0 0 0 2px #17202a; }
 </style></head>
 <body><main><h1>motorbench</h1>$alert
 <form method="post" action="/login">

@@ -8,14 +8,13 @@ from nicegui import ui
 
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.parts import named
+from bench.panel.pages.plot_area import DRAWN, PlotArea
 from bench.panel.pages.reader import Reader
 from bench.panel.plots import axes, line, thinned
 from drivers.interfaces.text import text
 from reports.labels import role_name
 from reports.tables.figures import decimals_for, figure, scale_of
 
-#: A plot is drawn anew at most so often (s): drawing costs the browser more than digits do.
-_PLOT = 0.25
 #: A reading younger than this (s) is of this moment.
 _LIVE = 2.0
 
@@ -36,12 +35,17 @@ class ReadingCard:
                 self._what = ui.label(say(text("No reading yet")))
                 self._age = ui.label()
             self._value = ui.label("–").classes("mb-big").props("data-reading")
-            self._chart = (
-                ui.echart(axes("", say(text("bench time / s")), "")).classes("mb-chart").props("aria-hidden=true")
-            )
+            with ui.element("div").classes("mb-side-plot") as self._trend:
+                self._chart = ui.echart(axes("", say(text("bench time / s")), "")).classes("mb-chart")
+                self._chart.props("aria-hidden=true")
+            with ui.element("div").classes("mb-side-plot") as self._beside:
+                self._plot = PlotArea(reader, small=True)
+            self._beside.set_visibility(False)
 
-    def show(self) -> None:
-        """Show the newest reading at once, the plot when it is due."""
+    def show(self, *, plotted: bool) -> None:
+        """Show the newest reading at once, the plot when it is due; its course, where the run's plot is `plotted` elsewhere."""
+        self._beside.set_visibility(not plotted and self._run.line.plot is not None)
+        self._trend.set_visibility(not self._beside.visible)
         say, latest = self._reader.say, self._run.view.latest
         if latest is None:
             self._what.set_text(say(text("No reading yet")))
@@ -62,24 +66,34 @@ class ReadingCard:
     def tick(self) -> None:
         """Draw the plot where there is something new and the last drawing is old enough."""
         self._age.set_text(self._aged())
-        if not self._dirty or monotonic() - self._plotted < _PLOT:
+        plot = self._run.line.plot
+        if plot is not None and self._beside.visible:
+            self._plot.show(plot, self._run.view.readings)
+            return
+        # Beside the plot of the same readings the course is drawn now and then.
+        wait = DRAWN if plot is None else 4.0 * DRAWN
+        if not self._dirty or monotonic() - self._plotted < wait:
             return
         self._plotted, self._dirty = monotonic(), False
         say, latest = self._reader.say, self._run.view.latest
         options = axes("", say(text("bench time / s")), "")
         if latest is not None:
             values, unit = _for_people(list(latest.values), latest.unit)
-            options = axes("", say(text("bench time / s")), unit)
-            points = thinned(list(latest.times), values, 600)
+            scale = scale_of(max(map(abs, values)), unit)
+            options = axes("", say(text("bench time / s")), scale.unit)
+            points = thinned(list(latest.times), [value / scale.factor for value in values], 600)
             options["series"] = [line(say(latest.quantity), points, marks=len(values) < 60)]
         self._chart.options.clear()
         self._chart.options.update(options)
         self._chart.update()
 
     def _aged(self) -> str:
+        say = self._reader.say
         if self._arrived is None:
             return ""
-        age, say = monotonic() - self._arrived, self._reader.say
+        if self._run.view.outdated:
+            return say(text("before switching off"))
+        age = monotonic() - self._arrived
         return say(text("● live")) if age < _LIVE else say(text("{age} s old", age=f"{age:.0f}"))
 
 

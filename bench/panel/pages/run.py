@@ -21,7 +21,7 @@ from bench.panel.sessions import Session
 from drivers.interfaces.text import Text, text
 
 #: How often (s) a page looks whether its run has changed.
-_LOOK = 0.05
+_LOOK = 0.02
 #: How often (s) the state is looked at where nothing has changed: what is known grows old by itself.
 _STATE = 0.25
 
@@ -47,7 +47,7 @@ class _RunPage:
 
     def build(self) -> None:
         say = self._reader.say
-        self._emergency = ui.label().classes("mb-emergency").props("role=alert").style("margin: 12px 16px")
+        self._emergency = ui.label().classes("mb-emergency").props("role=alert")
         self._emergency.set_visibility(False)
         self._live = ui.element("div").classes("w-full")
         with self._live:
@@ -78,11 +78,13 @@ class _RunPage:
             self._show_end()
             self._card.show(may_answer=self._bar.may_answer)
             self._table()
-            self._reading.show()
+            self._reading.show(plotted=self._card.plots)
             self._progress.show()
         elif monotonic() - self._looked < _STATE:
             self._reading.tick()
             return
+        else:
+            self._card.tick()
         self._looked = monotonic()
         state = bench_state(self._run)
         self._state.show(state)
@@ -92,7 +94,7 @@ class _RunPage:
     def _table(self) -> None:
         """Show the readings that belong to the one that is asked for."""
         question, view = self._run.line.question, self._run.view
-        tabled = (question["id"] if question else None, len(view.typed), view.repeat)
+        tabled = (question["id"] if question else None, tuple(view.typed.values()), view.repeat)
         if tabled == self._tabled:
             return
         self._tabled = tabled

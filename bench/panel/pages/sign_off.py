@@ -27,7 +27,7 @@ class SignOffPart:
     def build(self) -> None:
         """Build it."""
         title = self._reader.say(text("Signatures"))
-        self._card = named(ui.element("section").classes("mb-card mb-4").props("id=signatures"), title)
+        self._card = named(ui.element("section").classes("mb-card mb-4").props("id=signatures tabindex=-1"), title)
         self._fill()
 
     def _fill(self) -> None:
@@ -102,4 +102,6 @@ class SignOffPart:
         except InputError as error:
             self._fault.set_text(self._reader.fault(error))
             return
+        # The button that was pressed goes with the form.
+        ui.run_javascript("document.getElementById('signatures').focus()")
         self._fill()

@@ -53,10 +53,10 @@ class _StartPage:
         self._running()
         with ui.element("div").classes("grid gap-4 grid-cols-1 lg-grid-cols-3"):
             with ui.element("section").classes("mb-card"):
-                ui.label(say(text("1  Motor"))).classes("text-xl font-bold mb-2")
+                ui.label(say(text("1  Motor"))).classes("text-xl font-bold mb-2").props("role=heading aria-level=2")
                 self._serial = (
                     ui.input(say(text("Serial number (scan or type)")))
-                    .props("outlined autofocus")
+                    .props("outlined autofocus data-scan")
                     .classes("w-full mb-3")
                 )
                 self._motor = ui.select(
@@ -80,26 +80,27 @@ class _StartPage:
                 )
                 self._serial.on("keydown.enter", self._begin)
             with ui.element("section").classes("mb-card"):
-                ui.label(say(text("2  Procedures"))).classes("text-xl font-bold mb-2")
+                ui.label(say(text("2  Procedures"))).classes("text-xl font-bold mb-2").props(
+                    "role=heading aria-level=2"
+                )
                 self._list = ui.element("div").classes("flex flex-col flex-nowrap mb-procedures")
                 with self._list:
                     ui.spinner(size="2rem")
                 self._hold_list()
             with ui.element("section").classes("mb-card"):
-                ui.label(say(text("3  Station"))).classes("text-xl font-bold mb-2")
+                ui.label(say(text("3  Station"))).classes("text-xl font-bold mb-2").props("role=heading aria-level=2")
                 self._station = ui.element("div").classes("w-full")
                 self._show_station()
-        with ui.row().classes("w-full mt-4 py-3 items-center gap-4 sticky bottom-0").style("background: var(--paper)"):
-            self._start = ui.button(say(text("Start")), on_click=self._begin, color=None)
-            self._start.classes("mb-go text-2xl px-12 py-4").set_enabled(False)
-            self._hand = ui.button(say(text("Use the instruments by hand")), on_click=self._begin_by_hand).props(
-                "outline"
-            )
-            self._hand.classes("text-lg").set_enabled(False)
-            self._try = ui.button(say(text("Rehearse")), on_click=self._rehearse).props("outline").classes("text-lg")
+        with ui.element("div").classes("mb-act mb-begin"):
+            self._hand = ui.button(say(text("Use the instruments by hand")), on_click=self._begin_by_hand)
+            self._hand.props("outline no-caps").set_enabled(False)
+            self._try = ui.button(say(text("Rehearse")), on_click=self._rehearse).props("outline no-caps")
             self._try.set_enabled(False)
-            self._fault = ui.label().props("role=alert").classes("text-lg whitespace-pre-line").style("color:#7a130d")
-            self._said = ui.label().props("role=status").classes("text-lg whitespace-pre-line")
+            self._fault = ui.label().props("role=alert").classes("mb-act-note mb-wrong")
+            self._said = ui.label().props("role=status").classes("mb-act-note")
+            # Where a step's Done is.
+            self._start = ui.button(say(text("Start")), on_click=self._begin, color=None).props("unelevated no-caps")
+            self._start.classes("mb-b mb-done").set_enabled(False)
         ui.timer(0.01, self._fill, once=True)
 
     def _motors(self) -> dict[str, str]:
@@ -147,14 +148,15 @@ class _StartPage:
                     value=not missing and (name in self._planned if self._planned else not procedure.end_of_line),
                 )
                 box.props("dense").classes("text-base")
-                needs = say(text("needs {roles}", roles=[role_name(role) for role in procedure.roles]))
-                if not procedure.roles:
-                    needs = say(text("needs no instrument"))
-                note = ui.label(
-                    needs if not missing else say(text("missing: {roles}", roles=[role_name(role) for role in missing]))
-                ).classes("text-sm pl-8 mb-1")
+                needs = text("needs {roles}", roles=[role_name(role) for role in procedure.roles])
+                if missing:
+                    needs = text("missing: {roles}", roles=[role_name(role) for role in missing])
+                elif not procedure.roles:
+                    needs = text("needs no instrument")
+                # A part of the box: it is pressed with it, and read out with it.
+                with box:
+                    note = ui.label(say(needs)).classes("mb-missing" if missing else "mb-small")
                 self._notes[name] = note
-                note.style("color:#7a130d" if missing else "color:#44505c")
                 box.set_enabled(not missing)
                 self._boxes[name] = box
 

@@ -43,7 +43,10 @@ class StepDrawing:
         self._framed = ""
         self._photographed = False
         self._extents: dict[Form, Extents] = {}
-        self._picture = ui.element("div").classes("mb-draw")
+        #: What else may stand in the drawing's place goes in here.
+        self.stage = ui.element("div").classes("mb-stage")
+        with self.stage:
+            self._picture = ui.element("div").classes("mb-draw")
         self._photos = ui.element("div").classes("mb-photos")
 
     def show(self) -> None:

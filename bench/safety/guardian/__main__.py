@@ -22,6 +22,7 @@ from bench.safety.trip_latch import Latch
 from bench.station.library_logs import quieten_libraries
 from bench.station.station_file import Station, make_station
 from drivers.interfaces import InstrumentError
+from drivers.interfaces.text import Text
 from procedures.core.bench import Role
 
 
@@ -73,9 +74,9 @@ def _interlocks(station: Station, watch: Watch, record: GuardianRecord) -> Inter
         watch.alarm(str(error))
         return Interlocks(())
 
-    def opened(name: str, how: str) -> None:
+    def opened(name: str, how: Text) -> None:
         watch.alarm(str(cause(name, how)))
-        record.record(InterlockOpened(interlock=name, how=how, not_kept=remember(latch, name, how)))
+        record.record(InterlockOpened(interlock=name, how=str(how), not_kept=remember(latch, name, how)))
 
     interlocks.watch(opened)
     return interlocks

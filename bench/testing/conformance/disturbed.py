@@ -48,14 +48,9 @@ def disturb(trial: Trial) -> None:
 
     Each message is disturbed in two of the ways that its line can be, in turn; where the trial is thorough, in every way.
     """
-    with trial.opened(listening=True) as (made, instrument):
-        made.messages.clear()
-        began = made.bench.clock.now()
-        trial.brief(made, instrument)
-        took = made.bench.clock.now() - began
-        messages = list(_different(made.messages))
+    messages, took, transport = _heard(trial)
     for turn, message in enumerate(messages):
-        kinds = [kind for kind in _KINDS[made.transport] if _strikes(kind, message.text, made.transport)]
+        kinds = [kind for kind in _KINDS[transport] if _strikes(kind, message.text, transport)]
         many = len(kinds) if trial.thorough else 2
         for kind in sorted({kinds[(turn + step) % len(kinds)] for step in range(many if kinds else 0)}):
             _disturbed(trial, message, kind, took)
@@ -68,9 +63,26 @@ def disturb(trial: Trial) -> None:
         _cut(trial, message)
     if trial.session.energise is not None:
         _unanswered(trial, trial.session.energise)
-    if trial.checks.manual.trip is not None:
-        for message in [*(one for one in messages if fed and one.number < fed[0].number), *fed[:1]]:
-            _tripped(trial, trial.checks.manual.trip, message, took)
+
+
+def check_trip(trial: Trial) -> None:
+    """Check a fault of the instrument's own, where the manual states one, at each message up to the first that feeds."""
+    if trial.checks.manual.trip is None:
+        return
+    messages, took, _ = _heard(trial)
+    fed = [one for one in messages if one.energised]
+    for message in [*(one for one in messages if fed and one.number < fed[0].number), *fed[:1]]:
+        _tripped(trial, trial.checks.manual.trip, message, took)
+
+
+def _heard(trial: Trial) -> tuple[list[_Message], float, str]:
+    """Return the different messages of a use that nothing disturbs, how long (s) it takes, and what they go by."""
+    with trial.opened(listening=True) as (made, instrument):
+        made.messages.clear()
+        began = made.bench.clock.now()
+        trial.brief(made, instrument)
+        took = made.bench.clock.now() - began
+        return list(_different(made.messages)), took, made.transport
 
 
 def _different(messages: Sequence[tuple[str, bool]]) -> Iterator[_Message]:

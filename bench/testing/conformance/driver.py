@@ -10,7 +10,7 @@ from bench.plugins.catalogues import Catalogues, installed
 from bench.station.library_logs import quieten_libraries
 from bench.testing.conformance.altered import check_altered
 from bench.testing.conformance.connection import check_connection
-from bench.testing.conformance.disturbed import disturb
+from bench.testing.conformance.disturbed import check_trip, disturb
 from bench.testing.conformance.ends import check_ends, check_found
 from bench.testing.conformance.interface import check_interface
 from bench.testing.conformance.limits import check_limits
@@ -55,15 +55,16 @@ def check_driver(
     trial = Trial(subject, session_of(subject.role), checks, seed, thorough)
     with suppress(FirstFailure):
         for check in (check_interface, _use, check_limits, check_ends, check_found, check_connection, check_replies):
-            with _told(checks, check.__name__.strip("_")):
+            with told(checks, check.__name__.strip("_")):
                 check(trial)
         for model in checks.manual.models:
-            with _told(checks, "models"):
+            with told(checks, "models"):
                 check_model(trial, model)
-        with _told(checks, "options of the station"):
+        with told(checks, "options of the station"):
             check_station(trial, variants)
-        with _told(checks, "disturbed line"):
+        with told(checks, "disturbed line"):
             disturb(trial)
+            check_trip(trial)
             check_altered(trial)
     return checks.report(f"{subject.driver.name} ({subject.role.value})")
 
@@ -102,7 +103,7 @@ def subject_of(
 
 
 @contextmanager
-def _told(checks: Checks, what: str) -> Iterator[None]:
+def told(checks: Checks, what: str) -> Iterator[None]:
     """Make a finding of any error that a check does not expect."""
     try:
         yield

@@ -12,6 +12,12 @@ from bench.testing.conformance.driver import check_driver
 from bench.testing.conformance.export import check_export
 from bench.testing.conformance.procedure import check_procedure
 from bench.testing.conformance.report import ConformanceReport
+from bench.testing.conformance.safety_devices import (
+    ContactPlace,
+    RelayPlace,
+    check_interlock,
+    check_watchdog_relay,
+)
 from bench.testing.conformance.simulated_instrument import check_simulated_instrument
 
 
@@ -34,6 +40,14 @@ class Conformance:
     def driver(self, driver: Any, **how: Any) -> ConformanceReport:
         """Check a driver as `check_driver` does. Raises AssertionError that lists what does not conform."""
         return _required(check_driver(driver, catalogues=self._catalogues, **how))
+
+    def interlock(self, driver: Any, place: ContactPlace, **how: Any) -> ConformanceReport:
+        """Check a driver of contacts as `check_interlock` does. Raises AssertionError likewise."""
+        return _required(check_interlock(driver, place, catalogues=self._catalogues, **how))
+
+    def watchdog_relay(self, driver: Any, place: RelayPlace, **how: Any) -> ConformanceReport:
+        """Check a driver of relays as `check_watchdog_relay` does. Raises AssertionError likewise."""
+        return _required(check_watchdog_relay(driver, place, catalogues=self._catalogues, **how))
 
     def simulated_instrument(self, simulated: Any, **how: Any) -> ConformanceReport:
         """Check a simulated instrument as `check_simulated_instrument` does. Raises AssertionError likewise."""

@@ -1,5 +1,6 @@
 """Registers on a Modbus line, with errors that name the register."""
 
+import logging
 import struct
 import threading
 from collections.abc import Iterator, Sequence
@@ -21,6 +22,9 @@ from drivers.transport.modbus.tapped_client import TappedClient
 from drivers.transport.parameters import one_of, parameters_of, refuse_unknown
 from drivers.transport.serial.line_settings import LINE_KEYS, LineSettings, line_settings
 from drivers.transport.wire import Wire
+
+# What goes wrong is raised, in words of ours: without a handler its own would be printed among them.
+logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 #: RTU frames over TCP are what a plain serial gateway carries.
 _FRAMERS = {"tcp": FramerType.SOCKET, "rtu": FramerType.RTU, "ascii": FramerType.ASCII}

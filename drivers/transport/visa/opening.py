@@ -8,7 +8,8 @@ from drivers.catalogue import Surroundings
 from drivers.interfaces import CommunicationError, Identity, IdentityError
 from drivers.interfaces.text import text
 from drivers.recognition import ScpiIdentity
-from drivers.transport.visa.session import IDENTITY_QUERY, RESOURCE_ERRORS, ScpiSession, VisaResource
+from drivers.transport.visa.resource import RESOURCE_ERRORS, VisaResource
+from drivers.transport.visa.session import IDENTITY_QUERY, ScpiSession
 
 if TYPE_CHECKING:
     from pyvisa.resources import SerialInstrument

@@ -7,14 +7,15 @@ read when the query fails, and drivers look once more at the end of a configurat
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import Any, Protocol, TypeVar
+from typing import TypeVar
 
 from pyvisa.constants import RENLineOperation, StatusCode
-from pyvisa.errors import VisaIOError
 
 from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
-from drivers.interfaces.text import Text, text, text_of
+from drivers.interfaces.text import Text, text
+from drivers.transport.visa.blocks import BlockReader
 from drivers.transport.visa.replies import QueueEntry, parse_error, parse_number, parse_numbers
+from drivers.transport.visa.resource import RESOURCE_ERRORS, ResourceTimeout, VisaResource, finding
 
 T = TypeVar("T")
 _UNLIMITED = nullcontext()
@@ -24,61 +25,12 @@ IDENTITY_QUERY = "*IDN?"
 
 #: An error queue holds at most this many entries on the instruments supported (E4980A 100, others 30 or fewer).
 LONGEST_QUEUE = 128
-#: No instrument supported sends a longer block (bytes); a VISA library may set aside at once what is asked for.
-LONGEST_BLOCK = 64 * 1024 * 1024
-#: A block's first read (bytes), as large as the packets of a USBTMC device go.
-_FIRST_CHUNK = 4096
-#: What is taken from a socket at once (bytes).
-_LARGE_READ = 1 << 19
 #: Replies that may lie before the one looked for, after a time-out.
 STALE_REPLIES = 8
-#: What a resource raises that does not work; PyVISA-py's HiSLIP says by RuntimeError that the connection was dropped.
-RESOURCE_ERRORS = (VisaIOError, OSError, RuntimeError)
 #: How long (s) to wait for what may still come from an instrument that had fallen silent.
 DRAIN_TIME = 1.0
 #: How long (s) the shutdown waits for a reply: other instruments are still energised meanwhile.
 WAY_DOWN_TIME = 2.0
-
-
-class VisaLibrary(Protocol):
-    """The part of a VISA library that reads an exact number of bytes."""
-
-    def read(self, session: int, count: int, /) -> tuple[bytes, StatusCode]:
-        """Return at most `count` bytes and the status (viRead)."""
-
-
-class VisaResource(Protocol):
-    """The part of a PyVISA message-based resource that a session uses."""
-
-    timeout: float
-    read_termination: str | None
-    write_termination: str
-
-    @property
-    def visalib(self) -> VisaLibrary:
-        """The library behind the resource."""
-
-    @property
-    def session(self) -> int:
-        """The library's handle of the resource."""
-
-    def ignore_warning(self, *codes: StatusCode) -> AbstractContextManager[object]:
-        """Keep the library from warning of these status codes."""
-
-    def write(self, message: str) -> int:
-        """Send a message and its termination."""
-
-    def read_raw(self, size: int | None = None) -> bytes:
-        """Return one reply with its termination."""
-
-    def clear(self) -> None:
-        """Clear the device's input and output buffers (viClear)."""
-
-    def open(self) -> None:
-        """Open a closed resource anew."""
-
-    def close(self) -> None:
-        """Close the resource."""
 
 
 class ScpiSession:
@@ -172,7 +124,7 @@ class ScpiSession:
         with self.calls.exchange(interruptible=True):
             self._catch_up()
             if timeout is not None:
-                with _Timeout(self._resource, timeout):
+                with ResourceTimeout(self._resource, timeout):
                     return self._exchange(command, repeatable=repeatable)
             return self._exchange(command, repeatable=repeatable)
 
@@ -191,7 +143,7 @@ class ScpiSession:
         """
         with self.calls.exchange(interruptible=True):
             self._catch_up()
-            with _Timeout(self._resource, self._timeout if timeout is None else timeout):
+            with ResourceTimeout(self._resource, self._timeout if timeout is None else timeout):
                 return self._block(command)
 
     def identity_line(self) -> str:
@@ -232,7 +184,7 @@ class ScpiSession:
         except (*RESOURCE_ERRORS, ValueError) as error:
             raise CommunicationError(
                 self.name,
-                text("cannot be opened again ({finding})", finding=_finding(error)),
+                text("cannot be opened again ({finding})", finding=finding(error)),
                 remedy=text("Check power and cable"),
             ) from error
         self._lost = False
@@ -258,7 +210,7 @@ class ScpiSession:
         except (CommunicationError, NotImplementedError, AttributeError, *RESOURCE_ERRORS) as error:
             # Not every transport has remote and local; without them the front panel was never locked.
             if self._traffic is not None:
-                self._traffic("error", f"local: {_finding(error)}")
+                self._traffic("error", f"local: {finding(error)}")
 
     def close(self) -> None:
         """Close the resource; what it says about that is of no use any more."""
@@ -266,7 +218,7 @@ class ScpiSession:
             self._resource.close()
         except RESOURCE_ERRORS as error:
             if self._traffic is not None:
-                self._traffic("error", f"close: {_finding(error)}")
+                self._traffic("error", f"close: {finding(error)}")
 
     def _apply_timeout(self) -> None:
         # A resource that could not be opened again has none.
@@ -286,7 +238,7 @@ class ScpiSession:
     def _limited(self) -> AbstractContextManager[None]:
         """Wait no longer within the block than an energised source may be silent."""
         patience = self.calls.patience
-        return _UNLIMITED if patience is None else _Timeout(self._resource, patience, shorter=True)
+        return _UNLIMITED if patience is None else ResourceTimeout(self._resource, patience, shorter=True)
 
     def _transmit(self, command: str) -> None:
         if self._traffic is not None:
@@ -298,7 +250,7 @@ class ScpiSession:
             self._in_step = False
             raise CommunicationError(
                 self.name,
-                text("could not be sent ({finding})", finding=_finding(error)),
+                text("could not be sent ({finding})", finding=finding(error)),
                 command=command,
                 remedy=text("Check power and cable"),
             ) from error
@@ -309,7 +261,7 @@ class ScpiSession:
                 raw = self._resource.read_raw()
         except RESOURCE_ERRORS as error:
             raise _NoReplyError(
-                self.name, text("no reply ({finding})", finding=_finding(error)), command=command
+                self.name, text("no reply ({finding})", finding=finding(error)), command=command
             ) from error
         if not raw.endswith(b"\n"):
             raise CommunicationError(self.name, text("half a reply: {raw}", raw=repr(raw[:80])), command=command)
@@ -389,11 +341,11 @@ class ScpiSession:
         except (*RESOURCE_ERRORS, NotImplementedError) as error:
             # Not every transport has a device clear; what follows does without.
             if self._traffic is not None:
-                self._traffic("error", f"device clear: {_finding(error)}")
+                self._traffic("error", f"device clear: {finding(error)}")
 
     def _drain(self) -> None:
         """Read away what is left, an old identity among it, which could be taken for the new one."""
-        with _Timeout(self._resource, min(self._timeout, DRAIN_TIME)):
+        with ResourceTimeout(self._resource, min(self._timeout, DRAIN_TIME)):
             for _ in range(STALE_REPLIES):
                 try:
                     self._receive("")
@@ -404,6 +356,7 @@ class ScpiSession:
 
     def _block(self, command: str) -> bytes | bytearray | memoryview:
         resource = self._resource
+        block = BlockReader(resource, self.name, command)
         self._in_step = False
         self._transmit(command)
         text_termination = resource.read_termination
@@ -411,7 +364,7 @@ class ScpiSession:
         try:
             # Stopping at the count asked for is the point here, not a finding.
             with resource.ignore_warning(StatusCode.success_max_count_read):
-                data = self._stream_block(command) if self._short_reads else self._message_block(command)
+                data = block.by_parts(in_pieces=not self._clearable) if self._short_reads else block.by_message()
         finally:
             resource.read_termination = text_termination
         self._in_step = True
@@ -419,131 +372,6 @@ class ScpiSession:
             self._traffic("read", f"block of {len(data)} bytes")
         return data
 
-    def _stream_block(self, command: str) -> bytes | bytearray:
-        """Read a block by its parts, never more than what must still come; its content comes as one, and is not copied."""
-        _take_what_is_there(self._resource)
-        start = bytes(self._read_exactly(2, command))
-        digits = self._digits(start, command)
-        length = self._length(bytes(self._read_exactly(digits, command)), command)
-        data = self._read_exactly(length, command)
-        self._read_exactly(1, command)  # the message's termination
-        return data
-
-    def _message_block(self, command: str) -> bytes | memoryview:
-        """Read a block as a message, by whatever chunks come: some USBTMC devices serve no short reads in the middle of one."""
-        received = bytearray()
-        while len(received) < 2:
-            received += self._chunk(_FIRST_CHUNK, 2, len(received), command)
-        digits = self._digits(bytes(received[:2]), command)
-        start = 2 + digits
-        while len(received) < start:
-            received += self._chunk(_FIRST_CHUNK, start, len(received), command)
-        length = self._length(bytes(received[2:start]), command)
-        whole = start + length + 1  # with the message's termination
-        while len(received) < whole:
-            received += self._chunk(whole - len(received), length, min(len(received) - start, length), command)
-        if len(received) > whole + 1:
-            raise CommunicationError(
-                self.name,
-                text("{extra} bytes more than the {length} announced came", extra=len(received) - whole, length=length),
-                command=command,
-            )
-        return memoryview(received)[start : start + length]
-
-    def _digits(self, start: bytes, command: str) -> int:
-        if start[:1] != b"#" or not start[1:].isdigit() or start[1:] == b"0":
-            raise CommunicationError(
-                self.name, text("a block must start with #<n>, not {start}", start=repr(start)), command=command
-            )
-        return int(start[1:])
-
-    def _length(self, digits: bytes, command: str) -> int:
-        if not digits.isdigit():
-            raise CommunicationError(
-                self.name, text("a block's length must be digits, not {digits}", digits=repr(digits)), command=command
-            )
-        length = int(digits)
-        if length > LONGEST_BLOCK:
-            raise CommunicationError(
-                self.name,
-                text(
-                    "a block of {length} bytes is announced, more than {longest_block}",
-                    length=length,
-                    longest_block=LONGEST_BLOCK,
-                ),
-                command=command,
-            )
-        return length
-
-    def _read_exactly(self, count: int, command: str) -> bytes | bytearray:
-        # From a socket by pieces that the processor's cache holds: PyVISA-py copies each several times. Others come whole.
-        piece = count if self._clearable else _LARGE_READ
-        chunk = self._chunk(min(count, piece), count, 0, command)
-        if len(chunk) == count:
-            return chunk  # whole at once: no copy
-        collected, had = bytearray(count), len(chunk)
-        with memoryview(collected) as view:
-            view[:had] = chunk
-            while had < count:
-                chunk = self._chunk(min(count - had, piece), count, had, command)
-                view[had : had + len(chunk)] = chunk
-                had += len(chunk)
-        return collected
-
-    def _chunk(self, count: int, wanted: int, had: int, command: str) -> bytes:
-        """Return at most `count` bytes; `wanted` and `had` say in an error how many of how many had come."""
-        try:
-            chunk, _ = self._resource.visalib.read(self._resource.session, count)
-        except RESOURCE_ERRORS as error:
-            raise CommunicationError(
-                self.name,
-                text(
-                    "only {collected} of {count} announced bytes came ({finding})",
-                    collected=had,
-                    count=wanted,
-                    finding=_finding(error),
-                ),
-                command=command,
-            ) from error
-        if not chunk:
-            raise CommunicationError(
-                self.name,
-                text("only {collected} of {count} announced bytes came", collected=had, count=wanted),
-                command=command,
-            )
-        return chunk
-
 
 class _NoReplyError(CommunicationError):
     """Nothing came within the time allowed."""
-
-
-class _Timeout:
-    """Another time-out (s) for the length of a block, or the present one if that is `shorter`; does nothing where it is the same."""
-
-    def __init__(self, resource: VisaResource, seconds: float, *, shorter: bool = False) -> None:
-        self._resource = resource
-        self._milliseconds = seconds * 1e3
-        self._shorter = shorter
-
-    def __enter__(self) -> None:
-        self._before = self._resource.timeout
-        if self._shorter:
-            self._milliseconds = min(self._milliseconds, self._before)
-        if self._before != self._milliseconds:
-            self._resource.timeout = self._milliseconds
-
-    def __exit__(self, *_: object) -> None:
-        if self._before != self._milliseconds:
-            self._resource.timeout = self._before
-
-
-def _take_what_is_there(resource: VisaResource) -> None:
-    """Have PyVISA-py take from a socket what has come; by itself it takes 4096 bytes and waits anew, again and again."""
-    session: Any = getattr(resource.visalib, "sessions", {}).get(resource.session)
-    if getattr(session, "max_recv_size", _LARGE_READ) < _LARGE_READ:
-        session.max_recv_size = _LARGE_READ
-
-
-def _finding(error: Exception) -> Text:
-    return Text("{reason}", {"reason": error.description}) if isinstance(error, VisaIOError) else text_of(error)

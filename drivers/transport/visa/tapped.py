@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 from pyvisa.constants import StatusCode
 from pyvisa.errors import VisaIOError
 
-from drivers.transport.visa.session import RESOURCE_ERRORS
+from drivers.transport.visa.resource import RESOURCE_ERRORS
 from drivers.transport.wire import Wire
 
 if TYPE_CHECKING:

@@ -21,6 +21,7 @@ class Cause(StrEnum):
     HUM = "hum"
     BANDWIDTH = "bandwidth"
     SKEW = "skew"
+    RINGING = "ringing"
     SATURATION = "saturation"
     SECOND_TIME_CONSTANT = "second-time-constant"
     NO_BASELINE = "no-baseline"

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
@@ -16,6 +17,8 @@ _WILD, _MOST_LOST = 6.0, 0.2
 _FROZEN, _GOES_ON = 5, 4.0
 #: So many readings at one extreme and above this share are looked at as cut off.
 _CUT, _CUT_SHARE = 4, 0.01
+#: More than chance puts at an end once in so many records, beside the readings within so much of the noise below it, are cut off.
+_BY_CHANCE, _BELOW = 1e-5, 2.0
 #: Orders up to this may be run-out.
 _LOW = 2
 
@@ -86,6 +89,15 @@ def _frozen(turn: Turn, fitted: OrderFit) -> NDArray[np.bool_]:
     return frozen
 
 
+def _crowded(torque: FloatArray, end: float, resolution: float, noise: float) -> bool:
+    """Return whether more readings lie at the end than chance puts there beside those within the noise below it."""
+    below = end - torque
+    at = int(np.sum(below <= 0.25 * resolution))
+    near = int(np.sum((below > 0.25 * resolution) & (below <= _BELOW * noise)))
+    cells = _BELOW * noise / max(resolution, 1e-9 * noise)
+    return bool(cells > 1.0 and float(special.pdtrc(at - 1, max(near, 1) / cells)) < _BY_CHANCE)
+
+
 def without_cut(turn: Turn, orders: Orders, extra: FloatArray | None) -> tuple[Turn, list[Finding]]:
     """Leave out, by the fit's value, what lies beyond an end at which the readings stand."""
     findings: list[Finding] = []
@@ -104,7 +116,8 @@ def without_cut(turn: Turn, orders: Orders, extra: FloatArray | None) -> tuple[T
             fitted = solve(turn.without(lost), few, extra)
             lost = at | (kept & (sign * fitted.model > end + 0.5 * turn.resolution))
         beyond = sign * fitted.model[at] - end
-        if float(np.mean(beyond)) < 0.5 * turn.resolution + 4.0 * fitted.noise / math.sqrt(float(np.sum(at))):
+        reached = float(np.mean(beyond)) >= 0.5 * turn.resolution + 4.0 * fitted.noise / math.sqrt(float(np.sum(at)))
+        if not (reached or _crowded(sign * turn.torque[kept], end, turn.resolution, fitted.noise)):
             continue
         share = float(np.mean(lost))
         answer = Answer.WITHHELD if share > _MOST_LOST else Answer.WIDENED

@@ -91,9 +91,9 @@ def solve(turn: Turn, orders: Orders, extra: FloatArray | None = None) -> OrderF
     turning, design = _design(turn, orders, extra)
     scale, root = _root(design, kept)
     basis = np.zeros(design.shape)
-    basis[:, kept] = linalg.solve_triangular(root, design[:, kept] / scale[:, None], lower=True)
+    basis[:, kept] = linalg.solve_triangular(root, design[:, kept] / scale[:, None], lower=True, check_finite=False)
     along = basis @ turn.torque
-    inverse = linalg.solve_triangular(root, np.eye(root.shape[0]), lower=True)
+    inverse = linalg.solve_triangular(root, np.eye(root.shape[0]), lower=True, check_finite=False)
     solved = inverse.T @ along / scale
     spread = np.sqrt(np.sum(inverse**2, axis=0)) / scale
     model = solved @ design
@@ -114,14 +114,22 @@ def square_left(turn: Turn, orders: Orders, extra: FloatArray | None = None) -> 
     kept = turn.counting
     _, design = _design(turn, orders, extra)
     scale, root = _root(design, kept)
-    along = linalg.solve_triangular(root, design[:, kept] @ turn.torque[kept] / scale, lower=True)
+    along = linalg.solve_triangular(root, design[:, kept] @ turn.torque[kept] / scale, lower=True, check_finite=False)
     return float(turn.torque[kept] @ turn.torque[kept] - along @ along)
 
 
 def _design(turn: Turn, orders: Orders, extra: FloatArray | None) -> tuple[NDArray[np.complex128], FloatArray]:
-    turning = np.exp(1j * np.outer(orders.orders, turn.angle))
+    turning = _turning(orders, turn.angle)
     parts = [np.vstack([turn.along**k for k in range(orders.drift + 1)]), turning.real, turning.imag]
     return turning, np.vstack(parts if extra is None else [*parts, extra])
+
+
+def _turning(orders: Orders, angle: FloatArray) -> NDArray[np.complex128]:
+    if not orders.whole or orders.orders.size != orders.orders[-1]:
+        return np.asarray(np.exp(1j * np.outer(orders.orders, angle)), dtype=np.complex128)
+    # All orders from the first on are powers of one another, which takes a fifth of the time.
+    once = np.broadcast_to(np.exp(1j * angle), (orders.orders.size, angle.size))
+    return np.asarray(np.multiply.accumulate(once, axis=0), dtype=np.complex128)
 
 
 def _root(design: FloatArray, kept: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:

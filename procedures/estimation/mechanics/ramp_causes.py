@@ -24,10 +24,13 @@ _COGGING = 4
 #: The part of z² that chance explains where the sign is known; 1 is that of both signs.
 _ONE_SIDED = 0.65
 
-
-#: A coast-down alone that ends above this share of its top speed may hide friction that grows at low speed: by its standard deviation,
-#: as a share of the Coulomb friction, for at rest bearings hold up to twice as much.
-_LOW_ENOUGH, _AT_REST = 0.1, 0.5
+#: A coast-down alone that ends above this share of its top speed may hide friction that grows below. Of a bearing that is what its sliding
+#: friction grows by on the way from a full film to none, from a coefficient of 0.05 to 0.15, so that friction at rest is at most three
+#: times the Coulomb friction: two standard deviations. Source: SKF, Rolling bearings, "Effect of lubrication on sliding friction" (one
+#: source), where it goes with the speed as exp(−(ω/ω_s)^1.4); of the law's form also Andersson, Söderberg and Björklund, Tribology
+#: International 40 (2007) 580. By SKF's formula ω_s of small bearings is 20 to 130 rad/s, which is any share of a top speed.
+_LOW_ENOUGH, _AT_REST = 0.1, 1.0
+_HIDDEN, _LAWS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3), (1.0, 1.4, 2.0)
 
 
 @dataclass(frozen=True)
@@ -42,11 +45,15 @@ class Look:
         z = [value for name, value in zip(self.causes, self.score.z, strict=True) if cause in (None, name)]
         return float(max(z, key=abs)) if z else 0.0
 
-    def growth(self) -> FloatArray:
+    def growth(self, *, but_stribeck: bool = False) -> FloatArray:
         """Return by what each estimate's variance grows (k,) for what is not seen clearly enough to be in the model.
 
-        Of the Stribeck effect the sign is known, more friction at low speed: more of that counts, and none of the other.
+        Of the Stribeck effect the sign is known, more friction at low speed: more of that counts, and none of the other; none at all
+        where `but_stribeck`.
         """
+        if but_stribeck:
+            seen = [k for k, cause in enumerate(self.causes) if cause is not Cause.STRIBECK]
+            return replace(self.score, z=self.score.z[seen], bias=self.score.bias[seen]).growth()
         one_sided = np.sqrt(1.0 - _ONE_SIDED + np.maximum(self.score.z, 0.0) ** 2)
         stribeck = np.array([cause is Cause.STRIBECK for cause in self.causes], dtype=bool)
         return replace(self.score, z=np.where(stribeck, one_sided, self.score.z)).growth()
@@ -100,29 +107,40 @@ def look(model: RampModel, solved: Solved) -> Look:
     return Look(tuple(causes), score_test(solved.residuals, solved.slopes, np.array(directions), variance=1.0 + coarse))
 
 
-def hidden_below(model: RampModel, solved: Solved, shared: int) -> FloatArray:
-    """Return by how much the first `shared` estimates (k,), as standard uncertainties, may be off for friction that grows at low speed.
-
-    Zeros where the shaft was driven or the record goes down far enough: there it shows.
-    """
-    off = np.zeros(shared)
+def ends_early(model: RampModel) -> bool:
+    """Return whether a coast-down alone ends above speeds at which friction that grows below would show."""
     lowest = min(float(np.min(np.abs(run.speed))) for run in model.runs)
-    if not model.unit_torque or lowest < _LOW_ENOUGH * model.top:
-        return off
+    return model.unit_torque and lowest >= _LOW_ENOUGH * model.top
+
+
+def hidden_below(model: RampModel, solved: Solved, shared: int) -> tuple[FloatArray, FloatArray]:
+    """Return what friction that grows at low speed is likely to take off the first `shared` estimates (k,), and how uncertain that is.
+
+    Each law is as likely as the record has it, and so is how much there is of it, which is not negative.
+    """
     known = _AT_REST * abs(float(solved.values[0]))
     at = [model.trajectory(k, solved.values) for k in range(len(model.runs))]
-    for share in _STRIBECK_SEEN:
-        for power in _POWERS:
+    likely, means, squares = [], [], []
+    for share in _HIDDEN:
+        for power in _LAWS:
             law, direction = Stribeck(share * model.top, power), np.zeros(solved.residuals.size)
             for k, each in enumerate(at):
-                direction[model.part(k)] = model.caused(k, each, law.shape(each.speed)[0])
+                direction[model.part(k)] = -model.caused(k, each, law.shape(each.speed)[0])
             direction[: model.spread.size] /= model.spread
             shift = solved.covariance @ (solved.slopes @ direction)
             across = direction - shift @ solved.slopes
-            # What the record tells of it, and what is known beforehand.
-            size = 1.0 / np.sqrt(known**-2.0 + float(across @ across))
-            off = np.maximum(off, size * np.abs(shift[:shared]))
-    return off
+            # What the record tells of its amount, and what is known beforehand: a normal distribution cut off at zero.
+            spread = float((known**-2.0 + across @ across) ** -0.5)
+            middle = spread * float(across @ solved.residuals)
+            logarithm = float(special.log_ndtr(middle))
+            edge = float(np.exp(-0.5 * middle**2 - logarithm)) / np.sqrt(2.0 * np.pi)
+            likely.append(np.log(spread) + 0.5 * middle**2 + logarithm)
+            means.append(-shift[:shared] * spread * (middle + edge))
+            squares.append((shift[:shared] * spread) ** 2 * (1.0 + middle**2 + middle * edge))
+    weights = np.exp(np.array(likely) - max(likely))
+    weights /= np.sum(weights)
+    mean = weights @ np.array(means)
+    return mean, np.sqrt(np.maximum(weights @ np.array(squares) - mean**2, 0.0))
 
 
 def _stay(run: Run) -> float:
@@ -186,13 +204,14 @@ def periodic(model: RampModel, solved: Solved) -> Periodic | None:
         part = model.part(k)
         speed = solved.speeds[part]
         angle = _angle(run, speed)
-        for row, weight in enumerate(_weights(speed)):
-            left = solved.residuals[part] * weight
-            norm = 0.5 * float(weight @ weight)
-            turn, power_of = np.exp(1j * angle), left.astype(complex)
-            for order in range(_ORDERS):
-                power_of = power_of * turn
-                power[row, order] += np.abs(np.sum(power_of)) ** 2 / norm
+        weights = np.array(_weights(speed))
+        left = (weights * solved.residuals[part]).astype(complex)
+        turn, power_of = np.exp(1j * angle), np.ones(angle.size, complex)
+        sums = np.empty_like(power, complex)
+        for order in range(_ORDERS):
+            power_of *= turn
+            sums[:, order] = left @ power_of
+        power += np.abs(sums) ** 2 / (0.5 * np.sum(weights**2, axis=1, keepdims=True))
     limit = float(special.chdtri(2 * count, _CHANCE / power.size))
     row, place = divmod(int(np.argmax(power)), _ORDERS)
     score = float(power[row, place])

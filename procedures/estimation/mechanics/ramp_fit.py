@@ -12,6 +12,7 @@ from procedures.estimation.mechanics.ramp_causes import (
     Family,
     Look,
     Periodic,
+    ends_early,
     excess,
     families,
     hidden_below,
@@ -101,8 +102,11 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     if told:
         # What explains one record may have taken the place of what is not known here.
         covariance = _grown(covariance, _from_parts(best, shared))
-    covariance = _grown(covariance, hidden_below(best.model, best.solved, shared))
-    growth = seen.growth()
+    if early := ends_early(best.model):
+        likely, off = hidden_below(best.model, best.solved, shared)
+        covariance, values = _grown(covariance, off), values.copy()
+        values[:shared] += likely
+    growth = seen.growth(but_stribeck=early)
     scale = np.ones(values.size)
     scale[: growth.size] = np.sqrt(growth[: values.size])
     scale[shared:] = 1.0

@@ -128,7 +128,7 @@ def fit_with(step: Problem, terms: Sequence[Term], start: Fitted, scale: StepSca
     known = np.concatenate([step.known[step.free], *(np.asarray(term.known) for term in terms)])
     full = start.full.copy()
     for k, term in enumerate(terms):
-        if term.family == "skew" and term not in at_start:
+        if term.family == "skew" and len(term.start) == 1 and term not in at_start:
             # What the instant of the step has taken of it, the term takes over.
             figures[k] = np.array([full[4] / scale.time_constant])
             full[4] = 0.0

@@ -50,6 +50,35 @@ def look_at_step(time: ArrayLike, voltage: ArrayLike, current: ArrayLike) -> Ste
     return StepLook(tau, float(at[begin]), float(at[full]))
 
 
+class StepCourse(NamedTuple):
+    """A step's current at first sight: `fitted` (A, (n,)) of a loop of `resistance` (Ω) and `inductance` (H)."""
+
+    fitted: FloatArray
+    resistance: float
+    inductance: float
+
+
+def course_at_sight(time: ArrayLike, voltage: ArrayLike, current: ArrayLike) -> StepCourse:
+    """Return the current that one resistance and one inductance draw under the recorded voltage (s, V, A, shape (n,)), in milliseconds.
+
+    From i = i0 + ∫v dt/L − R/L·∫i dt; a line in time stands for what both channels show at rest. Raises EstimationError where the
+    current does not follow the voltage as it does in such a loop.
+    """
+    t, v, i = (series(n, x, least=100) for n, x in (("time", time), ("voltage", voltage), ("current", current)))
+    same_length(time=t, voltage=v, current=i)
+    step = float(t[1] - t[0])
+    design = np.array((_integral(v) * step, -_integral(i) * step, t - t[0], np.ones_like(t)))
+    scale = np.sqrt(np.mean(design**2, axis=1))
+    if not np.all(scale > 0.0):
+        raise EstimationError("a channel is zero throughout; check its probe")
+    design /= scale[:, None]
+    solution = np.linalg.lstsq(design @ design.T, design @ i, rcond=None)[0]
+    per_henry, rate = solution[0] / scale[0], solution[1] / scale[1]
+    if not (per_henry > 0.0 and rate > 0.0):
+        raise EstimationError("the current does not follow the voltage; check the direction of both probes")
+    return StepCourse(np.asarray(solution @ design), float(rate / per_henry), float(1.0 / per_henry))
+
+
 def _time_constant(volts: FloatArray, amperes: FloatArray, step: float) -> float:
     design = np.column_stack((_integral(amperes), amperes, np.ones_like(amperes)))
     scale = np.sqrt(np.mean(design**2, axis=0))

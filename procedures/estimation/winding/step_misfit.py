@@ -8,14 +8,12 @@ from scipy import special
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, score_test
-from procedures.estimation.fitting.noise import undithered
-from procedures.estimation.fitting.smoothing import components
-from procedures.estimation.winding.closed_circuits import other_axis_errors
-from procedures.estimation.winding.step_circuit import voltage_shares
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
 from procedures.estimation.winding.step_record import StepRecord
+from procedures.estimation.winding.step_ringing import Resonance, RingingEdge, ringing_in
 from procedures.estimation.winding.step_term import StepModel, StepScale, Term, figures_of
 from procedures.estimation.winding.step_terms import TERMS, Direction, directions
+from procedures.estimation.winding.step_variance import StepVariance
 
 #: A term is accepted where χ² falls by so much; what is within so much of the best is as likely. In units of the noise's variance.
 _ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
@@ -30,6 +28,8 @@ COARSE_ALARM = 10.0
 #: So much of a direction's square is chance. Where no cause was found it is of many directions the one seen best: as much as keeps
 #: intervals of clean records below 1.5 times the plain fit's on average.
 _CHANCE, _CHANCE_OF_NONE = 1.0, 2.0
+#: Lateness, in the winding's time constants, from which a channel's second order may show, and the damping that is tried for it.
+_LATE, _DAMPED = 0.005, 0.6
 _BLOCKS, _BY_CHANCE = 32, 1e-6
 #: Parts of a record after the step, in time constants: what is explained gives the same on all.
 _PARTS = ((0.0, 1.0), (0.0, 2.0), (0.5, np.inf), (1.0, np.inf), (0.5, 2.0))
@@ -63,50 +63,16 @@ def scale_of(record: StepRecord, fitted: Fitted) -> StepScale:
     return StepScale(fitted.full[1] / fitted.full[0], level, begin, length)
 
 
-class _Variance:
-    """The variance of a unit direction's component: that of white noise, of rounding, and of what is left in a smoothed voltage."""
-
-    def __init__(self, step: Problem, fitted: Fitted) -> None:
-        self._step, self._full = step, fitted.full
-        # Codes are whole multiples of a step from one another, not from zero.
-        self._current = fitted.current - step.record.current[0]
-        self._other_axis = step.white.apply(other_axis_errors(step.record, fitted.full))
-
-    def __call__(self, unit: FloatArray) -> FloatArray:
-        """Return it for unit directions (m, n + priors)."""
-        record = self._step.record
-        shares = self._step.white.back(unit[:, : record.time.size])
-        variance: FloatArray = 1.0 + np.sum((unit[:, : record.time.size] @ self._other_axis.T) ** 2, axis=1)
-        rounding = undithered(record.current_noise, record.current_resolution)
-        if rounding > 0.02 * record.current_noise:
-            variance += rounding**2 * _of_runs(self._current / record.current_resolution, shares)
-        if record.noise_left is None:
-            return variance
-        through = voltage_shares(record, self._full, shares)
-        variance += record.voltage_noise**2 * np.sum(components(record.noise_left, through) ** 2, axis=1)
-        rounding = undithered(record.voltage_noise, record.voltage_resolution)
-        if rounding > 0.02 * record.voltage_noise:
-            after = slice(record.edge, None)
-            variance += rounding**2 * _of_runs(record.drive[after] / record.voltage_resolution, through[:, after])
-        return variance
-
-
-def _of_runs(codes: FloatArray, shares: FloatArray) -> FloatArray:
-    """Return Σ (Σ of the shares of one run)², for a signal in codes (n,) and shares (m, n).
-
-    What rounding without dither does goes with the signal's place between two codes: it is one error, not many, while the signal itself
-    stays in one half of a code.
-    """
-    starts = np.flatnonzero(np.append(True, np.diff(np.floor(2.0 * codes)) != 0.0))
-    return np.asarray(np.sum(np.add.reduceat(shares, starts, axis=1) ** 2, axis=1))
-
-
 def tested(step: Problem, fitted: Fitted, scale: StepScale) -> tuple[list[Direction], Score]:
     """Return the directions that a record was tested for, and what was seen of them."""
     record = step.record
     if fitted.terms:
         # Channel and circuit as they were found; what is read beside the current does not flow.
-        inside = [t for t in fitted.terms if not isinstance(t.beside(record.time[:2], scale, np.ones(2)), np.ndarray)]
+        inside = [
+            t
+            for t in fitted.terms
+            if not isinstance(t.beside(record.time[:2], scale, np.ones(len(t.start))), np.ndarray)
+        ]
         figures = [figures_of(fitted.terms, fitted.figures, t) for t in inside]
         bare = fitted.full * np.array([1.0, 1.0, 0.0, 1.0, 1.0])
         own, model = np.concatenate(figures) if figures else np.empty(0), StepModel(record, inside, scale)
@@ -116,7 +82,7 @@ def tested(step: Problem, fitted: Fitted, scale: StepScale) -> tuple[list[Direct
     named, rows = directions(record, fitted.full, flowing, scale)
     white = np.zeros((len(rows), fitted.residuals.size))
     white[:, : record.time.size] = step.white.apply(rows)
-    score = score_test(fitted.residuals, fitted.slopes, white, _Variance(step, fitted))
+    score = score_test(fitted.residuals, fitted.slopes, white, StepVariance(step, fitted))
     return named, score
 
 
@@ -129,19 +95,24 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     accepted = min(_ACCEPTED, _ACCEPTED * (alarm / ALARM) ** 2)
     fitted, seen, rounds = plain, {}, [[plain]]
     named, score = tested(step, plain, scale)
+    ring = ringing_in(step, fitted, scale, alarm=alarm)
     while len(fitted.terms) < _MOST_TERMS:
-        if not any(abs(z) > alarm for z in _left(fitted, named, score)):
+        if ring is None and not any(abs(z) > alarm for z in _left(fitted, named, score)):
             break
-        found = list(_candidates(step, fitted, named, score, scale))
+        found = list(_candidates(step, fitted, named, score, scale, ring))
         rounds.append(found)
         if not found:
             break
-        best = min(found, key=lambda f: f.cost)
-        if fitted.cost - best.cost < accepted:
+        best = min(found, key=lambda f: f.cost + f.terms[-1].price)
+        if fitted.cost - best.cost < accepted + best.terms[-1].price:
             break
-        seen[best.terms[-1]] = _clearest(best.terms[-1].family, named, score)
+        fell = float(np.sqrt(fitted.cost - best.cost))
+        rung = best.terms[-1].cause is Cause.RINGING
+        seen[best.terms[-1]] = fell if rung else _clearest(best.terms[-1].family, named, score)
         fitted = best
         named, score = tested(step, fitted, scale)
+        rings = any(isinstance(term, RingingEdge) for term in fitted.terms)
+        ring = None if rings else ringing_in(step, fitted, scale, alarm=alarm)
     # What was accepted first was so without knowing of what came later.
     tried = [f for found in rounds for f in found] + list(_exchanged(step, fitted, rounds[1:], scale))
     findings = [Finding(t.cause, Answer.MODELLED, (), seen[t], _figures(fitted, t, scale)) for t in fitted.terms]
@@ -183,7 +154,7 @@ def _clearest(family: str, named: list[Direction], score: Score) -> float:
 
 
 def _candidates(
-    step: Problem, fitted: Fitted, named: list[Direction], score: Score, scale: StepScale
+    step: Problem, fitted: Fitted, named: list[Direction], score: Score, scale: StepScale, ring: RingingEdge | None
 ) -> Iterator[Fitted]:
     """Give the fits with one term more, as far as they are possible."""
     modelled = {t.family for t in fitted.terms}
@@ -194,6 +165,11 @@ def _candidates(
             worth[direction.family], first[direction.family] = abs(float(z)), direction.term
     least = max(_WORTH, _WORTH_SHARE * max((z for f, z in worth.items() if f not in modelled), default=0.0))
     enough = fitted.cost + _AS_LIKELY
+    if ring is not None:
+        terms = [ring] if "skew" in modelled else [ring.of_channel, ring]
+        for found in _possible(step, [(*fitted.terms, t) for t in terms], fitted, scale, enough):
+            enough = min(enough, found.cost + ring.price + _AS_LIKELY)
+            yield found
     # What is seen best first: others are then given up that cannot come as near.
     for family, z in sorted(worth.items(), key=lambda each: -each[1]):
         # The instant of the step hides a delay from the test until it is gross.
@@ -205,6 +181,11 @@ def _candidates(
         for found in _possible(step, [(*fitted.terms, t) for t in terms], fitted, scale, enough):
             enough = min(enough, found.cost + _AS_LIKELY)
             yield found
+            late = float(figures_of(found.terms, found.figures, found.terms[-1])[0])
+            if family == "skew" and late > _LATE and ring is None:
+                # A channel that is damped enough not to ring is late by 2ζ/ω₀, but otherwise than by a delay.
+                slow = Resonance(natural=2.0 * _DAMPED / late, damping=_DAMPED)
+                yield from _possible(step, [(*fitted.terms, slow)], fitted, scale, enough)
 
 
 def _exchanged(step: Problem, fitted: Fitted, rounds: Sequence[Sequence[Fitted]], scale: StepScale) -> Iterator[Fitted]:
@@ -263,7 +244,7 @@ def _structured(step: Problem, fitted: Fitted) -> bool:
     rows = np.zeros((starts.size, fitted.residuals.size))
     for row, begin in zip(rows, starts, strict=True):
         row[begin : begin + length] = 1.0
-    z = score_test(fitted.residuals, fitted.slopes, rows, _Variance(step, fitted)).z
+    z = score_test(fitted.residuals, fitted.slopes, rows, StepVariance(step, fitted)).z
     return bool(z @ z > limit)
 
 

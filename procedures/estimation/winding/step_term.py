@@ -40,6 +40,8 @@ class Term(ABC):
     family: ClassVar[str]
     #: Figures at which a fit begins, and what is known of them beforehand: standard deviations, infinite where nothing is.
     start: tuple[float, ...] = (0.0,)
+    #: How much lower χ² must be with it than with another.
+    price: ClassVar[float] = 0.0
     known: tuple[float, ...] = (np.inf,)
 
     def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:

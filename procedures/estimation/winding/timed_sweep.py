@@ -1,6 +1,7 @@
 """Inductance readings while the shaft is turned slowly by hand: the angle is unknown, the speed not quite constant."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -33,6 +34,8 @@ _LAST_STEP = 1e-4
 LEAST_PERIODS, _NOTEWORTHY = 1.6, 2.5e-3
 #: Over a period or more the amplitude is half the readings' range; much more is a fit that mean and cosine cancel in.
 _PLAUSIBLE = 0.6
+#: Readings that a first look at a sweep takes, and the degree of its course.
+_LOOKED_AT, _LOOK_DEGREE = 64, 5
 #: Keeps a normal matrix regular whose course stands still.
 _RIDGE = 1e-13
 
@@ -135,6 +138,36 @@ def _acceptable(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> 
         return False
     _, cosine, sine = _wave(course, values)[2]
     return bool(np.hypot(cosine, sine) <= _PLAUSIBLE * np.ptp(values))
+
+
+class SweepLook(NamedTuple):
+    """The second harmonic at first sight: `fitted` (H, (n,)) and the `periods` of the inductance seen so far; `explained` is the share of
+    the readings' squares about their mean.
+    """
+
+    fitted: FloatArray
+    periods: float
+    explained: float
+
+
+def look_at_sweep(time: ArrayLike, inductance: ArrayLike) -> SweepLook:
+    """Return mean and second harmonic along a course of low degree (s, H, shape (n,)), in a few hundredths of a second.
+
+    Raises EstimationError on fewer than 12 readings, and where all are alike.
+    """
+    t, values = series("time", time, least=12), series("inductance", inductance, least=12)
+    same_length(time=t, inductance=values)
+    increasing(t)
+    squares = float(np.sum((values - np.mean(values)) ** 2))
+    if not squares:
+        raise EstimationError("all inductance readings are alike")
+    x = 2 * (t - t[0]) / (t[-1] - t[0]) - 1
+    few = slice(None, None, -(-t.size // _LOOKED_AT))
+    course = _course(x, _refine(x[few], values[few], _scan(x[few], values[few])[0], _LOOK_DEGREE)[0])
+    design, _, found = _wave(course, values)
+    fitted = found @ design
+    left = float(np.sum((values - fitted) ** 2))
+    return SweepLook(fitted, float(np.ptp(course)) / (2.0 * np.pi), 1.0 - left / squares)
 
 
 def fit_timed_sweep(

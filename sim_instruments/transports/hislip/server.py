@@ -17,11 +17,11 @@ _MOST_SESSIONS = 30
 
 
 class HislipServer:
-    """Serves connections that a TcpService hands over; the sub-address is hislip0."""
+    """Serves connections that a TcpService hands over; the sub-address is hislip0. `locks` are the instrument's, its own unless given."""
 
-    def __init__(self, converse: Callable[[], Conversation]) -> None:
+    def __init__(self, converse: Callable[[], Conversation], locks: Locks | None = None) -> None:
         self._converse = converse
-        self._locks = Locks()
+        self._locks = locks or Locks()
         self._sessions: dict[int, HislipSession] = {}
         self._last = 0
 

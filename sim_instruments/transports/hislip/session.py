@@ -20,7 +20,7 @@ from sim_instruments.transports.hislip.messages import (
     MessageType,
     receive,
 )
-from sim_instruments.transports.hislip.service_request import ServiceRequests
+from sim_instruments.transports.service_request import ServiceRequests
 
 #: The longest message that an instrument takes, and the least that a client may want replies cut to.
 _INPUT_BUFFER = 1 << 16
@@ -156,7 +156,10 @@ class HislipSession:
         self._asynchronous = asyncio.current_task()
         # Whether the session is idle shows on its other channel.
         client.lasting = True
-        self._requests = ServiceRequests(self._conversation.session, client)
+        self._requests = ServiceRequests(
+            self._conversation.session,
+            lambda status: Message(MessageType.ASYNC_SERVICE_REQUEST, status).offer(client),
+        )
         unfollow = self._conversation.follow(self._look)
         self.attached.set()
         try:

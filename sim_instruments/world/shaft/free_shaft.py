@@ -35,7 +35,7 @@ def drag(
     Cogging averages out over a turn and is left out, unless the motor's bearing says otherwise; a shaft that comes to rest stays where
     dry friction stops it.
     """
-    state, shaft = inputs.state, inputs.constants.shaft(inputs.settings)
+    state, shaft = inputs.state, inputs.constants.coasting_shaft(inputs.settings)
     speed, cogging = state.speed, inputs.constants.cogging(shaft)
     grip = shaft.static_friction + (0.0 if cogging is None else cogging.torque)
     if abs(speed) <= (0.0 if grip else _CREEP) and abs(torque) <= grip:

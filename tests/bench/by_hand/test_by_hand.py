@@ -121,7 +121,8 @@ def test_readings_are_those_of_physics_and_every_command_is_in_the_journal(do: D
     typed = [
         one.event.given for one in events(done) if one.kind == "action_done" and one.data["action"] == "EnterCommand"
     ]
-    assert typed == [*commands, "finish"]
+    # What goes on is confirmed once for each setup.
+    assert typed == [*commands[:3], "yes", *commands[3:16], "yes", *commands[16:], "finish"]
     assert [one["command"] for one in done.view.finished["by-hand"].findings["read"]] == [
         line for line in commands if "measure" in line or "fetch" in line
     ]
@@ -262,3 +263,34 @@ def test_it_is_a_run_of_its_own_and_nothing_to_rehearse_or_to_go_on_with(do: Do,
     with pytest.raises(InputError, match=r"\[instruments.insulation_tester\]"):
         run(wishes(tmp_path, assignments=['roles=["insulation_tester"]']), known, quiet)
     assert run(wishes(tmp_path), known, quiet).view.status == "completed"
+
+
+def test_what_is_connected_and_the_probes_factor_are_said_before_it_goes_on(do: Do) -> None:
+    done = do(
+        "yes",
+        "connect",
+        "couple-dynamometer",
+        "probes 1=A:B",
+        "help oscilloscope",
+        "dynamometer driving_speed 300 rpm",
+        "off",
+        "dynamometer driving_speed 200 rpm",
+    )
+    assert refusals(done) == [("yes", "nothing is to be confirmed; help lists the commands")]
+    asked = [
+        one.event.details
+        for one in events(done)
+        if isinstance(one.event, ActionStarted) and isinstance(one.event.details, EnterCommand)
+    ]
+    # The same setup is looked at once.
+    (look,) = [each for each in asked if each.confirms]
+    assert look.confirms == "dynamometer driving_speed 300 rpm"
+    assert str(look.said).splitlines()[1:] == [
+        "  the tip of channel 1 on A",
+        "  the reference of channel 1 on B",
+        "  channel 1: voltage probe 10:1; figures are in V at its tip",
+        "The dynamometer is coupled. No other source, lead or short may be on the motor, and nobody's hand",
+        "Type yes to switch it on; any other command leaves it off",
+    ]
+    assert any("channel 1: voltage probe 10:1" in str(each.said) for each in asked if "fetch" in str(each.said))
+    assert energised(done) == [("energising", "dynamometer"), ("de_energised", "dynamometer")] * 2

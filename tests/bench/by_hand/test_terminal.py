@@ -12,7 +12,7 @@ from bench.journal.journal_file import read_journal
 from tests.studies.forked import Forked, motorbench
 from tests.studies.held import PATIENCE, Served
 
-ON = ("connect A=supply+ B=supply-", "", "supply energised 1 V 1 A regulated=current")
+ON = ("connect A=supply+ B=supply-", "", "supply energised 1 V 1 A regulated=current", "yes")
 
 
 @pytest.fixture(scope="module")

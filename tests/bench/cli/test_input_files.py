@@ -27,6 +27,7 @@ INPUTS = {
     "export": ["FILE --for odrive", "--list --station FILE"],
     "serve": ["--station FILE"],
     "results": ["FILE"],
+    "sign": ["FILE --by me --meaning checked"],
     "results verify": ["FILE"],
     "analyze back-emf": ["FILE"],
     "analyze step-response": ["FILE"],

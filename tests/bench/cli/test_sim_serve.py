@@ -53,7 +53,7 @@ def test_the_station_file_is_ready(served: Served) -> None:
     assert set(served.told["addresses"]) == {role.value for role in station.entries}
     assert served.told["pid"] == served.process.pid
     assert served.told["motor"]["truth"]["pole_pairs"] == 4.0
-    assert list(served.told["addresses"]["supply"]) == ["hislip", "socket"]
+    assert list(served.told["addresses"]["supply"]) == ["hislip", "socket", "vxi11"]
     assert list(served.told["addresses"]["dynamometer"]) == ["tcp", "rtu"]
 
 

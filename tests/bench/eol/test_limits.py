@@ -5,6 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.eol.limits import GuardBand, ParameterLimits, judge
+from bench.eol.line.judging import described
+from bench.eol.record import MeasuredFigure
 from bench.eol.verdict import Verdict, together
 
 BOUNDS = ParameterLimits(9.0, 11.0)
@@ -75,3 +77,8 @@ def test_reversed_limits_are_none(low: float, high: float) -> None:
 )
 def test_the_verdict_on_the_whole(verdicts: str, whole: str) -> None:
     assert together(Verdict(word) for word in verdicts.split()) is Verdict(whole)
+
+
+def test_what_a_label_says_of_a_figure_has_units_that_people_read() -> None:
+    figure = MeasuredFigure("stator_resistance", 0.0191, "Ω", 4e-5, 8e-5, 0.0151, 0.0171, Verdict.FAIL)
+    assert described(figure) == "stator_resistance = 19.1 ± 0.08 mΩ, limits 15.1 … 17.1 mΩ"

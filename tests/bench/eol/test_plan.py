@@ -74,6 +74,17 @@ def test_the_motor_file_may_lie_beside_the_plan(write, tmp_path: Path) -> None:
     assert load_plan(write(GOOD.replace("lg-400w", "own.toml"))).motor == str(tmp_path / "own.toml")
 
 
+@pytest.mark.parametrize("low", ['"14 mΩ"', '"0.014 Ω"', '"14000 uOhm"', '"0,014"', "0.014"])
+def test_a_limit_may_have_its_unit(write, low: str) -> None:
+    plan = load_plan(write(GOOD.replace("low = 0.014", f"low = {low}")))
+    assert plan.absolute["stator_resistance"] == ParameterLimits(0.014, 0.018)
+
+
+def test_a_golden_motor_s_figure_may_have_its_unit(write) -> None:
+    plan = load_plan(write(GOOD.replace("inertia = 6.0e-5", 'inertia = "600 g·cm²"')))
+    assert plan.absolute["inertia"].tolerance == pytest.approx(0.2 * 6.0e-5)
+
+
 def test_one_side_may_stay_open(write) -> None:
     plan = load_plan(write(GOOD.replace("high = 0.018\n", "")))
     assert plan.absolute["stator_resistance"] == ParameterLimits(0.014, math.inf)
@@ -83,6 +94,13 @@ def test_one_side_may_stay_open(write) -> None:
     ("old", "new", "message"),
     [
         ("low = 0.014", "low = 0.02", "low = 0.02 is above high = 0.018"),
+        ("low = 0.014", 'low = "20 mΩ"', "low = 20 mΩ is above high = 0.018"),
+        ("low = 0.014", 'low = "14 mH"', "limit on stator_resistance: low: '14 mH' is in mH, and Ω is asked for"),
+        (
+            "inertia = 6.0e-5",
+            'inertia = "60 furlongs"',
+            "golden.inertia: '60 furlongs': the unit furlongs is not known",
+        ),
         ("low = 0.014", "low = nan", "limit"),
         ('"stator-resistance"', '"stator-resistence"', "did you mean stator-resistance"),
         ('name = "back-emf-constant"', 'name = "stator-resistance"', "procedure stator-resistance stands twice"),

@@ -19,6 +19,13 @@ from tests.bench.i18n.help_pages import asked_for
 ROOT = Path(__file__).parents[3]
 
 
+def dotted(node: ast.AST) -> str:
+    """A name as it is written; whatever else it may be is taken apart by ast, which takes a hundred times as long."""
+    if isinstance(node, ast.Name):
+        return node.id
+    return f"{dotted(node.value)}.{node.attr}" if isinstance(node, ast.Attribute) else ast.unparse(node)
+
+
 def literals(node: ast.expr | None) -> Iterator[str]:
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         yield node.value
@@ -33,7 +40,7 @@ def phrases_at(node: ast.AST) -> Iterator[str]:
         for word in node.keywords:
             if word.arg == "estimator":
                 yield from literals(word.value)
-    if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "DERIVED":
+    if isinstance(node, ast.Assign) and dotted(node.targets[0]) == "DERIVED":
         yield from literals(node.value)
 
 
@@ -60,7 +67,7 @@ def described_at(node: ast.AST) -> Iterator[str]:
 
 def terms_at(node: ast.AST) -> Iterator[str]:
     """A set point's name and whose limit it passes, which an error takes in by themselves; keys of a file stay as they are."""
-    if isinstance(node, ast.Call) and ast.unparse(node.func) in SET_POINTS:
+    if isinstance(node, ast.Call) and dotted(node.func) in SET_POINTS:
         for position in [position for position in (1, 6) if position < len(node.args)]:
             yield from (
                 term for term in literals(node.args[position]) if term.islower() and not re.search("_|^0x", term)
@@ -69,7 +76,7 @@ def terms_at(node: ast.AST) -> Iterator[str]:
 
 def meanings_at(node: ast.AST) -> Iterator[str]:
     """What the operating system's error numbers mean."""
-    if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) in ("MEANINGS", "_UNKNOWN_HOST"):
+    if isinstance(node, ast.Assign) and dotted(node.targets[0]) in ("MEANINGS", "_UNKNOWN_HOST"):
         for value in node.value.values if isinstance(node.value, ast.Dict) else (node.value,):
             yield from literals(value)
 
@@ -94,26 +101,32 @@ def inputs_at(node: ast.AST) -> Iterator[str]:
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in INPUTS:
         for argument in node.args[:2]:
             yield from literals(argument)
-    if isinstance(node, ast.Call) and ast.unparse(node.func) in ("Accuracy", "replace"):
+    if isinstance(node, ast.Call) and dotted(node.func) == "_Kind":
+        yield from literals(node.args[1])
+    if isinstance(node, ast.Call) and dotted(node.func) in ("Accuracy", "replace"):
         yield from (said for word in node.keywords if word.arg == "source" for said in whole_parts(word.value))
-    if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]).endswith(
+    if isinstance(node, ast.Assign) and dotted(node.targets[0]).endswith(
         ("SOURCE", "FULL_SCALE_READING", "_SKEW", "_ESTIMATORS")
     ):
         for value in node.value.values if isinstance(node.value, ast.Dict) else (node.value,):
             yield from whole_parts(value)
 
 
+def written_from_at(node: ast.AST) -> Iterator[str]:
+    """What a driver was written from."""
+    made = [w.value for w in node.keywords if w.arg == "sources"] if isinstance(node, ast.Call) else []
+    if isinstance(node, ast.Assign) and dotted(node.targets[0]).endswith("_SOURCES"):
+        made.append(node.value)
+    yield from (said for one in made if isinstance(one, ast.Tuple) for each in one.elts for said in literals(each))
+
+
 def slugs_at(node: ast.AST) -> Iterator[str]:
     """Short names of procedures and findings: they are typed as they stand, and told in the reader's words."""
-    if (
-        isinstance(node, ast.AnnAssign)
-        and ast.unparse(node.target) == "name"
-        and "ClassVar" in ast.unparse(node.annotation)
-    ):
+    if isinstance(node, ast.AnnAssign) and dotted(node.target) == "name" and "ClassVar" in ast.unparse(node.annotation):
         yield from literals(node.value)
     if isinstance(node, ast.ClassDef) and node.name == "Cause":
         yield from (said for one in node.body if isinstance(one, ast.Assign) for said in literals(one.value))
-    if isinstance(node, ast.Call) and ast.unparse(node.func) == "Notice" and node.args:
+    if isinstance(node, ast.Call) and dotted(node.func) == "Notice" and node.args:
         yield from (given for given in literals(node.args[0]) if given.islower())
 
 
@@ -134,7 +147,7 @@ def sentences_at(node: ast.AST) -> Iterator[ast.expr]:
     """What a driver's error says and advises, and what is asked of a person who sets and reads an instrument."""
     if not isinstance(node, ast.Call):
         return
-    called = ast.unparse(node.func)
+    called = dotted(node.func)
     name = called.split(".")[-1]
     keywords = {word.arg: word.value for word in node.keywords}
     if name.endswith("Error") and name not in (*SET_POINTS, "KeyError", "TypeError"):
@@ -152,29 +165,32 @@ def bare(node: ast.expr) -> bool:
     if isinstance(node, ast.IfExp):
         return bare(node.body) or bare(node.orelse)
     if isinstance(node, ast.Call):
-        return ast.unparse(node.func) in ("str", "repr") or ast.unparse(node.func).endswith((".join", ".format"))
+        return dotted(node.func) in ("str", "repr") or dotted(node.func).endswith((".join", ".format"))
     return isinstance(node, ast.JoinedStr | ast.BinOp) or (isinstance(node, ast.Constant) and bool(node.value))
+
+
+def said_at(node: ast.AST, where: str) -> Iterator[str]:
+    """What people read of a piece of the file `where`."""
+    yield from filter(None, (*templates_at(node), *described_at(node)))
+    folder = where.split("/")[0]
+    if folder == "procedures":
+        yield from filter(None, phrases_at(node))
+    if folder == "drivers":
+        yield from (*terms_at(node), *meanings_at(node), *written_from_at(node))
+    if where.startswith(("procedures/", "drivers/", "bench/analysis/", "bench/virtual/")):
+        named = (*inputs_at(node), *(slugs_at(node) if folder == "procedures" else ()))
+        yield from (name for name in named if re.search("[a-z]{2}", name))
 
 
 @cache
 def templates() -> dict[str, str]:
     found: dict[str, str] = {}
-    for folder, finder in ((name, templates_at) for name in ("procedures", "reports", "bench", "drivers")):
+    for folder in ("procedures", "reports", "bench", "drivers"):
         for path in sorted((ROOT / folder).rglob("*.py")):
+            where = str(path.relative_to(ROOT))
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                found_here = [*finder(node), *described_at(node), *(phrases_at(node) if folder == "procedures" else ())]
-                for template in filter(None, found_here):
-                    found.setdefault(template, str(path.relative_to(ROOT)))
-    for path in sorted((ROOT / "drivers").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            for template in (*terms_at(node), *meanings_at(node)):
-                found.setdefault(template, str(path.relative_to(ROOT)))
-    for folder in ("procedures", "drivers", "bench/analysis", "bench/virtual"):
-        for path in sorted((ROOT / folder).rglob("*.py")):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                for name in (*inputs_at(node), *(slugs_at(node) if folder == "procedures" else ())):
-                    if re.search("[a-z]{2}", name):
-                        found.setdefault(name, str(path.relative_to(ROOT)))
+                if isinstance(node, ast.Call | ast.ClassDef | ast.Assign | ast.AnnAssign):
+                    found |= {template: where for template in said_at(node, where) if template not in found}
     for piece, where in asked_for().items():
         found.setdefault(piece, where)
     found |= {each.value: "bench/journal/verification.py" for each in Integrity}

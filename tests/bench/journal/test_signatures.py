@@ -9,6 +9,7 @@ from bench.journal.journal import Journal
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.signatures import Meaning, sign, signatures
+from tests.command_line import Call
 from tests.journals import event
 
 NOON = datetime(2026, 11, 21, 12, tzinfo=UTC)
@@ -69,3 +70,27 @@ def test_a_spoilt_file_is_told(ended: RunFolder, content: str) -> None:
     (ended.path / "signatures.json").write_text(content)
     with pytest.raises(InputError, match="no signatures"):
         signatures(ended)
+
+
+def test_a_run_is_signed_at_a_terminal(ended: RunFolder, call: Call) -> None:
+    code, out, _ = call("sign", str(ended.path), "--by", "Li Wei", "--meaning", "checked", "--json")
+    (made,) = signatures(ended)
+    assert code == 0
+    assert json.loads(out)["sha256"] == made.sha256
+    assert (made.person, made.role, made.meaning, made.holds) == ("Li Wei", "at a terminal", "checked", True)
+
+
+@pytest.mark.parametrize(
+    ("given", "status", "said"),
+    [
+        (("--by", "Li Wei", "--meaning", "seen"), 2, "--meaning seen: allowed are measured, checked, approved"),
+        (("--by", " "), 1, "a signature needs the name of who signs"),
+        ((), 2, "--by needs a value"),
+    ],
+)
+def test_a_signature_that_says_nothing_is_refused(
+    ended: RunFolder, call: Call, given: tuple[str, ...], status: int, said: str
+) -> None:
+    code, _, err = call("sign", str(ended.path), *given)
+    assert (code, said in err) == (status, True), err
+    assert signatures(ended) == ()

@@ -158,7 +158,7 @@ def test_what_was_changed_in_the_guardians_record_is_named(
     found = edited(run, edit)
     assert found.verdict is Integrity.CHANGED
     (finding,) = (each for each in found.findings if each.file == GUARDIAN)
-    assert said in finding.what
+    assert said in str(finding.what)
     assert line in (0, finding.line)
 
 
@@ -167,7 +167,7 @@ def test_a_guardians_record_that_is_gone_is_missed(stopped: RunFolder, cut_off: 
         (run.path / GUARDIAN).unlink()
         (finding,) = verify(run).findings
         assert (finding.file, finding.line) == (GUARDIAN, 0)
-        assert "is missing; event" in finding.what
+        assert "is missing; event" in str(finding.what)
 
 
 def test_an_end_that_was_cut_from_the_guardians_record_is_missed(stopped: RunFolder, cut_off: RunFolder) -> None:
@@ -186,7 +186,7 @@ def test_another_runs_record_in_its_place_is_told(stopped: RunFolder, killed_run
     shutil.copy(killed_run / GUARDIAN, stopped.path / GUARDIAN)
     found = verify(stopped)
     assert found.verdict is Integrity.CHANGED
-    assert "the whole record is another run's" in found.findings[0].what
+    assert "the whole record is another run's" in str(found.findings[0].what)
 
 
 def test_a_killed_run_is_unfinished_and_its_guardian_vouches_for_the_journals_end(cut_off: RunFolder) -> None:
@@ -202,7 +202,7 @@ def test_a_killed_run_is_unfinished_and_its_guardian_vouches_for_the_journals_en
     cut_off.journal.write_bytes(b"".join(lines[:-1]))
     (finding,) = verify(cut_off).findings
     assert (finding.file, finding.line) == ("journal.jsonl", len(lines))
-    assert "the journal's end was removed" in finding.what
+    assert "the journal's end was removed" in str(finding.what)
 
 
 def test_a_run_that_died_before_its_guardian_was_ready_says_what_it_knows(cut_off: RunFolder) -> None:

@@ -19,6 +19,8 @@ from bench.operators.panel_operator import DistantOperator, DistantPrompt
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces.text import text
 from procedures.core.actions import ALIGN_D, EnterReading, LockRotor, MarkRestPositions, Mend
+from procedures.core.setup import BenchSetup
+from procedures.core.setup_change import Change, ChangeKind, ChangeSetup
 from tests.studies.forked import Forked, motorbench
 
 #: Whatever is waited for comes within this time (s), however busy the machine.
@@ -59,7 +61,13 @@ class Panel:
         raise AssertionError("the line ended without a question")
 
     def answer(self, question: dict[str, Any], value: object = None) -> dict[str, Any]:
-        self.send({"id": question["id"], "answer": value})
+        return self._said({"id": question["id"], "answer": value})
+
+    def correct(self, question: dict[str, Any], number: int, typed: str) -> dict[str, Any]:
+        return self._said({"id": question["id"], "correct": {"number": number, "typed": typed}, "by": "Li Na"})
+
+    def _said(self, message: dict[str, Any]) -> dict[str, Any]:
+        self.send(message)
         while (message := self.read()) is not None:
             if "heard" in message or "refused" in message:
                 return message
@@ -100,6 +108,20 @@ def test_an_action_is_asked_with_its_data_and_waits_for_its_answer(operator: Dis
         thread.join(PATIENCE)
         assert given == [None]
         assert second.answer(question)["refused"] == "this is not asked any more"
+
+
+@pytest.mark.parametrize(
+    ("kind", "at_shaft"), [(ChangeKind.LOCK, True), (ChangeKind.FREE, True), (ChangeKind.UNCOUPLE, False)]
+)
+def test_only_locking_and_freeing_the_shaft_is_work_at_an_energised_motor(
+    operator: DistantOperator, tmp_path: Path, kind: ChangeKind, at_shaft: bool
+) -> None:
+    thread, _ = asked(lambda: operator.perform(ChangeSetup((Change(kind, number=1),), BenchSetup(), BenchSetup())))
+    with Panel(tmp_path) as panel:
+        question = panel.question()
+        assert question["at_shaft"] is at_shaft
+        panel.answer(question)
+        thread.join(PATIENCE)
 
 
 @pytest.mark.parametrize(
@@ -168,6 +190,9 @@ def test_virtual_hands_do_what_is_confirmed_and_read_what_is_proposed(tmp_path: 
         def perform(self, action: object) -> object:
             done.append(action)
             return 24.5 if isinstance(action, EnterReading) else None
+
+        def wait(self, seconds: float) -> None:
+            raise AssertionError("nothing runs down")
 
     with closing(DistantOperator(Interrupts(), Hands())) as operator:
         operator.line.announce(tmp_path)

@@ -10,15 +10,20 @@ from typing import Any
 
 import pytest
 
+from bench.journal.corrected import corrected
+from bench.journal.events.instruments import ReadingTaken
+from bench.journal.journal_file import read_journal
 from bench.journal.stored_result import restore_text
+from bench.operators.entry import TypedReading
 from bench.operators.panel_operator import DistantOperator, DistantPrompt
 from bench.safety.interrupts import Interrupts
 from bench.testing import Ran, run_procedures, virtual_motor
-from drivers.interfaces import ImpedanceReading, RetypeError, Wanted
-from drivers.interfaces.text import lines, text
+from drivers.interfaces import ImpedanceReading, Wanted
+from drivers.interfaces.text import Text, lines, text
 from drivers.keysight.e4980a import KeysightE4980A
 from procedures.core.actions import DoubtReading
-from procedures.core.events import ReadingTyped, RepeatStarted
+from procedures.core.events import RepeatStarted
+from procedures.core.procedure_error import CorrectedError, RepeatWantedError
 from tests.bench.operators.test_distant import Panel, asked
 from tests.command_line import Call
 
@@ -119,16 +124,45 @@ def test_a_confirmed_one_is_kept_and_told(typed: Typed) -> None:
     assert low < 0.016 < high
 
 
-def test_the_last_entry_is_corrected_and_a_wrong_unit_refused(typed: Typed) -> None:
-    corrected = ("<", "31 mH", "3.2 mΩ", "<", "32 mΩ", "31.9 mOhm", "0,0321")
-    status, _, said, events = typed(BEGIN, CONNECT, *corrected, *(CONNECT, *GOOD) * 3)
+def test_any_reading_is_corrected_and_a_wrong_unit_refused(typed: Typed, call: Call, tmp_path: Path) -> None:
+    begin = ("<", "31 mH", "32.6 mΩ", "31.9 mOhm", "0,0321")
+    # At the second pair, the first reading of the first one is corrected.
+    status, result, said, events = typed(
+        BEGIN, CONNECT, *begin, CONNECT, "32 mΩ", "<", "1", "32 mΩ", *GOOD[1:], *(CONNECT, *GOOD) * 2
+    )
     assert status == 0
     assert "'31 mH' is in mH, and Ω is asked for" in said
-    assert of(events, "repeats_taken")[0]["taken"] == [0.032, 0.0319, 0.0321]
+    assert "1. LCR meter, resistance Rs at 20 Hz, A–B, reading 1 of 3: 0.0326 Ω" in said
+    taken = of(events, "repeats_taken")
+    assert [group["taken"] for group in taken[:3]] == [
+        [0.0326, 0.0319, 0.0321],
+        [0.032, 0.0319, 0.0321],
+        [0.032, 0.0319, 0.0321],
+    ]
+    (one,) = of(events, "reading_corrected")
+    assert (one["was"], one["value"], one["typed"]) == (0.0326, 0.032, "32 mΩ")
+    assert result["procedures"]["stator-resistance"]["findings"]["line_resistances"]["AB"] == pytest.approx(0.032)
     # Before the first entry there is none to correct.
-    values = [(entry["typed"], entry["value"]) for entry in of(events, "reading_typed")[:4]]
-    assert values == [("<", None), ("31 mH", None), ("3.2 mΩ", 0.0032), ("<", None)]
+    values = [(entry["typed"], entry["value"]) for entry in of(events, "reading_typed")[:3]]
+    assert values == [("<", None), ("31 mH", None), ("32.6 mΩ", 0.0326)]
     assert of(events, "instrument_error") == []
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert call("results", "verify", str(folder))[0] == 0
+    # A report shows what counts.
+    shown = [each.event for each in corrected(read_journal(folder / "journal.jsonl").events)]
+    values = [each.value["resistance"] for each in shown if isinstance(each, ReadingTaken)]
+    assert values[:3] == [0.032, 0.0319, 0.0321]
+
+
+def test_a_corrected_one_that_contradicts_its_siblings_is_asked_for_again(typed: Typed) -> None:
+    lines = (CONNECT, "32 mΩ", "<", "2", "3.19 mΩ", "", "31.9 mΩ", *GOOD[1:])
+    status, result, said, events = typed(BEGIN, CONNECT, *GOOD, *lines, *(CONNECT, *GOOD) * 2)
+    assert status == 0
+    assert "resistance A–B, reading 2 of 3: it is a tenth of its siblings" in said
+    assert (result["misfit"], len(of(events, "reading_corrected"))) == ([], 1)
+    assert of(events, "repeats_taken")[1]["taken"] == [0.032, 0.0319, 0.0321]
+    # What was asked after it is still asked for where it belongs.
+    assert "LCR meter, resistance Rs at 20 Hz, B–C, reading 2 of 3" in said
 
 
 def test_of_two_that_contradict_each_other_both_are_typed_again(
@@ -202,14 +236,6 @@ def operator(tmp_path: Path) -> Iterator[DistantOperator]:
         yield made
 
 
-class Kept:
-    def __init__(self) -> None:
-        self.events: list[Any] = []
-
-    def record(self, event: Any) -> None:
-        self.events.append(event)
-
-
 def test_at_a_panel_the_same_is_asked_in_words_to_be_translated(operator: DistantOperator, tmp_path: Path) -> None:
     thread, given = asked(lambda: operator.perform(DoubtReading(text("it is a tenth of its siblings"))))
     with Panel(tmp_path) as panel:
@@ -234,31 +260,48 @@ def test_a_question_reaches_a_panel_whole(operator: DistantOperator, tmp_path: P
     thread.join()
 
 
-def test_at_a_panel_units_are_typed_and_the_entry_before_corrected(operator: DistantOperator, tmp_path: Path) -> None:
-    kept = Kept()
-    operator.entry.recorder = kept
+class Corrected:
+    """What was typed in a procedure that goes on; a value of 9 has decided what followed."""
+
+    def __init__(self) -> None:
+        self.asked: object = None
+        self.values = [TypedReading(1, text("resistance"), "Ω", 0.0, 10.0, 0.3)]
+
+    def readings(self) -> list[TypedReading]:
+        return self.values
+
+    def correct(self, reading: TypedReading, value: float, typed: str, by: str) -> Text | None:
+        self.asked = (reading.number, value, typed, by)
+        return text("it has decided the current") if value == 9.0 else None
+
+
+def test_at_a_panel_units_are_typed_and_an_earlier_reading_corrected(operator: DistantOperator, tmp_path: Path) -> None:
+    typed = operator.entry.corrections = Corrected()
     prompt = DistantPrompt(operator, "lcr_meter")
 
     def ask() -> object:
         try:
             return prompt.ask(text("resistance Rs"), "Ω", 0.0, 10.0, None)
-        except RetypeError as back:
-            return back
+        except (CorrectedError, RepeatWantedError) as other:
+            return other
 
     with Panel(tmp_path) as panel:
-        for number, answer, taken in ((1, "31 mOhm", 0.031), (2, "<", None)):
-            operator.entry.hear(RepeatStarted(terminals="B–C", number=number, count=3))
-            thread, given = asked(ask)
-            question = panel.question()
-            assert question["correctable"] is (number > 1)
-            assert question["quantity"]["template"] == "{quantity}, {terminals}, reading {number} of {count}"
-            if number == 1:
-                assert "there is none" not in panel.answer(question, "31 V")["refused"]
-            panel.answer(question, answer)
-            thread.join()
-            assert given == [taken] if taken else isinstance(given[0], RetypeError)
-    assert [(e.typed, e.value) for e in kept.events if isinstance(e, ReadingTyped)] == [
-        ("31 V", None),
-        ("31 mOhm", 0.031),
-        ("<", None),
-    ]
+        operator.entry.hear(RepeatStarted(terminals="B–C", number=1, count=3))
+        thread, given = asked(ask)
+        question = panel.question()
+        assert [(one["number"], one["value"], one["unit"]) for one in question["readings"]] == [(1, 0.3, "Ω")]
+        assert question["quantity"]["template"] == "{quantity}, {terminals}, reading {number} of {count}"
+        assert "is in V" in panel.answer(question, "31 V")["refused"]
+        assert "outside" in panel.correct(question, 1, "11")["refused"]
+        assert "does not count" in panel.correct(question, 2, "1")["refused"]
+        panel.correct(question, 1, "9")
+        question = panel.question()
+        assert question["uncorrected"]["why"]["template"] == "it has decided the current"
+        panel.correct(question, 1, "31 mOhm")
+        thread.join()
+        assert isinstance(given[0], CorrectedError)
+        thread, given = asked(ask)
+        panel.send({"id": panel.question()["id"], "repeat": True, "by": "Li Na"})
+        thread.join()
+        assert "Li Na wants the procedure from its beginning" in str(given[0])
+    assert typed.asked == (1, 0.031, "31 mOhm", "Li Na")

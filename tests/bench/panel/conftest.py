@@ -47,6 +47,8 @@ class Server:
         self._process = Forked(serve, *words, environment=environment)
         deadline = time.monotonic() + 30
         while time.monotonic() < deadline:
+            if self._process.returncode is not None:
+                raise AssertionError(f"the server ended: {self._process.communicate(timeout=5)}")
             try:
                 self._ask()
             except urllib.error.URLError:

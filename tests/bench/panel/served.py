@@ -14,7 +14,7 @@ import socket
 import sys
 import time
 from collections.abc import Sequence
-from functools import partial
+from functools import partial, partialmethod
 from pathlib import Path
 from types import FrameType
 
@@ -42,7 +42,9 @@ def serve(*words: str) -> None:
     asyncio.create_subprocess_exec = partial(_start_command, ours)  # type: ignore[assignment]
     clock = _Clock()
     signal.signal(signal.SIGUSR1, clock.go_on)
-    sessions.Sessions = partial(sessions.Sessions, clock=clock)  # type: ignore[misc,assignment]
+    sessions.Sessions = type(
+        "Sessions", (sessions.Sessions,), {"__init__": partialmethod(sessions.Sessions.__init__, clock=clock)}
+    )  # type: ignore[misc]
     motorbench("serve", *words)
 
 

@@ -79,13 +79,13 @@ def test_what_reads_as_on_is_on_whatever_the_journal_says(run: LiveRun) -> None:
 
 
 @pytest.mark.parametrize(
-    ("action", "volts", "may_confirm"),
-    [("TurnToRest", 0.3, True), ("TurnToRest", 61.0, False), ("Connect", 0.3, False)],
+    ("at_shaft", "volts", "may_confirm"),
+    [(True, 0.3, True), (True, 61.0, False), (False, 0.3, False)],
 )
 def test_hands_work_at_an_energised_motor_only_at_the_shaft_and_below_60_v(
-    run: LiveRun, action: str, volts: float, may_confirm: bool
+    run: LiveRun, at_shaft: bool, volts: float, may_confirm: bool
 ) -> None:
-    run.line.question = CONFIRM | {"action": action}
+    run.line.question = CONFIRM | {"at_shaft": at_shaft}
     run.line.sources = [source("on", (volts, "V"), (2.9, "A"))]
     energise(run)
     state = bench_state(run, READ_AT)

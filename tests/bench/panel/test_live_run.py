@@ -1,12 +1,14 @@
 import asyncio
 import json
 from collections.abc import Awaitable, Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from bench.i18n.errors import InputError
 from bench.journal.journal import Journal
+from bench.panel.bench_state import bench_state
 from bench.panel.launch import Launcher, Order
 from bench.panel.live_run import LiveRun
 from bench.panel.tail import JournalTail
@@ -22,12 +24,12 @@ async def until(seen: Callable[[], bool]) -> None:
 
 
 async def confirm_all(run: LiveRun) -> None:
-    """Do as a person does who confirms whatever is asked."""
+    """Do as a person does who confirms whatever is asked, once the page lets it be confirmed."""
     answered = 0
     async with asyncio.timeout(60):
         while not run.view.ended:
             question = run.line.question
-            if question is not None and question["id"] != answered:
+            if question is not None and question["id"] != answered and bench_state(run).waits is None:
                 answered = question["id"]
                 assert await run.line.answer(answered, question.get("proposed")) is None
             await asyncio.sleep(0.005)
@@ -63,6 +65,15 @@ def test_the_tail_gives_each_whole_line_once(tmp_path: Path) -> None:
     assert list(tail.read_new()) == []
 
 
+@pytest.mark.parametrize(
+    "procedures", [("back-emf-shape", "no-load-current"), ("dq-inductance-time-constant",)], ids=("runs down", "locked")
+)
+def test_what_the_page_waits_for_comes(tmp_path: Path, procedures: tuple[str, ...]) -> None:
+    """A shaft that runs down comes to rest while a person is asked; one that current holds may be locked."""
+    run = led(tmp_path, replace(STATIC, procedures=procedures), confirm_all)
+    assert run.view.run.status == "completed"
+
+
 def test_a_run_is_followed_and_led_to_its_end(tmp_path: Path) -> None:
     run = led(tmp_path, STATIC, confirm_all)
     assert run.view.run.status == "completed"
@@ -71,6 +82,7 @@ def test_a_run_is_followed_and_led_to_its_end(tmp_path: Path) -> None:
     assert run.view.instruments["supply"].driver
     assert run.view.layout.terminals is not None
     assert run.view.latest is not None
+    assert run.view.outdated, "what was read while the supply was on is of the past"
 
 
 def test_the_newest_reading_is_what_the_bridge_was_asked_for(tmp_path: Path) -> None:

@@ -23,6 +23,8 @@ from tests.command_line import Call
 PAGES = Path(__file__).parents[3] / "docs" / "how-to"
 #: The pages' files, and the most lines that each may have.
 LONGEST = {"acme_supply.py": 40, "acme_meter.py": 80}
+#: Motors with defects are tried elsewhere.
+QUICK = ("--each", "0", "--sound", "0")
 PLAN = """
 [plan]
 name = "acme"
@@ -145,7 +147,7 @@ def test_a_plan_is_tried_by_the_station_s_own_drivers_and_procedures(call: Call,
     station = stations("add-a-driver.md")[0]
     (folder / "station.toml").write_text(station.replace('files = ["', 'files = ["cold_lines.py", "'), encoding="utf-8")
     (folder / "plan.toml").write_text(PLAN.replace('"cold_lines.py", ', ""), encoding="utf-8")
-    code, out, err = call("eol", "check", "plan.toml", "--station", "station.toml", "--json")
+    code, out, err = call("eol", "check", "plan.toml", "--station", "station.toml", *QUICK, "--json")
     told = json.loads(out)
     assert (code, told["differences"], told["troubles"]) == (0, [], []), err
     # Nothing of it is handed to the plan's outputs.
@@ -153,7 +155,7 @@ def test_a_plan_is_tried_by_the_station_s_own_drivers_and_procedures(call: Call,
     # A driver that asks for something else than its instrument understands is found out.
     meter = folder / "acme_meter.py"
     meter.write_text(meter.read_text(encoding="utf-8").replace('query_number("VOLTS?")', 'query_number("AMPERES?")'))
-    code, out, _ = call("eol", "check", "plan.toml", "--station", "station.toml", "--json")
+    code, out, _ = call("eol", "check", "plan.toml", "--station", "station.toml", *QUICK, "--json")
     assert code == 1
     assert "AMPERES" in " ".join(json.loads(out)["troubles"])
 

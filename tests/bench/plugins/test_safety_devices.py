@@ -9,6 +9,7 @@ import pytest
 
 from bench.safety.interlocks import Interlocks
 from bench.station.interlock_entries import InterlockEntry
+from drivers.interfaces.text import Text
 from drivers.safety_devices import InterlockDriver
 from tests.command_line import Call
 
@@ -164,7 +165,7 @@ def test_a_contact_that_raises_anything_trips(error: BaseException) -> None:
         def close(self) -> None:
             """Nothing is connected."""
 
-    failing, told = threading.Event(), queue.SimpleQueue[tuple[str, str]]()
+    failing, told = threading.Event(), queue.SimpleQueue[tuple[str, Text]]()
     driver = InterlockDriver("own", object, Contact)
     interlocks = Interlocks([InterlockEntry("door", driver, "own://door", object())])
     interlocks.watch(lambda name, how: told.put((name, how)))
@@ -172,4 +173,4 @@ def test_a_contact_that_raises_anything_trips(error: BaseException) -> None:
     name, how = told.get(timeout=10.0)
     interlocks.close()
     assert name == "door"
-    assert f"silent, which counts as open (interlock door: driver own: {type(error).__name__}: " in how
+    assert f"silent, which counts as open (interlocks.door: driver own: {type(error).__name__}: " in str(how)

@@ -60,7 +60,7 @@ class Contact:
 @pytest.fixture
 def contacts(monkeypatch: pytest.MonkeyPatch) -> dict[str, Contact]:
     made = {"emergency_stop": Contact(), "door": Contact()}
-    monkeypatch.setattr(InterlockDriver, "open", lambda *_, name: made[name.split()[-1]])
+    monkeypatch.setattr(InterlockDriver, "open", lambda *_, name: made[name.split(".")[-1]])
     return made
 
 

@@ -1,5 +1,6 @@
 """The file: any bytes come back, and what is no recording is refused with its place."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 
 from bench.i18n.errors import FileError
 from bench.station.clock import SystemClock
+from bench.traffic import growing_file
 from bench.traffic.growing_file import GrowingFile
 from bench.traffic.traffic_file import Kind, SessionRecording, TrafficLine, parse_recording, read_recording
 from drivers.interfaces import Role
@@ -119,6 +121,23 @@ def test_a_file_that_grows_is_read_wherever_it_was_cut(tmp_path: Path) -> None:
     growing.finish(recording_of(*SAID[1:]))
     assert not read_recording(file).unfinished
     assert len(read_recording(file).lines) == 5
+
+
+def test_a_file_that_grows_is_synced_while_it_does_and_at_its_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sizes: list[int] = []
+    monkeypatch.setattr(growing_file, "SYNC_INTERVAL", 0.001)
+    monkeypatch.setattr("os.fsync", lambda file: sizes.append(os.fstat(file).st_size))
+    file = tmp_path / "one.traffic"
+    growing = GrowingFile(file, TABLES)
+    head = file.stat().st_size
+    growing.take(SAID[1])
+    while not any(head < size for size in sizes):
+        SystemClock().sleep(0.001)
+    sizes.clear()
+    growing.finish(recording_of(*SAID[1:]))
+    assert file.stat().st_size in sizes
 
 
 def test_a_file_is_written_and_read(tmp_path: Path) -> None:

@@ -97,7 +97,8 @@ def test_a_plan_that_has_no_limits_on_it_passes(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("station")
 def test_a_plan_is_checked_before_a_line_runs_by_it(call: Call, tmp_path: Path) -> None:
-    status, out, _ = call("eol", "check", plan(tmp_path, "withholding"), "--station", "virtual", "--json")
+    words = ("--station", "virtual", "--each", "0", "--sound", "0", "--json")
+    status, out, _ = call("eol", "check", plan(tmp_path, "withholding"), *words)
     content = json.loads(out)
     assert (status, content["good"]) == (1, False)
     (limit,) = content["limits"]

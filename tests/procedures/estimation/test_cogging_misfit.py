@@ -37,7 +37,13 @@ def stopped(torque):
     return torque
 
 
+def cut(torque):
+    # Beneath the noise of a fit that follows the flat tops.
+    return np.minimum(torque, np.max(torque) - 0.3 * SIZE)
+
+
 DISTURBED = {
+    "cut": ({"read": cut}, Cause.CLIPPED),
     "clipped": ({"read": lambda torque: np.minimum(torque, np.quantile(torque, 0.95))}, Cause.CLIPPED),
     "hum": ({"torque": lambda time, torque: torque + 0.5 * SIZE * np.sin(2 * math.pi * 50.0 * time)}, Cause.HUM),
     "drift": ({"torque": lambda time, torque: torque + 10.0 * SIZE * np.exp(-time / time[-1] * 4.0)}, Cause.SLOPE),

@@ -64,8 +64,9 @@ def test_scatter_of_the_torque_is_part_of_the_uncertainty() -> None:
 
 def test_coast_down_alone_gives_friction_over_inertia() -> None:
     fit = fit_coast_down(DOWN, ramp_speed(MECHANICS, DOWN, 0.0, TOP))
-    assert fit.value("coulomb_deceleration") == pytest.approx(COULOMB / INERTIA, rel=1e-5)
-    assert fit.value("viscous_rate") == pytest.approx(VISCOUS / INERTIA, rel=1e-4)
+    # What friction at low speed may still hide is on one side.
+    assert fit.value("coulomb_deceleration") == pytest.approx(COULOMB / INERTIA, rel=1e-4)
+    assert fit.value("viscous_rate") == pytest.approx(VISCOUS / INERTIA, rel=1e-3)
     assert fit.value("initial_speed") == pytest.approx(TOP)
 
 

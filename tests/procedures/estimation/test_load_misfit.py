@@ -19,7 +19,7 @@ def run():
 
     def measured(name="clean", *, seed=3, **factors):
         random = np.random.default_rng(seed)
-        world = study.world(name, random)
+        world = study.disturbed(name, study.world(name, random), random)
         for quantity, (load, factor) in factors.items():
             world.factors[quantity][load] *= factor
         return world, study.measured(world, name, random)

@@ -58,6 +58,8 @@ def off(fit: StepFit, record: Sampled, name: str) -> float:
         ("voltage_corner", 0.02, Cause.AC_COUPLED),
         ("hum", 0.02, Cause.HUM),
         ("slope", 0.02, Cause.SLOPE),
+        ("odd", 0.02, Cause.RINGING),
+        ("resonance", 20.0, Cause.RINGING),
     ],
 )
 def test_a_gross_disturbance_is_named_modelled_and_its_interval_holds(name: str, value: float, cause: Cause) -> None:

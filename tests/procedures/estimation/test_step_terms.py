@@ -5,6 +5,7 @@ import pytest
 
 from procedures.estimation.winding import step_term
 from procedures.estimation.winding.step_record import read_step
+from procedures.estimation.winding.step_ringing import Resonance, RingingEdge
 from procedures.estimation.winding.step_term import StepModel, StepScale, Term
 from procedures.estimation.winding.step_terms import TERMS
 from tests.studies.disturbed_steps import Batch, sampled
@@ -20,12 +21,19 @@ FIGURES = {
     "_VoltageCoupling": (0.1,),
     "_Slope": (0.01,),
     "_Hum": (0.01, 0.02),
+    "RingingEdge": (0.01, 0.02, 0.1, -0.1),
+    "Resonance": (0.1, -0.1),
 }
 
 
 @pytest.mark.parametrize(
     "terms",
-    [*((term,) for term in TERMS[:-1]), (TERMS[2], TERMS[5], TERMS[1]), (TERMS[6], TERMS[3], TERMS[8])],
+    [
+        *((term,) for term in TERMS[:-1]),
+        (TERMS[2], TERMS[5], TERMS[1]),
+        (TERMS[6], TERMS[3], TERMS[8]),
+        (Resonance(), RingingEdge()),
+    ],
     ids=lambda terms: "+".join(type(t).__name__ for t in terms),
 )
 def test_derivatives_are_those_of_the_model(terms: tuple[Term, ...], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -154,12 +154,12 @@ def test_a_load_step_settles_on_the_time_scale_of_the_exact_run_up() -> None:
     exact = run_up(Bridge(SIX_STEP), 0.3, load_torque=0.6, initial_speed=before)
     stand.load(0.6, 0.0)
     speeds = []
-    for _ in range(300):
-        stand.clock.sleep(1e-3)
+    for _ in range(100):
+        stand.clock.sleep(3e-3)
         speeds.append(stand.world.shaft_speed(0.0))
     assert np.all(np.diff(speeds) <= 0.0)
     threshold = before + 0.9 * (after - before)
-    settled = 1e-3 * (1 + int(np.argmax(np.array(speeds) < threshold)))
+    settled = 3e-3 * (1 + int(np.argmax(np.array(speeds) < threshold)))
     assert settled == pytest.approx(float(exact.times[np.argmax(exact.speeds < threshold)]), rel=0.25)
     # Mean bus current on the way lies between the ends; the source's resistance ties the voltage to it.
     current, voltage = stand.output.bus_current(0.3), stand.output.bus_voltage(0.3)

@@ -19,7 +19,7 @@ BASE = 16_000 + 16 * (os.getpid() % 200)
 
 def test_endpoints_are_where_the_file_says(served_bench: Callable[..., ServedBench]) -> None:
     ports = {
-        "supply": {"hislip": BASE, "socket": BASE + 1},
+        "supply": {"hislip": BASE, "socket": BASE + 1, "vxi11": BASE + 7},
         "dynamometer": {"tcp": BASE + 2},
         "can": {"tcp": BASE + 3},
         "emergency_stop": {"tcp": BASE + 4},
@@ -34,7 +34,7 @@ def test_endpoints_are_where_the_file_says(served_bench: Callable[..., ServedBen
     assert wires.port_of(bench.interlocks()["emergency_stop"]["address"]) == BASE + 4
     assert wires.port_of(bench.watchdog_relays()["supply_enable"]["address"]) == BASE + 5
     assert wires.port_of(bench.control) == BASE + 6
-    assert wires.port_of(addresses["voltmeter"]["socket"]) not in range(BASE, BASE + 7)
+    assert wires.port_of(addresses["voltmeter"]["socket"]) not in range(BASE, BASE + 8)
 
 
 def test_the_others_follow_the_base_and_leave_out_what_is_named() -> None:

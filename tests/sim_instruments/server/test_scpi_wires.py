@@ -11,7 +11,7 @@ from sim_instruments.server.served_bench import ServedBench
 from tests.sim_instruments.server import wires
 
 
-@pytest.fixture(params=["socket", "hislip"])
+@pytest.fixture(params=["socket", "hislip", "vxi11"])
 def way(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
@@ -116,8 +116,9 @@ def test_device_clear_ends_a_wait_without_end(bench: ServedBench) -> None:
         assert waiting.query(":RST?") == "STOP" or waiting.query(":RSTate?") == "STOP"
 
 
-def test_a_reply_that_nobody_has_read_is_told_and_not_taken_for_the_next(supply: dict[str, Any]) -> None:
-    with wires.visa(supply["hislip"]) as session:
+@pytest.mark.parametrize("way", ["hislip", "vxi11"])
+def test_a_reply_that_nobody_has_read_is_told_and_not_taken_for_the_next(supply: dict[str, Any], way: str) -> None:
+    with wires.visa(supply[way]) as session:
         session.write("*CLS")
         session.write("*IDN?")
         assert session.query("*OPC?") == "1"
@@ -303,6 +304,14 @@ def test_clients_that_flood_hang_or_babble_harm_nobody(bench: ServedBench) -> No
             before = time.perf_counter()
             assert good.query("*OPT?") == "0"
             assert time.perf_counter() - before < 1.0
+    with wires.visa(addresses["socket"]) as next_one:
+        # What was sent before its client left is still worked off; the tests that follow find an instrument at rest.
+        quiet, deadline = 0, time.monotonic() + 60.0
+        while quiet < 5:
+            assert time.monotonic() < deadline
+            quiet = quiet + 1 if next_one.query("SYST:ERR?") == '+0,"No error"' else 0
+            next_one.write("*CLS")
+            threading.Event().wait(0.02)
 
 
 def test_too_many_connections_are_hung_up_on_and_those_there_stay(supply: dict[str, Any]) -> None:

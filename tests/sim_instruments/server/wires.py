@@ -19,8 +19,8 @@ FIRST_MESSAGE = 0xFFFFFF00
 def port_of(address: object) -> int:
     """The TCP port in any of the bench's addresses."""
     text = str(address)
-    if "hislip0," in text:
-        return int(text.split("hislip0,")[1].split("::")[0])
+    if "," in text:
+        return int(text.split(",")[1].split("::")[0])
     return int(text.split("::")[2]) if text.endswith("::SOCKET") else int(text.rsplit(":", 1)[1])
 
 

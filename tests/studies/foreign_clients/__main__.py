@@ -10,12 +10,16 @@ import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 from sim_instruments.server.served_bench import ServedBench
-from tests.sim_instruments.motors import BENCH_MOTOR
+from sim_instruments.six_step.machine import virtual_motor
+from tests.sim_instruments.motors import BENCH_MOTOR, SIX_STEP
 
 HERE = Path(__file__).parent
 _SPEEDUP = 50.0
+#: Clients of what only a bench with a fixture and a six-step drive has.
+_WHOLE = ("with_canopen", "with_scpi")
 #: Turns a second, of four pole pairs.
 _TURNS = 10.0
 
@@ -35,8 +39,11 @@ def _prepare(bench: ServedBench) -> dict[str, float]:
 
 def _rows(client: Path, python: str) -> list[dict[str, str]]:
     """Have a client's script run against a bench of its own; say why where it comes to an end early."""
-    with ServedBench(BENCH_MOTOR, speedup=_SPEEDUP, seed=1) as bench:
-        task = {"addresses": bench.addresses(), "control": bench.control, "truth": _prepare(bench)}
+    whole = client.stem in _WHOLE
+    made: dict[str, Any] = {"motor": virtual_motor(SIX_STEP), "six_step": SIX_STEP, "fixture": True} if whole else {}
+    with ServedBench(**{"motor": BENCH_MOTOR, **made}, speedup=_SPEEDUP, seed=1) as bench:
+        truth = {} if whole else _prepare(bench)
+        task = {"addresses": bench.addresses(), "control": bench.control, "truth": truth}
         environment = {**os.environ, "PYTHONPATH": str(HERE)}
         command = [python, str(client), json.dumps(task)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=200, env=environment, check=False)

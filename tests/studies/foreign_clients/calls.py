@@ -28,11 +28,17 @@ def hands(action: str, **words: Any) -> None:
 
 
 class Calls:
-    """Makes calls of one client and prints what came of each: works, refused, wrong, or raised without an error queued."""
+    """Makes calls of one client and prints what came of each: works, refused, wrong, or raised without an error queued.
 
-    def __init__(self, client: str, error: Callable[[], str]) -> None:
+    What raises `refusal` was refused by the instrument, too: its client has taken the error.
+    """
+
+    def __init__(
+        self, client: str, error: Callable[[], str] = lambda: "0", *, refusal: type[Exception] | tuple[()] = ()
+    ) -> None:
         self._client = client
         self._error = error
+        self._refusal = refusal
 
     def make(
         self,
@@ -46,15 +52,16 @@ class Calls:
 
         Nothing is said of one that the client itself refuses by raising `quiet`.
         """
-        value, raised = None, ""
+        value, raised, refused = None, "", False
         try:
             value = call()
         except quiet:
             return None
         except Exception as error:  # noqa: BLE001  a client may stumble over anything
             raised = f"{type(error).__name__}: {error}".splitlines()[0][:100]
+            refused = isinstance(error, self._refusal)
         errors = self._errors()
-        if errors:
+        if errors or refused:
             # Nobody takes a figure along that came with an error.
             outcome = "refused"
         elif raised:

@@ -23,7 +23,7 @@ def poll(way: str, unit: int, table: str, start: int, *words: str) -> dict[int, 
     return {int(register): int(value) for register, value in _VALUE.findall(done.stdout)}
 
 
-calls = Calls("mbpoll", lambda: "0")
+calls = Calls("mbpoll")
 DRIVE, SENSOR = 1, 2
 calls.make("sensor, TCP: 6 registers", lambda: poll("tcp", SENSOR, "4", 0, "-c6"), lambda found: len(found) == 6)
 calls.make("sensor, TCP: coil 0", lambda: poll("tcp", SENSOR, "0", 0, "1"))

@@ -13,7 +13,7 @@ def unit(number: int) -> minimalmodbus.Instrument:
     return made
 
 
-calls = Calls("minimalmodbus", lambda: "0")
+calls = Calls("minimalmodbus")
 sensor, drive = unit(2), unit(1)
 calls.make("sensor: read_long(0)", lambda: sensor.read_long(0, signed=True), lambda value: abs(value) < 1000)
 calls.make("sensor: read_long(2)", lambda: sensor.read_long(2), lambda value: value >= 0)

@@ -282,3 +282,27 @@ def test_sockets_with_relays_of_their_own_and_one_relay_for_two_is_refused(tmp_p
         InputError, match=r"watchdog_relays.enable.address: tcp://10.0.0.9:502 is the address of enable too"
     ):
         load_line(str(station), None)
+
+
+def test_a_virtual_socket_has_a_fixture_and_the_type_s_six_step_drive(bench: Any) -> None:
+    plan = changed(bench, ('name = "stator-resistance"', 'name = "insulation-resistance"'))
+    content = plan.read_text(encoding="utf-8").replace('repeats = 1, aperture = "SHOR", winding_temperature = 25.0', "")
+    content = content.replace(
+        'parameter = "stator_resistance"\npercent = 60.0', 'parameter = "insulation_resistance"\nlow = 1e8'
+    )
+    plan.write_text(content, encoding="utf-8")
+    assert prepare(plan, "virtual", 1).plan.checks[0].name == "insulation-resistance"
+    with pytest.raises(InputError, match="insulation_tester, which the virtual bench has not"):
+        prepare(plan, "virtual", 1, "virtual")
+    plan.write_text(content.replace("insulation-resistance", "no-load-current-six-step"), encoding="utf-8")
+    with pytest.raises(InputError):
+        prepare(plan, "virtual", 1)
+    six_step = (
+        '[plan]\nname = "six"\nmotor = "92bl-30-25l"\n[[procedure]]\nname = "no-load-current-six-step"\n'
+        '[[procedure]]\nname = "hall-sensors"\n'
+    )
+    plan.write_text(six_step, encoding="utf-8")
+    assert [check.name for check in prepare(plan, "virtual", 1).plan.checks] == [
+        "no-load-current-six-step",
+        "hall-sensors",
+    ]

@@ -14,6 +14,7 @@ from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
 from bench.eol.store.spool import FOLDER
 from bench.eol.store.waiting import Waiting
+from tests.bench.eol.loaded_workers import loaded_workers
 
 
 def numbers(reference: Path, batch: str = "small") -> list[int]:
@@ -99,7 +100,7 @@ def test_a_batch_that_ends_with_records_in_no_database_says_so_and_the_next_one_
 
 def test_the_command_tells_what_waits(bench: Any, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--station", str(bench.folder / "line.toml"), "--runs", str(bench.folder / "runs"), "--motors", "1"]
-    with pytest.raises(SystemExit):
+    with loaded_workers(), pytest.raises(SystemExit):
         main(
             [
                 "eol",

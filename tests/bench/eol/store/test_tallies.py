@@ -167,3 +167,10 @@ def test_a_parameter_that_was_kept_just_now_is_found(engine: Engine, put: Put) -
     assert measured_parameters(engine, StatisticsRequest()) == ["r"]
     put(r=10.0, l=10.0)
     assert line_statistics(engine, StatisticsRequest()).parameters.keys() == {"r", "l"}
+
+
+def test_parameters_without_limits_come_last_and_those_that_failed_first(engine: Engine, put: Put) -> None:
+    # By name the one without limits would be the first.
+    put(limits=(-math.inf, math.inf), a=10.0)
+    put(b=10.0, c=12.0)
+    assert measured_parameters(engine, StatisticsRequest()) == ["c", "b", "a"]

@@ -17,7 +17,8 @@ ACROSS = """[...document.querySelectorAll('.mb-draw svg[role=img]')].map((each) 
 
 #: Whether each drawing ends above its card's end.
 WITHIN = """[...document.querySelectorAll('.mb-draw svg[role=img]')].every((each) =>
-    each.getBoundingClientRect().bottom <= each.closest('.mb-step').getBoundingClientRect().bottom)"""
+    each.getBoundingClientRect().bottom <= (each.closest('.mb-step').getClientRects()[0]
+        ?? each.closest('.mb-grid').getBoundingClientRect()).bottom)"""
 
 
 def choose(page: Page, motor: str, *procedures: str) -> None:

@@ -42,6 +42,9 @@ def test_a_technician_uses_the_supply_by_hand(panel: Panel, new_page: NewPage) -
     # What was typed is still there.
     expect(page.get_by_role("textbox", name="current limit (0 … 10 A)")).to_have_value("500 mA")
     do.click()
+    # First a person looks what is connected.
+    expect(card).to_contain_text("the supply's plus on A")
+    page.get_by_role("button", name="It is so: switch on").click()
     expect(card).to_contain_text("ON: supply energised voltage=1V current_limit=500mA regulated=current")
     expect(page.get_by_role("status").filter(has_text="Energised: ")).to_contain_text("DC supply")
     choose(page, "What to do", "read the current")

@@ -20,8 +20,11 @@ from bench.testing.conformance import (
     check_export,
     check_simulated_instrument,
 )
+from bench.testing.conformance.disturbed import check_trip
+from bench.testing.conformance.driver import subject_of
 from bench.testing.conformance.kit import Conformance
 from bench.testing.conformance.report import Checks
+from bench.testing.conformance.session import Trial, session_of
 from drivers.interfaces import Accuracy, CommunicationError, Identity, IdentityError, MeasurementError, Reading
 from drivers.lutron.options import LutronTachometerOptions
 from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, driver_named, manual_of
@@ -62,8 +65,10 @@ def test_our_drivers_conform(name: str) -> None:
 
 def test_a_fault_that_is_not_told_as_it_should_be_is_found() -> None:
     trip = ProtectionTrip(lambda simulated: simulated._power.trip(0x2310), says="0x3210", resets=False)
-    report = check_driver("cia402-six-step", options=OPTIONS["cia402-six-step"], manual=Manual(trip=trip))
-    found = [one.check for one in report.failures]
+    subject = subject_of("cia402-six-step", None, OPTIONS["cia402-six-step"], installed())
+    checks = Checks(manual=Manual(trip=trip))
+    check_trip(Trial(subject, session_of(subject.role), checks, seed=0))
+    found = [one.check for one in checks.report("six-step").failures]
     assert any(check.startswith("a fault of its own at '") and check.endswith("': afterwards") for check in found)
     assert any(check.startswith("a fault of its own at '") and check.endswith("'") for check in found)
 

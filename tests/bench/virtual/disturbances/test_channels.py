@@ -49,6 +49,11 @@ def first_order(corner: float) -> complex:
     return 1.0 / (1.0 + 1j * ELECTRICAL / (2.0 * math.pi * corner))
 
 
+def second_order(over: float, damping: float) -> complex:
+    """Return 1/(1 − x² + 2jζx) at x = 1/`over`."""
+    return 1.0 / (1.0 - over**-2 + 2j * damping / over)
+
+
 @pytest.mark.parametrize(
     ("path", "ratio"),
     [
@@ -57,11 +62,13 @@ def first_order(corner: float) -> complex:
         (ChannelPath(pole=100.0), first_order(100.0)),
         (ChannelPath(skew=1.0e-3), np.exp(-1j * ELECTRICAL * 1.0e-3)),
         (ChannelPath(coupling_corner=10.0), 1.0 - first_order(10.0)),
+        # Below its resonance a lead shows more than there is, and later.
+        (ChannelPath(resonance=3.0 * ELECTRICAL / (2.0 * math.pi), damping=0.1), second_order(3.0, 0.1)),
         # At ωτ = 1 a divider that passes a tenth more above passes 1 + 0.1·j/(1 + j).
         (ChannelPath(compensation=0.1, compensation_time=1.0 / ELECTRICAL), 1.05 + 0.05j),
         (ChannelPath(coupling_corner=5.0, pole=200.0), (1.0 - first_order(5.0)) * first_order(200.0)),
     ],
-    ids=["tenth", "gain", "bandwidth", "skew", "ac-coupled", "compensation", "both"],
+    ids=["tenth", "gain", "bandwidth", "skew", "ac-coupled", "ringing", "compensation", "both"],
 )
 def test_what_a_sine_becomes(stand: Make, path: ChannelPath, ratio: complex) -> None:
     waves = turning(stand(disturbed(path)))

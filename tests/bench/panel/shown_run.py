@@ -1,0 +1,55 @@
+"""A run as the panel meets it, played: its journal and its line, and whatever is to be shown and asked on them."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Self
+
+from bench.journal.journal import Journal
+from bench.operators.operator_channel import OperatorLine
+from bench.operators.stored_plot import store_plot
+from procedures.core.live_plot import LivePlot
+from tests.journals import event
+
+
+class ShownRun:
+    """A run of one procedure, at a bench time (s) of its own."""
+
+    def __init__(self, folder: Path, procedure: str, step: str, words: str) -> None:
+        folder.mkdir(parents=True)
+        self.name = folder.name
+        self.time = 0.0
+        self._asked = 0
+        self._line = OperatorLine(lambda _: None)
+        self._journal = Journal(folder / "journal.jsonl", lambda: self.time)
+        self.record("run_started", procedures=[procedure], settings=[], motor={"name": "M"}, truth={})
+        self.record("procedure_started", procedure=procedure, steps={step: words})
+        self.record("step_started", step=step, text=words)
+        self._line.announce(folder)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._line.close()
+        self._journal.close()
+
+    def record(self, kind: str, **data: Any) -> None:
+        """Have something happen."""
+        self._journal.record(event(kind, **data))  # type: ignore[arg-type]  # a kind that there is
+
+    def read(self, instrument: str, call: str, **value: Any) -> None:
+        """Have an instrument give a reading."""
+        self.record("reading", instrument=instrument, call=call, value={"time": self.time, **value})
+
+    def show(self, plot: LivePlot) -> None:
+        """Show a plot."""
+        self._line.say({"plot": store_plot(plot)})
+
+    def ask(self, kind: str, **more: Any) -> None:
+        """Ask something."""
+        self._asked += 1
+        self._line.say({"question": {"id": self._asked, "kind": kind, **more}})
+
+    def tell(self, sources: list[Mapping[str, Any]]) -> None:
+        """Say what the sources read back."""
+        self._line.tell({"sources": sources})

@@ -1,0 +1,96 @@
+"""What procedures show of their measurements while somebody watches."""
+
+import math
+
+import numpy as np
+
+from bench.motor.motor_file import load_motor
+from bench.operators.stored_plot import restore_plot, store_plot
+from procedures.core.axes import Manner
+from procedures.core.bench import Bench
+from procedures.core.live_plot import LivePlot
+from sim_instruments.bench import VirtualBench
+from sim_instruments.clock.virtual_clock import VirtualClock
+from tests.runs.on_bench import measure
+from tests.studies.measured_motor import NoRecord
+
+
+class NoHands:
+    def perform(self, action: object) -> object:
+        raise AssertionError(f"{action} is not asked for")
+
+
+class Watching:
+    """Keeps what it is shown as it arrives over a run's line."""
+
+    looks = True
+
+    def __init__(self) -> None:
+        self.plots: list[LivePlot] = []
+
+    def show(self, plot: LivePlot) -> None:
+        self.plots.append(restore_plot(store_plot(plot)))
+
+
+def shown(name: str, *settings: str) -> list[LivePlot]:
+    motor, watching = load_motor("ipmsm"), Watching()
+    with VirtualBench(motor.virtual, seed=2, sockets=False) as bench:
+        measure(bench, motor.nameplate, name, *settings, onlooker=watching)
+    return watching.plots
+
+
+def manners(plot: LivePlot) -> list[Manner]:
+    return [curve.manner for curve in plot.upper.curves]
+
+
+def test_a_sweep_shows_its_goal_at_once_then_its_curve_then_what_the_fit_leaves() -> None:
+    first, *later, last = shown("dq-inductance-extremes", "readings_per_period=12")
+    assert first.coming is not None
+    assert first.coming.until_x is not None
+    assert manners(first) == []
+    found = [plot for plot in later if manners(plot) == [Manner.FIT]]
+    assert found
+    assert last.coming is None
+    assert manners(last) == [Manner.READING, Manner.FIT]
+    assert last.lower is not None
+    readings, fit = last.upper.curves
+    left = last.lower.curves[0].y
+    assert np.allclose(readings.y - fit.y, left, atol=1e-3 * np.ptp(readings.y))
+
+
+def test_each_step_shows_its_fit_before_the_next_is_taken() -> None:
+    plots = shown("dq-inductance-time-constant", "repeats=1")
+    assert len(plots) >= 6
+    for plot in plots:
+        assert plot.lower is not None
+        recorded, fit = plot.upper.curves
+        assert recorded.x.size < 420
+        assert float(np.std(plot.lower.curves[0].y)) < 0.1 * float(np.ptp(fit.y))
+
+
+def test_back_emf_shows_wave_and_harmonics_of_each_speed() -> None:
+    plots = shown("back-emf-constant", "speed_shares=[0.5,1.0]")
+    assert len(plots) == 2
+    for plot in plots:
+        assert manners(plot)[:3] == [Manner.RECORD] * 3
+        assert plot.lower is not None
+        assert plot.lower.curves[0].manner is Manner.BARS
+        assert plot.lower.curves[0].x.tolist() == [3.0, 5.0, 7.0]
+
+
+def test_a_coast_shows_its_end_while_it_is_read_and_both_models_then() -> None:
+    plots = shown("inertia", "tare=given", "sample_interval=0.02")
+    coming = [plot for plot in plots if plot.coming is not None]
+    assert [math.isfinite(plot.coming.until_y or math.nan) for plot in coming if plot.coming] == [True, True]
+    both = plots[-1]
+    assert manners(both) == [Manner.RECORD, Manner.SECOND, Manner.FIT]
+    assert both.lower is not None
+    linear, quadratic = (float(np.std(curve.y)) for curve in both.lower.curves)
+    assert quadratic <= linear
+
+
+def test_nobody_is_shown_what_nobody_looks_at() -> None:
+    def make() -> LivePlot:
+        raise AssertionError("nobody looks")
+
+    Bench({}, NoHands(), VirtualClock(), NoRecord()).show(make)
