@@ -2,17 +2,22 @@
 // What must work without the server, or faster than it: whether it is heard, Enter, focus, sound.
 (() => {
     const LOST = 3000; // ms of silence
+    const STOOD = 2000; // ms between two looks: the page itself stood still, and hears only now what came
     const CONFIRM = 400; // ms after a step appears, so that one press cannot confirm two
     const root = document.documentElement;
     const find = (selector) => document.querySelector(selector);
     let heard = performance.now();
+    let awake = heard;
 
     function lostNow() {
         return root.classList.contains("mb-lost");
     }
 
     function watch() {
-        const silent = performance.now() - heard;
+        const now = performance.now();
+        if (now - awake > STOOD) heard = Math.max(heard, now - STOOD);
+        awake = now;
+        const silent = now - heard;
         const lost = silent > LOST && find("[data-beat]") !== null;
         if (lost !== lostNow()) {
             root.classList.toggle("mb-lost", lost);
@@ -85,11 +90,18 @@
             setTimeout(() => button.removeAttribute("aria-disabled"), CONFIRM);
         }
         // Once the step's parts stand: they come in the same message.
-        requestAnimationFrame(() => {
-            const place = find("[data-focus]:not([disabled])");
-            place?.focus({ preventScroll: true });
-            place?.select?.();
-        });
+        requestAnimationFrame(focus);
+    }
+
+    function focus() {
+        const place = find("[data-focus]:not([disabled])");
+        place?.focus({ preventScroll: true });
+        place?.select?.();
+    }
+
+    // Parts that are made anew within a step take the focus with them when they go.
+    function regain() {
+        if (document.activeElement === null || document.activeElement === document.body) focus();
     }
 
     function pressed(event) {
@@ -141,7 +153,9 @@
             if (attributeName === "data-beat") heard = performance.now();
             if (attributeName === "data-step") appeared();
             if (attributeName === "data-sound") sound(target.dataset.sound);
-            const added = (name) => type === "childList" && [...addedNodes].some((node) => node.querySelector?.(name));
+            const added = (name) =>
+                type === "childList" && [...addedNodes].some((node) => node.matches?.(name) || node.querySelector?.(name));
+            if (added("[data-focus]")) requestAnimationFrame(regain);
             if (added("[data-result]")) appeared();
             if (added("[data-beat]")) {
                 heard = performance.now();

@@ -84,7 +84,8 @@ def test_the_guardian_switches_off_what_a_killed_run_left_on(terminal: Callable[
         served.world.clock.sleep(0.2)
     took = next(one.data for one in read_guardian(folder) if one.kind == "took")
     assert took["cause"] == "the run's process has died"
-    assert "energised" in run.journal()
+    # On the disk before it was sent; that it was done may come too late.
+    assert "energising" in run.journal()
 
 
 def test_what_is_left_alone_goes_off_and_the_run_goes_on(terminal: Callable[..., Terminal], served: Served) -> None:

@@ -151,6 +151,8 @@ def new_page(browser: Browser, pages: list[Page], refused: list[str]) -> Iterato
             page.on("console", note)
             pages.append(page)
         used += 1
+        # Only the page in front has the keyboard.
+        pages[used - 1].bring_to_front()
         return pages[used - 1]
 
     yield make

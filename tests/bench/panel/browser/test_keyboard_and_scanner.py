@@ -67,8 +67,6 @@ def serial_of(panel: Panel, page: Page) -> str:
 
 def test_a_run_by_keyboard_and_the_next_by_scanner(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
-    # Only the page in front has the keyboard.
-    page.bring_to_front()
     page.goto(panel.url)
     expect(page.get_by_label("Serial number")).to_be_focused()
     expect(page.get_by_role("checkbox", name=re.compile("^Stator resistance ·"))).to_be_visible()
