@@ -3,6 +3,7 @@
 (() => {
     const LOST = 3000; // ms of silence
     const STOOD = 2000; // ms between two looks: the page itself stood still, and hears only now what came
+    const SLOW = 1500; // ms in which a server that answers again is heard again
     const CONFIRM = 400; // ms after a step appears, so that one press cannot confirm two
     const root = document.documentElement;
     const find = (selector) => document.querySelector(selector);
@@ -22,6 +23,8 @@
         if (lost !== lostNow()) {
             root.classList.toggle("mb-lost", lost);
             sound(lost ? "lost" : "");
+            // What was hidden as long as nobody heard has lost the focus.
+            if (!lost) setTimeout(regain);
         }
         if (lost) {
             const age = Math.round(silent / 1000);
@@ -34,10 +37,12 @@
     }
 
     // A server that was started anew knows this page no more: once it answers, the page is loaded anew.
+    // One that was only slow is soon heard again, and what was typed stays.
     async function comeBack() {
         if (!lostNow()) return;
         try {
             const answer = await fetch("/assets/page.css", { cache: "no-store" });
+            await new Promise((resolve) => setTimeout(resolve, SLOW));
             if (answer.status < 500 && lostNow()) location.reload();
         } catch {
             // Still nobody there.
@@ -90,7 +95,7 @@
             setTimeout(() => button.removeAttribute("aria-disabled"), CONFIRM);
         }
         // Once the step's parts stand: they come in the same message.
-        requestAnimationFrame(focus);
+        setTimeout(focus);
     }
 
     function focus() {
@@ -99,7 +104,7 @@
         place?.select?.();
     }
 
-    // Parts that are made anew within a step take the focus with them when they go.
+    // Parts that go take the focus with them, also where what stands for them was there before.
     function regain() {
         if (document.activeElement === null || document.activeElement === document.body) focus();
     }
@@ -149,13 +154,13 @@
     }
 
     new MutationObserver((changes) => {
-        for (const { type, attributeName, target, addedNodes } of changes) {
+        for (const { attributeName, target, addedNodes, removedNodes } of changes) {
             if (attributeName === "data-beat") heard = performance.now();
             if (attributeName === "data-step") appeared();
             if (attributeName === "data-sound") sound(target.dataset.sound);
-            const added = (name) =>
-                type === "childList" && [...addedNodes].some((node) => node.matches?.(name) || node.querySelector?.(name));
-            if (added("[data-focus]")) requestAnimationFrame(regain);
+            const among = (nodes, name) => [...nodes].some((node) => node.matches?.(name) || node.querySelector?.(name));
+            const added = (name) => among(addedNodes, name);
+            if (added("[data-focus]") || among(removedNodes, "[data-focus]")) setTimeout(regain);
             if (added("[data-result]")) appeared();
             if (added("[data-beat]")) {
                 heard = performance.now();

@@ -1,4 +1,6 @@
+import os
 import re
+import signal
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -168,6 +170,23 @@ def test_a_lost_connection_is_seen_and_comes_back_by_itself(panel: Panel, new_pa
     expect(page.locator("[data-state=off]").last).to_be_visible()
     expect(page.get_by_text(re.compile("Connection lost"))).to_be_hidden()
     expect(page.locator("[data-done]")).to_be_visible()
+
+
+def test_a_server_that_was_only_slow_finds_the_page_as_it_was(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    begin(page, panel, "Pole pairs by stable positions")
+    done = page.locator("[data-done][data-focus]")
+    expect(done).to_be_focused()
+    page.evaluate("window.same = true")
+    os.kill(panel.pid, signal.SIGSTOP)
+    try:
+        expect(page.get_by_text(re.compile(r"Connection lost \d+ s ago"))).to_be_visible()
+        expect(done).not_to_be_focused()
+    finally:
+        os.kill(panel.pid, signal.SIGCONT)
+    expect(page.get_by_text(re.compile(r"Connection lost \d+ s ago"))).to_be_hidden()
+    expect(done).to_be_focused()
+    assert page.evaluate("window.same") is True
 
 
 def test_the_other_pages_are_accessible_and_fit(panel: Panel, new_page: NewPage) -> None:
