@@ -5,6 +5,7 @@ import json
 import re
 import urllib.parse
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,7 +38,9 @@ class Outsider:
                 connection.putheader(name, value)
             if body or method == "POST":
                 connection.putheader("Content-Length", str(len(body)))
-            connection.endheaders(body.encode())
+            # A body that is too long is answered before it has all been sent.
+            with suppress(BrokenPipeError, ConnectionResetError):
+                connection.endheaders(body.encode())
             response = connection.getresponse()
             return Answer(response.status, response.headers, response.read().decode())
         finally:

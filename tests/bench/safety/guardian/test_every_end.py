@@ -137,7 +137,7 @@ def test_an_output_that_only_says_it_is_off(
         served.mend()
     assert told["status"] == "aborted", told
     assert "supply could not be made safe (voltage_decayed)" in told["cause"]
-    assert "the guardian could not either: supply" in told["cause"]
+    assert "the guardian could not either: supply" in told["cause"], told["cause"]
     assert "has switched off" not in told["cause"]
     assert "may still be on: switch it off by hand" in told["cause"]
     assert "not waited for" not in told["cause"]
