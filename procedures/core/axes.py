@@ -3,13 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, TypeAlias
 
 from drivers.interfaces.text import Text
 
-FloatArray = NDArray[np.float64]
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+#: Whoever only passes curves on, such as the guardian, loads no NumPy.
+FloatArray: TypeAlias = "NDArray[np.float64]"
 
 
 class Manner(Enum):

@@ -100,6 +100,9 @@ def test_the_end_of_a_run_is_a_picture_and_the_next_motor_is_measured_as_before(
     page.goto(f"{panel.url}/runs/{run}")
     page.get_by_role("button", name="Take the control").click()
     answer_until_end(page)
+    began = json.loads((panel.runs / run / "journal.jsonl").read_text().splitlines()[0])["data"]
+    assert began["person"] == "J. Doe"
+    assert began["motor"]["serial_number"] == "SN-0815"
     row = page.get_by_role("row", name=re.compile("^d-axis inductance"))
     expect(row.get_by_role("img")).to_have_attribute("aria-label", re.compile("interval -.* the note's formula"))
     expect(page.get_by_role("figure", name=re.compile("✓ random")).first.locator("canvas")).to_be_visible()
