@@ -149,7 +149,7 @@ def test_a_file_that_cannot_be_used_is_named_and_takes_nothing_else_down(made: M
 
 
 def test_ctrl_c_while_a_file_is_loaded_ends_the_command(tmp_path: Path) -> None:
-    (tmp_path / "plugin.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nwhile True: pass\n")
+    (tmp_path / "plugin.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nsignal.pause()\n")
     (tmp_path / "station.toml").write_text('[station]\nname = "s"\n[plugins]\nfiles = ["plugin.py"]\n')
     done = subprocess.run(
         [sys.executable, "-m", "bench", "station", "drivers", "--station", "station.toml"],
