@@ -4,7 +4,8 @@ Numbers and values of the C2000's are those of Delta's C2000 and CP2000 manuals 
 for a dynamometer with a C2000 (09-30, 11-27, 11-33, 11-34, 11-37), one for a positioner with C2000s (00-10), two public bridges
 (00-20, 00-21); that 00-20 = 1 is RS-485, the manuals' pages on 09-10. The dynamometer's program cites the same manual, so group 11 has
 one source. A public register table for the sister C200 has 11-36 to 11-38 too, but calls 11-27 the torque's source; the values of 11-36
-are in none that was opened. Compare them with the drive's manual before its first use.
+are in none that was opened. That 00-21 = 2 is RS-485 is agreed for its sisters C200, MH300, MS300 and GS20 by three public sources that do
+not copy each other; the C2000's own page was not seen. Compare what has one source with the drive's manual before its first use.
 """
 
 from collections.abc import Mapping
