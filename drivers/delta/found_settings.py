@@ -23,6 +23,7 @@ _WRITE = "{value}"
 #: Levels of a filter that lag by less than a reading takes. What a level is in seconds no source tells: 1 … 99, 20 as delivered
 #: (manual) or 50 (two programs), "the larger, the more obvious the lag"; so it cannot be reckoned with or waited for.
 _SHORTEST = ("1", "0", "2")
+_BRAKED = text("in torque control the drive holds the shaft at a speed that is not the motor's")
 _FILTER_KEYS = text("At the sensor set parameter 02, and the speed's filter, to 1 (K1 held)")
 
 #: What torque control needs besides.
@@ -36,6 +37,9 @@ TORQUE: Mapping[int, WantedSetting] = {
     0x0B24: WantedSetting(
         "11-36 what limits the speed", ("1", "2"), text("the frequency command does not limit the speed"), _WRITE
     ),
+    # The motor turns the shaft against the torque: a lower limit brakes it there, whatever torque is commanded.
+    0x0B25: WantedSetting("11-37 forward speed limit (% of 01-00)", ("100",), _BRAKED, _WRITE),
+    0x0B26: WantedSetting("11-38 reverse speed limit (% of 01-00)", ("100",), _BRAKED, _WRITE),
 }
 
 
