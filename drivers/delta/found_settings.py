@@ -23,6 +23,7 @@ _WRITE = "{value}"
 #: Levels of a filter that lag by less than a reading takes. What a level is in seconds no source tells: 1 … 99, 20 as delivered
 #: (manual) or 50 (two programs), "the larger, the more obvious the lag"; so it cannot be reckoned with or waited for.
 _SHORTEST = ("1", "0", "2")
+_FRAMING = text("how its serial line is spoken to; after a change the address must say the same")
 _BRAKED = text("in torque control the drive holds the shaft at a speed that is not the motor's")
 _FILTER_KEYS = text("At the sensor set parameter 02, and the speed's filter, to 1 (K1 held)")
 
@@ -46,7 +47,16 @@ TORQUE: Mapping[int, WantedSetting] = {
 def drive_rows(options: DeltaDyn200Options) -> Mapping[int, WantedSetting]:
     """Return what every use of the drive needs, by address (group and number are the bytes)."""
     code = () if options.drive_code is None else (str(options.drive_code),)
+    framing = {
+        address: WantedSetting(query, (), _FRAMING, optional=True)
+        for address, query in (
+            (0x0900, "09-00 unit"),
+            (0x0901, "09-01 rate (0.1 kbit/s)"),
+            (0x0904, "09-04 format (13: 8, N, 2 for RTU)"),
+        )
+    }
     return {
+        **framing,
         0x0000: WantedSetting(
             "00-00 identity code",
             code,

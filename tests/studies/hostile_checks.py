@@ -1,6 +1,6 @@
 """Checks of the end of a line, and the six-step drive, on benches as a last user may have left them.
 
-`python -m tests.studies.hostile_checks --states N --seed S [--first I] [--workers K] [--procedures NAME …]`
+`python -m tests.studies.hostile_checks --states N --seed S [--first I] [--workers K] [--within S] [--procedures NAME …]`
 
 What `hostile_states` leaves out: procedures of the fixture, of the insulation tester and of the six-step drive. Each state draws
 instruments with errors of their own, ambient temperature, the shaft's angle and what was left of each instrument; the motor is the
@@ -162,12 +162,16 @@ def _off(one: Parameter, truth: dict[str, float], clean: Parameter | None) -> fl
     return abs(0.5 * (low + high) - right) / (half + 1e-9 * max(1.0, abs(right)))
 
 
-def study(seed: int, indices: range, workers: int, procedures: tuple[str, ...] = ()) -> Became:
-    """Return what became of the procedures from these states."""
-    total = Became()
+def study(
+    seed: int, indices: range, workers: int, procedures: tuple[str, ...] = (), within: float = math.inf
+) -> Became:
+    """Return what became of the procedures from these states, or from those of them that `within` (s) was enough for."""
+    total, begun = Became(), time.monotonic()
     with context().Pool(workers, maxtasksperchild=100) as pool:
         for one in pool.imap(partial(from_state, seed, procedures), indices):
             total.add(one)
+            if time.monotonic() - begun > within:
+                break
     return total
 
 
@@ -178,11 +182,12 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="number of the first state")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=1, help="processes of this machine")
+    parser.add_argument("--within", type=float, default=math.inf, help="seconds after which no further state counts")
     parser.add_argument("--procedures", nargs="+", default=(), metavar="NAME", help="these only")
     given = parser.parse_args()
     started = time.monotonic()
     indices = range(given.first, given.first + given.states)
-    became = study(given.seed, indices, given.workers, tuple(given.procedures))
+    became = study(given.seed, indices, given.workers, tuple(given.procedures), given.within)
     print("\n".join(lines(became, (CLEAN, FOUND, PRESSED))))
     print(f"\n{time.monotonic() - started:.0f} s")
 

@@ -42,6 +42,15 @@ def test_a_drive_in_keypad_mode_is_taken_over_and_given_back(server: TcpServer, 
     assert len(units.writes) == 2 * len(OURS)
 
 
+def test_the_framing_is_told_where_the_drive_tells_it(server: TcpServer, units: Units, clock: Any) -> None:
+    units.registers |= {(1, 0x0900): 1, (1, 0x0901): 192, (1, 0x0904): 13}
+    dynamometer = opened(server, clock)
+    told = {setting.query[:5]: setting.found for setting in dynamometer.found_state}
+    assert (told["09-00"], told["09-01"], told["09-04"]) == ("1", "192", "13")
+    dynamometer.close()
+    assert units.writes == []
+
+
 def test_settings_that_are_right_are_not_written(server: TcpServer, units: Units, clock: Any) -> None:
     units.registers[1, 0x0B24] = 2
     opened(server, clock).close()
