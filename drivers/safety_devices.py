@@ -19,12 +19,13 @@ class RelayDriver:
     """One driver of a relay with a watchdog.
 
     `options` is the dataclass of what a station file may say of it. `opener` is called with address, options and `name=`; written
-    as `module:object` its module is imported when a relay is opened.
+    as `module:object` its module is imported when a relay is opened. `sources` says what it was written from.
     """
 
     name: str
     options: type[Any]
     opener: str | Callable[..., WatchdogRelay]
+    sources: tuple[str, ...] = ()
 
     def open(self, address: str, options: object, *, name: str) -> WatchdogRelay:
         """Open the relay; `name` stands for it in messages.

@@ -75,7 +75,7 @@ def doctor(
         **_state(),
         "guardian": guardian.about(),
     }
-    stands = [] if station is None else problems(load_station(station), computer)
+    stands = [] if station is None else list(problems(load_station(station), computer))
     if station is not None:
         found["station"] = [
             {"instrument": name, "address": address, "problems": [str(said) for said in told]}

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from bench.cli.new_file import write_new
 from bench.cli.options import Seed
 from bench.cli.serving import check_host, check_ports, say_refused, unavailable
+from bench.cli.understood import WITH_EVERY_ROLE, print_understood
 from bench.i18n.errors import InputError, UsageError
 from drivers.interfaces.text import text
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 def serve(
     *,
-    motor: str,
+    motor: str | None = None,
     station: Path | None = None,
     station_file: Path | None = None,
     force: bool = False,
@@ -54,7 +55,7 @@ def serve(
     Parameters
     ----------
     motor
-        A motor file with a table [virtual], or the name of a shipped motor.
+        A motor file with a table [virtual], or the name of a shipped motor; needed unless commands are asked for.
     station
         A station file whose instruments are served, plug-ins included, each by what its driver names; without one, the standard bench.
     station_file
@@ -90,7 +91,7 @@ def serve(
     strict
         End with status 1 at the first error that a SCPI instrument queues, and say which message it came of.
     commands
-        Serve nothing; print the commands and queries that this role's instrument understands.
+        Serve nothing; print what this role's instrument understands: commands and queries, registers, or objects.
 
     """
     from bench.motor.motor_file import load_motor
@@ -131,6 +132,14 @@ def serve(
         raise UsageError(
             text("--station-file {file}: that is the station itself; name another file", file=station_file)
         )
+    if motor is None:
+        if commands is None:
+            raise UsageError(
+                text(
+                    "--motor: which motor is on the bench? Give a file with a table [virtual], or a shipped one's name"
+                )
+            )
+        motor = WITH_EVERY_ROLE
     given = given_faults(faults, fault)
     procedures = None if station is None else catalogues_at(str(station)).procedures
     read = load_motor(motor, procedures)
@@ -156,7 +165,8 @@ def serve(
             own = station_to_serve(station, read)
             more |= {"units": own.units, "fixture": own.fixture}
         if commands is not None:
-            _print_commands(commands, virtual, more)
+            fixture_too = {"fixture": True} if station is None else {}
+            print_understood(commands, virtual, {**more, **fixture_too}, json=json)
             return 0
         if base_port is not None:
             more["base_port"] = base_port
@@ -197,18 +207,6 @@ def serve(
             message=queued.message.strip(),
         )
     )
-
-
-def _print_commands(role: str, motor: Any, bench: dict[str, Any]) -> None:
-    """Print what a role's instrument understands. Raises UsageError for a role that is not there or speaks no SCPI."""
-    from sim_instruments.bench import VirtualBench
-
-    bench.pop("watchdog_relay")
-    with VirtualBench(motor, sockets=False, **bench) as virtual:
-        scpi = [name for name in virtual.roles if virtual.transport(name) == "visa"]
-        if role not in scpi:
-            raise UsageError(text("--commands {role}: allowed are {roles}", role=role, roles=sorted(scpi)))
-        print("\n".join(sorted(virtual.instrument(role).tree.headers())))
 
 
 def _opened(

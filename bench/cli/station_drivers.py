@@ -38,7 +38,10 @@ def drivers(*, station: str = "virtual", language: str = "auto", json: bool = Fa
         print_json(
             {
                 "drivers": listed,
-                "watchdog_relays": [{"name": name, "from": relays.origin(name).as_dict()} for name in relays],
+                "watchdog_relays": [
+                    {"name": name, "sources": list(kind.sources), "from": relays.origin(name).as_dict()}
+                    for name, kind in relays.items()
+                ],
                 "interlocks": [
                     {"name": name, "schemes": kind.schemes, "from": contacts.origin(name).as_dict()}
                     for name, kind in contacts.items()
@@ -61,6 +64,9 @@ def drivers(*, station: str = "virtual", language: str = "auto", json: bool = Fa
     print()
     for name, roles in found.items():
         for source in dict.fromkeys(source for driver in roles for source in driver.sources):
+            print(f"{name:<28}{say(text('written from {source}', source=word(source)))}")
+    for name, relay in relays.items():
+        for source in relay.sources:
             print(f"{name:<28}{say(text('written from {source}', source=word(source)))}")
     print()
     print_catalogue(relays, lambda _: say(text("watchdog relay")))

@@ -1,6 +1,6 @@
 """What the driver of every instrument on a VISA session has, whatever its role."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from drivers.bases.found_state import FoundState, WantedSetting
 from drivers.interfaces import Clock, Identity
@@ -45,13 +45,16 @@ class ScpiDriver:
             self._session.go_to_local(self._local)
         self._session.close()
 
-    def _take_over(self, rows: Iterable[WantedSetting]) -> None:
-        """Ask and set what the last user left; raises ReportedError where something is wrong that may not be set."""
+    def _take_over(self, rows: Iterable[WantedSetting], plain: Callable[[str], str] = str.strip) -> None:
+        """Ask and set what the last user left; `plain` makes of an answer what a setting takes.
+
+        Raises ReportedError where something is wrong that may not be set.
+        """
         session = self._session
 
         def put(row: WantedSetting, value: str) -> None:
             session.write(row.command.format(value=value))
 
-        found = FoundState(self._name, lambda row: session.query(row.query, timeout=_ASKING), put)
+        found = FoundState(self._name, lambda row: plain(session.query(row.query, timeout=_ASKING)), put)
         found.take_over(rows)
         self._found = found

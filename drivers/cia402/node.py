@@ -7,6 +7,7 @@ from typing import Protocol
 
 from drivers.bases.identification import check_serial_number
 from drivers.cia402.found_objects import FoundObjects, found_nmt_state, polled_by
+from drivers.cia402.node_identity import read_identity
 from drivers.cia402.options import PROFILE, NodeOptions
 from drivers.cia402.power_state import PowerState, PowerStateMachine, UnreachedStateError
 from drivers.cia402.watchdog import HeartbeatWatchdog
@@ -28,7 +29,7 @@ from drivers.transport.can.objects import NodeObjects, SdoClient
 from drivers.transport.can.process_data import MappedObject, ProcessData
 
 #: Objects (CiA 301 below 0x2000, CiA 402 from 0x6000).
-DEVICE_TYPE, DEVICE_NAME, IDENTITY = 0x1000, 0x1008, 0x1018
+DEVICE_TYPE = 0x1000
 MODE, MODE_DISPLAY = 0x6060, 0x6061
 SUPPORTED_MODES = 0x6502
 GUARD_TIME, LIFE_TIME_FACTOR = 0x100C, 0x100D
@@ -288,8 +289,6 @@ class Cia402Node:
                 command="read 0x1000:00",
                 remedy=text("Correct the node id in the station file"),
             )
-        vendor, product, revision, serial = (self.objects.read(IDENTITY, sub, 4) for sub in (1, 2, 3, 4))
-        model = self.objects.read_text(DEVICE_NAME, 0)
-        identity = Identity(f"vendor 0x{vendor:08X}", model or f"product 0x{product:08X}", str(serial), f"{revision:X}")
+        identity = read_identity(self.objects)
         check_serial_number(self._name, identity, self._options.serial_number, "read 0x1018:04")
         return identity

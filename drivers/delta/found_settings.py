@@ -4,7 +4,8 @@ Numbers and values of the C2000's are those of Delta's C2000 and CP2000 manuals 
 for a dynamometer with a C2000 (09-30, 11-27, 11-33, 11-34, 11-37), one for a positioner with C2000s (00-10), two public bridges
 (00-20, 00-21); that 00-20 = 1 is RS-485, the manuals' pages on 09-10. The dynamometer's program cites the same manual, so group 11 has
 one source. A public register table for the sister C200 has 11-36 to 11-38 too, but calls 11-27 the torque's source; the values of 11-36
-are in none that was opened. Compare them with the drive's manual before its first use.
+are in none that was opened. That 00-21 = 2 is RS-485 is agreed for its sisters C200, MH300, MS300 and GS20 by three public sources that do
+not copy each other; the C2000's own page was not seen. Compare what has one source with the drive's manual before its first use.
 """
 
 from collections.abc import Mapping
@@ -22,6 +23,8 @@ _WRITE = "{value}"
 #: Levels of a filter that lag by less than a reading takes. What a level is in seconds no source tells: 1 … 99, 20 as delivered
 #: (manual) or 50 (two programs), "the larger, the more obvious the lag"; so it cannot be reckoned with or waited for.
 _SHORTEST = ("1", "0", "2")
+_FRAMING = text("how its serial line is spoken to; after a change the address must say the same")
+_BRAKED = text("in torque control the drive holds the shaft at a speed that is not the motor's")
 _FILTER_KEYS = text("At the sensor set parameter 02, and the speed's filter, to 1 (K1 held)")
 
 #: What torque control needs besides.
@@ -35,13 +38,25 @@ TORQUE: Mapping[int, WantedSetting] = {
     0x0B24: WantedSetting(
         "11-36 what limits the speed", ("1", "2"), text("the frequency command does not limit the speed"), _WRITE
     ),
+    # The motor turns the shaft against the torque: a lower limit brakes it there, whatever torque is commanded.
+    0x0B25: WantedSetting("11-37 forward speed limit (% of 01-00)", ("100",), _BRAKED, _WRITE),
+    0x0B26: WantedSetting("11-38 reverse speed limit (% of 01-00)", ("100",), _BRAKED, _WRITE),
 }
 
 
 def drive_rows(options: DeltaDyn200Options) -> Mapping[int, WantedSetting]:
     """Return what every use of the drive needs, by address (group and number are the bytes)."""
     code = () if options.drive_code is None else (str(options.drive_code),)
+    framing = {
+        address: WantedSetting(query, (), _FRAMING, optional=True)
+        for address, query in (
+            (0x0900, "09-00 unit"),
+            (0x0901, "09-01 rate (0.1 kbit/s)"),
+            (0x0904, "09-04 format (13: 8, N, 2 for RTU)"),
+        )
+    }
     return {
+        **framing,
         0x0000: WantedSetting(
             "00-00 identity code",
             code,

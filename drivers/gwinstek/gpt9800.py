@@ -2,7 +2,7 @@
 
 Sources: the GPT-9800 Series User Manual (remote control), and public programs used with testers of the series, which send
 MANU:IR:REF 0 and *RMTOFF, and end each line with CR LF. Those that send TEST:RET send ON, for the OK that ends a test; here it
-is OFF, and the end is asked for.
+is OFF, and the end is asked for. What was left of these is put back at the end; voltage, limits and times stay.
 """
 
 import math
@@ -14,6 +14,7 @@ from drivers.bases.scpi_driver import ScpiDriver
 from drivers.bases.set_points import check_setpoint, lesser
 from drivers.catalogue import Surroundings
 from drivers.gwinstek import gpt9800_data as data
+from drivers.gwinstek.gpt9800_settings import FOUND_SETTINGS, plain
 from drivers.gwinstek.options import IDENTITY, Gpt9800Options
 from drivers.interfaces import (
     Clock,
@@ -99,10 +100,12 @@ def parse_output(reply: str) -> Output:
 
 
 class GwInstekGpt9800(ScpiDriver, InsulationTester):
-    """A GPT-9803 or GPT-9804; the tester is identified when this is made, and left as it is.
+    """A GPT-9803 or GPT-9804; the tester is identified when this is made, and asked what it was left with.
 
     Raises IdentityError where another instrument, or a model without an insulation test, answers.
     """
+
+    _local = "*RMTOFF"
 
     def __init__(
         self,
@@ -115,12 +118,12 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
     ) -> None:
         super().__init__(session, clock, name)
         self._options = options
-        self._guarding = guarding
         self._identity = identify(session, IDENTITY, options.serial_number)
         self._maximum_voltage, self._owner = lesser(data.HIGHEST_VOLTAGE, options.maximum_voltage)
         check_setpoint(name, "ramp_time", options.ramp_time, "s", data.SHORTEST_RAMP, data.LONGEST_RAMP, "the model")
         if not guarding:
             session.check_left_errors()
+            self._take_over(FOUND_SETTINGS, plain)
 
     @classmethod
     def open(cls, address: str, options: Gpt9800Options, surroundings: Surroundings, name: str) -> "GwInstekGpt9800":
@@ -160,13 +163,6 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
         with self._session.within(WAY_DOWN_TIME):
             self._session.insist(self._stop)
             self._await_discharge()
-
-    def close(self) -> None:
-        """Give the front panel back and close the connection; what the test is set to stays."""
-        if not self._guarding:
-            self._session.go_to_local("*RMTOFF")
-        self._guarding = True
-        self._session.close()
 
     def _check(self, voltage: float, duration: float) -> None:
         name = self._name

@@ -35,7 +35,8 @@ GPT9800 = Driver(
     simulated="gwinstek-gpt9800",
     sources=(
         "the GPT-9800 Series User Manual: pages on *IDN?, *CLS and MEASure; the rest from memory, not checked",
-        "public programs for testers of the series (IR:REF, *RMTOFF, CR LF; TEST:RET: they send ON, the driver OFF)",
+        "public programs for testers of the series (IR:REF, *RMTOFF, CR LF, MANU:EDIT:MODE?; TEST:RET: they send ON, the driver OFF)",
+        "from memory, not checked: MAIN:FUNC? and TEST:RET?",
     ),
     recognised_by=(IDENTITY,),
 )

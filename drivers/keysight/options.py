@@ -219,5 +219,10 @@ SWITCH_UNIT_34970A = Driver(
     Keysight34970AOptions,
     "drivers.keysight.switch_unit_34970a:Keysight34970A.open",
     simulated="keysight-34970a",
+    sources=(
+        "Keysight's 34970A/34972A Command Reference (ROUTe: closing, opening and their queries)",
+        "public programs: SYSTem:CTYPe? 100, 200, 300 and what an empty slot replies (two), SYSTem:CPON ALL to open every relay (two)",
+        "from memory, not checked: the 34980A's slots 1 … 8",
+    ),
     recognised_by=(SWITCH_UNIT_IDENTITY,),
 )

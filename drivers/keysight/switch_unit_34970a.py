@@ -12,6 +12,7 @@ from drivers.interfaces import (
     ReportedError,
     SwitchMatrix,
 )
+from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import Text, text
 from drivers.keysight.options import SWITCH_UNIT_IDENTITY, Keysight34970AOptions
 from drivers.transport.visa.opening import identify, open_driver, open_session
@@ -45,11 +46,13 @@ class Keysight34970A(ScpiDriver, SwitchMatrix):
         #: The channels that are closed; None where nobody can tell.
         self._held: frozenset[int] | None = None
         self._identity = identify(session, SWITCH_UNIT_IDENTITY, options.serial_number)
+        self._left: frozenset[int] | None = None
         if guarding:
             return
         for slot in self._slots():
             self._check_module(slot)
         session.check_left_errors()
+        self._left = self._closed()
 
     @classmethod
     def open(
@@ -64,6 +67,15 @@ class Keysight34970A(ScpiDriver, SwitchMatrix):
             session,
             lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
         )
+
+    @property
+    def found_state(self) -> tuple[FoundSetting, ...]:
+        """What was found closed of the station's crosspoints; it opens before the first of them closes."""
+        if self._left is None:
+            return ()
+        names = sorted(self._names[channel] for channel in self._left)
+        effect = text("crosspoints left closed join what the next wiring does not; all open before any closes")
+        return (FoundSetting("ROUT:CLOS?", ", ".join(names) or "-", "", effect),)
 
     @property
     def crosspoints(self) -> frozenset[str]:

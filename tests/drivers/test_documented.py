@@ -66,6 +66,11 @@ def test_every_driver_is_in_the_table_of_roles() -> None:
         assert all(f"`{driver.name}`" in line for driver in DRIVERS if driver.role is role)
 
 
+def test_every_driver_of_an_instrument_that_is_spoken_to_says_what_it_was_written_from() -> None:
+    assert [driver.name for driver in DRIVERS if driver.needs_address and not driver.sources] == []
+    assert [name for name, relay in installed().watchdog_relays.items() if not relay.sources] == []
+
+
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_the_examples_are_station_files(example: str) -> None:
     data = tomllib.loads(example)

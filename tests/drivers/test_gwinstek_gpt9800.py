@@ -47,6 +47,11 @@ class Device:
         self.stays_on = False
         self.voltage = "0.500kV"
         self.reference = "0000M ohm"
+        self.left: dict[str, str | None] = {
+            "MAIN:FUNC?": "MANU MODE",
+            "MANU:EDIT:MODE?": "IR",
+            "TEST:RET?": "TEST:RETURN OFF",
+        }
         self.ended = "IR,PASS ,0.499kV,2000M ohm,T=002.0S"
         self.idle = ["IR,VIEW ,0.000kV,0000M ohm,  ---.-S"]
         self.running = 0  # how many looks find it still testing
@@ -71,6 +76,7 @@ class Device:
             "FUNC:TEST?": "TEST ON" if self.on else "TEST OFF",
             "MANU:IR:VOLT?": self.voltage,
             "MANU:IR:REF?": self.reference,
+            **self.left,
         }.get(message)
 
     def shown(self) -> str:
@@ -108,6 +114,31 @@ def test_a_reference_that_stays_is_refused(tester: GwInstekGpt9800, device: Devi
     with pytest.raises(ReportedError, match="still subtracted from the resistance"):
         tester.measure(500.0, 1.0)
     assert "FUNC:TEST ON" not in wire.sent
+
+
+def test_what_was_left_is_told_set_and_put_back(clock: Any) -> None:
+    with played("gwinstek_gpt9803", clock) as (surroundings, address):
+        tester = GwInstekGpt9800.open(
+            address, Gpt9800Options(serial_number="GES123456789"), surroundings, "insulation_tester"
+        )
+        told = [(one.query, one.found, one.wanted, one.changed) for one in tester.found_state]
+        tester.measure(500.0, 1.0)
+        tester.close()
+    assert told == [
+        ("MAIN:FUNC?", "MANU", "MANU", False),
+        ("MANU:EDIT:MODE?", "ACW", "IR", True),
+        ("MANU:IR:REF?", "12", "0", True),
+        ("TEST:RET?", "ON", "OFF", True),
+    ]
+
+
+def test_a_tester_that_does_not_tell_everything(manager: Any, wire: Any, device: Device, clock: Any) -> None:
+    device.left["MAIN:FUNC?"] = device.left["TEST:RET?"] = None
+    device.errors = ["0,No Error", "20,Command Error", "0,No Error", "20,Command Error", "0,No Error"]
+    tester = GwInstekGpt9800.open(ADDRESS, Gpt9800Options(), Surroundings(clock, lambda: manager), "insulation_tester")
+    assert [one.query for one in tester.found_state] == ["MANU:EDIT:MODE?", "MANU:IR:REF?"]
+    tester.close()
+    assert wire.sent[-1] == "*RMTOFF"
 
 
 @pytest.mark.parametrize("reference", ["0000M ohm", "0", "0.000", "+0 M ohm"])

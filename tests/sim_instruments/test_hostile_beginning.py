@@ -4,7 +4,11 @@ import re
 
 import canopen
 import pytest
+import pyvisa
 
+from drivers.catalogue import Surroundings
+from drivers.keysight.options import Keysight34970AOptions
+from drivers.keysight.switch_unit_34970a import Keysight34970A
 from sim_instruments.bench import VirtualBench
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.scpi.instrument import ScpiInstrument
@@ -12,7 +16,7 @@ from sim_instruments.server.served_bench import ServedBench
 from tests.sim_instruments.can_client import aborted, remote_node
 from tests.sim_instruments.transports.can.test_bus import TYPES
 
-SCPI = ("supply", "lcr_meter", "oscilloscope", "voltmeter", "insulation_tester")
+SCPI = ("supply", "lcr_meter", "oscilloscope", "voltmeter", "insulation_tester", "switch_matrix")
 
 
 def states(motor: VirtualMotor, hostile: int | None) -> dict[str, tuple[str, ...]]:
@@ -55,6 +59,19 @@ def test_what_is_left_is_what_the_instrument_says(bench_motor: VirtualMotor, see
         pages = [message for message in bench.left["lcr_meter"] if message.startswith("DISP:PAGE")]
         assert page == (pages[0].split(";")[0].split()[1] if pages else "MEAS")
         assert error == '+0,"No error"'
+
+
+def test_relays_that_nobody_opened_are_told_and_open_before_others_close(bench_motor: VirtualMotor) -> None:
+    with VirtualBench(bench_motor, sockets=False, fixture=True, hostile=1) as bench:
+        address, options = bench.address("switch_matrix"), Keysight34970AOptions(bench.crosspoints)
+        surroundings = Surroundings(bench.clock, lambda: pyvisa.ResourceManager(bench.visa_library))
+        matrix = Keysight34970A.open(str(address), options, surroundings, "switch_matrix")
+        (told,) = matrix.found_state
+        assert bench.left["switch_matrix"] == ("ROUT:CLOS (@111,122)", "ROUT:CLOS (@133)", "ROUT:CLOS (@601)")
+        assert (told.query, told.found) == ("ROUT:CLOS?", "A:supply+, B:supply-, C:lcr_high, leads:short")
+        matrix.connect(["A:lcr_high", "B:lcr_low"])
+        assert matrix.closed() == {"A:lcr_high", "B:lcr_low"}
+        matrix.close()
 
 
 def test_a_served_bench_begins_so_too(bench_motor: VirtualMotor) -> None:

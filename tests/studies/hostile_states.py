@@ -129,13 +129,13 @@ def study(seed: int, states: int, workers: int, procedures: tuple[str, ...] = ()
     return total
 
 
-def lines(became: Became) -> Iterator[str]:
+def lines(became: Became, beginnings: tuple[str, ...] = (FOUND, PRESSED)) -> Iterator[str]:
     """Give the table as Markdown, then what is against it."""
     yield f"| procedure | beginning | {' | '.join(OUTCOMES)} |"
     yield f"| --- | --- |{' ---: |' * len(OUTCOMES)}"
     procedures = dict.fromkeys(procedure for procedure, _, _ in became.counts)
     for procedure in sorted(procedures):
-        for beginning in (FOUND, PRESSED):
+        for beginning in beginnings:
             counts = " | ".join(str(became.counts[procedure, beginning, outcome]) for outcome in OUTCOMES)
             yield f"| {procedure} | {beginning} | {counts} |"
     yield ""

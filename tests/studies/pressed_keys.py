@@ -36,7 +36,7 @@ _GIVEN_BACK = {
     ),
     "voltmeter": ("VOLT:ZERO:AUTO?", "VOLT:NULL:STAT?", "CALC:SCAL:STAT?"),
 }
-_REGISTERS = {_DRIVE: (0x091E, 0x0014, 0x0015, 0x0B1B, 0x0B21, 0x0B24), _TRANSDUCER: (0x07, 0x1F)}
+_REGISTERS = {_DRIVE: (0x091E, 0x0014, 0x0015, 0x0B1B, 0x0B21, 0x0B24, 0x0B25, 0x0B26), _TRANSDUCER: (0x07, 0x1F)}
 
 
 def press_all(bench: VirtualBench, plate: Nameplate) -> None:

@@ -1,7 +1,8 @@
 """Objects of a CANopen node by SDO, with errors that name the object."""
 
 import struct
-from typing import Protocol
+from collections.abc import Callable
+from typing import Protocol, TypeVar
 
 from can import CanError
 from canopen.sdo.exceptions import SdoAbortedError, SdoError
@@ -9,6 +10,7 @@ from canopen.sdo.exceptions import SdoAbortedError, SdoError
 from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
 from drivers.interfaces.text import text
 
+T = TypeVar("T")
 #: SDO aborts by which a node says that it has no such object or subindex.
 ABSENT = (0x06020000, 0x06090011)
 
@@ -53,14 +55,7 @@ class NodeObjects:
 
     def read_optional(self, index: int, subindex: int, size: int, *, signed: bool = False) -> int | None:
         """Return a number of `size` bytes, `None` where the node has no such object; errors as for `read`."""
-        try:
-            return self.read(index, subindex, size, signed=signed)
-        except ReportedError as error:
-            cause = error.__cause__
-            if isinstance(cause, SdoAbortedError) and cause.code in ABSENT:
-                self.trace("read", "no such object")
-                return None
-            raise
+        return self._where_there(lambda: self.read(index, subindex, size, signed=signed))
 
     def read_bytes(self, index: int, subindex: int) -> bytes:
         """Return an object's bytes; errors as for `read`."""
@@ -78,6 +73,10 @@ class NodeObjects:
     def read_text(self, index: int, subindex: int) -> str:
         """Return an object's text; errors as for `read`."""
         return self.read_bytes(index, subindex).decode("latin-1").strip("\0 ")
+
+    def read_optional_text(self, index: int, subindex: int) -> str:
+        """Return an object's text, empty where the node has no such object; errors as for `read`."""
+        return self._where_there(lambda: self.read_text(index, subindex)) or ""
 
     def write(self, index: int, subindex: int, value: int, size: int, *, signed: bool = False) -> None:
         """Write a number of `size` bytes; errors as for `read`, and ValueError where the number does not fit."""
@@ -105,6 +104,16 @@ class NodeObjects:
         """Tell whoever listens to the traffic."""
         if self._traffic is not None:
             self._traffic(direction, message)
+
+    def _where_there(self, read: Callable[[], T]) -> T | None:
+        try:
+            return read()
+        except ReportedError as error:
+            cause = error.__cause__
+            if isinstance(cause, SdoAbortedError) and cause.code in ABSENT:
+                self.trace("read", "no such object")
+                return None
+            raise
 
     def _failure(self, error: Exception, command: str) -> CommunicationError | ReportedError:
         if isinstance(error, SdoAbortedError):

@@ -1,9 +1,10 @@
 """Delta C2000 drive as the dynamometer's controller (C2000 user manual, parameter group 09, communication addresses).
 
-Sources (C2000 and CP2000 user manuals): the frequency of 2001H acts with 00-20 = 1 alone, the word of 2000H with 00-21 = 2, both with
-09-30 = 0, the torque of 11-34 (a share of 11-27) with 11-33 = 1; what has another source is acknowledged and does nothing. In torque
-mode the speed is limited by 11-37 and 11-38 (% of 01-00), with 11-36 = 1 by the frequency command in the direction of the torque. A
-limit that has been reached is kept until the next command. A request is heard as one after more than 10 ms of silence on the line.
+Sources (C2000 and CP2000 user manuals; 00-21 = 2 by its sisters): the frequency of 2001H acts with 00-20 = 1 alone, the word of 2000H
+with 00-21 = 2, both with 09-30 = 0, the torque of 11-34 (a share of 11-27) with 11-33 = 1; what has another source is acknowledged and
+does nothing. In torque mode the speed is limited by 11-37 and 11-38 (% of 01-00), with 11-36 = 1 by the frequency command in the
+direction of the torque. A limit that has been reached is kept until the next command. A request is heard as one after more than 10 ms
+of silence on the line.
 
 Lost communication (09-02, 09-03, cE10) is as the manuals of its sisters VFD-B and VFD-S tell it: each valid message starts the time
 anew, and a drive that has heard none for so long warns and goes on, ramps or coasts to a stop, or does nothing.

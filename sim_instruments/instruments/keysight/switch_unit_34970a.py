@@ -44,6 +44,13 @@ class Keysight34970A(ScpiInstrument):
 
     unknown_word = -224
     power_on_clears = True
+    #: Relays that nobody opened: the supply on two terminals, a bridge lead, an oscilloscope lead, the bridge's short.
+    leftovers = (
+        ("", "ROUT:CLOS (@111,122)"),
+        ("", "ROUT:CLOS (@133)"),
+        ("", "ROUT:CLOS (@311)"),
+        ("", "ROUT:CLOS (@601)"),
+    )
 
     def __init__(
         self,

@@ -270,6 +270,36 @@ def test_doctor_reports(call: Call) -> None:
     assert f"Guardian: {found['guardian']['said']}" in told
 
 
+def test_doctor_judges_a_stations_own_addresses(call: Call, tmp_path: Path) -> None:
+    file = tmp_path / "station.toml"
+    file.write_text(
+        """[station]
+name = "far away"
+
+[instruments.supply]
+driver = "keysight-e36300"
+address = "USB0::0x2A8D::0x1202::NOBODY::0::INSTR"
+
+[instruments.tachometer]
+driver = "lutron-tachometer"
+address = "/dev/nowhere"
+""",
+        encoding="utf-8",
+    )
+    code, out, _ = call("doctor", str(file))
+    assert code == 1
+    assert "✗ tachometer at /dev/nowhere: /dev/nowhere is not there" in out.replace("\n", " ")
+    assert "✗ supply at USB0::" in out
+    assert "Nothing is missing" not in out
+    code, out, _ = call("doctor", str(file), "--json")
+    told = json.loads(out)
+    assert code == 1
+    # What stands beside an instrument is among what is wrong.
+    assert all(
+        any(said in problem for problem in told["problems"]) for one in told["station"] for said in one["problems"]
+    )
+
+
 def test_every_shipped_motor_is_listed_when_none_fits(call: Call) -> None:
     _, _, err = call("demo", "--motor", "zzz")
     for name in shipped_motors():

@@ -95,6 +95,7 @@ class Node:
             self.values[0x6007, 0] = abort_option
         self.writes: list[tuple[int, bytes]] = []
         self.abort: dict[int, int] = {}
+        self.missing: set[tuple[int, int]] = set()  # subindices that the node does not have
         self.keeps: dict[int, int] = {}  # objects that acknowledge a write and stay what they are
         self.deaf: set[int] = set()  # controlwords that change nothing
         self.follows_mode = True
@@ -133,6 +134,8 @@ class Node:
     def read(self, *, index: int, subindex: int, od: Any) -> Any:
         if index in self.abort:
             raise SdoAbortedError(self.abort[index])
+        if (index, subindex) in self.missing:
+            raise SdoAbortedError(0x06090011)
         return self.values.get((index, subindex))
 
     def written(self, *, index: int, subindex: int, od: Any, data: bytes) -> None:

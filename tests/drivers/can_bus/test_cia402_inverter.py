@@ -13,6 +13,7 @@ from drivers.cia402.power_state import PowerState
 from drivers.interfaces import (
     Accuracy,
     CommunicationError,
+    Identity,
     IdentityError,
     MeasurementError,
     ReportedError,
@@ -55,6 +56,14 @@ def inverter(drive: Drive, clock: Any) -> Iterator[Cia402Inverter]:
     yield made
     made.close()
     made.close()
+
+
+def test_a_drive_that_tells_no_more_of_itself_than_it_must(drive: Drive, clock: Any) -> None:
+    drive.abort[0x1008] = 0x06020000
+    drive.missing = {(0x1018, 3), (0x1018, 4)}
+    inverter = Cia402Inverter.open(ADDRESS, OPTIONS, Surroundings(clock), "inverter")
+    assert inverter.identity == Identity("vendor 0x0000002A", "product 0x00000006")
+    inverter.close()
 
 
 def test_identity_and_limits(inverter: Cia402Inverter) -> None:

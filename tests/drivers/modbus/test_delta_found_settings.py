@@ -10,7 +10,7 @@ from drivers.delta.dynamometer import DeltaDyn200
 from drivers.interfaces import ReportedError
 from tests.drivers.modbus.units import OPTIONS, TcpServer, Units
 
-#: 09-30, 00-20, 00-21, 11-27, 11-33, 11-36: what they are left at, and what they are set to.
+#: 09-30, 00-20, 00-21, 11-27, 11-33, 11-36, 11-37, 11-38: what they are left at, and what they are set to.
 PARAMETERS = {
     0x091E: (1, 0),
     0x0014: (0, 1),
@@ -18,6 +18,8 @@ PARAMETERS = {
     0x0B1B: (200, 100),
     0x0B21: (0, 1),
     0x0B24: (0, 1),
+    0x0B25: (10, 100),
+    0x0B26: (10, 100),
 }
 KEYPAD = {(1, address): left for address, (left, _) in PARAMETERS.items()}
 OURS = [(1, address, [wanted]) for address, (_, wanted) in PARAMETERS.items()]
@@ -35,9 +37,18 @@ def test_a_drive_in_keypad_mode_is_taken_over_and_given_back(server: TcpServer, 
     assert (told["00-20"].found, told["00-20"].wanted, told["00-20"].changed) == ("0", "1", True)
     assert (told["00-00"].found, told["00-00"].wanted) == ("5", "")
     dynamometer.close()
-    assert units.writes[6:] == [(*key, [left]) for key, left in reversed(KEYPAD.items())]
+    assert units.writes[len(OURS) :] == [(*key, [left]) for key, left in reversed(KEYPAD.items())]
     dynamometer.close()
-    assert len(units.writes) == 12
+    assert len(units.writes) == 2 * len(OURS)
+
+
+def test_the_framing_is_told_where_the_drive_tells_it(server: TcpServer, units: Units, clock: Any) -> None:
+    units.registers |= {(1, 0x0900): 1, (1, 0x0901): 192, (1, 0x0904): 13}
+    dynamometer = opened(server, clock)
+    told = {setting.query[:5]: setting.found for setting in dynamometer.found_state}
+    assert (told["09-00"], told["09-01"], told["09-04"]) == ("1", "192", "13")
+    dynamometer.close()
+    assert units.writes == []
 
 
 def test_settings_that_are_right_are_not_written(server: TcpServer, units: Units, clock: Any) -> None:

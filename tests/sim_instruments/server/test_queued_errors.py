@@ -1,5 +1,6 @@
 """A served bench for other people's programs: fixed ports, and the errors that their messages queue."""
 
+import json
 import os
 import socket
 from collections.abc import Callable
@@ -39,10 +40,29 @@ def test_what_an_instrument_understands(call: Call, role: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("role", "understood"),
+    [
+        ("dynamometer", {"unit 1: 2000H … 2002H", "unit 2: 0000H … 0023H", "unit 2: coils (function 05)"}),
+        ("inverter", {"6040h:00 u16 rw Controlword", "6041h:00 u16 ro Statusword"}),
+        ("switch_matrix", {":ROUTE:CLOSE", ":ROUTE:CLOSE?"}),
+    ],
+)
+def test_what_other_lines_understand_needs_no_motor(call: Call, role: str, understood: set[str]) -> None:
+    code, out, _ = call("sim", "serve", "--commands", role, "--json")
+    told = json.loads(out)
+    assert (code, told["role"]) == (0, role)
+    assert understood <= set(told["understands"])
+
+
+@pytest.mark.parametrize(
     ("typed", "said"),
-    [(("--commands", "tachometer"), "allowed are lcr_meter"), (("--base-port", "80"), "allowed is 1024 to")],
+    [
+        (("--motor", "lg-400w", "--commands", "tachometer"), "allowed are dynamometer, insulation_tester"),
+        (("--motor", "lg-400w", "--base-port", "80"), "allowed is 1024 to"),
+        ((), "--motor: which motor is on the bench?"),
+    ],
 )
 def test_what_cannot_be_served_is_refused(call: Call, typed: tuple[str, ...], said: str) -> None:
-    code, out, err = call("sim", "serve", "--motor", "lg-400w", *typed)
+    code, out, err = call("sim", "serve", *typed)
     assert (code, out) == (2, "")
     assert said in err
