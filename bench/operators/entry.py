@@ -171,4 +171,7 @@ def within(value: float, unit: str, minimum: float, maximum: float) -> float:
                 maximum=maximum,
             )
         )
+    # What has no unit is counted, or chosen from a list.
+    if not unit and not value.is_integer():
+        raise ValueError(text("{value:g} is not a whole number; read again", value=value))
     return value

@@ -272,7 +272,7 @@ PAGES: Mapping[str, Come] = {
     "refused": _refused,
     "motor": partial(_at, "/motor"),
     "hand": partial(_step, "dq inductance, time constant", "Connect, in this order"),
-    "probes": partial(_step, "dq inductance, time constant", "Fit the oscilloscope's probes"),
+    "probes": partial(_step, "dq inductance, time constant", "arrow towards the motor"),
     "energised": partial(_step, "Pole pairs by stable positions", "Energised on purpose"),
     "typed": partial(_step, "Stator resistance ·", "Read and enter"),
     "slip": partial(_typed_by_hand, "3.18"),
