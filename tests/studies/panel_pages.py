@@ -56,7 +56,9 @@ class Bench:
             server.stop()
 
     def _serve(self, *options: str) -> Server:
-        kept = ("--records", str(self.folder / "records.sqlite"), "--plans", str(self.folder / "plans"))
+        kept = ["--plans", str(self.folder / "plans")]
+        if "--records" not in options:
+            kept += ["--records", str(self.folder / "records.sqlite")]
         server = Server(self.folder / f"runs-{options[0].strip('-')}", *options, *kept)
         server.start()
         return server

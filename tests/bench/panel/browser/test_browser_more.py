@@ -123,6 +123,34 @@ def test_a_choice_is_rehearsed_before_it_is_run(panel: Panel, new_page: NewPage)
     assert set(panel.runs.glob("*/journal.jsonl")) == before
 
 
+def test_a_setting_is_changed_refused_where_it_is_wrong_and_kept_for_the_next_motor(
+    panel: Panel, new_page: NewPage
+) -> None:
+    page = new_page()
+    page.goto(panel.url)
+    choose(page, "lg-400w", "Stator resistance ·")
+    page.get_by_role("button", name="Settings").click()
+    page.get_by_role("combobox", name="Change a setting").fill("test frequency")
+    page.get_by_role("option", name="Stator resistance: test frequency, Hz (usually 20)").click()
+    frequency = page.get_by_role("textbox", name="Stator resistance: test frequency, Hz")
+    frequency.fill("-5")
+    page.get_by_role("button", name="Start", exact=True).click()
+    expect(page.get_by_role("alert").filter(has_text="a number above 0")).to_be_visible()
+    frequency.fill("100")
+    page.get_by_role("button", name="Start", exact=True).click()
+    page.wait_for_url("**/runs/**")
+    begun = (panel.runs / page.url.rpartition("/")[2] / "journal.jsonl").read_text().splitlines()[0]
+    assert json.loads(begun)["data"]["settings"] == ["stator-resistance.frequency=100"]
+    answer_until_end(page)
+    page.get_by_role("button", name="Measure the next motor").click()
+    expect(page.get_by_role("textbox", name="Stator resistance: test frequency, Hz")).to_have_value("100")
+    # What is set for a procedure that is not chosen is left out, not refused.
+    page.get_by_role("button", name="None").click()
+    page.get_by_role("checkbox", name=re.compile("^Data sheet")).click()
+    page.get_by_role("button", name="Start", exact=True).click()
+    page.wait_for_url("**/runs/**")
+
+
 def test_a_motor_is_entered_by_its_nameplate(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
     page.goto(f"{panel.url}/motor")

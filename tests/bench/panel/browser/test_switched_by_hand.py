@@ -73,3 +73,13 @@ def test_a_choice_takes_only_the_numbers_that_it_names(serve: Serve, new_page: N
     page.keyboard.type("cc")
     page.keyboard.press("Enter")
     expect(page.get_by_role("heading", level=1)).not_to_contain_text("regulation")
+
+
+def test_what_the_station_file_lacks_cannot_be_chosen_before_anything_is_opened(
+    serve: Serve, new_page: NewPage, tmp_path: Path
+) -> None:
+    server, page = serve_by_hand(serve, tmp_path), new_page()
+    page.goto(server.url)
+    expect(page.get_by_role("checkbox", name=re.compile("^Stator resistance ·"))).to_be_disabled()
+    expect(page.get_by_text("missing: LCR meter").first).to_be_visible()
+    expect(page.get_by_role("checkbox", name=re.compile("^Pole pairs by stable positions"))).to_be_checked()
