@@ -208,8 +208,10 @@ class LimitGuard:
             )
         # With a single pole pair a frequency means the highest speed that it can, so that is taken where the number is not known.
         pairs = self._pole_pairs()
-        words = "pole pairs unknown: 1 taken" if pairs is None else f"{pairs} pole pairs"
-        return Limit(limit.value * rule.factor * (pairs or 1), f"{limit.owner}, {words}")
+        if pairs is None:
+            return Limit(limit.value * rule.factor, text("{owner}, pole pairs unknown: 1 taken", owner=limit.owner))
+        owner = text("{owner}, {pairs} pole pairs", owner=limit.owner, pairs=pairs)
+        return Limit(limit.value * rule.factor * pairs, owner)
 
 
 class _Block(AbstractContextManager[Any]):

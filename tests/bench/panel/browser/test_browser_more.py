@@ -13,6 +13,8 @@ from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_browser import answer_until_end, begin, choose
 from tests.bench.panel.conftest import QUICK, Server
 
+LG_400W = Path(__file__).parents[4] / "bench" / "motors" / "lg-400w.toml"
+
 Serve = Callable[..., Server]
 NewPage = Callable[[], Page]
 
@@ -149,6 +151,34 @@ def test_a_setting_is_changed_refused_where_it_is_wrong_and_kept_for_the_next_mo
     page.get_by_role("checkbox", name=re.compile("^Data sheet")).click()
     page.get_by_role("button", name="Start", exact=True).click()
     page.wait_for_url("**/runs/**")
+
+
+def test_a_figure_outside_the_types_tolerance_is_shown_and_measured_again(
+    panel: Panel, new_page: NewPage, tmp_path: Path
+) -> None:
+    panel.motors.mkdir(exist_ok=True)
+    typical = "\n[expected]\nstator_resistance = 0.032\n[tolerance]\nstator_resistance = 0.05\n"
+    (panel.motors / "typed.toml").write_text(LG_400W.read_text() + typical)
+    page = new_page()
+    page.goto(panel.url)
+    page.get_by_label("Motor type").click()
+    page.get_by_role("option", name="typed").click()
+    page.get_by_role("button", name="None").click()
+    page.get_by_role("checkbox", name=re.compile("^Stator resistance ·")).click()
+    page.get_by_role("button", name="Start", exact=True).click()
+    page.wait_for_url("**/runs/**")
+    answer_until_end(page)
+    expect(page.get_by_role("heading", level=1)).to_contain_text("Needs a look: Stator resistance")
+    expect(page.locator("[data-verdict=outside]")).to_be_visible()
+    what_to_do = page.get_by_role("region", name="What to do, most important first")
+    finding = what_to_do.locator(".mb-finding").filter(has_text="type-tolerance")
+    expect(finding).to_be_visible()
+    finding.get_by_role("button", name="Repeat Stator resistance").click()
+    expect(page.locator("[data-done]:not([aria-disabled])")).to_be_visible()
+    answer_until_end(page)
+    expect(finding).to_be_visible()
+    journal = (panel.runs / page.url.rpartition("/")[2] / "journal.jsonl").read_text()
+    assert journal.count('"kind":"procedure_finished"') == 2
 
 
 def test_a_motor_is_entered_by_its_nameplate(panel: Panel, new_page: NewPage) -> None:
