@@ -102,8 +102,9 @@
             const done = places.find((one) => one.offsetParent);
             const words = code.trim();
             code = "";
-            if (done && words.toUpperCase() === note.dataset.code) done.click();
-            else note.textContent = note.dataset.untaken.replace("{code}", () => words.slice(0, 60));
+            const confirms = words.toUpperCase() === note.dataset.code;
+            if (done && confirms) done.click();
+            else note.textContent = note.dataset[confirms ? "idle" : "untaken"].replace("{code}", () => words.slice(0, 60));
         }
     }
 

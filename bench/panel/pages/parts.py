@@ -29,6 +29,7 @@ def untaken_note(reader: Reader) -> None:
     )
     note = ui.label().classes("mb-note").props("role=alert")
     note.props["data-untaken"] = reader.say(words)
+    note.props["data-idle"] = reader.say(text("'{code}' was not taken: nothing waits for it now.", code="{code}"))
     note.props["data-code"] = CONFIRMS
 
 

@@ -36,7 +36,8 @@ class SettingsPart:
         for name, value in self._before.items():
             if name in options:
                 self._add(name, value)
-        self._part.set_value(bool(self._typed))
+        if self._typed:
+            self._part.open()
         self._before = {}
 
     def of(self, procedures: Collection[str]) -> list[str]:

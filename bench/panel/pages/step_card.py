@@ -185,7 +185,7 @@ class StepCard:
         self._commands.clear()
         if asked:
             with self._commands:
-                self._by_hand.offer(asked, partial(self._send, asked))
+                self._by_hand.offer(asked, partial(self._send, asked), self._run.view.layout.terminals)
 
     def _lines(self, question: Mapping[str, Any] | None) -> Sequence[str]:
         say, view = self._reader.say, self._run.view
