@@ -16,7 +16,7 @@ from drivers.interfaces.declarations import Amount, Declaration, Effect, declara
 _COMMANDED = (Effect.READING, Effect.SETTING, Effect.SET_POINT, Effect.ENERGISES, Effect.MAKES_SAFE)
 
 
-class Judged(Protocol):
+class JudgesCalls(Protocol):
     """An instrument that says beforehand whether its limits let a call pass."""
 
     def judge(self, method: str, *arguments: Any, **named: Any) -> None:
@@ -69,7 +69,7 @@ class Command:
         placed, named = self._placed(values)
         return getattr(instrument, self.method)(*placed, **named)
 
-    def judged(self, instrument: Judged, values: Mapping[str, Any]) -> None:
+    def judged(self, instrument: JudgesCalls, values: Mapping[str, Any]) -> None:
         """Raise SetpointError for values that `carried_out` would refuse; nothing is sent."""
         placed, named = self._placed(values)
         instrument.judge(self.method, *placed, **named)

@@ -68,6 +68,7 @@ def test_a_whole_run_clicked_through(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
     run = begin(page, panel, "Pole pairs by stable positions", "Stator resistance ·")
     expect(page.get_by_role("button", name="Abort the run")).to_be_visible()
+    expect(page.get_by_role("region", name="Progress")).to_contain_text("LG-400W · SN-0815")
     answer_until_end(page)
     expect(page.get_by_role("rowheader", name=re.compile("^Pole pairs"))).to_be_visible()
     expect(page.get_by_role("rowheader", name=re.compile("^Stator resistance"))).to_be_visible()
@@ -141,6 +142,17 @@ def test_a_reloaded_and_a_second_browser_show_the_run_where_it_is(panel: Panel, 
     expect(page.get_by_role("button", name="Done")).to_have_count(0)
     answer_until_end(second)
     expect(page.get_by_role("rowheader", name=re.compile("^Pole pairs"))).to_be_visible()
+
+
+def test_who_has_no_name_is_called_so_in_each_readers_language(panel: Panel, new_page: NewPage) -> None:
+    page, other = new_page(), new_page()
+    run = begin(page, panel, "Pole pairs by stable positions")
+    other.goto(f"{panel.url}/runs/{run}")
+    other.get_by_role("button", name="中文", exact=True).click()
+    other.get_by_role("button", name="取得控制权").click()
+    expect(page.get_by_text("Another browser has the control")).to_be_visible()
+    other.get_by_role("button", name=re.compile("中止")).click()
+    expect(page.get_by_role("alert").filter(has_text="ABORTED: interrupted by a person at the panel")).to_be_visible()
 
 
 def test_a_restarted_server_finds_the_run_again(panel: Panel, new_page: NewPage) -> None:
