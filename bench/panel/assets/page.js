@@ -133,12 +133,16 @@
             button.setAttribute("aria-disabled", "true");
             setTimeout(() => button.removeAttribute("aria-disabled"), CONFIRM);
         }
-        // Once the step's parts stand: they come in the same message.
-        requestAnimationFrame(() => {
+        const focus = () => {
             const place = find("[data-focus]:not([disabled])");
             place?.focus({ preventScroll: true });
             place?.select?.();
-        });
+        };
+        // Once the step's parts stand: they come in the same message, and on a slow machine a moment later.
+        requestAnimationFrame(focus);
+        setTimeout(() => {
+            if (document.activeElement === document.body) focus();
+        }, CONFIRM);
     }
 
     function pressed(event) {

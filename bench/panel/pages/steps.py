@@ -18,8 +18,7 @@ class ProgressCard:
         self._reader = reader
         self._shown: object = None
         with named(ui.element("section").classes("mb-card"), reader.say(text("Progress"))):
-            ui.label(reader.say(text("This run"))).classes("mb-h2").props("role=heading aria-level=2")
-            self._motor = ui.label().classes("mb-hint")
+            self._motor = ui.label(reader.say(text("This run"))).classes("mb-h2").props("role=heading aria-level=2")
             self._list = ui.element("ol").classes("mb-plan")
             self._warnings = ui.element("div").props("role=log").classes("mt-3")
 

@@ -54,6 +54,13 @@ def confirm_until(page: Page, words: str) -> None:
     raise AssertionError(f"never asked: {words}")
 
 
+def enter(page: Page, typed: str) -> None:
+    """Type into the field of the present step, and enter it once the step takes it."""
+    page.locator("input[data-focus]").fill(typed)
+    expect(page.locator("[data-done]:not([aria-disabled])")).to_contain_text(f"Enter {typed}")
+    page.keyboard.press("Enter")
+
+
 def type_until(page: Page, words: str) -> None:
     """Confirm and type until a reading of these words is asked for, or without any until the run has ended."""
     heading, field = page.get_by_role("heading", level=1), page.locator("input[data-focus]")
@@ -109,14 +116,11 @@ def test_a_choice_takes_only_the_numbers_that_it_names(serve: Serve, new_page: N
     page.bring_to_front()
     begin(page, server, "Pole pairs by stable positions")
     confirm_until(page, "Read and enter: .*current")
-    page.keyboard.type("1")
-    page.keyboard.press("Enter")
+    enter(page, "1")
     confirm_until(page, "regulation")
-    page.keyboard.type("0.4")
-    page.keyboard.press("Enter")
+    enter(page, "0.4")
     expect(page.get_by_role("alert").filter(has_text="0.4 is not a whole number")).to_be_visible()
-    page.keyboard.type("cc")
-    page.keyboard.press("Enter")
+    enter(page, "cc")
     expect(page.get_by_role("heading", level=1)).not_to_contain_text("regulation")
 
 
