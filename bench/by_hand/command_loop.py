@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, cast
 
+from bench.by_hand.commands import JudgesCalls
 from bench.by_hand.connections import refusal
 from bench.by_hand.hand_work import WHILE_ON
 from bench.by_hand.look_over import fitted_probes, probe_words, question
@@ -156,6 +157,8 @@ class CommandLoop:
             raise CommandRefusedError(text("{role} is on already; type off {role} first", role=role.value))
         if (why := refusal(role, self._bench.state.setup)) is not None:
             raise CommandRefusedError(why)
+        # Nobody looks over a bench for what is refused anyway.
+        command.judged(cast("JudgesCalls", instrument), call.values)
         if self._bench.state.setup != self._looked_at:
             self._asked = call
             return question(call.typed, self._bench.state.setup, self._probes)

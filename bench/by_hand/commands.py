@@ -7,13 +7,20 @@ from functools import cache
 from inspect import Parameter
 from itertools import takewhile
 from types import UnionType
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any, Protocol, get_args, get_origin, get_type_hints
 
 from drivers.interfaces import Instrument, Role
 from drivers.interfaces.declarations import Amount, Declaration, Effect, declarations
 
 #: What a person commands; questions and the end of the connection are none of it.
 _COMMANDED = (Effect.READING, Effect.SETTING, Effect.SET_POINT, Effect.ENERGISES, Effect.MAKES_SAFE)
+
+
+class JudgesCalls(Protocol):
+    """An instrument that says beforehand whether its limits let a call pass."""
+
+    def judge(self, method: str, *arguments: Any, **named: Any) -> None:
+        """Raise SetpointError where the call would be refused; nothing is sent."""
 
 
 class ArgumentKind(Enum):
@@ -59,13 +66,22 @@ class Command:
 
     def carried_out(self, instrument: Instrument, values: Mapping[str, Any]) -> Any:
         """Call the method with values by the arguments' names, and return what it gives."""
+        placed, named = self._placed(values)
+        return getattr(instrument, self.method)(*placed, **named)
+
+    def judged(self, instrument: JudgesCalls, values: Mapping[str, Any]) -> None:
+        """Raise SetpointError for values that `carried_out` would refuse; nothing is sent."""
+        placed, named = self._placed(values)
+        instrument.judge(self.method, *placed, **named)
+
+    def _placed(self, values: Mapping[str, Any]) -> tuple[list[Any], dict[str, Any]]:
         plain = {one.name: values[one.name] for one in self.arguments if not one.within and one.name in values}
         for name, holder in self.holders.items():
             inner = [one.name for one in self.arguments if one.within == name]
             plain[name] = holder(**{field: values[field] for field in inner if field in values})
         # By position as far as that goes, as procedures call: what reads the journal knows what was set by it.
         placed = [plain.pop(name) for name in list(takewhile(plain.__contains__, self.declaration.arguments))]
-        return getattr(instrument, self.method)(*placed, **plain)
+        return placed, plain
 
     def ranges(self, instrument: Instrument) -> dict[str, float]:
         """Return the largest value of each argument that the instrument and its limits leave, as far as it is known before."""

@@ -5,11 +5,12 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from bench.by_hand.words import called
 from bench.rehearsal.rehearse import SCRIPT, Rehearsed
 from bench.rehearsal.script import ProcedureScript, ScriptLine
 from bench.run.console import console_on
 from bench.safety.limits.bounds import RPM, SetPoint
-from drivers.interfaces.text import Text, Translate, text
+from drivers.interfaces.text import Text, Translate, text, word
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -101,7 +102,7 @@ def _together(lines: Sequence[ScriptLine], translate: Translate) -> Iterator[str
         if following is None or not _of_one_call(line, following) or points[0].parameter == _parameter(following):
             times = f"  ×{line.times}" if line.times > 1 else ""
             said = ", ".join(_against_limit(point, translate) for point in points)
-            yield f"{line.instrument}: {line.call} {said}{times}"
+            yield f"{line.instrument}: {_called(line, translate)} {said}{times}"
             points = []
 
 
@@ -124,12 +125,19 @@ def _said(line: ScriptLine, translate: Translate) -> str:
     times = f"  ×{line.times}" if line.times > 1 else ""
     if line.kind in _SWITCHED:
         return f"{line.instrument}: {_SWITCHED[line.kind].render(translate)}{times}"
-    return f"{line.instrument}: {line.call} {', '.join(line.words)}".rstrip() + times
+    return f"{line.instrument}: {_called(line, translate)} {', '.join(line.words)}".rstrip() + times
+
+
+def _called(line: ScriptLine, translate: Translate) -> str:
+    """Return a call by the name of its method, in another language than English by what people call it."""
+    words = called(line.call)
+    said = words.render(translate)
+    return line.call if said == str(words) else said
 
 
 def _against_limit(point: SetPoint, translate: Translate) -> str:
     value = _figure(point.value, point.unit)
-    said = f"{point.parameter} {value}"
+    said = f"{word(point.parameter).render(translate)} {value}"
     if not math.isinf(point.bound):
         limit = text("(at most {limit}, {whose})", limit=_figure(point.bound, point.unit), whose=point.owner)
         said += f" {limit.render(translate)}"
@@ -153,10 +161,10 @@ def _print_highest(console: "Console", done: Rehearsed, translate: Translate) ->
         limited = not math.isinf(point.bound)
         table.add_row(
             instrument,
-            parameter,
+            word(parameter).render(translate),
             _figure(point.value, point.unit),
             _figure(point.bound, point.unit) if limited else "–",
-            point.owner if limited else "–",
+            point.owner.render(translate) if limited else "–",
         )
     console.print()
     console.print(table)

@@ -3,12 +3,15 @@
 import json as json_format
 import math
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from unicodedata import east_asian_width
 
 from bench.i18n.errors import InputError, UsageError, at
-from drivers.interfaces.text import text, text_of
+from bench.i18n.language import language_of, translator
+from drivers.interfaces.text import Text, Translate, english, text, text_of
 
 if TYPE_CHECKING:
     from sim_instruments.six_step.drive import SixStepDrive
@@ -27,6 +30,7 @@ def six_step(
     voltage: float | None = None,
     json: bool = False,
     plot: Path | None = None,
+    language: str = "auto",
 ) -> None:
     """Solve the periodic steady state of a six-step BLDC drive at given speeds or shaft loads.
 
@@ -44,11 +48,14 @@ def six_step(
         Print one JSON object and nothing else.
     plot
         Write currents and voltage components over one commutation state to this SVG or PNG file.
+    language
+        en, zh, or auto by the locale.
 
     """
     from bench.motor.six_step_file import load_drive
     from sim_instruments.six_step.state import Bridge
 
+    translate = translator(language_of(language))
     if bool(speed) == bool(load):
         raise UsageError(text("give either --speed RPM… or --load NM…, one of the two"))
     _check_plot(plot, len(speed or load or []))
@@ -63,11 +70,12 @@ def six_step(
     for point in points:
         if point.average_supply_current < 0:
             rpm = point.speed / _RPM
-            print(f"{rpm:.6g} rpm: the EMF drives current back into the source (generating)", file=sys.stderr)
+            back = text("{rpm:.6g} rpm: the EMF drives current back into the source (generating)", rpm=rpm)
+            print(back.render(translate), file=sys.stderr)
     if json:
         print(json_format.dumps({"points": [as_json(point) for point in points]}, allow_nan=False))
     else:
-        print("\n\n".join(as_text(point) for point in points))
+        print("\n\n".join(as_text(point, translate) for point in points))
 
 
 def _at_voltage(drive: "SixStepDrive", motor: str, voltage: float) -> "SixStepDrive":
@@ -160,60 +168,113 @@ def _abc(values: Any) -> dict[str, float]:
     return dict(zip("abc", map(float, values), strict=True))
 
 
-def as_text(point: "SteadyState") -> str:
+def as_text(point: "SteadyState", translate: Translate = english) -> str:
     """Return a point as lines for a person, with the document's two tables."""
     from sim_instruments.six_step import balance
     from sim_instruments.six_step.circuit import Observables
 
     averages, drive = point.averages, point.drive
-    supply, losses = balance.supply_voltages(point), balance.losses(point)
-    kind = "generating" if point.average_supply_current < 0 else "motoring"
-    share = 100 * point.freewheel_time / point.state_time
+    branches = balance.branches(point)
+    rows: list[tuple[Text, list[float]]] = [
+        (text("EMF"), [b.emf for b in branches.values()]),
+        (text("R_11 drop"), [b.resistance for b in branches.values()]),
+        (text("L11 drop"), [b.self_inductance for b in branches.values()]),
+        (text("L12 drop, first term"), [b.mutual_inductance[0] for b in branches.values()]),
+        (text("L12 drop, second term"), [b.mutual_inductance[1] for b in branches.values()]),
+        (text("terminal voltage"), [b.terminal for b in branches.values()]),
+    ]
+    currents: list[tuple[Text, Any]] = [
+        (text("average"), averages[Observables.currents]),
+        (Text("I_eff"), balance.winding_rms(point)),
+        (text("at the start"), point.start_currents),
+        (text("at the end"), point.end_currents),
+    ]
+    names = [text("{name} branch", name=name).render(translate) for name in branches]
+    heading = text("averages over the state / V").render(translate)
     lines = [
-        f"{point.speed / _RPM:.2f} rpm, {kind}: load {point.load_torque:.5g} N·m, "
-        f"electromagnetic torque {point.electromagnetic_torque:.5g} N·m",
-        f"  state T1T2 of {1e3 * point.state_time:.4f} ms, "
-        + (
-            "the freewheel does not end"
-            if point.freewheel_time >= point.state_time
-            else f"freewheel {1e3 * point.freewheel_time:.4f} ms ({share:.1f} %)"
-        ),
-        "  averages over the state / V" + "".join(f"{name + ' branch':>14}" for name in balance.branches(point)),
+        *(one.render(translate) for one in _heading(point)),
+        f"  {_filled(heading, 27)}" + "".join(" " + _filled(name, 13, right=True) for name in names),
+        *(_row(words.render(translate), values) for words, values in rows),
+        *(one.render(translate) for one in _of_supply(point)),
+        f"  {_filled(_currents_of(point).render(translate), 18)}" + "".join(f"{name:>14}" for name in "abc"),
+        *(_row(words.render(translate), values, 16) for words, values in currents),
+        _losses(point).render(translate),
     ]
-    branches = list(balance.branches(point).values())
-    rows = {
-        "EMF": [b.emf for b in branches],
-        "R_11 drop": [b.resistance for b in branches],
-        "L11 drop": [b.self_inductance for b in branches],
-        "L12 drop, first term": [b.mutual_inductance[0] for b in branches],
-        "L12 drop, second term": [b.mutual_inductance[1] for b in branches],
-        "terminal voltage": [b.terminal for b in branches],
-    }
-    lines += [f"    {name:<26}" + "".join(f"{value:14.5f}" for value in values) for name, values in rows.items()]
-    lines += [
-        "  supply",
-        f"    I_s {point.average_supply_current:.5f} A   I_s·2R_t {supply.switches_at_supply_current:.6f} V "
-        f"(both switches in truth {supply.switches:.6f} V)",
-        f"    I_s·R_source {supply.source_resistance:.6f} V   V_so {drive.source_voltage:g} V   "
-        f"bus {point.average_bus_voltage:.5f} V",
-        "  " + ("winding" if drive.connection == "delta" else "phase") + " currents / A"
-        "             a             b             c",
-    ]
-    currents = {
-        "average": averages[Observables.currents],
-        "I_eff": balance.winding_rms(point),
-        "at the start": point.start_currents,
-        "at the end": point.end_currents,
-    }
-    lines += [f"    {name:<16}" + "".join(f"{float(value):14.5f}" for value in row) for name, row in currents.items()]
-    lines.append(
-        f"  losses / W: copper {losses.copper:.4f}, switches {losses.switches:.4f}, diode {losses.diode:.4f}, "
-        f"source {losses.source:.4f}, friction {losses.friction:.4f}; "
-        f"power balance's residual {balance.power_residual(point):.1e}"
-    )
     if drive.connection == "delta" and averages[2] != 0:
         effective, inductive = balance.equivalent_resistance(point, 2)
-        lines.append(
-            f"  winding c: R_11r {effective:.5f} Ω (loss), R_11L {inductive:.5f} Ω (exchange of stored energy)"
+        told = text(
+            "  winding c: R_11r {effective:.5f} Ω (loss), R_11L {inductive:.5f} Ω (exchange of stored energy)",
+            effective=effective,
+            inductive=inductive,
         )
+        lines.append(told.render(translate))
     return "\n".join(lines)
+
+
+def _heading(point: "SteadyState") -> Iterator[Text]:
+    yield text(
+        "{rpm:.2f} rpm, {kind}: load {load:.5g} N·m, electromagnetic torque {torque:.5g} N·m",
+        rpm=point.speed / _RPM,
+        kind=text("generating") if point.average_supply_current < 0 else text("motoring"),
+        load=point.load_torque,
+        torque=point.electromagnetic_torque,
+    )
+    state = 1e3 * point.state_time
+    if point.freewheel_time >= point.state_time:
+        yield text("  state T1T2 of {state:.4f} ms, the freewheel does not end", state=state)
+        return
+    yield text(
+        "  state T1T2 of {state:.4f} ms, freewheel {freewheel:.4f} ms ({share:.1f} %)",
+        state=state,
+        freewheel=1e3 * point.freewheel_time,
+        share=100 * point.freewheel_time / point.state_time,
+    )
+
+
+def _of_supply(point: "SteadyState") -> Iterator[Text]:
+    from sim_instruments.six_step import balance
+
+    supply = balance.supply_voltages(point)
+    yield text("  supply")
+    yield text(
+        "    I_s {current:.5f} A   I_s·2R_t {drop:.6f} V (both switches in truth {switches:.6f} V)",
+        current=point.average_supply_current,
+        drop=supply.switches_at_supply_current,
+        switches=supply.switches,
+    )
+    yield text(
+        "    I_s·R_source {drop:.6f} V   V_so {source:g} V   bus {bus:.5f} V",
+        drop=supply.source_resistance,
+        source=point.drive.source_voltage,
+        bus=point.average_bus_voltage,
+    )
+
+
+def _currents_of(point: "SteadyState") -> Text:
+    return text("winding currents / A") if point.drive.connection == "delta" else text("phase currents / A")
+
+
+def _losses(point: "SteadyState") -> Text:
+    from sim_instruments.six_step import balance
+
+    losses = balance.losses(point)
+    return text(
+        "  losses / W: copper {copper:.4f}, switches {switches:.4f}, diode {diode:.4f}, source {source:.4f}, "
+        "friction {friction:.4f}; power balance's residual {residual:.1e}",
+        copper=losses.copper,
+        switches=losses.switches,
+        diode=losses.diode,
+        source=losses.source,
+        friction=losses.friction,
+        residual=balance.power_residual(point),
+    )
+
+
+def _row(words: str, values: Any, width: int = 26) -> str:
+    return f"    {_filled(words, width)}" + "".join(f"{float(value):14.5f}" for value in values)
+
+
+def _filled(words: str, width: int, *, right: bool = False) -> str:
+    """Return words filled up to a width on the screen, where a Chinese character takes two columns."""
+    space = " " * max(0, width - sum(2 if east_asian_width(one) in "WF" else 1 for one in words))
+    return space + words if right else words + space

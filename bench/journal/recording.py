@@ -74,6 +74,11 @@ class Recording:
         self.__dict__[attribute] = recorded
         return recorded
 
+    def judge(self, method: str, *arguments: Any, **named: Any) -> None:
+        """Raise SetpointError where the limits in front of the instrument would refuse a call; nothing is sent or recorded."""
+        instrument: Any = self._instrument
+        instrument.judge(method, *arguments, **named)
+
     def _recorded(self, method: str, declaration: Declaration) -> Callable[..., Any]:
         # A block is written when it is entered; nothing is sent before.
         is_block = declaration.lasting is Lasting.BLOCK

@@ -20,6 +20,7 @@ from procedures.core.events import (
     StepStarted,
 )
 from procedures.core.procedure_error import CorrectedError, RepeatWantedError
+from procedures.core.short_number import short
 
 
 @dataclass(frozen=True)
@@ -164,11 +165,14 @@ def within(value: float, unit: str, minimum: float, maximum: float) -> float:
     if not minimum <= value <= maximum:
         raise ValueError(
             text(
-                "{value:g} {unit} is outside {minimum:g} … {maximum:g} {unit}; read again",
-                value=value,
+                "{value} is outside {minimum} … {maximum} {unit}; read again",
+                value=short(value, unit),
                 unit=unit,
-                minimum=minimum,
-                maximum=maximum,
+                minimum=short(minimum),
+                maximum=short(maximum),
             )
         )
+    # What has no unit is counted, or chosen from a list.
+    if not unit and not value.is_integer():
+        raise ValueError(text("{value:g} is not a whole number; read again", value=value))
     return value

@@ -19,6 +19,7 @@ from procedures.core.actions import (
     Mend,
 )
 from procedures.core.bench import Operator
+from procedures.core.short_number import short
 from reports.labels import role_name
 
 if TYPE_CHECKING:
@@ -94,7 +95,10 @@ class TerminalOperator:
         question = EnterReading("", quantity, unit, minimum, maximum).sentence()
         if not unit:
             question = text(
-                "Enter {quantity} ({minimum:g} … {maximum:g})", quantity=quantity, minimum=minimum, maximum=maximum
+                "Enter {quantity} ({minimum} … {maximum})",
+                quantity=quantity,
+                minimum=short(minimum),
+                maximum=short(maximum),
             )
         known = self.entry.known(quantity, unit, minimum, maximum)
         while known is None:
@@ -226,7 +230,7 @@ def named(instrument: str, quantity: Text, context: Text | None) -> Text:
 
 
 def _worded(reading: TypedReading) -> Text:
-    return text("{reading}: {value:g} {unit}", reading=reading.name, value=reading.value, unit=reading.unit)
+    return text("{reading}: {value}", reading=reading.name, value=short(reading.value, reading.unit))
 
 
 def _plain(words: str) -> str:

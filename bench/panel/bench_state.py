@@ -53,7 +53,7 @@ def bench_state(run: LiveRun, now: float | None = None) -> ShownState:
     if view.energised:
         return _energised(view, line.sources if age <= KNOWN else (), asked)
     if asked is None:
-        return _working(sources, age)
+        return _working(sources, age, turned=view.layout.shaft_turned)
     silent = [one for one in sources if one["found"] == Found.SILENT]
     if age > KNOWN or silent:
         return _unknown(silent, age)
@@ -114,19 +114,20 @@ def _unknown(silent: Sequence[Mapping[str, Any]], age: float) -> ShownState:
     return ShownState(StateKind.UNKNOWN, headline, detail, text("Done: waits for a known state"))
 
 
-def _working(sources: Sequence[Mapping[str, Any]], age: float) -> ShownState:
-    """Say what is known while a procedure has the instruments: only it may ask them."""
+def _working(sources: Sequence[Mapping[str, Any]], age: float, *, turned: bool) -> ShownState:
+    """Say what is known while a procedure has the instruments: only it may ask them. `turned` is a shaft that a hand turns for it."""
     waits = text("Measuring …")
+    headline = text("Measuring. Keep your hands off.")
+    if turned:
+        headline = text("Measuring. Hands at the shaft only, touch no lead.")
     if not sources or all(one["found"] in (Found.BY_HAND, Found.UNREADABLE) for one in sources):
-        return ShownState(
-            StateKind.UNREAD, text("Measuring. Keep your hands off."), text("Nothing is read back."), waits
-        )
+        return ShownState(StateKind.UNREAD, headline, text("Nothing is read back."), waits)
     seconds = f"{age:.0f}"
     if age <= KNOWN:
         detail = text("Commanded off; read back as off {age} s ago.", age=f"{age:.1f}")
-        return ShownState(StateKind.UNREAD, text("Measuring. Keep your hands off."), detail, waits)
+        return ShownState(StateKind.UNREAD, headline, detail, waits)
     detail = text("Commanded off, but not read back for {age} s: the measurement has the instruments.", age=seconds)
-    return ShownState(StateKind.UNKNOWN, text("Measuring. Do not touch."), detail, waits)
+    return ShownState(StateKind.UNKNOWN, headline if turned else text("Measuring. Do not touch."), detail, waits)
 
 
 def _energised(view: LiveView, found: Sequence[Mapping[str, Any]], asked: Mapping[str, Any] | None) -> ShownState:
@@ -163,8 +164,14 @@ def _going_down(run: LiveRun) -> ShownState:
             done.append(text("{role}: being switched off …", role=role_name(role)))
         else:
             done.append(text("{role}: off ✓", role=role_name(role)))
-    headline = text("Aborting: switching off …") if run.abort_asked_at is not None else text("Ending: switching off …")
+    aborting = run.abort_asked_at is not None
     detail = Text("{what}", {"what": done}) if done else text("Asked to stop; each source follows.")
+    if run.line.question is not None and run.line.question["kind"] == "confirm":
+        by_hand = (
+            text("Aborting: switch it off by hand now.") if aborting else text("Ending: switch it off by hand now.")
+        )
+        return ShownState(StateKind.ABORTING, by_hand, detail)
+    headline = text("Aborting: switching off …") if aborting else text("Ending: switching off …")
     return ShownState(StateKind.ABORTING, headline, detail, text("The run is being ended"))
 
 

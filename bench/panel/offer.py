@@ -3,6 +3,7 @@
 import asyncio
 import json
 import tempfile
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,7 +81,9 @@ class RehearsalEstimate:
     objections: tuple[str, ...]
 
 
-async def rehearse(procedures: Sequence[str], station: str, motor: str, language: str) -> RehearsalEstimate:
+async def rehearse(
+    procedures: Sequence[str], station: str, motor: str, language: str, settings: Sequence[str] = ()
+) -> RehearsalEstimate:
     """Return what `motorbench run … --rehearse` says of a plan. Raises InputError with its message."""
     with tempfile.TemporaryDirectory() as folder:
         reply = await _command(
@@ -90,6 +93,7 @@ async def rehearse(procedures: Sequence[str], station: str, motor: str, language
             station,
             "--motor",
             motor,
+            *(f"--set={setting}" for setting in settings),
             "--rehearse",
             "--json",
             "--language",
@@ -101,6 +105,15 @@ async def rehearse(procedures: Sequence[str], station: str, motor: str, language
     passed = [f"{one['procedure']}: {one['message']}" for one in reply["violations"]]
     times = {one["name"]: (float(one["bench_time"]), float(one["hand_time"])) for one in reply["procedures"]}
     return RehearsalEstimate(times, tuple(dict.fromkeys([*passed, *failed])))
+
+
+def named_roles(station: Path) -> frozenset[str] | None:
+    """Return the roles that a station file names; None where it cannot be read, which `check_station` says more of."""
+    try:
+        named = tomllib.loads(station.read_text(encoding="utf-8")).get("instruments")
+    except (OSError, ValueError):
+        return None
+    return frozenset(named) if isinstance(named, dict) else None
 
 
 async def check_station(station: Path, language: str) -> Mapping[str, Any]:

@@ -199,8 +199,8 @@ def _own_limit(station: Station, instruments: StationInstruments, name: str, par
         return NO_LIMIT
     bound = getattr(instruments.get(entry.role), key)
     if bound == getattr(entry.options, key, None):
-        return Limit(bound, f"the station (instruments.{entry.role.value}.{key})")
-    return Limit(bound, "the model")
+        return Limit(bound, text("the station ({key})", key=f"instruments.{entry.role.value}.{key}"))
+    return Limit(bound, text("the model"))
 
 
 def _offered(station: Station, name: str, parameter: str) -> Sequence[float]:

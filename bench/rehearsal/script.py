@@ -200,7 +200,7 @@ def _told(point: SetPoint) -> dict[str, Any]:
         "value": point.value if math.isfinite(point.value) else str(point.value),
         "unit": point.unit,
         "limit": point.bound if math.isfinite(point.bound) else None,
-        "whose": point.owner if math.isfinite(point.bound) else None,
+        "whose": str(point.owner) if math.isfinite(point.bound) else None,
         "allowed": point.allowed,
     }
 

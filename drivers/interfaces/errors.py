@@ -98,7 +98,7 @@ class NotOfferedError(SetpointError):
                 offered=[f"{one:g}" for one in offered],
             ),
             remedy=text(
-                "Choose one of them with --set {parameter}={nearest:g}, or take an instrument that offers it",
+                "Choose one of them with --set {parameter}={nearest:g}, at the panel under Settings, or take an instrument that offers it",
                 parameter=parameter,
                 nearest=nearest,
             ),

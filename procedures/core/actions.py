@@ -14,6 +14,7 @@ from procedures.core.places import Socket as Socket
 from procedures.core.places import Terminal as Terminal
 from procedures.core.places import VoltageProbe as VoltageProbe
 from procedures.core.setup_change import ChangeSetup as ChangeSetup
+from procedures.core.short_number import short
 
 
 @dataclass(frozen=True)
@@ -260,11 +261,11 @@ class EnterReading(_Sentence):
     def sentence(self) -> Text:
         """Say what to do."""
         return text(
-            "Enter {quantity} in {unit} ({minimum:g} … {maximum:g})",
+            "Enter {quantity} in {unit} ({minimum} … {maximum})",
             quantity=self.quantity,
             unit=self.unit,
-            minimum=self.minimum,
-            maximum=self.maximum,
+            minimum=short(self.minimum),
+            maximum=short(self.maximum),
         )
 
 

@@ -56,7 +56,9 @@ class Bench:
             server.stop()
 
     def _serve(self, *options: str) -> Server:
-        kept = ("--records", str(self.folder / "records.sqlite"), "--plans", str(self.folder / "plans"))
+        kept = ["--plans", str(self.folder / "plans")]
+        if "--records" not in options:
+            kept += ["--records", str(self.folder / "records.sqlite")]
         server = Server(self.folder / f"runs-{options[0].strip('-')}", *options, *kept)
         server.start()
         return server
@@ -272,7 +274,7 @@ PAGES: Mapping[str, Come] = {
     "refused": _refused,
     "motor": partial(_at, "/motor"),
     "hand": partial(_step, "dq inductance, time constant", "Connect, in this order"),
-    "probes": partial(_step, "dq inductance, time constant", "Fit the oscilloscope's probes"),
+    "probes": partial(_step, "dq inductance, time constant", "arrow towards the motor"),
     "energised": partial(_step, "Pole pairs by stable positions", "Energised on purpose"),
     "typed": partial(_step, "Stator resistance ·", "Read and enter"),
     "slip": partial(_typed_by_hand, "3.18"),

@@ -5,6 +5,7 @@
     const STOOD = 2000; // ms between two looks: the page itself stood still, and hears only now what came
     const SLOW = 1500; // ms in which a server that answers again is heard again
     const CONFIRM = 400; // ms after a step appears, so that one press cannot confirm two
+    const PAUSE = 1000; // ms after which what was typed outside of a field is no code any more
     const root = document.documentElement;
     const find = (selector) => document.querySelector(selector);
     let heard = performance.now();
@@ -75,6 +76,53 @@
         if (!event.repeat) done.click();
     }
 
+    // What a scanner types outside of a field is a code: one of them confirms, and the Enter of no other presses anything.
+    let code = "";
+    let typedAt = 0;
+
+    function coded(event) {
+        const notes = [...document.querySelectorAll("[data-untaken]")];
+        const note = notes.find((one) => one.parentElement.offsetParent);
+        if (!note || event.ctrlKey || event.altKey || event.metaKey || find(".q-menu")) return;
+        if (event.timeStamp - typedAt > PAUSE) code = "";
+        if (event.target.matches?.("input:not([readonly], [type=checkbox], [type=radio]), textarea")) {
+            // What is typed after an entry takes the place of what stands there.
+            if (event.key === "Enter" && event.target.matches("[data-focus]")) event.target.select();
+            note.textContent = code = "";
+            return;
+        }
+        if (event.target.matches?.("[role=combobox]")) return;
+        if (event.key.length === 1) {
+            if (event.key === " " && !code) return;
+            note.textContent = "";
+            const field = find("input[data-focus]:not([disabled])");
+            if (field?.offsetParent) {
+                event.stopImmediatePropagation();
+                field.focus();
+                field.select();
+                return;
+            }
+            code += event.key;
+            typedAt = event.timeStamp;
+            if (event.key === " ") event.preventDefault();
+        } else if (event.key === "Enter" && code) {
+            event.preventDefault();
+            event.stopImmediatePropagation();
+            const places = [...document.querySelectorAll("[data-done], [data-next]")];
+            const done = places.find((one) => one.offsetParent);
+            const words = code.trim();
+            code = "";
+            const confirms = words.toUpperCase() === note.dataset.code;
+            if (done && confirms) done.click();
+            else note.textContent = note.dataset[confirms ? "idle" : "untaken"].replace("{code}", () => words.slice(0, 60));
+        }
+    }
+
+    // A space in a code presses no button either.
+    function spaced(event) {
+        if (event.key === " " && code) event.preventDefault();
+    }
+
     // A scanner types wherever the cursor is, except where a person types: the field for it takes it, a list does not move.
     function scanned(event) {
         const field = find("[data-scan]:not([disabled])");
@@ -89,13 +137,15 @@
     }
 
     function appeared() {
+        for (const note of document.querySelectorAll("[data-untaken]")) note.textContent = "";
         // A second press at the same place would confirm what nobody has read.
         for (const button of document.querySelectorAll("[data-done], [data-next]")) {
             button.setAttribute("aria-disabled", "true");
             setTimeout(() => button.removeAttribute("aria-disabled"), CONFIRM);
         }
-        // Once the step's parts stand: they come in the same message.
+        // Once the step's parts stand: they come in the same message, and on a slow machine a moment later.
         setTimeout(focus);
+        setTimeout(regain, CONFIRM);
     }
 
     function focus() {
@@ -177,7 +227,8 @@
         attributeFilter: ["data-beat", "data-step", "data-sound"],
     });
     for (const kind of ["click", "keydown", "pointerdown", "input"]) window.addEventListener(kind, refuse, true);
-    for (const hear of [confirm, scanned]) window.addEventListener("keydown", hear, true);
+    for (const hear of [coded, confirm, scanned]) window.addEventListener("keydown", hear, true);
+    window.addEventListener("keyup", spaced, true);
     window.addEventListener("click", early, true);
     window.addEventListener("click", pressed);
     for (const kind of ["pointerdown", "keydown"]) window.addEventListener(kind, allow);

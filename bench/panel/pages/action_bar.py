@@ -79,7 +79,8 @@ class ActionBar:
             self._done_words.set_text(self._reader.say(self._entering()))
 
     def _build(self, question: Mapping[str, Any] | None, state: ShownState) -> None:
-        if question is None or state.kind is StateKind.ABORTING:
+        # What is switched off by hand is switched off by nobody else: that is asked on the way down too.
+        if question is None or (state.kind is StateKind.ABORTING and state.waits is not None):
             self._waiting(state.waits or text("Measuring …"))
             return
         if not self.may_answer:

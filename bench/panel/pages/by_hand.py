@@ -19,7 +19,7 @@ from bench.panel.pages.reader import Reader
 from drivers.interfaces import ProbeKind, Role
 from drivers.interfaces.declarations import Effect
 from drivers.interfaces.text import Text, text
-from procedures.core.actions import SOCKET_NAMES, YES, FittedProbe, Terminal
+from procedures.core.actions import SOCKET_NAMES, YES, FittedProbe, Socket, Terminal
 from procedures.core.result import ProcedureResult
 from reports.labels import role_name
 
@@ -54,10 +54,15 @@ class ByHandForm:
         self._methods: dict[str, str] = {}
         self._values: dict[str, str] = {}
         self._sockets = dict.fromkeys(Terminal, "open")
+        self._connected: Mapping[Terminal, Socket] | None = None
 
-    def offer(self, question: Mapping[str, Any], send: Send) -> None:
-        """Build it for a question of the run."""
+    def offer(self, question: Mapping[str, Any], send: Send, connected: Mapping[Terminal, Socket] | None) -> None:
+        """Build it for a question of the run; `connected` is what is on the motor's terminals, as far as that was said."""
         self._question, self._send = question["details"], send
+        if connected != self._connected:
+            # It may have been typed as well.
+            self._connected = connected
+            self._sockets = {one: (connected or {}).get(one, Socket.OPEN).value for one in Terminal}
         say = self._reader.say
         roles = self._question["roles"]
         self._role = self._role if self._role in roles else roles[0]

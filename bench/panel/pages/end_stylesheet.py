@@ -43,6 +43,7 @@ _STYLE = """
   .mb-finding-mark { flex: none; width: 1.75rem; height: 1.75rem; line-height: 1.75rem; text-align: center; font-weight: 700;
     border-radius: 50%; border: 2px solid currentcolor; color: #5c3d00; }
   .mb-finding[data-rank=missing] .mb-finding-mark { color: #b3121d; } .mb-finding[data-rank=known] .mb-finding-mark { color: #45525f; }
+  .mb-finding .q-btn { flex: none; } .mb-legend > div { display: flex; gap: .5rem; align-items: center; }
   .mb-fits { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(24rem, 100%), 1fr)); gap: 1.25rem; margin-top: .5rem; }
   .mb-fit { margin: 0; min-width: 0; }
   .mb-preview { font-family: 'DejaVu Sans Mono', 'Liberation Mono', monospace; font-size: .875rem; white-space: pre; overflow-x: auto; }

@@ -15,7 +15,7 @@ from bench.panel.pages.by_hand import read_part
 from bench.panel.pages.fits import fits_part
 from bench.panel.pages.history import STATUS
 from bench.panel.pages.parameter_picture import parameter_picture
-from bench.panel.pages.parts import named, table
+from bench.panel.pages.parts import named, table, untaken_note
 from bench.panel.pages.products import ProductsPart
 from bench.panel.pages.reader import Reader
 from bench.panel.pages.sign_off import SignOffPart
@@ -59,6 +59,7 @@ class _Ended:
             headline = ui.label(self._reader.say(self._headline())).classes("text-3xl font-bold")
             headline.props("role=heading aria-level=1 tabindex=-1 data-result")
             self._actions(headline)
+            untaken_note(self._reader)
             self._fault = ui.label().props("role=alert").classes("mb-refused whitespace-pre-line")
         self._products = ProductsPart(self._run, self._reader)
         self._picture()

@@ -73,7 +73,7 @@ def _beat(session: Session) -> None:
 def _who(panel: Panel, reader: Reader) -> None:
     session, say = reader.session, reader.say
     label = ui.label().classes("mb-opt text-base").props("role=status")
-    button = ui.button(on_click=lambda: panel.control.take(session.token, session.person or say(text("this browser"))))
+    button = ui.button(on_click=lambda: panel.control.take(session.token, session.person))
     button.props("flat dense color=white no-caps").set_text(say(text("Take the control")))
 
     def show() -> None:

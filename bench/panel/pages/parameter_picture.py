@@ -115,11 +115,13 @@ class _Picture:
             entries.append(("tolerance", text("type's value with its tolerance")))
         with ui.element("div").classes("mb-legend"):
             for mark, words in entries:
-                with ui.element("span").classes("mb-legend-key"), ui.element("span").classes("mb-axis mb-sample"):
-                    _mark(mark, 50.0) if mark == "formula" else _mark(mark, 10.0, 80.0)
-                    if mark == "interval":
-                        _mark("dot", 50.0)
-                _words("span", say(words))
+                # A mark and its words stay in one line.
+                with ui.element("div"):
+                    with ui.element("span").classes("mb-legend-key"), ui.element("span").classes("mb-axis mb-sample"):
+                        _mark(mark, 50.0) if mark == "formula" else _mark(mark, 10.0, 80.0)
+                        if mark == "interval":
+                            _mark("dot", 50.0)
+                    _words("span", say(words))
 
 
 def _told(on_axis: OnAxis) -> Text:

@@ -7,6 +7,12 @@ from xml.etree import ElementTree as Xml
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
+from bench.panel.pages.reader import Reader
+from drivers.interfaces.text import text
+
+#: The code that is Done to a scanner.
+CONFIRMS = "DONE"
+
 _Element = TypeVar("_Element", bound=ui.element)
 
 
@@ -14,6 +20,17 @@ def named(element: _Element, name: str) -> _Element:
     """Give an element the name that a screen reader says."""
     element.props["aria-label"] = name
     return element
+
+
+def untaken_note(reader: Reader) -> None:
+    """Build the place where the browser says which scanned code it did not take."""
+    words = text(
+        "'{code}' was not taken: only the code {confirms} confirms. Nothing was done.", code="{code}", confirms=CONFIRMS
+    )
+    note = ui.label().classes("mb-note").props("role=alert")
+    note.props["data-untaken"] = reader.say(words)
+    note.props["data-idle"] = reader.say(text("'{code}' was not taken: nothing waits for it now.", code="{code}"))
+    note.props["data-code"] = CONFIRMS
 
 
 def table(head: Sequence[str], lines: Iterable[Sequence[str]], *, numeric: frozenset[int] = frozenset()) -> None:

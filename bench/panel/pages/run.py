@@ -138,4 +138,4 @@ class _RunPage:
         self._emergency.set_visibility(bool(lines))
 
     async def _abort(self) -> Text | None:
-        return await self._run.abort(self._session.person or self._reader.say(text("this browser")))
+        return await self._run.abort(self._session.person)

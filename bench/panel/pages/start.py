@@ -10,10 +10,12 @@ from nicegui import ui
 from bench.i18n.errors import InputError
 from bench.motor.shipped_motors import shipped_motors
 from bench.panel.launch import Order
-from bench.panel.offer import Offered, check_station, rehearse
+from bench.panel.offer import Offered, named_roles, rehearse
 from bench.panel.pages.frame import frame
 from bench.panel.pages.motor_form import motor_files
 from bench.panel.pages.reader import Reader
+from bench.panel.pages.settings_part import SettingsPart
+from bench.panel.pages.station_part import StationPart
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.station.station_file import VIRTUAL
@@ -45,7 +47,7 @@ class _StartPage:
         self._planned = frozenset(map(str, self._before.get("procedures", ())))
         self._boxes: dict[str, ui.checkbox] = {}
         self._notes: dict[str, ui.label] = {}
-        self._roles: frozenset[str] | None = None
+        self._roles = None if panel.station == VIRTUAL else named_roles(Path(panel.station))
         self._offered: Mapping[str, Offered] = {}
 
     def build(self) -> None:
@@ -87,10 +89,10 @@ class _StartPage:
                 with self._list:
                     ui.spinner(size="2rem")
                 self._hold_list()
+                self._settings = SettingsPart(self._reader, map(str, self._before.get("settings", ())))
             with ui.element("section").classes("mb-card"):
                 ui.label(say(text("3  Station"))).classes("text-xl font-bold mb-2").props("role=heading aria-level=2")
-                self._station = ui.element("div").classes("w-full")
-                self._show_station()
+                StationPart(self._panel, self._session, self._reader, self._checked).build()
         with ui.element("div").classes("mb-act mb-begin"):
             self._hand = ui.button(say(text("Use the instruments by hand")), on_click=self._begin_by_hand)
             self._hand.props("outline no-caps").set_enabled(False)
@@ -128,6 +130,7 @@ class _StartPage:
         self._try.set_enabled(True)
         self._offered = offered
         self._show_procedures(offered)
+        self._settings.offer(offered)
         self._motor_chosen()
 
     def _show_procedures(self, offered: Mapping[str, Offered]) -> None:
@@ -180,53 +183,15 @@ class _StartPage:
         self._roles = frozenset((roles if drive else roles - {"drive"}) - _NOT_VIRTUAL)
         self._show_procedures(self._offered)
 
+    def _checked(self, roles: frozenset[str]) -> None:
+        self._roles = roles
+        self._show_procedures(self._offered)
+
     def _mark(self, value: bool) -> None:
         """Take none, or all that `all` takes."""
         for name, box in self._boxes.items():
             if box.enabled and not (value and self._offered and self._offered[name].end_of_line):
                 box.set_value(value)
-
-    def _show_station(self) -> None:
-        say = self._reader.say
-        self._station.clear()
-        with self._station:
-            if self._panel.station == VIRTUAL:
-                ui.label(say(text("The virtual bench: every instrument is there; nothing can be harmed."))).classes(
-                    "text-base"
-                )
-                return
-            ui.label(self._panel.station).classes("text-base break-all")
-            ui.button(say(text("Check the instruments")), on_click=self._check).props("outline")
-
-    async def _check(self) -> None:
-        say = self._reader.say
-        self._station.clear()
-        with self._station:
-            ui.spinner(size="2rem")
-        try:
-            station = await check_station(Path(self._panel.station), self._session.language)
-        except InputError as error:
-            station = {"name": self._panel.station, "instruments": {}, "overdue": [self._reader.fault(error)]}
-        self._station.clear()
-        with self._station:
-            for role, instrument in station["instruments"].items():
-                self._instrument(role, instrument)
-            for words in station["overdue"]:
-                ui.label(f"⚠ {words}").classes("text-base").style("color:#6b4400")
-            ui.button(say(text("Check again")), on_click=self._check).props("outline")
-        self._roles = frozenset(
-            role for role, instrument in station["instruments"].items() if instrument["error"] is None
-        )
-        self._show_procedures(self._offered)
-
-    def _instrument(self, role: str, instrument: Mapping[str, Any]) -> None:
-        good = instrument["error"] is None
-        ui.label(f"{'✓' if good else '✗'} {self._reader.say(role_name(role))}").classes("text-base font-semibold")
-        ui.label(str(instrument["identity"] if good else instrument["error"])).classes("text-sm pl-6 break-all")
-        calibration = instrument.get("calibration")
-        due = calibration and calibration.get("due")
-        words = text("calibrated until {date}", date=str(due)) if due else text("no calibration entered")
-        ui.label(self._reader.say(words)).classes("text-sm pl-6").style("color:#44505c")
 
     async def _rehearse(self) -> None:
         """Say how long each procedure takes and what would not go well; nothing of the station is opened."""
@@ -237,7 +202,13 @@ class _StartPage:
             return
         self._tell(say(text("Rehearsing on a virtual twin …")))
         try:
-            rehearsed = await rehearse(chosen, self._panel.station, str(self._motor.value), self._session.language)
+            rehearsed = await rehearse(
+                chosen,
+                self._panel.station,
+                str(self._motor.value),
+                self._session.language,
+                self._settings.of(chosen),
+            )
         except InputError as error:
             self._complain(self._reader.fault(error))
             return
@@ -293,6 +264,7 @@ class _StartPage:
             str(self._motor.value),
             self._session.person,
             self._session.language,
+            settings=self._settings.of(chosen),
             serial_number=str(self._serial.value or "").strip(),
         )
         try:

@@ -191,7 +191,10 @@ class _Statistics:
         by_parameter, by_procedure = statistics.by_parameter, statistics.by_procedure
         with self._card(text("Failures"), "failures"):
             if not by_parameter and not by_procedure:
-                ui.label(self._reader.say(text("Nothing failed."))).classes("text-base")
+                yields = statistics.yields
+                again = yields.first_pass != yields.final
+                said = text("Nothing failed in the end; some motors passed only when tried again.")
+                ui.label(self._reader.say(said if again else text("Nothing failed."))).classes("text-base")
                 return
             with _beside():
                 with ui.element("div"):

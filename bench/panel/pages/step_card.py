@@ -16,7 +16,7 @@ from bench.panel.pages.by_hand import ByHandForm, said_lines
 from bench.panel.pages.correction import Correction
 from bench.panel.pages.entry import NumberEntry
 from bench.panel.pages.gauge_view import GaugeView
-from bench.panel.pages.parts import named
+from bench.panel.pages.parts import named, untaken_note
 from bench.panel.pages.plot_area import PlotArea
 from bench.panel.pages.reader import Reader
 from bench.panel.pages.step_drawing import StepDrawing
@@ -60,6 +60,7 @@ class StepCard:
         with named(ui.element("section").classes("mb-card mb-step"), say(text("The present step"))):
             with ui.element("div").classes("mb-words"):
                 self._place = ui.label().classes("mb-crumb")
+                untaken_note(reader)
                 self._task = ui.element("div")
                 self._commands = ui.element("div")
                 self._gauge = GaugeView(reader)
@@ -184,7 +185,7 @@ class StepCard:
         self._commands.clear()
         if asked:
             with self._commands:
-                self._by_hand.offer(asked, partial(self._send, asked))
+                self._by_hand.offer(asked, partial(self._send, asked), self._run.view.layout.terminals)
 
     def _lines(self, question: Mapping[str, Any] | None) -> Sequence[str]:
         say, view = self._reader.say, self._run.view

@@ -18,13 +18,16 @@ class ProgressCard:
         self._reader = reader
         self._shown: object = None
         with named(ui.element("section").classes("mb-card"), reader.say(text("Progress"))):
-            ui.label(reader.say(text("This run"))).classes("mb-h2").props("role=heading aria-level=2")
+            self._motor = ui.label(reader.say(text("This run"))).classes("mb-h2").props("role=heading aria-level=2")
             self._list = ui.element("ol").classes("mb-plan")
             self._warnings = ui.element("div").props("role=log").classes("mt-3")
 
     def show(self) -> None:
         """Show state of procedures and warnings, where either has changed."""
         view, say = self._run.view, self._reader.say
+        if view.run.start is not None:
+            motor = view.run.start.motor
+            self._motor.set_text(" · ".join(part for part in (motor.name, motor.serial_number) if part))
         states = [(name, self._state(name)) for name in view.run.planned]
         warnings = [f"{notice.identifier}: {say(notice.message)}" for _, notice in view.run.warnings()]
         if (states, warnings) == self._shown:

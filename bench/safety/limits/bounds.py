@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from drivers.interfaces import LimitError, Role, SetpointError
 from drivers.interfaces.declarations import Amount, Quantity, quantities
+from drivers.interfaces.text import Text, text
 from procedures.core.nameplate import Nameplate
 from procedures.core.result import Parameter
 
@@ -20,10 +21,10 @@ class Limit:
     """A bound in SI units and whose it is."""
 
     value: float
-    owner: str
+    owner: Text
 
 
-NO_LIMIT = Limit(math.inf, "every instrument: a set point is a finite number")
+NO_LIMIT = Limit(math.inf, text("every instrument: a set point is a finite number"))
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class SetPoint:
     value: float
     unit: str
     bound: float
-    owner: str
+    owner: Text
     allowed: bool
 
 
@@ -76,7 +77,7 @@ def limits_of(role: Role, nameplate: Nameplate, station: Mapping[str, float]) ->
     """Return the limits of the instrument in a role; `station` is its table of limits in the station file, by key."""
     by_key = {quantity.limit_key: quantity for quantity in quantities(role.interface)}
     by_station = {
-        by_key[key]: Limit(value, f"the station (instruments.{role.value}.limits.{key})")
+        by_key[key]: Limit(value, text("the station ({key})", key=f"instruments.{role.value}.limits.{key}"))
         for key, value in station.items()
     }
     return Limits(_of_set_points(nameplate), _of_readings(nameplate), by_station)
@@ -86,19 +87,19 @@ def _of_insulation(plate: Nameplate) -> Limit:
     # No figure for the winding itself says what its insulation bears.
     allowed = plate.insulation_test_voltage
     if allowed is None:
-        return Limit(0.0, "the motor, whose file gives no nameplate.insulation_test_voltage")
-    return Limit(allowed, "the motor (nameplate.insulation_test_voltage)")
+        return Limit(0.0, text("the motor, whose file gives no nameplate.insulation_test_voltage"))
+    return Limit(allowed, _motor("insulation_test_voltage"))
 
 
 def _of_set_points(plate: Nameplate) -> dict[Quantity, Limit]:
     found = {
-        Quantity.CURRENT: Limit(plate.current_bound, _motor("current", plate.maximum_current)),
+        Quantity.CURRENT: Limit(plate.current_bound, _bounding("current", plate.maximum_current)),
         Quantity.INSULATION_VOLTAGE: _of_insulation(plate),
     }
     if plate.voltage_bound is not None:
-        found[Quantity.VOLTAGE] = Limit(plate.voltage_bound, _motor("voltage", plate.maximum_voltage))
+        found[Quantity.VOLTAGE] = Limit(plate.voltage_bound, _bounding("voltage", plate.maximum_voltage))
     if plate.speed_bound_rpm is not None:
-        found[Quantity.SPEED] = Limit(plate.speed_bound_rpm * RPM, _motor("speed_rpm", plate.maximum_speed_rpm))
+        found[Quantity.SPEED] = Limit(plate.speed_bound_rpm * RPM, _bounding("speed_rpm", plate.maximum_speed_rpm))
     return found
 
 
@@ -110,12 +111,16 @@ def _of_readings(plate: Nameplate) -> dict[Quantity, Limit]:
         (Quantity.SPEED, "speed_rpm", plate.maximum_speed_rpm, RPM),
     ):
         if value is not None:
-            found[quantity] = Limit(value * scale, _motor(key, value))
+            found[quantity] = Limit(value * scale, _bounding(key, value))
     return found
 
 
-def _motor(key: str, maximum: float | None) -> str:
-    return f"the motor (nameplate.{'maximum' if maximum is not None else 'rated'}_{key})"
+def _bounding(quantity: str, maximum: float | None) -> Text:
+    return _motor(f"{'maximum' if maximum is not None else 'rated'}_{quantity}")
+
+
+def _motor(key: str) -> Text:
+    return text("the motor ({key})", key=f"nameplate.{key}")
 
 
 def known_pole_pairs(nameplate: Nameplate, measured: Mapping[str, Parameter]) -> int | None:

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any, cast
 
 from bench.safety.limits.bounds import Limit, Limits, Observer, check_reading, check_set_point, nobody
-from drivers.interfaces import Instrument, Role
+from drivers.interfaces import Instrument, Role, SetpointError
 from drivers.interfaces.declarations import (
     POLE_PAIRS,
     Amount,
@@ -21,6 +21,7 @@ from drivers.interfaces.declarations import (
     UndeclaredError,
     declarations,
 )
+from drivers.interfaces.text import text
 
 #: Gives the number of pole pairs, None where nobody knows it yet.
 PolePairs = Callable[[], int | None]
@@ -70,6 +71,20 @@ class LimitGuard:
         self._reading_bounds = {quantity: limits.reading_bound(quantity) for quantity in Quantity}
         self._pole_pairs = pole_pairs
         self._observe = observe
+
+    def judge(self, method: str, *arguments: Any, **named: Any) -> None:
+        """Raise SetpointError for a call with a set point beyond its limit or beyond what the instrument takes; nothing is sent."""
+        declaration = self._declarations[method]
+        arguments, named = self._checked(method, declaration)(arguments, named)
+        given = {**dict(zip(declaration.arguments, arguments, strict=False)), **named}
+        for argument, amount in declaration.amounts.items():
+            if amount.own and given[argument] is not None:
+                highest = getattr(self._instrument, amount.own)
+                lowest = -highest if amount.signed else 0.0
+                if not lowest <= given[argument] <= highest:
+                    raise SetpointError(
+                        self._name, amount.label, given[argument], amount.unit, lowest, highest, text("the instrument")
+                    )
 
     def __getattr__(self, attribute: str) -> Any:
         declaration = self._declarations.get(attribute)
@@ -193,8 +208,10 @@ class LimitGuard:
             )
         # With a single pole pair a frequency means the highest speed that it can, so that is taken where the number is not known.
         pairs = self._pole_pairs()
-        words = "pole pairs unknown: 1 taken" if pairs is None else f"{pairs} pole pairs"
-        return Limit(limit.value * rule.factor * (pairs or 1), f"{limit.owner}, {words}")
+        if pairs is None:
+            return Limit(limit.value * rule.factor, text("{owner}, pole pairs unknown: 1 taken", owner=limit.owner))
+        owner = text("{owner}, {pairs} pole pairs", owner=limit.owner, pairs=pairs)
+        return Limit(limit.value * rule.factor * pairs, owner)
 
 
 class _Block(AbstractContextManager[Any]):

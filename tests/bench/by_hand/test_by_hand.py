@@ -153,6 +153,12 @@ def test_what_is_beyond_a_limit_or_unsafe_is_refused_before_anything_is_sent(do:
     told = refusals(done)
     assert len(told) == len(whys)
     assert [(why, said) for (_, said), why in zip(told, whys, strict=True) if why not in said] == []
+    # Nobody looks over the bench for what is refused anyway.
+    asked = [one.event for one in events(done) if isinstance(one.event, ActionDone)]
+    confirmed = [one.given for one in asked if one.action == "EnterCommand"]
+    assert [confirmed[number - 1] for number, line in enumerate(confirmed) if line == "yes"] == [
+        "supply energised 1 V 1 A regulated=current"
+    ]
     # Of all these only the one that was not refused was ever on its way to an instrument; finish switched it off.
     assert energised(done) == [("energising", "supply"), ("de_energised", "supply")]
 

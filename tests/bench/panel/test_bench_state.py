@@ -1,4 +1,5 @@
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -126,3 +127,22 @@ def test_an_abort_stands_until_each_source_has_read_back_as_off(run: LiveRun) ->
     failed = MadeSafe(instrument="supply", item="voltage_decayed", outcome="failed", error="the voltage is 12 V")
     view.take(RecordedEvent(1, "", 0.0, failed))
     assert "DC supply: not proved off" in str(bench_state(run, READ_AT).detail)
+
+
+def test_a_hand_that_turns_the_shaft_is_not_told_to_keep_off(run: LiveRun) -> None:
+    run.line.question, run.line.sources = None, []
+    assert str(bench_state(run).headline) == "Measuring. Keep your hands off."
+    run.view.layout = replace(run.view.layout, shaft_turned=True)
+    assert str(bench_state(run).headline) == "Measuring. Hands at the shaft only, touch no lead."
+    run.line.sources = [source("off", (0.0, "V"))]
+    assert "Keep your hands off" not in str(bench_state(run, READ_AT + 1.0).headline)
+    assert "Do not touch" not in str(bench_state(run, READ_AT + 3.0).headline)
+
+
+def test_what_only_a_person_can_switch_off_can_be_confirmed_on_the_way_down(run: LiveRun) -> None:
+    run.abort_asked_at = READ_AT
+    assert bench_state(run, READ_AT).waits is not None
+    run.line.question = {"id": 2, "kind": "confirm", "instrument": "supply"}
+    state = bench_state(run, READ_AT)
+    assert (state.kind, state.waits) == (StateKind.ABORTING, None)
+    assert "by hand" in str(state.headline)

@@ -38,6 +38,7 @@ from drivers.interfaces.declarations import (
 )
 from drivers.interfaces.role import ROLES
 from drivers.interfaces.supply import VOLTAGE
+from drivers.interfaces.text import Text
 from drivers.manual.supply import ManualSupply
 from procedures.core.events import Event
 
@@ -79,7 +80,7 @@ NUMBERS = st.one_of(
 #: Limits of some of the quantities.
 BOUNDS = st.lists(st.one_of(st.none(), st.floats(min_value=0.0, max_value=1e4)), min_size=7, max_size=7).map(
     lambda values: {
-        one: Limit(value, "somebody") for one, value in zip(Quantity, values, strict=True) if value is not None
+        one: Limit(value, Text("somebody")) for one, value in zip(Quantity, values, strict=True) if value is not None
     }
 )
 LIMITS = st.builds(Limits, BOUNDS, BOUNDS, BOUNDS)

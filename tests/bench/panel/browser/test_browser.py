@@ -130,6 +130,17 @@ def test_a_reloaded_and_a_second_browser_in_chinese_show_the_run_where_it_is(pan
     expect(second.get_by_role("rowheader", name=re.compile("^极对数"))).to_be_visible()
 
 
+def test_who_has_no_name_is_called_so_in_each_readers_language(panel: Panel, new_page: NewPage) -> None:
+    page, other = new_page(), new_page()
+    run = begin(page, panel, "Pole pairs by stable positions")
+    other.goto(f"{panel.url}/runs/{run}")
+    other.get_by_role("button", name="中文", exact=True).click()
+    other.get_by_role("button", name="取得控制权").click()
+    expect(page.get_by_text("Another browser has the control")).to_be_visible()
+    other.get_by_role("button", name=re.compile("中止")).click()
+    expect(page.get_by_role("alert").filter(has_text="ABORTED: interrupted by a person at the panel")).to_be_visible()
+
+
 def test_a_restarted_server_finds_the_run_again(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
     run = begin(page, panel, "Pole pairs by stable positions")

@@ -13,6 +13,8 @@ from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_browser import answer_until_end, begin, choose
 from tests.bench.panel.conftest import QUICK, Server
 
+LG_400W = Path(__file__).parents[4] / "bench" / "motors" / "lg-400w.toml"
+
 Serve = Callable[..., Server]
 NewPage = Callable[[], Page]
 
@@ -99,6 +101,7 @@ def test_the_end_of_a_run_is_a_picture_and_the_next_motor_is_measured_as_before(
     page = new_page()
     page.goto(f"{panel.url}/runs/{run}")
     page.get_by_role("button", name="Take the control").click()
+    expect(page.get_by_role("region", name="Progress")).to_contain_text("LG-400W · SN-0815")
     answer_until_end(page)
     began = json.loads((panel.runs / run / "journal.jsonl").read_text().splitlines()[0])["data"]
     assert began["person"] == "J. Doe"
@@ -124,6 +127,62 @@ def test_a_choice_is_rehearsed_before_it_is_run(panel: Panel, new_page: NewPage)
     page.get_by_role("button", name="Rehearse").click()
     expect(page.get_by_text(re.compile(r"about \d+\.\d min, \d+ s of it by hand"))).to_be_visible()
     assert set(panel.runs.glob("*/journal.jsonl")) == before
+
+
+def test_a_setting_is_changed_refused_where_it_is_wrong_and_kept_for_the_next_motor(
+    panel: Panel, new_page: NewPage
+) -> None:
+    page = new_page()
+    page.goto(panel.url)
+    choose(page, "lg-400w", "Stator resistance ·")
+    page.get_by_role("button", name="Settings").click()
+    page.get_by_role("combobox", name="Change a setting").fill("test frequency")
+    page.get_by_role("option", name="Stator resistance: test frequency, Hz (usually 20)").click()
+    frequency = page.get_by_role("textbox", name="Stator resistance: test frequency, Hz")
+    frequency.fill("-5")
+    page.get_by_role("button", name="Start", exact=True).click()
+    expect(page.get_by_role("alert").filter(has_text="a number above 0")).to_be_visible()
+    frequency.fill("100")
+    page.get_by_role("button", name="Start", exact=True).click()
+    page.wait_for_url("**/runs/**")
+    begun = (panel.runs / page.url.rpartition("/")[2] / "journal.jsonl").read_text().splitlines()[0]
+    assert json.loads(begun)["data"]["settings"] == ["stator-resistance.frequency=100"]
+    answer_until_end(page)
+    page.get_by_role("button", name="Measure the next motor").click()
+    expect(page.get_by_role("textbox", name="Stator resistance: test frequency, Hz")).to_have_value("100")
+    # What is set for a procedure that is not chosen is left out, not refused.
+    page.get_by_role("button", name="None").click()
+    page.get_by_role("checkbox", name=re.compile("^Data sheet")).click()
+    page.get_by_role("button", name="Start", exact=True).click()
+    page.wait_for_url("**/runs/**")
+
+
+def test_a_figure_outside_the_types_tolerance_is_shown_and_measured_again(
+    panel: Panel, new_page: NewPage, tmp_path: Path
+) -> None:
+    panel.motors.mkdir(exist_ok=True)
+    typical = "\n[expected]\nstator_resistance = 0.032\n[tolerance]\nstator_resistance = 0.05\n"
+    (panel.motors / "typed.toml").write_text(LG_400W.read_text() + typical)
+    page = new_page()
+    page.goto(panel.url)
+    page.get_by_label("Motor type").click()
+    page.get_by_role("option", name="typed").click()
+    page.get_by_role("button", name="None").click()
+    page.get_by_role("checkbox", name=re.compile("^Stator resistance ·")).click()
+    page.get_by_role("button", name="Start", exact=True).click()
+    page.wait_for_url("**/runs/**")
+    answer_until_end(page)
+    expect(page.get_by_role("heading", level=1)).to_contain_text("Needs a look: Stator resistance")
+    expect(page.locator("[data-verdict=outside]")).to_be_visible()
+    what_to_do = page.get_by_role("region", name="What to do, most important first")
+    finding = what_to_do.locator(".mb-finding").filter(has_text="type-tolerance")
+    expect(finding).to_be_visible()
+    finding.get_by_role("button", name="Repeat Stator resistance").click()
+    expect(page.locator("[data-done]:not([aria-disabled])")).to_be_visible()
+    answer_until_end(page)
+    expect(finding).to_be_visible()
+    journal = (panel.runs / page.url.rpartition("/")[2] / "journal.jsonl").read_text()
+    assert journal.count('"kind":"procedure_finished"') == 2
 
 
 def test_a_motor_is_entered_by_its_nameplate(panel: Panel, new_page: NewPage) -> None:

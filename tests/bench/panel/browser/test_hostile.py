@@ -78,7 +78,7 @@ def test_a_hostile_runs_name_does_nothing(serve: Serve, new_page: NewPage, finis
     assert_nothing_acted(page)
     page.goto(f"{server.url}/history")
     page.get_by_role("link", name=HOSTILE, exact=True).click()
-    expect(page.get_by_text(f"{HOSTILE} · {HOSTILE}")).to_be_visible()
+    expect(page.get_by_role("status").filter(has_text=f"{HOSTILE} · {HOSTILE}")).to_be_visible()
     expect(page.get_by_role("region", name="Parameters").get_by_role("table").first).to_be_visible()
     assert_nothing_acted(page)
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from playwright.sync_api import Locator, Page, expect
 
 from tests.bench.panel.browser.conftest import Panel
+from tests.bench.panel.browser.test_browser import begin
 
 NewPage = Callable[[], Page]
 #: Of what has the focus: whether it, or what stands around it, is marked, and whether a person sees it.
@@ -130,3 +131,59 @@ def test_a_run_by_keyboard_and_the_next_by_scanner(panel: Panel, new_page: NewPa
     page.wait_for_url("**/?as_before=*")
     expect(page.get_by_label("Serial number")).to_be_focused()
     expect(page.get_by_label("Serial number")).to_have_value("")
+
+
+def test_a_stray_code_confirms_nothing_and_is_named(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    page.bring_to_front()
+    begin(page, panel, "Stator resistance ·")
+    heading, note = page.get_by_role("heading", level=1), page.locator("[data-untaken]:visible")
+    ready = page.locator("[data-done]:not([aria-disabled])")
+    expect(ready).to_be_focused()
+    step, said = str(page.locator("[data-step]").get_attribute("data-step")), heading.inner_text()
+    # A space would press the button that has the focus, and so would Enter.
+    for code in ("SN-0815", "SN 777", "DONE2"):
+        scan(page, code)
+        expect(note).to_contain_text(f"'{code}' was not taken")
+        expect(heading).to_have_text(said)
+    mute = page.get_by_role("button", name="Mute")
+    mute.focus()
+    scan(page, "SN-0816")
+    expect(note).to_contain_text("'SN-0816' was not taken")
+    expect(mute).to_have_attribute("aria-pressed", "false")
+    assert page.locator("[data-step]").get_attribute("data-step") == step
+    scan(page, "DONE")
+    expect(page.locator("[data-step]")).not_to_have_attribute("data-step", step)
+    expect(note).to_have_count(0)
+    field = page.locator("input[data-focus]")
+    while not field.is_visible():
+        expect(ready).to_be_visible()
+        step = str(page.locator("[data-step]").get_attribute("data-step"))
+        page.keyboard.press("Enter")
+        expect(page.locator("[data-step]")).not_to_have_attribute("data-step", step)
+        expect(ready.or_(field).first).to_be_visible()
+    # A number's place takes codes wherever the focus is, and says what is no number; the next takes its place.
+    expect(ready).to_be_visible()
+    said = heading.inner_text()
+    page.evaluate("document.activeElement.blur()")
+    scan(page, "SN-0815")
+    expect(page.get_by_role("alert").filter(has_text="'SN-0815' is not a number")).to_be_visible()
+    expect(heading).to_have_text(said)
+    scan(page, "0012345678")
+    expect(page.get_by_role("alert").filter(has_text="is outside")).to_be_visible()
+    expect(heading).to_have_text(said)
+    scan(page, "25.5")
+    expect(heading).not_to_have_text(said)
+
+
+def test_a_stray_code_does_not_go_on_to_the_next_motor(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    page.bring_to_front()
+    begin(page, panel, "Data sheet")
+    onward = page.locator("[data-next]:not([aria-disabled])")
+    expect(onward).to_be_focused()
+    scan(page, "SN-0817")
+    expect(page.locator("[data-untaken]:visible")).to_contain_text("'SN-0817' was not taken")
+    page.evaluate("document.activeElement.blur()")
+    scan(page, "done")
+    page.wait_for_url("**/?as_before=*")
