@@ -66,7 +66,13 @@ class Gate:
         if body is None:
             await _too_large(scope, receive, send)
             return
-        await self._app(scope, _again(body, receive), send)
+        asker = _Asker(receive)
+        try:
+            await self._app(scope, _again(body, asker), send)
+        except RuntimeError as error:
+            # Starlette's words where a page was left before it was answered: nobody misses the answer.
+            if not asker.has_left or str(error) != "No response returned.":
+                raise
 
     def _refusal(self, scope: Scope) -> Response | None:
         for refused in (self._hosts.refusal(scope), origin_refusal(scope)):
@@ -154,6 +160,19 @@ async def _body(receive: Receive, scope: Scope, largest: int) -> bytes | None:
 async def _too_large(scope: Scope, receive: Receive, send: Send) -> None:
     answer = _plain(text("The request's body is too large, or took too long."), 413)
     await answer(scope, receive, send)
+
+
+class _Asker:
+    """Whoever sent a request: what comes from there, and whether nobody is there any more."""
+
+    def __init__(self, receive: Receive) -> None:
+        self._receive = receive
+        self.has_left = False
+
+    async def __call__(self) -> Message:
+        message = await self._receive()
+        self.has_left = self.has_left or message["type"] == "http.disconnect"
+        return message
 
 
 def _again(body: bytes, receive: Receive) -> Receive:

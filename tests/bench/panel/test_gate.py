@@ -1,5 +1,6 @@
 """What strangers get from a panel that runs: another's name, another page, too much, no session, guessed passwords."""
 
+import asyncio
 import http.client
 import re
 import socket
@@ -7,12 +8,20 @@ import ssl
 import subprocess
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
+from starlette.middleware.base import BaseHTTPMiddleware, RequestResponseEndpoint
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.types import Message, Receive, Scope, Send
 
 from bench.cli.main import main
 from bench.panel.access import add_person
+from bench.panel.gate import Gate
+from bench.panel.hosts import AllowedHosts
+from bench.panel.sessions import Sessions
 from tests.bench.panel.client import LIVE, Outsider, Page
 from tests.bench.panel.conftest import QUICK, Server
 
@@ -395,3 +404,27 @@ def test_options_that_will_not_do(options: list[str], message: str, capsys: pyte
     error = capsys.readouterr().err
     assert message in error
     assert "Traceback" not in error
+
+
+@pytest.mark.parametrize("left", [True, False])
+def test_a_page_that_was_left_before_its_answer_is_no_fault(left: bool) -> None:
+    class Passing(BaseHTTPMiddleware):
+        async def dispatch(self, request: Request, call_next: RequestResponseEndpoint) -> Response:
+            return await call_next(request)
+
+    async def answering_nothing(scope: Scope, receive: Receive, send: Send) -> None:
+        while left and (await receive())["type"] == "http.request":
+            pass
+
+    coming = iter([{"type": "http.request", "body": b""}])
+    scope = {"type": "http", "method": "GET", "path": "/", "scheme": "http", "headers": [(b"host", b"127.0.0.1")]}
+
+    async def receive() -> Message:
+        return next(coming, {"type": "http.disconnect"})
+
+    async def send(message: Message) -> None:
+        raise AssertionError(message)
+
+    gate = Gate(Passing(answering_nothing), hosts=AllowedHosts("127.0.0.1"), sessions=Sessions(), login=False)
+    with nullcontext() if left else pytest.raises(RuntimeError, match="No response"):
+        asyncio.run(gate(scope, receive, send))

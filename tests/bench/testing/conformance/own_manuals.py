@@ -403,7 +403,9 @@ _34970A = Manual(
     models=(
         *(
             Model(
-                {r"\*IDN\?": f"{unit},MY1,1".encode(), r"SYST:CTYP\?": b"Agilent Technologies,34903A,0,1"},
+                {r"\*IDN\?": f"{unit},MY1,1".encode(), r"SYST:CTYP\?": b"Agilent Technologies,34903A,0,1"}
+                # The simulated unit's module has not all channels that a unit may have.
+                | ({r"ROUT:CLOS\?": b"0"} if options else {}),
                 options,
                 error=error,
             )
