@@ -135,7 +135,6 @@ def test_a_run_by_keyboard_and_the_next_by_scanner(panel: Panel, new_page: NewPa
 
 def test_a_stray_code_confirms_nothing_and_is_named(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
-    page.bring_to_front()
     begin(page, panel, "Stator resistance ·")
     heading, note = page.get_by_role("heading", level=1), page.locator("[data-untaken]:visible")
     ready = page.locator("[data-done]:not([aria-disabled])")
@@ -178,7 +177,6 @@ def test_a_stray_code_confirms_nothing_and_is_named(panel: Panel, new_page: NewP
 
 def test_a_stray_code_does_not_go_on_to_the_next_motor(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
-    page.bring_to_front()
     begin(page, panel, "Data sheet")
     onward = page.locator("[data-next]:not([aria-disabled])")
     expect(onward).to_be_focused()

@@ -99,7 +99,6 @@ def test_on_the_way_down_a_person_confirms_what_is_switched_off_by_hand(
     serve: Serve, new_page: NewPage, tmp_path: Path
 ) -> None:
     server, page = serve_by_hand(serve, tmp_path), new_page()
-    page.bring_to_front()
     begin(page, server, "Pole pairs by stable positions")
     confirm_until(page, "Read and enter: .*current")
     page.keyboard.press("Control+Escape")
@@ -113,7 +112,6 @@ def test_on_the_way_down_a_person_confirms_what_is_switched_off_by_hand(
 
 def test_a_choice_takes_only_the_numbers_that_it_names(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
     server, page = serve_by_hand(serve, tmp_path), new_page()
-    page.bring_to_front()
     begin(page, server, "Pole pairs by stable positions")
     confirm_until(page, "Read and enter: .*current")
     enter(page, "1")
@@ -138,15 +136,14 @@ def test_a_reading_is_corrected_in_a_run_that_goes_on(serve: Serve, new_page: Ne
     station = tmp_path / "meter.toml"
     station.write_text(METER)
     server, page = serve("--station", str(station)), new_page()
-    page.bring_to_front()
     name = begin(page, server, "Stator resistance ·")
-    type_until(page, "reading 3 of 3")
+    type_until(page, "reading 2 of 3")
     correct(page, "B–C|A–B", "32.3 m")
     page.keyboard.press("Control+Escape")
     page.get_by_role("button", name="Go on where it ended").click()
     expect(page.locator("[data-done]:not([aria-disabled])")).to_be_visible()
     # The procedure begins anew: its readings are typed again, and what was corrected before counts no more.
-    type_until(page, "reading 3 of 3")
+    type_until(page, "reading 2 of 3")
     correct(page, "reading 1 of 3", "32.6 m")
     type_until(page, "")
     journal = (server.runs / name / "journal.jsonl").read_text().splitlines()
