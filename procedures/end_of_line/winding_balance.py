@@ -22,7 +22,7 @@ from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.winding import resistance
-from procedures.estimation.winding.unbalance import largest_deviation, pooled, saliency_share
+from procedures.estimation.winding.unbalance import all_at_once, largest_deviation, pooled, saliency_share
 from procedures.techniques.repeated_readings import RepeatedQuantity, between, repeated_readings
 from procedures.techniques.short_correction import short_correct
 from procedures.verification.settings import WiringSettings
@@ -149,9 +149,10 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
         """Report the largest deviation in per cent, known no better than ± `saliency` (per cent); return the lines' means."""
         unc, labels = self.bench.uncertainties, [label_of(pair) for pair in LINE_PAIRS]
         found = pooled(lines.readings)
+        widened = found.deviation * all_at_once(len(labels), found.degrees_of_freedom)
         means: list[UncertainReal] = []
         for label, mean, readings, accuracy in zip(labels, found.means, lines.readings, lines.accuracies, strict=True):
-            own = found.deviation / len(readings) ** 0.5
+            own = widened / len(readings) ** 0.5
             statistics = unc.statistical(
                 text("repeats of {what}", what=f"{symbol}_{label}"), mean, own, found.degrees_of_freedom
             )

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Generic, NamedTuple
 
 import numpy as np
+from scipy import special
 
 from procedures.estimation.fitting.checks import Number, estimate_of
 from procedures.estimation.fitting.fit import EstimationError
@@ -55,6 +56,17 @@ def pooled(groups: Sequence[Sequence[float]]) -> Pooled:
         return Pooled(means, 0.0, math.inf)
     squares = sum(float(np.sum((np.asarray(group) - mean) ** 2)) for group, mean in zip(groups, means, strict=True))
     return Pooled(means, math.sqrt(squares / freedom), float(freedom))
+
+
+def all_at_once(count: int, degrees_of_freedom: float) -> float:
+    """Return by what factor an interval of 95 % widens so that `count` of them hold all at once (Bonferroni).
+
+    Whichever of several deviations turns out to be the largest is not one that was chosen beforehand.
+    """
+    one, all_of_them = 0.975, 1.0 - 0.025 / count
+    if math.isinf(degrees_of_freedom):
+        return float(special.ndtri(all_of_them) / special.ndtri(one))
+    return float(special.stdtrit(degrees_of_freedom, all_of_them) / special.stdtrit(degrees_of_freedom, one))
 
 
 def saliency_share(d_axis: float, q_axis: float) -> float:

@@ -7,9 +7,10 @@ import pytest
 from GTC import ureal
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import special
 
 from procedures.estimation.fitting.fit import EstimationError
-from procedures.estimation.winding.unbalance import largest_deviation, pooled, saliency_share
+from procedures.estimation.winding.unbalance import all_at_once, largest_deviation, pooled, saliency_share
 
 VALUES = st.tuples(*[st.floats(min_value=1e-6, max_value=1e6)] * 3)
 
@@ -52,6 +53,20 @@ def test_scatter_is_pooled_over_the_groups():
     assert found.deviation == pytest.approx(0.1, rel=0.5)
     assert found.means[2] == 9.0
     assert pooled([[1.0], [2.0]]).degrees_of_freedom == math.inf
+
+
+@pytest.mark.parametrize("repeats", [2, 3, 10])
+def test_the_largest_of_three_deviations_is_held_where_there_is_none(repeats):
+    readings = np.random.default_rng(repeats).standard_normal((20_000, 3, repeats))
+    freedom = 3 * (repeats - 1)
+    scatter = np.sqrt(readings.var(axis=2, ddof=1).mean(axis=1))
+    means = readings.mean(axis=2)
+    largest = np.abs(means - means.mean(axis=1, keepdims=True)).max(axis=1)
+    reach = special.stdtrit(freedom, 0.975) * scatter * math.sqrt(2.0 / 3.0 / repeats)
+    assert np.mean(largest <= reach) < 0.91
+    assert np.mean(largest <= all_at_once(3, freedom) * reach) == pytest.approx(0.96, abs=0.01)
+    assert all_at_once(1, freedom) == 1.0
+    assert all_at_once(3, math.inf) < all_at_once(3, freedom)
 
 
 def test_saliency_is_what_a_line_s_inductance_sways_by():
