@@ -160,6 +160,10 @@ _SEEN_IN_EMF_JUMPS = {
 }
 #: What is said of a slow turn's torque.
 _SEEN_IN_COGGING = {
+    Cause.TOO_COARSE: text(
+        "all torque readings lie within {span:.3g} N·m, and the sensor's step is {resolution:.3g} N·m: the cogging is too small for it, or "
+        "it stands at an end of its range. Use a finer sensor, or show more decimals at its display and in the station file"
+    ),
     Cause.DROPOUTS: text(
         "{count:.0f} of {readings:.0f} torque readings are none: {frozen:.0f} stand still while the torque goes on, the others are single "
         "spikes; they were left out. Check cable and connection, and turn again"

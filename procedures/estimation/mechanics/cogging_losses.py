@@ -17,6 +17,8 @@ _WILD, _MOST_LOST = 6.0, 0.2
 _FROZEN, _GOES_ON = 5, 4.0
 #: So many readings at one extreme and above this share are looked at as cut off.
 _CUT, _CUT_SHARE = 4, 0.01
+#: Readings that all lie within so many steps of the sensor show its steps, and no wave.
+_FEW_STEPS = 3.0
 #: More than chance puts at an end once in so many records, beside the readings within so much of the noise below it, are cut off.
 _BY_CHANCE, _BELOW = 1e-5, 2.0
 #: Orders up to this may be run-out.
@@ -98,6 +100,15 @@ def _crowded(torque: FloatArray, end: float, resolution: float, noise: float) ->
     return bool(cells > 1.0 and float(special.pdtrc(at - 1, max(near, 1) / cells)) < _BY_CHANCE)
 
 
+def _standing_still(turn: Turn, share: float) -> Finding:
+    """Return why so large a share of the readings are the same at an end of what was read."""
+    span = float(np.ptp(turn.torque[turn.counting]))
+    if span <= (_FEW_STEPS + 0.25) * turn.resolution:
+        figures: dict[str, float | str] = {"record": "cogging", "span": span, "resolution": turn.resolution}
+        return Finding(Cause.TOO_COARSE, Answer.WITHHELD, figures=figures)
+    return Finding(Cause.CLIPPED, Answer.WITHHELD, figures={"channel": "torque", "lost": share})
+
+
 def without_cut(turn: Turn, orders: Orders, extra: FloatArray | None) -> tuple[Turn, list[Finding]]:
     """Leave out, by the fit's value, what lies beyond an end at which the readings stand."""
     findings: list[Finding] = []
@@ -108,8 +119,7 @@ def without_cut(turn: Turn, orders: Orders, extra: FloatArray | None) -> tuple[T
         if int(np.sum(at)) < max(_CUT, _CUT_SHARE * int(np.sum(kept))):
             continue
         if np.mean(at) > 0.45:
-            figures: dict[str, float | str] = {"channel": "torque", "lost": float(np.mean(at))}
-            return turn, [*findings, Finding(Cause.CLIPPED, Answer.WITHHELD, figures=figures)]
+            return turn, [*findings, _standing_still(turn, float(np.mean(at)))]
         lost = at
         few = _few(orders, solve(turn, orders, extra))
         for _ in range(3):

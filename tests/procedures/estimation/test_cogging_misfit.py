@@ -93,3 +93,13 @@ def test_a_knock_on_one_of_two_turns_is_not_cogging() -> None:
     causes = {(finding.cause, finding.answer) for finding in found.misfit.findings}
     assert (Cause.UNEXPLAINED, Answer.WIDENED) in causes
     assert abs(found.peak_to_peak - 2.0 * SIZE) < 3.0 * found.uncertainty + 0.01 * SIZE
+
+
+@pytest.mark.parametrize("order", [None, 42])
+def test_readings_of_a_few_steps_show_the_sensor_and_not_an_end_of_its_range(order):
+    step = 0.01
+    random = np.random.default_rng(3)
+    angle = np.linspace(0.0, 4.0 * math.pi if order is None else 2.0 * math.pi * 12.0 / 42.0, 500)
+    torque = step * np.round(0.6 + 0.2 * random.standard_normal(angle.size))
+    found = fit_cogging(angle, torque, time=angle / SPEED, order=order, resolution=step)
+    assert [(one.cause, one.answer) for one in found.misfit.findings] == [(Cause.TOO_COARSE, Answer.WITHHELD)]
