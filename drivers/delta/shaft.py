@@ -56,13 +56,16 @@ class Transducer:
     def speed_accuracy(self) -> Accuracy:
         """Limits of error of a speed (rad/s)."""
         count = self._sensor.speed_resolution
-        return self._options.speed_accuracy or Accuracy(offset=count, resolution=count, source=SPEED_SOURCE)
+        return _as_shown(self._options.speed_accuracy, count) or Accuracy(
+            offset=count, resolution=count, source=SPEED_SOURCE
+        )
 
     @property
     def torque_accuracy(self) -> Accuracy:
         """Limits of error of a torque (N·m)."""
-        stated = self._options.torque_accuracy or Accuracy(
-            offset=TORQUE_SHARE * self._full_scale, resolution=self._sensor.torque_resolution, source=TORQUE_SOURCE
+        count = self._sensor.torque_resolution
+        stated = _as_shown(self._options.torque_accuracy, count) or Accuracy(
+            offset=TORQUE_SHARE * self._full_scale, resolution=count, source=TORQUE_SOURCE
         )
         return replace(stated, source=f"{stated.source}; zeroed by subtraction here") if self._tared_here else stated
 
@@ -135,3 +138,8 @@ class Transducer:
             total += self._sensor.read().torque
             self._clock.sleep(self._options.settle_interval)
         return total / _TARE_READINGS
+
+
+def _as_shown(stated: Accuracy | None, count: float) -> Accuracy | None:
+    """Return the station's own statement; no step of a reading is finer than the last digit that the sensor sends."""
+    return stated and replace(stated, resolution=max(stated.resolution, count))

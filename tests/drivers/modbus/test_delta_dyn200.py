@@ -1,6 +1,7 @@
 """Dynamometer on Modbus: bytes on the wire, registers, settling, limits and what it reports."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -172,5 +173,22 @@ def test_options_replace_accuracy_and_direction(server: TcpServer, units: Units,
         reading = dynamometer.measure()
         assert (reading.speed_filter, reading.torque_filter) == (0.02, 0.05)
     assert reading.speed == pytest.approx(-20.0, rel=1e-2)
-    assert reading.torque_accuracy is reading.speed_accuracy is accuracy
+    # No statement makes the last digit finer than it is sent.
+    for found, count in ((reading.torque_accuracy, 1e-4), (reading.speed_accuracy, 0.02 * math.pi / 60.0)):
+        assert found.resolution == pytest.approx(count)
+        assert replace(found, resolution=0.0) == accuracy
+    dynamometer.close()
+
+
+@pytest.mark.parametrize(("decimals", "resolution"), [(2, 0.01), (4, 5e-4)])
+def test_a_stated_step_that_is_finer_than_the_display_s_does_not_count(
+    server: TcpServer, units: Units, clock: Any, decimals: int, resolution: float
+) -> None:
+    units.set_32(0x08, decimals)
+    stated = Accuracy(offset=1e-3, resolution=5e-4, source="certificate")
+    options = replace(OPTIONS, torque_accuracy=stated)
+    dynamometer = DeltaDyn200.open(server.address, options, Surroundings(clock), "dynamometer")
+    found = dynamometer.measure().torque_accuracy
+    assert found.resolution == pytest.approx(resolution)
+    assert replace(found, resolution=stated.resolution) == stated
     dynamometer.close()
