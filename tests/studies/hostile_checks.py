@@ -29,9 +29,9 @@ from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.catalogue import SIX_STEP, STANDARD, SimulatedUnit, find
 from sim_instruments.instruments.errors import Errors
 from tests.studies.forked import context
-from tests.studies.hostile_states import FOUND, PRESSED, Became, lines
-from tests.studies.measured_motor import Done, carry_out
-from tests.studies.pressed_keys import BY_FILE, BY_NAME, press_all, settings_of
+from tests.studies.hostile_states import FOUND, PRESSED, Became, count_refusals, lines
+from tests.studies.measured_motor import carry_out
+from tests.studies.pressed_keys import press_all, settings_of
 
 MOTOR = "92bl-30-25l"
 #: Not there: a switch matrix, which hands stand in for.
@@ -111,23 +111,10 @@ def _carry_all(
             if beginning == CLEAN:
                 wanted |= {(result.procedure, one.name): one for one in result.parameters}
             _judge(result, truth, wanted, beginning, index, became)
-        named |= _count(done, beginning, index, became)
+        named |= count_refusals(done, beginning, index, became)
     after = settings_of(bench)
     became.left_on += bool(bench.world.truth()["energised"])
     became.not_given_back.update(query for query, value in before.items() if after[query] != value)
-    return named
-
-
-def _count(done: Done, beginning: str, index: int, became: Became) -> set[str]:
-    named = {reason for _, reason in done.refused if BY_NAME.match(reason) or BY_FILE.match(reason)}
-    for procedure, reason in done.refused:
-        outcome = "key named" if reason in named else "other reason"
-        became.counts[procedure, beginning, outcome] += 1
-        if outcome == "other reason":
-            became.words[f"{beginning}: {procedure} refused: {reason}"] += 1
-    for procedure, reason in done.failed:
-        became.counts[procedure, beginning, "error"] += 1
-        became.words[f"{beginning}, state {index}: {procedure} failed: {reason}"] += 1
     return named
 
 

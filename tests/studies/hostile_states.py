@@ -28,7 +28,7 @@ from procedures.core.result import ProcedureResult
 from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.instruments.errors import Errors
 from tests.studies.forked import context
-from tests.studies.measured_motor import carry_out, figure, study_plan
+from tests.studies.measured_motor import Done, carry_out, figure, study_plan
 from tests.studies.pressed_keys import BY_FILE, BY_NAME, press_all, settings_of
 from tests.studies.random_motors import draw_motor
 
@@ -95,6 +95,11 @@ def _carry_out(
     became.not_given_back.update(query for query, value in before.items() if after[query] != value)
     for result in done.results:
         _judge(result, truth, beginning, index, became)
+    return count_refusals(done, beginning, index, became)
+
+
+def count_refusals(done: Done, beginning: str, index: int, became: Became) -> set[str]:
+    """Count what was refused and what failed, and return the refusals that name a key."""
     named = {reason for _, reason in done.refused if BY_NAME.match(reason) or BY_FILE.match(reason)}
     for procedure, reason in done.refused:
         outcome = "key named" if reason in named else "other reason"
