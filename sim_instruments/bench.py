@@ -19,6 +19,7 @@ from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.transports.can.buses import fresh_channel
+from sim_instruments.transports.can.frame_node import FrameNode
 from sim_instruments.transports.can.in_process import CHANNEL, DirectBus, DirectEnd
 from sim_instruments.transports.can.node import CanNode
 from sim_instruments.transports.connection import Connection, Line
@@ -30,7 +31,7 @@ from sim_instruments.transports.serial.pty import SerialStream
 from sim_instruments.transports.visa.library import InProcessVisaLibrary
 from sim_instruments.world.fixture.layout import crosspoints
 from sim_instruments.world.fixture.relay_contacts import RelayContacts
-from sim_instruments.world.machine_data import Leads
+from sim_instruments.world.machine_data import InverterStage, Leads
 from sim_instruments.world.world import World
 
 Address = str | dict[str, str | int]
@@ -44,6 +45,8 @@ _NUMBERS: dict[str, int] = {
 }
 _NODES = {"inverter": 5, "drive": 6, "rotor_actuator": 7}
 _FURTHER_NODES = 8
+#: Transports whose instruments are nodes of the bench's CAN bus.
+CAN_TRANSPORTS = ("can", "can-fd")
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,7 @@ class VirtualBench:
             self.clock,
             seed=seed,
             dynamometer=self._stage("dynamometer"),
-            inverter=self._stage("inverter"),
+            inverter=setting.disturbances.inverter.stage(self._stage("inverter") or InverterStage()),
             supply=self._stage("supply"),
             leads=setting.leads,
             ambient_temperature=setting.ambient_temperature,
@@ -146,6 +149,7 @@ class VirtualBench:
                 unit.options,
                 connected,
                 self._contacts,
+                self._node_id(key),
             )
             self._made[key] = made = unit.kind.made(place)
             for part in (made, *getattr(made, "units", {}).values()):
@@ -198,7 +202,7 @@ class VirtualBench:
 
     def _line(self, name: str) -> Line:
         key = self._key(name)
-        line: Line = self._node(key) if self.transport(key) == "can" else self.instrument(key)
+        line: Line = self._node(key) if self.transport(key) in CAN_TRANSPORTS else self.instrument(key)
         return line
 
     # transports
@@ -218,7 +222,7 @@ class VirtualBench:
         transport = self.transport(key)
         if transport == "visa":
             return visa_address(key)
-        if transport == "can":
+        if transport in CAN_TRANSPORTS:
             return self._node(key).address
         if self._sockets:
             address: Address = self._end(key).address
@@ -297,21 +301,34 @@ class VirtualBench:
     def _direct_can(self) -> DirectBus:
         return DirectBus(self.clock)
 
-    def _node(self, key: str) -> CanNode:
+    def _node_id(self, key: str) -> int:
+        """Return the identifier of an instrument on the CAN bus; 0 of one that is not."""
+        if self.transport(key) not in CAN_TRANSPORTS:
+            return 0
+        others = [name for name in self.roles if self.transport(name) in CAN_TRANSPORTS and name not in _NODES]
+        return _NODES.get(key) or _FURTHER_NODES + others.index(key)
+
+    def _node(self, key: str) -> CanNode | FrameNode:
         if key not in self._ends:
-            others = [name for name in self.roles if self.transport(name) == "can" and name not in _NODES]
-            node = CanNode(
-                self.instrument(key),
-                self.clock,
-                self._generator(key),
-                node_id=_NODES.get(key) or _FURTHER_NODES + others.index(key),
-                channel=self.can_channel,
-                direct=None if self._sockets else self._direct_can,
-            )
+            direct = None if self._sockets else self._direct_can
+            node: CanNode | FrameNode
+            if self.transport(key) == "can-fd":
+                node = FrameNode(
+                    self.instrument(key), self.clock, self._generator(key), channel=self.can_channel, direct=direct
+                )
+            else:
+                node = CanNode(
+                    self.instrument(key),
+                    self.clock,
+                    self._generator(key),
+                    node_id=self._node_id(key),
+                    channel=self.can_channel,
+                    direct=direct,
+                )
             self._open.callback(node.close)
             self._leave(key, node)
             self._ends[key] = node
-        found: CanNode = self._ends[key]
+        found: CanNode | FrameNode = self._ends[key]
         return found
 
     def _leave(self, key: str, *parts: Any) -> None:

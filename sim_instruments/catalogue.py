@@ -23,7 +23,7 @@ Role = Literal[
     "supply", "lcr_meter", "oscilloscope", "dynamometer", "tachometer", "inverter", "voltmeter", "drive",
     "switch_matrix", "rotor_actuator", "insulation_tester",
 ]  # fmt: skip
-Transport = Literal["visa", "modbus", "serial", "can"]
+Transport = Literal["visa", "modbus", "serial", "can", "can-fd"]
 #: What a station file says of an instrument, by key; ratings (SI units) have the names that options have, `maximum_voltage` ….
 Options = Mapping[str, Any]
 
@@ -32,7 +32,8 @@ Options = Mapping[str, Any]
 class BenchPlace:
     """Where a simulated instrument is put: into which world, with which noise, individual errors and options.
 
-    One that is not `connected` stands on the bench and answers, but is not wired to the motor. `contacts` are a fixture's relays.
+    One that is not `connected` stands on the bench and answers, but is not wired to the motor. `contacts` are a fixture's relays,
+    `node` is the identifier of one on a CAN bus.
     """
 
     world: "World"
@@ -41,6 +42,7 @@ class BenchPlace:
     options: Options
     connected: bool = True
     contacts: "RelayContacts | None" = None
+    node: int = 0
 
 
 @dataclass(frozen=True)
@@ -49,9 +51,9 @@ class SimulatedInstrument:
 
     `make` puts it into a place; written as `module:object` its module is imported when the instrument is first used. It gives
     what the transport serves: for VISA a `ScpiInstrument`, for Modbus a `ModbusLine`, for a serial line what streams frames,
-    for CAN an object dictionary. `machine` gives what of the bench's energy it stands for, by its options: a `SupplyStage`, a
-    `DynamometerMachine` or an `InverterStage`. `ratings` are the largest values that it takes, by the names of options.
-    `model` says which one of a family it is, where the station's driver serves several; it is filled in with the options.
+    for CAN an object dictionary, for CAN FD a `FrameDevice`. `machine` gives what of the bench's energy it stands for, by its
+    options: a `SupplyStage`, a `DynamometerMachine` or an `InverterStage`. `ratings` are the largest values that it takes, by the
+    names of options. `model` says which one of a family it is, where the station's driver serves several; it is filled in with the options.
     """
 
     name: str
@@ -129,7 +131,16 @@ FIXTURE: dict[Role, str] = {
 }
 
 
-def standard_units(*, six_step: bool = False, fixture: bool = False) -> Sequence[SimulatedUnit]:
-    """Return the units of a standard virtual bench."""
+#: The inverter of a bench that regulates currents in the rotor's frame.
+DQ_INVERTER = "mjbots-moteus"
+
+
+def standard_units(
+    *, six_step: bool = False, fixture: bool = False, dq_inverter: Options | None = None
+) -> Sequence[SimulatedUnit]:
+    """Return the units of a standard virtual bench; with `dq_inverter`, its inverter's options, d and q currents can be commanded."""
     names = {**STANDARD, **(SIX_STEP if six_step else {}), **(FIXTURE if fixture else {})}
-    return [SimulatedUnit(find(name)) for name in names.values()]
+    units = {role: SimulatedUnit(find(name)) for role, name in names.items()}
+    if dq_inverter is not None:
+        units["inverter"] = SimulatedUnit(find(DQ_INVERTER), options=dq_inverter)
+    return list(units.values())

@@ -410,6 +410,8 @@ STEP_NEGATIVE = Connect(
 )
 STEP_POSITIVE = ALIGN_D
 ALL_OPEN = Connect({})
+#: All three terminals joined with each other.
+ALL_SHORTED = Connect(dict.fromkeys(Terminal, Socket.LINK))
 INVERTER = Connect({Terminal.A: Socket.INVERTER_U, Terminal.B: Socket.INVERTER_V, Terminal.C: Socket.INVERTER_W})
 #: The six-step drive's legs, in the order of the phases.
 DRIVE = Connect({Terminal.A: Socket.DRIVE_1, Terminal.B: Socket.DRIVE_2, Terminal.C: Socket.DRIVE_3})

@@ -19,6 +19,7 @@ class Manner(Enum):
     """How a curve is drawn; they differ in line and mark, so that black and white will do."""
 
     READING = "reading"
+    TO_COME = "to come"
     RECORD = "record"
     BROAD = "broad"
     FIT = "fit"

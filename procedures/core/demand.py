@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
-from drivers.interfaces import ProbeKind, Role
+from drivers.interfaces import InverterAbility, ProbeKind, Role
 
 
 class Measurand(Enum):
@@ -25,7 +25,8 @@ class Demand:
     """What is needed of one instrument.
 
     `screen` are the figures that are read off an oscilloscope which gives no waveforms; with `waveforms` it must give them. With
-    `automatic` nobody can read as many figures by hand. `probes` is how many there must be of each kind.
+    `automatic` nobody can read as many figures by hand. `probes` is how many there must be of each kind. `abilities` are what an
+    inverter must be able to do.
     """
 
     figures: tuple[Measurand, ...] = ()
@@ -33,6 +34,7 @@ class Demand:
     waveforms: bool = False
     automatic: bool = False
     probes: Mapping[ProbeKind, int] = field(default_factory=dict)
+    abilities: frozenset[InverterAbility] = frozenset()
 
 
 Demands = Mapping[Role, Demand]

@@ -84,6 +84,57 @@ _SEEN = {
     Cause.UNEVEN_SPEED: text(
         "the speed is not even: readings fit angles that differ from those of one speed; check the drive's control at this speed"
     ),
+    Cause.ASYMMETRIC_MAP: text(
+        "the flux linkage is not symmetric in i_q: at i_d {i_d:.3g} A, i_q {i_q:.3g} A its wrong part is {odd:.3g} V·s, {share:.2%} of the "
+        "largest. Both signs of i_q count as locations of their own, and resistance and drops are parted by both signs of the speed"
+    ),
+    Cause.RESIDUAL_VARIANCE: text(
+        "the readings scatter round the map with {ratio:.2g} times the variance that their noise explains: let each point settle, look at "
+        "the temperatures, and reverse the speed more often"
+    ),
+    Cause.ODD_READING: text(
+        "reading {number:.0f} at i_d {i_d:.3g} A, i_q {i_q:.3g} A contradicts the others: read it again"
+    ),
+    Cause.RESISTANCES_DIFFER: text(
+        "the braking torque gives {ratio:.3g} times the resistance that the currents give ({by_torque:.4g} against "
+        "{by_current:.4g} Ω): above 1 the q axis saturates; below, switches or contacts drop voltage, or the short is an active "
+        "one"
+    ),
+    Cause.MAP_HOLES: text(
+        "{holes:.0f} places of the table's grid hold no figures; what lies there is between the others' only"
+    ),
+    Cause.AXES_SWAPPED: text(
+        "each flux linkage goes with the other axis' current ({across:.3g} H against {along:.3g} H): the columns of i_d and i_q, "
+        "or of ψ_d and ψ_q, are exchanged. Name them with --column"
+    ),
+    Cause.CURRENTS_OUTWARD: text(
+        "both flux linkages fall as their currents rise: currents are counted out of the motor. Change the signs of i_d and i_q"
+    ),
+    Cause.SIGN_REVERSED: text(
+        "the inductance of the {axis} axis is negative ({inductance:.3g} H): the sign of i_{axis} or of ψ_{axis} is reversed"
+    ),
+    Cause.TURNED_180: text(
+        "ψ_d is {psi_d:.3g} V·s at zero current: the d axis is turned by 180°. Change the signs of all currents and flux linkages"
+    ),
+    Cause.OTHER_D_AXIS: text(
+        "the magnet lies at {angle:.0f}° from the d axis: d was laid along the axis of high inductance, as for reluctance motors. "
+        "With the magnet along −q: ψ_d = −ψ_q′, i_d = −i_q′, ψ_q = ψ_d′, i_q = i_d′; along +q both signs the other way round"
+    ),
+    Cause.MAP_TURNED: text(
+        "at zero current the flux lies {angle:+.2f}° off the d axis: the angle's zero was off by that much"
+    ),
+    Cause.RESISTANCE_LEFT: text(
+        "the map's two axes do not conserve energy: a wrong resistance of ΔR/ω = {remainder:.3g} Ω·s would explain it, "
+        "{share:.2%} of the largest flux linkage at full current"
+    ),
+    Cause.TORQUE_COMPUTED: text(
+        "the torque column is {ratio:.4g} times what the flux linkages give, everywhere to its last digit: it was computed from "
+        "them, and proves nothing"
+    ),
+    Cause.RMS_FOR_PEAK: text(
+        "the torque is {ratio:.3g} times what the flux linkages give with peak values: currents or flux linkages are rms. "
+        "Multiply those by √2"
+    ),
     Cause.UNEXPLAINED: text(
         "the record differs from the model by more than noise, and by none of the causes known here: look at its residual before you trust "
         "the figure"

@@ -30,6 +30,8 @@ class Socket(Enum):
     DRIVE_2 = "drive_2"
     DRIVE_3 = "drive_3"
     INSULATION_HIGH = "insulation_high"
+    #: What joins terminals with each other and with nothing else: a link put on by hand, a contactor.
+    LINK = "link"
 
 
 class Node(Enum):
@@ -61,6 +63,7 @@ SOCKET_NAMES: Mapping[Socket, Text] = {
     Socket.DRIVE_2: text("six-step drive, leg 2"),
     Socket.DRIVE_3: text("six-step drive, leg 3"),
     Socket.INSULATION_HIGH: text("insulation tester, high (its low is on the frame)"),
+    Socket.LINK: text("the shorting link"),
 }
 
 NODE_NAMES: Mapping[Node, Text] = {

@@ -35,7 +35,8 @@ class Procedure(ABC, Generic[C]):
     A subclass names itself (`name`, `title`, `section`), the roles it needs, its settings type as the generic
     argument, and defines its steps as decorated methods in the document's order. It `gives` parameters: names of the
     table's rows, or definitions of its own; `parameters` has them all by name. One that is `end_of_line` finds a defect
-    rather than a controller's parameter, one that is `manual` does what a person commands: they run where they are named, not with `all`.
+    rather than a controller's parameter, one that is `at_load` what becomes of the parameters at every current, one that is `manual` does
+    what a person commands: they run where they are named, not with `all`.
     """
 
     name: ClassVar[str]
@@ -47,6 +48,7 @@ class Procedure(ABC, Generic[C]):
     needs: ClassVar[Demands] = {}
     parameters: ClassVar[ParameterTable]
     end_of_line: ClassVar[bool] = False
+    at_load: ClassVar[bool] = False
     manual: ClassVar[bool] = False
     #: What earlier procedures of the run withheld and none gave, by name.
     withheld_before: Mapping[str, Sequence[Withheld]] = MappingProxyType({})
@@ -85,7 +87,7 @@ class Procedure(ABC, Generic[C]):
     @classmethod
     def in_all(cls) -> bool:
         """Tell whether it belongs to a whole measurement of a motor."""
-        return not (cls.end_of_line or cls.manual)
+        return not (cls.end_of_line or cls.at_load or cls.manual)
 
     @classmethod
     def roles_at(cls, settings: C, station: Collection[Role]) -> frozenset[Role]:
@@ -96,6 +98,11 @@ class Procedure(ABC, Generic[C]):
     def needed(cls, settings: C) -> Demands:
         """Return what is needed of the instruments with these settings."""
         return cls.needs
+
+    @classmethod
+    def wanted_before(cls, settings: C, nameplate: Nameplate) -> Mapping[str, str]:
+        """Return the parameters that an earlier procedure must give with these settings, each with the setting that does instead."""
+        return {}
 
     @classmethod
     def foresee(cls, bench: Bench, nameplate: Nameplate, settings: C) -> Sequence[Notice]:

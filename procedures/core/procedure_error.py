@@ -11,6 +11,23 @@ class ProcedureError(Exception):
         super().__init__(message.render())
 
 
+class MotorFaultError(ProcedureError):
+    """The motor, not the bench, is why there is no figure: a part is missing, dead or broken down; `part` names it."""
+
+    def __init__(self, message: Text, part: str) -> None:
+        super().__init__(message)
+        self.part = part
+
+
+class OnlyBoundedError(ProcedureError):
+    """What was read gives no figure for `parameter`, only that it is at least `low` (in its unit, 95 %): may be enough to reject."""
+
+    def __init__(self, message: Text, parameter: str, low: float) -> None:
+        super().__init__(message)
+        self.parameter = parameter
+        self.low = low
+
+
 class RepeatWantedError(ProcedureError):
     """The person at the bench wants the running procedure from its beginning."""
 

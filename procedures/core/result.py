@@ -8,6 +8,9 @@ from drivers.interfaces.text import Text, Translate, english, text, word
 from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.parameters import PARAMETERS
 
+#: The finding that names a part of the motor which is missing or dead, so that what it would show cannot be given.
+MISSING_PART = "missing_part"
+
 
 @dataclass(frozen=True)
 class Contribution:

@@ -17,6 +17,8 @@ _ROLES: Mapping[str, Role] = {
     "inverter": Role.INVERTER,
     "drive": Role.DRIVE,
     "insulation": Role.INSULATION_TESTER,
+    # A link belongs to no instrument; it does what a relay does where there are relays.
+    "link": Role.SWITCH_MATRIX,
     "voltmeter": Role.VOLTMETER,
     _CHANNEL: Role.OSCILLOSCOPE,
 }

@@ -22,6 +22,7 @@ _LEADS: Mapping[str, Text] = {
     Socket.DRIVE_2.value: text("the six-step drive's leg 2"),
     Socket.DRIVE_3.value: text("the six-step drive's leg 3"),
     Socket.INSULATION_HIGH.value: text("the insulation tester's high (its low is on the frame)"),
+    Socket.LINK.value: text("the shorting link"),
     VOLTMETER_HIGH: text("the voltmeter's high"),
     VOLTMETER_LOW: text("the voltmeter's low"),
 }

@@ -47,13 +47,16 @@ def ranged_record(bench: Bench, start_ranges: Mapping[int, float], timeout: floa
         if scope.read_by_hand:
             # Whoever sets the ranges has fitted them; what clips all the same stands in the record.
             return waves
+        before = dict(ranges)
         better = {channel: _better(waves[channel], full_scale) for channel, full_scale in ranges.items()}
         if all(full_scale is None for full_scale in better.values()):
             return waves
         for channel, fitted in better.items():
             if fitted is not None:
-                ranges[channel] = fitted
-                scope.configure_channel(channel, ChannelSettings(fitted))
+                ranges[channel] = _set_or_nearest(scope, channel, fitted)
+        if ranges == before:
+            # What is wanted is beyond what there is: as the record is, it is the best there can be.
+            return waves
     raise ProcedureError(
         text(
             "no range of the oscilloscope fits the signal on channels {channels}; check the probes",
@@ -87,6 +90,16 @@ def fill_screen(scope: Oscilloscope, seen: Waveform) -> None:
     low, high = float(np.min(seen.values)), float(np.max(seen.values))
     if not seen.clipped and low < high:
         configure(scope, seen.channel, low, high, _FILL_SEEN)
+
+
+def _set_or_nearest(scope: Oscilloscope, channel: int, full_scale: float) -> float:
+    """Set a channel's full scale (V or A), or the nearest that it has; return what was set."""
+    try:
+        scope.configure_channel(channel, ChannelSettings(full_scale))
+    except SetpointError as refused:
+        full_scale = min(max(full_scale, refused.low), refused.high)
+        scope.configure_channel(channel, ChannelSettings(full_scale))
+    return full_scale
 
 
 def _better(wave: Waveform, full_scale: float) -> float | None:

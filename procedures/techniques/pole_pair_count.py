@@ -18,6 +18,22 @@ _RPM = 30.0 / math.pi
 _ASIDE = 0.25
 
 
+def known_pole_pairs(procedure: Procedure[Any]) -> float:
+    """Return the number of pole pairs as counted before, or as the motor file has it.
+
+    Raises ProcedureError where neither says it.
+    """
+    plate = procedure.nameplate
+    pairs = procedure.known_value("pole_pairs") or plate.pole_pairs or plate.expected.get("pole_pairs")
+    if not pairs:
+        raise ProcedureError(
+            text(
+                "the number of pole pairs is not known: give pole_pairs in the motor file, or run a procedure that counts them before"
+            )
+        )
+    return float(pairs)
+
+
 def frequency_reading(bench: Bench, channel: int) -> Reading | None:
     """Return the frequency (Hz) read off the screen where the oscilloscope can give no waveform, else None."""
     scope = bench.oscilloscope

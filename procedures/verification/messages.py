@@ -41,6 +41,9 @@ REASONS: Mapping[str, Text] = {
     "sequence": text("each channel shows its own phase; the phases follow each other in reverse order"),
     "one line": text("the current flows in the probed line; the other two are monitored by the inverter"),
     "weak": text("the signal is too small for the instrument's resolution"),
+    "link current": text(
+        "the short carries a current; whether all three terminals are in it cannot be detected without voltage probes"
+    ),
     "one probe": text("there is a voltage; its frequency is the same between any two terminals"),
 }
 
@@ -130,6 +133,8 @@ def mistake(entry: Mapping[str, Any], colours: Colours) -> Text:
             return text("{one} and {other} are connected to each other", one=wires[0], other=wires[1])
         case ProbingFault.SEQUENCE.value:
             return text("two channels or two wires are interchanged, or the dynamometer turns the other way")
+        case "not joined":
+            return text("the terminals are not joined: the shorting link, or the contactor, is open")
         case "third":
             return text(
                 "{wire} is connected as well, or a lead of the supply or the voltmeter is on it by mistake",

@@ -18,7 +18,11 @@ from procedures.verification.settings import AllWiringSettings
 
 
 class WiringError(ProcedureError):
-    """A connection is wrong, and was not corrected."""
+    """A connection is wrong, and was not corrected; `possible` are records of the mistakes that would look like it."""
+
+    def __init__(self, message: Text, possible: Sequence[Mapping[str, Any]] = ()) -> None:
+        super().__init__(message)
+        self.possible = tuple(possible)
 
 
 @dataclass
@@ -100,4 +104,6 @@ class ConnectionVerifier:
             expected = tuple(line for each in connections for line in each.lines(self.nameplate.wire_colours))
             if self.bench.mended(Mend(finding, expected)):
                 return
-        raise WiringError(text("the wiring is wrong: {finding}. Correct it and start again", finding=finding))
+        raise WiringError(
+            text("the wiring is wrong: {finding}. Correct it and start again", finding=finding), check.possible
+        )

@@ -3,6 +3,7 @@
 from procedures.verification.bridge_wiring import BridgeWiring
 from procedures.verification.inverter_wiring import InverterWiring
 from procedures.verification.shaft_wiring import ShaftWiring
+from procedures.verification.shorted_wiring import ShortedWiring
 from procedures.verification.supply_wiring import SupplyWiring
 from procedures.verification.verifier import ConnectionVerifier
 
@@ -17,5 +18,7 @@ class Wiring:
         self.bridge = BridgeWiring(verifier)
         #: To nothing but probes, while the shaft is turned from outside.
         self.shaft = ShaftWiring(verifier)
+        #: To each other, while the shaft is turned from outside.
+        self.short = ShortedWiring(verifier)
         #: To the inverter or the six-step drive.
         self.inverter = InverterWiring(verifier)

@@ -14,7 +14,8 @@ SLOWEST, FASTEST = 0.1, 1000.0
 class PacedClock:
     """A clock that starts at 0 s and runs `speedup` times as fast as the wall's; nobody's waiting moves it.
 
-    Whoever serves the bench calls `pulse` again and again: time has nobody else to tell that it goes on.
+    Whoever serves the bench calls `pulse` again and again: time has nobody else to tell that it goes on. Where the bench is behind
+    its time it stands still, so that a machine which cannot keep up has a slower bench, and never more and more to make up for.
     Raises ValueError for a `speedup` outside 0.1 … 1000.
     """
 
@@ -24,6 +25,7 @@ class PacedClock:
         self.speedup = speedup
         self._wall = wall
         self._start = wall()
+        self._latest = math.inf
         self._callbacks: list[Callable[[float], None]] = []
         self._alarms: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
@@ -32,7 +34,7 @@ class PacedClock:
 
     def now(self) -> float:
         """Return the bench time (s)."""
-        return (self._wall() - self._start) * self.speedup
+        return min((self._wall() - self._start) * self.speedup, self._latest)
 
     def sleep(self, seconds: float) -> None:
         """Let bench time (s) pass; a closed clock no longer waits. Raises ValueError for a negative or non-finite time."""
@@ -67,13 +69,25 @@ class PacedClock:
 
         return cancel
 
-    def pulse(self) -> None:
-        """Tell those who follow the time what it is, and run what is due."""
-        now = self.now()
+    def pulse(self, *, behind: bool = False) -> None:
+        """Tell those who follow the time what it is, and run what is due.
+
+        Time stands still until the next pulse where the bench is `behind`.
+        """
+        now = self._go_on(behind=behind)
         while (alarm := self._due(now)) is not None:
             alarm()
         for callback in list(self._callbacks):
             callback(now)
+
+    def _go_on(self, *, behind: bool) -> float:
+        """Return the time (s), from which it goes on unless the bench is behind it."""
+        paced = (self._wall() - self._start) * self.speedup
+        now = min(paced, self._latest)
+        # Before `_latest`: whoever asks between the two must not see time go on by both.
+        self._start += (paced - now) / self.speedup
+        self._latest = now if behind else math.inf
+        return now
 
     def _due(self, now: float) -> Callable[[], None] | None:
         with self._lock:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
 from sim_instruments.disturbances.channel import CLEAR, ChannelPath
+from sim_instruments.disturbances.current_loop import CurrentLoop
 
 
 def _not_negative(part: object, positive: frozenset[str] = frozenset()) -> None:
@@ -93,12 +94,15 @@ class Hands:
 
 @dataclass(frozen=True)
 class Disturbances:
-    """Disturbances of a bench: of the oscilloscope's `channels` by number, of the shaft's `sensors`, of `contacts` and of `hands`."""
+    """Disturbances of a bench: of the oscilloscope's `channels` by number, of the shaft's `sensors`, of `contacts`, of `hands`, and of
+    the `inverter`, which are more than it has by itself.
+    """
 
     channels: Mapping[int, ChannelPath] = field(default_factory=dict)
     sensors: ShaftSensors = field(default_factory=ShaftSensors)
     contacts: Contacts = field(default_factory=Contacts)
     hands: Hands = field(default_factory=Hands)
+    inverter: CurrentLoop = field(default_factory=CurrentLoop)
 
     def channel(self, number: int) -> ChannelPath:
         """Return what lies before a channel's converter."""

@@ -18,7 +18,7 @@ READINGS = {
     "oscilloscope": r"WAV\w*:DATA|^:?MEAS\w*:(?!SOUR)",
     "dynamometer": r"^read 2 000[0-5]H|^read 1 21\w\wH",
     "tachometer": "frame",
-    "inverter": r"^read (606C|6077|6078)H",
+    "inverter": r"^read (606C|6077|6078)H|\bread\b.* 00[1-7DE]H|tel get servo_",
     "drive": r"^read (606C|6079|2010|2011)H",
     "switch_matrix": r"ROUT\w*:(CLOS|OPEN)\w*\?",
     "rotor_actuator": r"^read (6064|606C)H",
@@ -149,7 +149,7 @@ class Unplugged(Description):
         """Raise ValueError for a role that is unknown or has the other kind of cable."""
         super().check(bench)
         bench.faults(self.role)
-        on_bus = ("can",) if self.fault == "bus_off" else ("visa", "modbus", "serial")
+        on_bus = ("can", "can-fd") if self.fault == "bus_off" else ("visa", "modbus", "serial")
         _only(self.role, _reached_by(bench, *on_bus), self.fault)
 
     def begin(self, bench: "FaultTarget") -> Begun:

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sim_instruments.disturbances.current_loop import CurrentLoop
+
 #: Draws a unit's error from a limit of error.
 Draw = Callable[[np.random.Generator, float], float]
 #: Of the units in use, so many are well within their limits, so many anywhere within them, the rest at their ends.
@@ -144,17 +146,34 @@ class TachometerErrors:
         return cls(draw(generator, 5.0e-4))
 
 
+_HEALTHY_LOOP = CurrentLoop(
+    current_gain=5.0e-4,
+    current_offset_a=2.0e-3,
+    current_offset_b=-1.0e-3,
+    voltage_gain=-3.0e-4,
+    angle_error=1.0e-3,
+    voltage_delay=1.0e-5,
+    current_noise=5.0e-3,
+    voltage_noise=5.0e-3,
+)
+
+
 @dataclass(frozen=True)
 class InverterErrors:
-    """Errors of an inverter: `frequency_gain` and `current_gain` are relative."""
+    """Errors of an inverter: `frequency_gain` and `current_gain` are relative, of one that turns a field or regulates the q current.
+
+    `loop` is what one has that regulates both currents at its rotor's angle and tells its voltages.
+    """
 
     frequency_gain: float = 0.0
     current_gain: float = 2.0e-3
+    loop: CurrentLoop = _HEALTHY_LOOP
 
     @classmethod
     def drawn(cls, generator: np.random.Generator, draw: Draw = evenly) -> "InverterErrors":
-        """Draw a unit within ±50 ppm of frequency and ±2 % of current."""
-        return cls(draw(generator, 5.0e-5), draw(generator, 0.02))
+        """Draw a unit within ±50 ppm of frequency and ±2 % of current; its loop as `CurrentLoop.drawn`."""
+        # A stream of its own: what is drawn after it stays what it was without.
+        return cls(draw(generator, 5.0e-5), draw(generator, 0.02), CurrentLoop.drawn(generator.spawn(1)[0], draw))
 
 
 @dataclass(frozen=True)

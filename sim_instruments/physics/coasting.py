@@ -35,7 +35,7 @@ class BearingDrag:
     ) -> None:
         self.start = start
         self._torque, self._shaft = torque, shaft
-        grip = way * (shaft.coulomb_friction + shaft.bearing.stribeck_torque)
+        grip = way * shaft.static_friction
 
         def slope(_: float, state: FloatArray) -> list[float]:
             turning = float(state[1])

@@ -43,6 +43,7 @@ def rewound(motor: VirtualMotor, ratio: float) -> VirtualMotor:
         q_axis_inductance=square * motor.q_axis_inductance,
         zero_sequence_inductance=square * motor.winding_zero_sequence_inductance,
         flux_linkage=ratio * motor.flux_linkage,
+        flux_map=None if motor.flux_map is None else motor.flux_map.scaled(1.0 / ratio, ratio),
     )
 
 
@@ -101,6 +102,12 @@ def other_poles(motor: VirtualMotor, more: int = 1) -> VirtualMotor:
 def exchanged(motor: VirtualMotor) -> VirtualMotor:
     """Return the motor with the wires of two terminals exchanged."""
     return replace(motor, exchanged=("B", "C"))
+
+
+def hall_missing(motor: VirtualMotor) -> VirtualMotor:
+    """Return the motor without its Hall sensors: not fitted, or their connector off."""
+    _halls(motor)
+    return replace(motor, halls=None)
 
 
 def hall_stuck(motor: VirtualMotor, level: Literal["low", "high"], sensor: int = 2) -> VirtualMotor:

@@ -1,4 +1,4 @@
-"""Currents that an inverter impresses: a field that rotates in the motor's coordinates."""
+"""Currents that an inverter impresses: a field that rotates in the motor's coordinates, or stands still in the rotor's."""
 
 import math
 from collections.abc import Callable
@@ -7,8 +7,9 @@ import numpy as np
 
 from sim_instruments.physics.motion import Motion
 from sim_instruments.physics.network import Network
+from sim_instruments.physics.rotor_frame import RotorFrame
 from sim_instruments.physics.source import VoltageSource
-from sim_instruments.physics.windings import FloatArray
+from sim_instruments.physics.windings import ComplexArray, FloatArray
 
 _PHASES = np.arange(3)[:, np.newaxis] * (2.0 * math.pi / 3.0)
 
@@ -73,18 +74,105 @@ class ImpressedField:
         angles = self.motion.angle(times) * windings.pole_pairs
         speeds = self.motion.speed(times) * windings.pole_pairs
         currents = self.smooth_currents(times)
-        turning = -self.amplitude(times) * np.sin(self.field_angle(times) - _PHASES) * self.field_speed(times)
-        result: FloatArray = (
-            windings.resistance[:, np.newaxis] * currents
-            + windings.inductance_times(angles, self._to_windings @ turning)
-            + speeds * windings.inductance_slope_times(angles, currents)
-            + speeds * windings.emf_per_speed(angles)
-        )
-        return result
+        return windings.drops(angles, speeds, currents, self._to_windings @ self._turning(times))
 
     def source_voltage(self, times: FloatArray) -> FloatArray:
         """Return the output voltage (V) of a supply that is no part of this circuit: its terminals are open."""
         return self._source.at(times)
+
+    def _turning(self, times: FloatArray) -> FloatArray:
+        """Return how the terminal currents change (A/s, shape (3, n))."""
+        result: FloatArray = (
+            -self.amplitude(times) * np.sin(self.field_angle(times) - _PHASES) * self.field_speed(times)
+        )
+        return result
+
+
+class RotorField(ImpressedField):
+    """Terminal currents that stand still in the rotor's coordinates: `currents` (A, d + j·q, shape (n,)) at times (s).
+
+    `offset` (A, complex: along terminal A's axis, and across it) stands still in the stator: what sensors do not see of a current. The
+    voltages are `frame`'s, of which `limited` tells where (1.0) they bound the currents; `slopes` (A/s) is how these change, None where
+    they do not.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        motion: Motion,
+        currents: Callable[[FloatArray], ComplexArray],
+        frame: RotorFrame,
+        *,
+        limited: Callable[[FloatArray], FloatArray],
+        slopes: Callable[[FloatArray], ComplexArray] | None = None,
+        offset: complex = 0j,
+        ripple: float,
+        switching_frequency: float,
+        source: VoltageSource,
+    ) -> None:
+        super().__init__(
+            network,
+            motion,
+            None,
+            lambda times: np.abs(self.dq_currents(times)),
+            ripple=ripple,
+            switching_frequency=switching_frequency,
+            source=source,
+        )
+        self._currents, self._frame, self._offset, self._slopes = currents, frame, offset, slopes
+        self.limited = limited
+
+    def rotor_angle(self, times: FloatArray) -> FloatArray:
+        """Return the d axis' electrical angle (rad) from terminal A's axis."""
+        windings = self.network.windings
+        return self.motion.angle(times) * windings.pole_pairs - windings.phase_shift
+
+    def regulated_currents(self, times: FloatArray) -> ComplexArray:
+        """Return the currents (A, d + j·q) that stand still in the rotor's coordinates."""
+        return self._currents(times)
+
+    def dq_currents(self, times: FloatArray) -> ComplexArray:
+        """Return the currents (A, d + j·q) that really flow, the offset included."""
+        result: ComplexArray = self._currents(times)
+        if self._offset:
+            result = result + self._offset * np.exp(-1j * self.rotor_angle(times))
+        return result
+
+    def dq_voltages(self, times: FloatArray) -> ComplexArray:
+        """Return the voltages (V, d + j·q, in the true rotor's coordinates) that the bridge is commanded, dead time included.
+
+        Of a rotor that turns they are means over an electrical turn: a regulator does not follow the harmonics. One that stands has
+        its momentary ones, of each phase's own resistance and leg.
+        """
+        speed = self.motion.speed(times) * self.network.windings.pole_pairs
+        standing = np.all(speed == 0.0)
+        if not standing:
+            needed = self._frame.voltage(self._currents(times), speed)
+            if self._slopes is not None:
+                needed = needed + self._frame.induced(self._currents(times), self._slopes(times), speed)
+            return needed
+        windings, lead = self.network.windings, self.network.lead_resistance
+        turned_back = np.exp(-1j * self.rotor_angle(times))
+        terminals = np.real(self.dq_currents(times) / turned_back * np.exp(-1j * _PHASES))
+        drops = self.drops(times)
+        if windings.motor.connection == "delta":
+            drops = np.array([drops[0] - drops[2], drops[1] - drops[0], drops[2] - drops[1]]) / 3.0
+        legs = drops + lead * terminals + self._frame.bridge.of_legs(terminals)
+        result: ComplexArray = (2.0 / 3.0) * np.sum(legs * np.exp(1j * _PHASES), axis=0) * turned_back
+        return result
+
+    def field_angle(self, times: FloatArray) -> FloatArray:
+        """Return the electrical angle (rad) of the currents from terminal A's axis."""
+        result: FloatArray = self.rotor_angle(times) + np.angle(self.dq_currents(times))
+        return result
+
+    def _turning(self, times: FloatArray) -> FloatArray:
+        """Return how the terminal currents change (A/s, shape (3, n)): they turn with the rotor, but for the offset."""
+        changing = 1j * self.field_speed(times) * self._currents(times)
+        if self._slopes is not None:
+            changing = changing + self._slopes(times)
+        result: FloatArray = np.real(changing * np.exp(1j * self.rotor_angle(times)) * np.exp(-1j * _PHASES))
+        return result
 
 
 class Synchronous:

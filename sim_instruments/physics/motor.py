@@ -5,8 +5,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from sim_instruments.physics.bearing import PLAIN, Bearing
+from sim_instruments.physics.flux_law import MappedFlux
+from sim_instruments.physics.flux_map import FluxMap
 from sim_instruments.physics.hall import SimulatedHallSensors
 from sim_instruments.physics.iron import IDEAL, Iron
+from sim_instruments.physics.magnets import AS_WARM, Magnets
 from sim_instruments.physics.saturation import Saturation
 from sim_instruments.physics.shorted_turns import ShortedTurns
 
@@ -33,7 +36,9 @@ class VirtualMotor:
     What can be wrong inside: `emf_shares` are each winding's EMF relative to the others', `turn_shares` each winding's turns,
     which inductances and EMF follow (resistances are given apart); `shorted_turns` are a winding's; `exchanged` are two terminals whose
     wires are exchanged inside. A rotor that touches the stator once a turn drags by `rubbing_torque`·(1 + cos θ)/2 (N·m).
-    `bearing` and `iron` are what bearings, air and iron do beyond these figures; by default nothing.
+    `bearing` and `iron` are what bearings, air and iron do beyond these figures; by default nothing. `magnets` say how warm those become.
+    With a `flux_map` (of the Y-equivalent) everything follows that in place of the inductances, which are then the map's at no current;
+    `flux_linkage` stays what the magnets alone make at `resistance_temperature`.
     Raises ValueError for values that no motor has.
     """
 
@@ -68,8 +73,12 @@ class VirtualMotor:
     exchanged: tuple[Literal["A", "B", "C"], Literal["A", "B", "C"]] | None = None
     bearing: Bearing = PLAIN
     iron: Iron = IDEAL
+    magnets: Magnets = AS_WARM
+    flux_map: FluxMap | None = None
 
     def __post_init__(self) -> None:
+        if self.flux_map is not None:
+            self._take_inductances(self.flux_map)
         if self.connection not in ("wye", "delta"):
             raise ValueError(f"connection is {self.connection!r}; allowed are 'wye' and 'delta'")
         if len(self.phase_resistances) != 3:
@@ -113,6 +122,15 @@ class VirtualMotor:
             raise ValueError(
                 "shorted turns beside eddy currents or saturation are not simulated; leave one of them out"
             )
+        if self.flux_map is not None and self.winding_saturation is not None:
+            raise ValueError("a flux map holds its saturation; leave the saturation currents out")
+        if self.follows_flux and (
+            self.shorted_turns is not None or self.iron.has_eddy_currents or self.iron.lowers_emf
+        ):
+            raise ValueError(
+                "shorted turns, eddy currents beside the windings and an EMF that is not in proportion to the speed are not "
+                "simulated with a flux map or with the iron's loss; leave one of them out"
+            )
         if self.exchanged is not None and self.exchanged[0] == self.exchanged[1]:
             raise ValueError(f"exchanged terminals must be two different ones, not {self.exchanged[0]} twice")
         if self.iron.has_eddy_currents and self.winding_saturation is not None:
@@ -122,6 +140,18 @@ class VirtualMotor:
                 raise ValueError(
                     f"flux_harmonics has order {order}, amplitude {amplitude}; orders are 2 or more, amplitudes finite"
                 )
+
+    def _take_inductances(self, flux_map: FluxMap) -> None:
+        law = MappedFlux(flux_map, self.flux_linkage, delta=self.connection == "delta")
+        _, _, direct, _, _, quadrature = law.at(0.0, 0.0)
+        # The constants of a motor on a map are what it has at no current.
+        object.__setattr__(self, "d_axis_inductance", direct)
+        object.__setattr__(self, "q_axis_inductance", quadrature)
+
+    @property
+    def follows_flux(self) -> bool:
+        """Whether its circuits are solved by fluxes: on a flux map, or with a loss in the iron."""
+        return self.flux_map is not None or self.iron.loses
 
     @property
     def winding_zero_sequence_inductance(self) -> float:
@@ -196,6 +226,16 @@ class VirtualMotor:
     def back_emf_constant_mechanical(self) -> float:
         """Peak phase voltage over mechanical speed (V·s/rad), p·λ."""
         return self.pole_pairs * self.flux_linkage_y
+
+    @property
+    def open_coulomb_friction(self) -> float:
+        """Torque (N·m) that brakes the shaft at any speed while the terminals are open: friction, and the iron's hysteresis."""
+        return self.coulomb_friction + 1.5 * self.pole_pairs * self.iron.hysteresis_loss * self.flux_linkage_y**2
+
+    @property
+    def open_viscous_friction(self) -> float:
+        """Torque over speed (N·m·s/rad) that brakes the shaft while the terminals are open: friction, and the iron's eddy currents."""
+        return self.viscous_friction + 1.5 * self.pole_pairs**2 * self.iron.eddy_loss * self.flux_linkage_y**2
 
     def resistances_at(self, temperature: float) -> tuple[float, float, float]:
         """Return the three winding resistances (Ω) at a winding temperature (°C), by the law of copper."""

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg.lapack import dsygvd
 
+from sim_instruments.physics.saturation import AxisLaw
 from sim_instruments.physics.small import solve_small
 from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.physics.wiring import wiring
@@ -31,7 +32,7 @@ class Network:
         held: bool = False,
     ) -> None:
         self.windings = windings
-        self.saturation = windings.saturation if held else None
+        self.saturation: AxisLaw | None = self._axis_law(held)
         self.sockets = tuple(sockets)
         self.source_resistance = source_resistance
         self.lead_resistance = lead_resistance
@@ -43,6 +44,9 @@ class Network:
             + lead_resistance * joined.leads
             + source_resistance * joined.behind
         )
+
+    def _axis_law(self, held: bool) -> AxisLaw | None:
+        return self.windings.saturation if held else None
 
     @property
     def flux_basis(self) -> FloatArray:
@@ -72,6 +76,11 @@ class Network:
         return self._wiring.principal
 
     @property
+    def joins_terminals(self) -> bool:
+        """Whether joined terminals, and no source, close a path through the windings."""
+        return self.source is None and bool(self.loops) and bool(self._wiring.leads.any())
+
+    @property
     def drives_current(self) -> bool:
         """Whether the source has a path through the motor."""
         return bool(self.loops) and float(self.drive @ self.drive) > 1e-12
@@ -84,9 +93,9 @@ class Network:
 
     @cached_property
     def _inertances(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        windings, basis = self.windings, self.basis
+        windings, seen = self.windings, self.flux_basis
         mean, cos, sin = (
-            basis.T @ part @ basis
+            seen.T @ part @ seen
             for part in (windings.inductance_mean, windings.inductance_cos, windings.inductance_sin)
         )
         return mean, cos, sin
@@ -96,19 +105,19 @@ class Network:
         result: FloatArray = (2.0 / 3.0) * self.windings.axes(angle) @ self.basis
         return result
 
-    def axis_inertances(self, angle: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def axis_inertances(self, angle: float) -> tuple[FloatArray, ...]:
         """Return Z (H), D and Q (loops×loops each) of M = Z + Ld·D + Lq·Q at an electrical angle."""
-        zero, direct, quadrature = (self.basis.T @ part @ self.basis for part in self.windings.axis_inductances(angle))
-        return zero, direct, quadrature
+        return tuple(self.basis.T @ part @ self.basis for part in self.windings.axis_inductances(angle))
 
     def differential_inertance(self, loops: FloatArray, angle: float) -> FloatArray:
         """Return dψ/dx (H) of the loops at loop currents (A): M, or where the circuit saturates less."""
         if self.saturation is None:
             return self.inertance(angle)
         along, across = (self.axis_shares(angle) @ loops).tolist()
-        direct, quadrature = self.saturation.differential_inductances(along, across)
-        zero, direct_part, quadrature_part = self.axis_inertances(angle)
-        result: FloatArray = zero + direct * direct_part + quadrature * quadrature_part
+        result, *parts = self.axis_inertances(angle)
+        inductances = self.saturation.differential_inductances(along, across)
+        for inductance, part in zip(inductances, parts, strict=True):
+            result = result + inductance * part
         return result
 
     @cached_property

@@ -1,10 +1,13 @@
 """Currents of a held rotor whose iron saturates: the one circuit at standstill that has no closed form."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 from scipy.integrate import OdeSolution, solve_ivp
 
 from sim_instruments.physics.network import Network, modes
-from sim_instruments.physics.saturation import Saturation
+from sim_instruments.physics.saturation import AxisLaw
 from sim_instruments.physics.small import solve_each, solve_small
 from sim_instruments.physics.source import Source, VoltageSource
 from sim_instruments.physics.windings import FloatArray
@@ -26,7 +29,7 @@ class SaturatedTransient:
     def __init__(
         self,
         network: Network,
-        saturation: Saturation,
+        saturation: AxisLaw,
         angle: float,
         start: float,
         initial: FloatArray,
@@ -48,20 +51,20 @@ class SaturatedTransient:
             self._offset = network.drive * (source.current / float(network.drive @ network.drive))
         reach = self._reach
         self._inertances = network.axis_inertances(angle)
-        zero, direct, quadrature = (reach.T @ part @ reach for part in self._inertances)
-        self._zero, self._direct, self._quadrature = zero, direct, quadrature
+        zero, *parts = (reach.T @ part @ reach for part in self._inertances)
+        self._zero, self._parts = zero, parts
         shares = network.axis_shares(angle)
         self._shares, self._bias = shares @ reach, shares @ self._offset
         self._damping = reach.T @ network.damping @ reach
         self._force, self._slope = reach.T @ (force - network.damping @ self._offset), reach.T @ slope
-        largest_d, largest_q = saturation.largest
         #: Decay rates (1/s) where the inductances are largest.
-        self.rates = modes(self._damping, zero + largest_d * direct + largest_q * quadrature)[0]
+        self.rates = modes(self._damping, _sum(zero, saturation.largest, parts))[0]
         self._begin: FloatArray = reach.T @ (initial - self._offset)
         self._steady = np.asarray(np.linalg.solve(self._damping, self._force), dtype=np.float64)
         span = until - start
         if not np.any(self._slope):
-            span = min(span, _SETTLED / float(self.rates.min()) if len(self.rates) else 0.0)
+            moves = self._begin.any() or self._steady.any()
+            span = min(span, _SETTLED / float(self.rates.min()) if moves else 0.0)
         self._span = max(span, 0.0)
         self._dense = self._integrated() if self._span > 0.0 and len(self._begin) else None
 
@@ -76,11 +79,11 @@ class SaturatedTransient:
         if not len(free):
             return np.zeros((len(self._offset), len(times)))
         along, across = self._bias[:, np.newaxis] + self._shares @ free
-        direct, quadrature = (
+        inductances = [
             inductance[:, np.newaxis, np.newaxis]
             for inductance in self._saturation.differential_inductances(along, across)
-        )
-        inertances = self._zero + direct * self._direct + quadrature * self._quadrature
+        ]
+        inertances = _sum(self._zero, inductances, self._parts)
         forces = self._force[:, np.newaxis] + self._slope[:, np.newaxis] * passed - self._damping @ free
         result: FloatArray = self._reach @ solve_each(inertances, forces)
         return result
@@ -96,9 +99,8 @@ class SaturatedTransient:
             return self.source.at(times)
         network = self.network
         currents, slopes = self.loop_currents(times), self.loop_slopes(times)
-        direct, quadrature = self._inductances(currents)
-        zero_part, direct_part, quadrature_part = (part @ slopes for part in self._inertances)
-        needed = zero_part + direct * direct_part + quadrature * quadrature_part + network.damping @ currents
+        zero_part, *parts = (part @ slopes for part in self._inertances)
+        needed = _sum(zero_part, self._inductances(currents), parts) + network.damping @ currents
         result: FloatArray = network.drive @ needed / float(network.drive @ network.drive)
         return result
 
@@ -106,17 +108,11 @@ class SaturatedTransient:
         """Return the voltage drops (V, shape (3, n)) along the windings."""
         windings, basis = self.network.windings, self.network.basis
         currents, slopes = self.loop_currents(times), basis @ self.loop_slopes(times)
-        direct, quadrature = self._inductances(currents)
-        zero_part, direct_part, quadrature_part = (part @ slopes for part in windings.axis_inductances(self.angle))
-        result: FloatArray = (
-            windings.resistance[:, np.newaxis] * (basis @ currents)
-            + zero_part
-            + direct * direct_part
-            + quadrature * quadrature_part
-        )
-        return result
+        zero_part, *parts = (part @ slopes for part in windings.axis_inductances(self.angle))
+        resistive: FloatArray = windings.resistance[:, np.newaxis] * (basis @ currents)
+        return _sum(resistive + zero_part, self._inductances(currents), parts)
 
-    def _inductances(self, loops: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _inductances(self, loops: FloatArray) -> Sequence[FloatArray]:
         along, across = self.network.axis_shares(self.angle) @ loops
         return self._saturation.differential_inductances(along, across)
 
@@ -149,6 +145,13 @@ class SaturatedTransient:
     def _slopes(self, passed: float, free: FloatArray) -> FloatArray:
         # A step that the integrator tries and takes back may lie anywhere.
         along, across = (min(max(part, -_FAR), _FAR) for part in (self._bias + self._shares @ free).tolist())
-        direct, quadrature = self._saturation.differential_inductances(along, across)
-        inertance = self._zero + direct * self._direct + quadrature * self._quadrature
+        inertance = _sum(self._zero, self._saturation.differential_inductances(along, across), self._parts)
         return solve_small(inertance, self._force + self._slope * passed - self._damping @ free)
+
+
+def _sum(first: FloatArray, inductances: Sequence[Any], parts: Sequence[FloatArray]) -> FloatArray:
+    """Return Z and what each inductance (H) makes of its part."""
+    total = first
+    for inductance, part in zip(inductances, parts, strict=True):
+        total = total + inductance * part
+    return total

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,20 @@ from numpy.typing import NDArray
 MAGNET_SHARE = 0.3
 
 Current = TypeVar("Current", float, NDArray[np.float64])
+
+
+class AxisLaw(Protocol):
+    """Differential inductances over the currents of both axes: of each axis alone, or with the terms between them.
+
+    They stand in the order of the parts that a network's `axis_inertances` gives for them.
+    """
+
+    def differential_inductances(self, d_current: Current, q_current: Current) -> tuple[Current, ...]:
+        """Return them (H) at currents (A, peak)."""
+
+    @property
+    def largest(self) -> tuple[float, ...]:
+        """The largest (H) at any current; terms between the axes are none."""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,8 @@ from typing import Literal
 
 import numpy as np
 
+from sim_instruments.physics.mapped_network import MappedNetwork
+from sim_instruments.physics.mapped_swing import MappedSwing
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.ringing import Ringing, Rules
 from sim_instruments.physics.source import CurrentSource, Source, VoltageSource
@@ -61,7 +63,11 @@ class Swing:
         self.source = source
         self._start = start
         self._p = network.windings.pole_pairs
-        self._equations = SwingEquations(network, shaft, source)
+        self._equations = (
+            MappedSwing(network, shaft, source)
+            if isinstance(network, MappedNetwork)
+            else SwingEquations(network, shaft, source)
+        )
         self.reversals: tuple[float, ...] = ()
         self.ending: Ending = "horizon"
         begin = self._equations.begin(angle, speed, loops)
@@ -122,13 +128,7 @@ class Swing:
         angles, speeds = states[0] * self._p, states[1] * self._p
         currents = equations.basis @ equations.currents(states)
         slopes = equations.basis @ equations.current_slopes(derivatives)
-        result: FloatArray = (
-            windings.resistance[:, np.newaxis] * currents
-            + windings.inductance_times(angles, slopes)
-            + speeds * windings.inductance_slope_times(angles, currents)
-            + speeds * windings.emf_per_speed(angles)
-        )
-        return result
+        return windings.drops(angles, speeds, currents, slopes)
 
     # Integration
 

@@ -14,13 +14,28 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 _CLARKE = np.array([[1.0, -0.5, -0.5], [0.0, math.sqrt(0.75), -math.sqrt(0.75)]])
-_AXES = np.arange(3) * (2.0 * math.pi / 3.0)
+#: Electrical angle (rad) of each winding's magnetic axis.
+AXES = np.arange(3) * (2.0 * math.pi / 3.0)
 
 #: Terminal currents from winding currents: of a wye the same, of a delta (windings AB, BC, CA) their differences.
 INCIDENCE = {
     "wye": np.eye(3),
     "delta": np.array([[1.0, 0.0, -1.0], [-1.0, 1.0, 0.0], [0.0, -1.0, 1.0]]),
 }
+
+
+def axis_matrices(ld: float, cross: float, lq: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the three parts (H, 3×3) of what windings in three axes find of the inductances in d and q axis and between them.
+
+    The whole is mean + cos·cos 2θ + sin·sin 2θ, without a zero sequence.
+    """
+    half, onto = 0.5 * (ld - lq), (2.0 / 3.0) * _CLARKE.T
+    direct, mutual = np.diag([1.0, -1.0]), np.array([[0.0, 1.0], [1.0, 0.0]])
+    return (
+        0.5 * (ld + lq) * onto @ _CLARKE,
+        onto @ (half * direct + cross * mutual) @ _CLARKE,
+        onto @ (half * mutual - cross * direct) @ _CLARKE,
+    )
 
 
 @lru_cache(maxsize=64)
@@ -49,7 +64,7 @@ def _emf_shape(
     orders = np.array([order for order, _, _ in harmonics])
     amplitudes = np.array([amplitude for _, amplitude, _ in harmonics])
     phases = np.array([phase for _, _, phase in harmonics])
-    shape: ComplexArray = 1j * amplitudes * np.exp(1j * (phases - np.multiply.outer(_AXES, orders)))
+    shape: ComplexArray = 1j * amplitudes * np.exp(1j * (phases - np.multiply.outer(AXES, orders)))
     shape *= np.array(shares)[:, np.newaxis]
     shape.flags.writeable = False
     return tuple(orders.tolist()), shape
@@ -69,14 +84,18 @@ def turned(angles: FloatArray, orders: Sequence[int]) -> ComplexArray:
 
 
 class Windings:
-    """A motor's windings at one temperature. Angles are electrical, from winding 0's axis to the d axis."""
+    """A motor's windings at one temperature. Angles are electrical, from winding 0's axis to the d axis.
 
-    def __init__(self, motor: VirtualMotor, temperature: float) -> None:
+    The magnets are as warm as the windings, or have a temperature (°C) of their own.
+    """
+
+    def __init__(self, motor: VirtualMotor, temperature: float, magnet_temperature: float | None = None) -> None:
         self.motor = motor
         self.temperature = temperature
+        self.magnet_temperature = temperature if magnet_temperature is None else magnet_temperature
         self.incidence: FloatArray = INCIDENCE[motor.connection]
         self.resistance: FloatArray = np.array(motor.resistances_at(temperature))
-        self.flux_linkage = motor.flux_linkage_at(temperature)
+        self.flux_linkage = motor.flux_linkage_at(self.magnet_temperature)
         self.inductance_mean, self.inductance_cos, self.inductance_sin = _inductances(
             motor.d_axis_inductance,
             motor.q_axis_inductance,
@@ -115,6 +134,13 @@ class Windings:
         ratio = float(self.resistance[0]) / self.motor.phase_resistances[0]
         return self.motor.stator_resistance_y * ratio
 
+    def flux_linkages_y(self, currents: ComplexArray, speeds: FloatArray) -> ComplexArray:
+        """Return the flux linkages (V·s, d + j·q) of the Y-equivalent at currents (A, d + j·q, peak) and electrical speeds (rad/s)."""
+        motor = self.motor
+        along = self.flux_linkage_y + motor.d_axis_inductance_y * currents.real
+        result: ComplexArray = along + 1j * motor.q_axis_inductance_y * currents.imag
+        return result
+
     def inductance(self, angle: float) -> FloatArray:
         """Return the inductance matrix (H, 3×3) at an electrical angle (rad)."""
         return (
@@ -123,11 +149,11 @@ class Windings:
 
     def axes(self, angle: float) -> FloatArray:
         """Return the windings' shares (2, 3) in d and q axis at an electrical angle (rad): i_dq = ⅔·axes·i."""
-        shifted = angle - _AXES
+        shifted = angle - AXES
         shares: FloatArray = np.array([np.cos(shifted), -np.sin(shifted)]) * np.array(self.motor.turn_shares)
         return shares
 
-    def axis_inductances(self, angle: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def axis_inductances(self, angle: float) -> tuple[FloatArray, ...]:
         """Return Z (H), D and Q (3×3 each) of L(θ) = Z + Ld·D + Lq·Q at an electrical angle (rad)."""
         direct, quadrature = self.axes(angle)
         turns = self.motor.turn_shares
@@ -158,8 +184,24 @@ class Windings:
         result: FloatArray = (self.emf_phasors @ turned(angles, self.emf_orders)).real
         return result
 
-    def torque(self, angles: FloatArray, currents: FloatArray) -> FloatArray:
-        """Return the electromagnetic torque (N·m, shape (n,)) from the coenergy, at angles (n,) and currents (3, n)."""
+    def drops(self, angles: FloatArray, speeds: FloatArray, currents: FloatArray, slopes: FloatArray) -> FloatArray:
+        """Return the voltage drops (V, shape (3, n)) along the windings.
+
+        At n angles and electrical speeds (rad/s), with winding currents (A) and their derivatives (A/s) of shape (3, n).
+        """
+        result: FloatArray = (
+            self.resistance[:, np.newaxis] * currents
+            + self.inductance_times(angles, slopes)
+            + speeds * self.inductance_slope_times(angles, currents)
+            + speeds * self.emf_per_speed(angles)
+        )
+        return result
+
+    def torque(self, angles: FloatArray, currents: FloatArray, speeds: FloatArray | None = None) -> FloatArray:
+        """Return the torque (N·m, shape (n,)) of currents (3, n) on the rotor, from the coenergy, at angles (n,).
+
+        Electrical `speeds` (rad/s, (n,)) matter where iron brakes; without them the rotor stands.
+        """
         reluctance = 0.5 * np.sum(currents * self.inductance_slope_times(angles, currents), axis=0)
         magnets = np.sum(currents * self.emf_per_speed(angles), axis=0)
         result: FloatArray = self.pole_pairs * (reluctance + magnets)

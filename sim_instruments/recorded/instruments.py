@@ -1,8 +1,8 @@
 """Recorded instruments as each transport has them."""
 
 from collections import deque
-from collections.abc import Callable
-from typing import Any, cast
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import can
 import numpy as np
@@ -85,9 +85,14 @@ class RecordedUnits(ModbusLine):
     """A Modbus line whose units answer recorded requests, and others by exception 1 (illegal function)."""
 
     def __init__(self, replies: RecordedReplies, clock: InstrumentClock) -> None:
+        self._known: dict[int, Any] = dict.fromkeys(message[0] for message in replies.messages if message)
         super().__init__((), clock, np.random.default_rng(0))
         self._replies = replies
-        self.units = dict.fromkeys((message[0] for message in replies.messages if message), cast("Any", None))
+
+    @property
+    def units(self) -> Mapping[int, Any]:
+        """The numbers that were asked."""
+        return self._known
 
     def recorded(self, unit: int, request: bytes) -> tuple[bytes, Fault | None]:
         """Return the response to a request, empty where none came."""
@@ -147,12 +152,21 @@ class RecordedNode(can.Listener):
     def on_message_received(self, msg: can.Message) -> None:
         """Answer a frame."""
         data = "R" if msg.is_remote_frame else msg.data.hex().upper()
-        frame = f"{msg.arbitration_id:03X}#{data}".encode()
+        identifier = f"{msg.arbitration_id:0{8 if msg.is_extended_id else 3}X}"
+        frame = f"{identifier}{f'##{int(msg.bitrate_switch)}' if msg.is_fd else '#'}{data}".encode()
         if self._replies.knows(frame):
             for reply in self._replies.answer(frame).replies:
-                identifier, _, content = reply.partition(b"#")
-                self._send(
-                    can.Message(
-                        arbitration_id=int(identifier, 16), is_extended_id=False, data=bytes.fromhex(content.decode())
-                    )
-                )
+                self._send(_frame_of(reply.decode()))
+
+
+def _frame_of(reply: str) -> can.Message:
+    """Return the frame that candump writes so; of CAN FD its flags stand before the data."""
+    identifier, _, content = reply.partition("#")
+    fd = content.startswith("#")
+    return can.Message(
+        arbitration_id=int(identifier, 16),
+        is_extended_id=len(identifier) > 3,
+        is_fd=fd,
+        bitrate_switch=fd and content[1] == "1",
+        data=bytes.fromhex(content[2:] if fd else content),
+    )

@@ -74,6 +74,8 @@ class ServedRecording:
                 notifier = can.Notifier(bus, [RecordedNode(replies, bus.send)], timeout=_LISTENING_TIME)
                 self._open.callback(notifier.stop)
                 return {"can": {**self._can, "node_id": session.unit}}
+            case "can-fd":
+                raise ValueError(f"{role}: frames of CAN FD are not repeated from recordings")
 
     def _terminal(self, session: RecordedSession, replies: RecordedReplies) -> str:
         terminal = PseudoTerminal()

@@ -11,6 +11,7 @@ from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.session import ClientSession
 from sim_instruments.server.port_plan import PortError, PortPlan
+from sim_instruments.transports.can.fdcanusb_line import FdcanusbLine
 from sim_instruments.transports.can.gateway import CanGateway
 from sim_instruments.transports.client import Patience
 from sim_instruments.transports.connection import Connection
@@ -112,6 +113,13 @@ class Endpoints:
         tcp = self.listen(("can", "tcp"), gateway.serve)
         return {"interface": "slcan", "channel": f"socket://{self._host}:{tcp.port}"}
 
+    def fdcanusb(self, channel: str) -> str:
+        """Serve a CAN bus by an fdcanusb adapter at a pseudo-terminal; return its path."""
+        line = FdcanusbLine(channel)
+        self._loop.run(line.start())
+        self._leaving.callback(lambda: self._loop.run(line.stop()))
+        return line.address
+
     def listen(
         self,
         endpoint: tuple[str, str],
@@ -146,15 +154,16 @@ class Endpoints:
         self._beat = asyncio.get_running_loop().create_task(self._pulse())
 
     async def _pulse(self) -> None:
-        told = self._clock.now()
+        now = asyncio.get_running_loop().time
         while True:
+            until, behind = now() + _PULSE, False
             for instrument in self._scpi:
-                while instrument.catch_up() and self._clock.now() - told < _PULSE * self._clock.speedup:
+                while (more := instrument.catch_up()) and now() < until:
                     await asyncio.sleep(0)
+                behind = behind or more
             # Instruments are served by this thread alone, so what follows the time is told of it here, too.
-            self._clock.pulse()
-            told = self._clock.now()
-            await asyncio.sleep(_PULSE)
+            self._clock.pulse(behind=behind)
+            await asyncio.sleep(0.0 if behind else _PULSE)
 
     async def _wait(self, seconds: float) -> None:
         await asyncio.sleep(seconds / self._clock.speedup)

@@ -172,10 +172,14 @@ class ServedBench:
                 return {"serial": self.bench.address(name)}
             case "can":
                 return {"can": self._on_gateway(self.bench.address(name))}
+            case "can-fd":
+                node = self._on_gateway(self.bench.address(name))
+                path = self._endpoints.fdcanusb(self.bench.can_channel)
+                return {"can": node, "fdcanusb": f"fdcanusb://{path}?node={node['node_id']}"}
             case other:
                 raise ValueError(f"transport {other!r} is unknown; there are {', '.join(get_args(Transport))}")
 
-    def _on_gateway(self, node: Address) -> Address:
+    def _on_gateway(self, node: Address) -> dict[str, str | int]:
         if isinstance(node, str):
             raise TypeError(f"{node} is no CAN node")
         return {**node, **self._can}

@@ -14,6 +14,7 @@ _POLES: tuple[tuple[Socket, ...], ...] = (
     ("drive_1", "drive_2", "drive_3"),
     ("insulation_high",),
     ("lcr_high", "lcr_low"),
+    ("link",),
 )
 #: The relay that joins the bridge's leads.
 LEADS_SHORT = "leads:short"

@@ -4,6 +4,8 @@ from dataclasses import dataclass, replace
 
 from sim_instruments.physics.coasting import CoggingWaves
 from sim_instruments.physics.eddy import EddyNetwork
+from sim_instruments.physics.mapped_network import MappedNetwork
+from sim_instruments.physics.mapped_windings import MappedWindings, windings_of
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.shorted import ShortedNetwork
@@ -20,10 +22,7 @@ INVERTER_POLES = ("inverter_u", "inverter_v", "inverter_w")
 
 @dataclass(frozen=True)
 class Constants:
-    """The motor and the machines round it.
-
-    `driven_cogging` says that a dynamometer that holds a speed feels the motor's cogging.
-    """
+    """The motor and the machines round it; a dynamometer that holds a speed feels the motor's cogging."""
 
     motor: VirtualMotor
     supply: SupplyStage
@@ -31,23 +30,29 @@ class Constants:
     inverter: InverterStage
     leads: Leads
     six_step: SixStepStage | None = None
-    driven_cogging: bool = False
 
     def shaft(self, settings: WorldSettings, torque: float = 0.0) -> Shaft:
-        """Return what turns together: the motor, and the dynamometer's machine where it is coupled; rubbing is its mean."""
+        """Return what turns together: the motor, and the dynamometer's machine where it is coupled; rubbing is its mean.
+
+        So is the braking of shorted turns while an inverter impresses the currents outside.
+        """
         motor, machine = self.motor, self.dynamometer
         coupled = 1.0 if settings.shaft.coupled else 0.0
-        return Shaft(
+        shaft = Shaft(
             motor.inertia + coupled * machine.inertia,
             motor.coulomb_friction + 0.5 * motor.rubbing_torque + coupled * machine.coulomb_friction,
             motor.viscous_friction + coupled * machine.viscous_friction,
             torque,
             motor.bearing,
         )
+        return self._braked(shaft) if settings.inverter.enabled else shaft
 
     def coasting_shaft(self, settings: WorldSettings) -> Shaft:
         """Return the same with the mean braking of a winding's shorted turns, which no current from outside hides."""
-        shaft, motor = self.shaft(settings), self.motor
+        return self._braked(self.shaft(settings))
+
+    def _braked(self, shaft: Shaft) -> Shaft:
+        motor = self.motor
         short = motor.shorted_turns
         if short is None:
             return shaft
@@ -58,19 +63,16 @@ class Constants:
         slope, speed = short.brake(motor.phase_resistances[short.winding], inductance, flux)
         return replace(shaft, bearing=replace(shaft.bearing, brake=slope, brake_speed=speed / motor.pole_pairs))
 
-    def windings(self, settings: WorldSettings, temperature: float, *, supplied: bool) -> Windings:
-        """Return the windings at a temperature (°C) as a circuit of `network` takes them.
+    def windings(
+        self, settings: WorldSettings, temperature: float, magnet_temperature: float | None, *, supplied: bool
+    ) -> Windings:
+        """Return the windings at a temperature (°C) as a circuit of `network` takes them, the magnets as warm or at their own.
 
         The current in shorted turns is known of a rotor that is held or turned from outside; a free one under current, or one that an
-        inverter feeds, has turns missing in their place.
+        inverter feeds, has turns missing in their place; `shaft` has what they brake under the inverter.
         """
         short_seen = settings.rotor_held or not (supplied or settings.inverter.enabled or settings.six_step.enabled)
-        return Windings(self.motor if short_seen else self.motor.without_short, temperature)
-
-    @property
-    def feels_cogging(self) -> bool:
-        """Whether a shaft that is driven feels the motor's cogging."""
-        return self.driven_cogging or self.motor.bearing.cogging_while_turning
+        return windings_of(self.motor if short_seen else self.motor.without_short, temperature, magnet_temperature)
 
     def cogging(self, shaft: Shaft) -> CoggingWaves | None:
         """Return the cogging that a coasting shaft feels, None where it is left out."""
@@ -92,6 +94,10 @@ class Constants:
         That of a held rotor begins with the `eddy_currents` (A) in its iron, where it has any.
         """
         wired = windings, settings.sockets(), SUPPLY_POLES if supplied else None
+        if isinstance(windings, MappedWindings):
+            return MappedNetwork(
+                *wired, source_resistance=self.supply.output_resistance, lead_resistance=self.leads.resistance
+            )
         source, lead = self.supply.output_resistance, self.leads.resistance
         if windings.motor.shorted_turns is not None:
             return ShortedNetwork(*wired, source_resistance=source, lead_resistance=lead)

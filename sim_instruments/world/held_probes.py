@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
 from sim_instruments.world.history import Past
-from sim_instruments.world.settings import FloatArray
+from sim_instruments.world.probes import HALL_NODES, SUPPLY_NODES, Node, PlacedCurrentProbe, Probe
+from sim_instruments.world.settings import TERMINALS, FloatArray, Terminal, WorldSettings
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,32 @@ Place = tuple[int, int] | InTerminal
 FIRST_HALL = 5
 #: The row of the supply's plus; its minus follows.
 FIRST_SUPPLY = 9
+
+
+def node_row(node: Node, settings: WorldSettings) -> int:
+    """Return the row of a node among the potentials, as the motor is wired. Raises ValueError for a loose lead."""
+    if node == "N":
+        return 3
+    if node == "star":
+        return 4
+    if node == "loose":
+        raise ValueError("node 'loose' has no potential")
+    if node in HALL_NODES:
+        return FIRST_HALL + HALL_NODES.index(node)
+    if node in SUPPLY_NODES:
+        return FIRST_SUPPLY + SUPPLY_NODES.index(node)
+    return TERMINALS.index(settings.motor_terminal(cast("Terminal", node)))
+
+
+def places(probes: Mapping[int, Probe], settings: WorldSettings) -> dict[int, Place]:
+    """Return what each channel's probe is on; one with a loose lead is left out, it senses nothing."""
+    found: dict[int, Place] = {}
+    for channel, probe in probes.items():
+        if isinstance(probe, PlacedCurrentProbe):
+            found[channel] = InTerminal(TERMINALS.index(settings.motor_terminal(probe.terminal)), probe.sign)
+        elif not probe.loose:
+            found[channel] = node_row(probe.positive, settings), node_row(probe.negative, settings)
+    return found
 
 
 class HeldProbes:

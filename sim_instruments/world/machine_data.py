@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass, fields
 
+from sim_instruments.physics.bridge_error import BridgeError
+
 
 def _not_negative(part: object) -> None:
     for entry in fields(part):  # type: ignore[arg-type]
@@ -56,7 +58,9 @@ class InverterStage:
     """Three-phase inverter.
 
     `dc_voltage` V, `maximum_current` A peak, `maximum_frequency` Hz, `frequency_ramp` Hz/s, `switching_frequency` Hz,
-    `current_ripple` at the switching frequency relative to the amplitude of the current.
+    `current_ripple` at the switching frequency relative to the amplitude of the current. `dead_time` (s) of a leg, `device_drop`
+    (V, at no current) and `device_resistance` (Ω) of what conducts in it; below `knee_current` (A) dead time and drop fade.
+    `modulation` is the share of the largest voltage that it makes use of.
     """
 
     dc_voltage: float = 48.0
@@ -65,16 +69,29 @@ class InverterStage:
     frequency_ramp: float = 20.0
     switching_frequency: float = 16_000.0
     current_ripple: float = 0.01
+    dead_time: float = 0.0
+    device_drop: float = 0.0
+    device_resistance: float = 0.0
+    knee_current: float = 0.0
+    modulation: float = 1.0
 
     def __post_init__(self) -> None:
         _not_negative(self)
         if self.frequency_ramp == 0.0:
             raise ValueError("InverterStage.frequency_ramp is 0 Hz/s; the field could never start to turn")
+        if not 0.0 < self.modulation <= 1.0:
+            raise ValueError(f"InverterStage.modulation is {self.modulation}; it is a share, above 0 and at most 1")
 
     @property
     def maximum_phase_voltage(self) -> float:
         """Largest phase voltage (V, peak) that space-vector modulation makes of the DC link."""
-        return self.dc_voltage / math.sqrt(3.0)
+        return self.modulation * self.dc_voltage / math.sqrt(3.0)
+
+    @property
+    def bridge_error(self) -> BridgeError:
+        """What a leg loses: each dead time of a period costs a share of the DC link, against the current."""
+        step = self.dead_time * self.switching_frequency * self.dc_voltage + self.device_drop
+        return BridgeError(step, self.knee_current, self.device_resistance)
 
 
 @dataclass(frozen=True)

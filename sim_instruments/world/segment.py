@@ -8,6 +8,7 @@ import numpy as np
 
 from sim_instruments.physics.commutated import Commutated
 from sim_instruments.physics.field import ImpressedField
+from sim_instruments.physics.mapped_windings import MappedWindings
 from sim_instruments.physics.motion import Motion, Rest
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.rotating import Rotating
@@ -62,6 +63,7 @@ class State:
     breaking_away: bool = False
     field: FieldState | None = None
     eddy_currents: FloatArray | None = None
+    magnet_temperature: float | None = None
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,8 @@ class Segment:
 
     def motor_torque(self, times: FloatArray) -> FloatArray:
         """Return the motor's electromagnetic torque (N·m); without the switching ripple's share, of a six-step drive its mean."""
-        if not self.live:
+        iron = self.windings.motor.iron.loses
+        if not (self.live or iron):
             return np.zeros_like(times)
         circuit = self.circuit
         if isinstance(circuit, Commutated):
@@ -133,7 +136,9 @@ class Segment:
             currents = circuit.smooth_currents(times)
         else:
             currents = circuit.winding_currents(times)
-        return self.windings.torque(self.motion.angle(times) * self.windings.pole_pairs, currents)
+        pairs = self.windings.pole_pairs
+        speeds = self.motion.speed(times) * pairs if iron else None
+        return self.windings.torque(self.motion.angle(times) * pairs, currents, speeds)
 
     @property
     def steady_dynamometer_torque(self) -> float | None:
@@ -175,6 +180,14 @@ class Segment:
             return self.circuit.copper_loss(times)
         result: FloatArray = self.windings.resistance @ self.winding_currents(times) ** 2
         return result
+
+    def iron_loss(self, times: FloatArray) -> FloatArray:
+        """Return the loss (W, shape (n,)) in the iron."""
+        if not isinstance(self.windings, MappedWindings):
+            return np.zeros_like(times)
+        pairs = self.windings.pole_pairs
+        angles, speeds = self.motion.angle(times) * pairs, self.motion.speed(times) * pairs
+        return self.windings.iron_loss(angles, self.winding_currents(times), speeds)
 
     def field_frequency(self, time: float) -> float:
         """Return the frequency (Hz, signed) of the inverter's field, 0 without one."""

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sim_instruments.physics.mapped_rotation import MappedRotation
 from sim_instruments.physics.motion import Motion, Rest, Wavering
 from sim_instruments.physics.network import Network
 from sim_instruments.physics.rotating import Rotating
@@ -41,7 +42,12 @@ def plan(constants: Constants, settings: WorldSettings, state: State, time: floa
         segment = _with_shaft(inputs, direction)
     segment = _with_over_current(settings.supply, state, segment)
     return next_update(
-        constants.motor, settings.ambient_temperature, settings.faults.heating, state.temperature, segment
+        constants.motor,
+        settings.ambient_temperature,
+        settings.faults.heating,
+        state.temperature,
+        state.magnet_temperature,
+        segment,
     )
 
 
@@ -52,12 +58,12 @@ def _supplied(
     # What turns the shaft outlasts the output's fall by far.
     falls_unseen = not settings.supply.on and _turned_from_outside(settings)
     if not (falls_unseen or is_open(settings.supply, state)):
-        windings = constants.windings(settings, state.temperature, supplied=True)
+        windings = constants.windings(settings, state.temperature, state.magnet_temperature, supplied=True)
         supplied = constants.network(windings, settings, supplied=True, eddy_currents=state.eddy_currents)
         output = regime(settings.supply, settings.supply_limit, constants.supply, state, supplied, time)
         if output is not None:
             return output, supplied
-    windings = constants.windings(settings, state.temperature, supplied=False)
+    windings = constants.windings(settings, state.temperature, state.magnet_temperature, supplied=False)
     return None, constants.network(windings, settings, supplied=False, eddy_currents=state.eddy_currents)
 
 
@@ -118,10 +124,9 @@ def resting(inputs: SegmentInputs, law: DynamometerLaw) -> Segment:
 
 def turning(inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerLaw) -> Segment:
     """Return the segment of a shaft that is turned from outside."""
-    source = inputs.rotating_source()
-    circuit = Rotating(inputs.network, motion, source)
+    circuit = inputs.turning_circuit(motion)
     segment = inputs.segment(motion, circuit, end, law, live=bool(inputs.network.loops))
-    if isinstance(source, CurrentSource):
+    if isinstance(circuit, Rotating | MappedRotation) and isinstance(circuit.source, CurrentSource):
         return replace(segment, supply_mode="cc")
     return replace(segment, supply_mode="cv") if segment.supply_mode == "cc" else segment
 

@@ -6,9 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sim_instruments.physics.closed_loops import ClosedLoops
 from sim_instruments.physics.crossing import first_rise
+from sim_instruments.physics.mapped_network import MappedNetwork
+from sim_instruments.physics.mapped_rotation import MappedRotation
 from sim_instruments.physics.motion import Motion, Ramp, Rest, Wavering
 from sim_instruments.physics.network import Network
+from sim_instruments.physics.rotating import Rotating
 from sim_instruments.physics.saturated import SaturatedTransient
 from sim_instruments.physics.source import CurrentSource, Source, VoltageSource, absent
 from sim_instruments.physics.transient import LinearTransient
@@ -61,7 +65,7 @@ class SegmentInputs:
     ) -> Segment:
         """Return a segment of these laws."""
         output = self.output
-        if law.kind == "balance" and self.constants.feels_cogging:
+        if law.kind == "balance":
             law = replace(law, cogging=True)
         if output is not None and output.end < end:
             end, outcome = output.end, "trip voltage" if output.trips_voltage else "none"
@@ -125,6 +129,16 @@ class SegmentInputs:
         if sign < 0 and float(excess(np.array([self.time]))[0]) >= 0.0:
             return self.time if output.source.voltage == 0.0 else output.end
         return first_rise(excess, self.time, output.end, constants)
+
+    def turning_circuit(self, motion: Motion) -> Rotating | ClosedLoops | MappedRotation:
+        """Return the circuit of a rotor that turns without an inverter or a six-step drive on it."""
+        network = self.network
+        if isinstance(network, MappedNetwork):
+            return MappedRotation(network, motion, self.rotating_source())
+        # Shorted turns and eddy currents keep the currents that the mean inductance gives.
+        if type(network) is Network and network.joins_terminals:
+            return ClosedLoops(network, motion)
+        return Rotating(network, motion, self.rotating_source())
 
     def rotating_source(self) -> Source:
         """Return the supply's source for a shaft turned from outside: its steady state, voltage or current."""

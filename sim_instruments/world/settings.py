@@ -11,7 +11,7 @@ FloatArray = NDArray[np.float64]
 Terminal = Literal["A", "B", "C"]
 Socket = Literal[
     "open", "supply+", "supply-", "lcr_high", "lcr_low", "inverter_u", "inverter_v", "inverter_w",
-    "drive_1", "drive_2", "drive_3", "insulation_high",
+    "drive_1", "drive_2", "drive_3", "insulation_high", "link",
 ]  # fmt: skip
 #: What a terminal meets: a socket, or with other terminals a net that belongs to no instrument, named after its first one.
 Contact = Socket | Literal["joined_a", "joined_b", "joined_c"]
@@ -32,6 +32,7 @@ SOCKETS: tuple[Socket, ...] = (
     "drive_1",
     "drive_2",
     "drive_3",
+    "link",
 )
 #: Everything that is set at one moment.
 Snapshot = tuple[object, ...]
@@ -95,13 +96,22 @@ class DynamometerSettings:
 
 @dataclass
 class InverterSettings:
-    """Set points of the inverter: electrical Hz, A peak; `way` is +1 or -1 as the field's direction was last."""
+    """Set points of the inverter: electrical Hz, A peak; `way` is +1 or -1 as the field's direction was last.
+
+    `dq_current` is d + j·q in the true rotor's coordinates, `current_offset` what stands still in the stator beside it. With a
+    `held_speed` (rad/s, mechanical) its q part is the most that is used, either way, to come to that speed and to hold it. A loop of
+    `bandwidth` (Hz) brings the currents to it on a shaft that is free or held at rest, at once where there is none.
+    """
 
     enabled: bool = False
-    mode: Literal["frequency", "current"] = "frequency"
+    mode: Literal["frequency", "current", "dq"] = "frequency"
     frequency: float = 0.0
     amplitude: float = 0.0
     q_current: float = 0.0
+    dq_current: complex = 0j
+    current_offset: complex = 0j
+    held_speed: float | None = None
+    bandwidth: float | None = None
     way: float = 1.0
     fault: str | None = None
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from sim_instruments.clock.virtual_clock import BenchClock
 from sim_instruments.physics.field import ImpressedField
+from sim_instruments.physics.mapped_windings import windings_of
 from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.physics.windings import FloatArray, Windings
@@ -22,7 +23,7 @@ from sim_instruments.world.segment import FieldState, Segment, State
 from sim_instruments.world.segment_choice import plan
 from sim_instruments.world.settings import Snapshot, WorldSettings
 from sim_instruments.world.sources.six_step_stage import SixStepStage
-from sim_instruments.world.thermal import temperature_after
+from sim_instruments.world.thermal import magnets_after, temperature_after
 
 #: How long (s of bench time) past segments are kept.
 HISTORY = 600.0
@@ -48,15 +49,21 @@ class Timeline:
         ambient_temperature: float,
         initial_angle: float,
         six_step: SixStepStage | None = None,
-        driven_cogging: bool = False,
     ) -> None:
         self.lock = threading.RLock()
-        self.constants = Constants(motor, supply, dynamometer, inverter, leads, six_step, driven_cogging)
+        self.constants = Constants(motor, supply, dynamometer, inverter, leads, six_step)
         self.settings = WorldSettings(ambient_temperature=ambient_temperature, exchanged=motor.exchanged)
         self._clock = clock
         self.now = clock.now()
         #: The state at the present time, None where nobody has asked for it yet.
-        self._state: State | None = State(initial_angle, 0.0, np.zeros(3), 0.0, ambient_temperature)
+        self._state: State | None = State(
+            initial_angle,
+            0.0,
+            np.zeros(3),
+            0.0,
+            ambient_temperature,
+            magnet_temperature=None if motor.magnets.time_constant is None else ambient_temperature,
+        )
         self._begin = self._state
         first = plan(self.constants, self.settings, self._begin, self.now)
         # Before the first moment the bench has stood like this for ever.
@@ -116,7 +123,8 @@ class Timeline:
 
     def windings(self) -> Windings:
         """Return the motor's windings at the present temperature."""
-        return Windings(self.constants.motor, self.winding_temperature())
+        state = self.state
+        return windings_of(self.constants.motor, state.temperature, state.magnet_temperature)
 
     # The past
 
@@ -293,23 +301,32 @@ class Timeline:
         since = None
         if segment.supply_mode == "cc":
             since = segment.start if before.constant_current_since is None else before.constant_current_since
+        temperature = temperature_after(
+            self.constants.motor,
+            self.settings.ambient_temperature,
+            self.settings.faults.heating,
+            before.temperature,
+            segment,
+            time,
+        )
         return State(
             angle=float(segment.motion.angle(at)[0]),
             speed=0.0 if outcome in ("standstill", "breakaway") else float(segment.motion.speed(at)[0]),
             winding_currents=currents,
             source_voltage=float(circuit.source_voltage(at)[0]),
-            temperature=temperature_after(
-                self.constants.motor,
-                self.settings.ambient_temperature,
-                self.settings.faults.heating,
-                before.temperature,
-                segment,
-                time,
-            ),
+            temperature=temperature,
             constant_current_since=since,
             breaking_away=outcome == "breakaway",
             field=field,
             eddy_currents=circuit.eddy_currents(time) if isinstance(circuit, LinearTransient) else None,
+            magnet_temperature=magnets_after(
+                self.constants.motor,
+                self.settings.ambient_temperature,
+                (before.temperature, temperature),
+                before.magnet_temperature,
+                segment,
+                time,
+            ),
         )
 
 

@@ -1,30 +1,24 @@
 """The multimeter's leads: where they are, and what is between them."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from sim_instruments.disturbances.bench import Contacts
 from sim_instruments.world.contact_voltage import Clamp, contact_voltage
 from sim_instruments.world.direct_resistance import direct_resistance
-from sim_instruments.world.held_probes import FIRST_SUPPLY
-from sim_instruments.world.probes import Node, PlacedVoltageProbe
+from sim_instruments.world.held_probes import FIRST_SUPPLY, node_row
+from sim_instruments.world.probes import PlacedVoltageProbe
 from sim_instruments.world.segment import Segment
 from sim_instruments.world.settings import TERMINALS, FloatArray
 from sim_instruments.world.timeline import Timeline
 
 
 class VoltmeterLeads:
-    """Two leads with a source and a sense wire each; `row` tells a node's row among the potentials.
+    """Two leads with a source and a sense wire each; to be used with the timeline's lock held."""
 
-    To be used with the timeline's lock held.
-    """
-
-    def __init__(self, timeline: Timeline, contacts: Contacts, clamp: Clamp, row: Callable[[Node], int]) -> None:
+    def __init__(self, timeline: Timeline, contacts: Contacts, clamp: Clamp) -> None:
         self._timeline = timeline
         self._contacts = contacts
         self._clamp = clamp
-        self._row = row
         self._placed: PlacedVoltageProbe | None = None
         self._since = 0.0
 
@@ -88,7 +82,8 @@ class VoltmeterLeads:
     def _rows(self) -> tuple[int, int] | None:
         if self._placed is None or self._placed.loose:
             return None
-        return self._row(self._placed.positive), self._row(self._placed.negative)
+        settings = self._timeline.settings
+        return node_row(self._placed.positive, settings), node_row(self._placed.negative, settings)
 
     @staticmethod
     def _on_supply(rows: tuple[int, int]) -> bool:

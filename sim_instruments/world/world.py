@@ -15,7 +15,7 @@ from sim_instruments.physics.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.world import impedance
 from sim_instruments.world.contact_voltage import Clamp
-from sim_instruments.world.held_probes import FIRST_HALL, FIRST_SUPPLY, HeldProbes, InTerminal, Place
+from sim_instruments.world.held_probes import HeldProbes, places
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.miswiring import Miswirings
 from sim_instruments.world.probes import (
@@ -84,7 +84,6 @@ class World:
             ambient_temperature=ambient_temperature,
             initial_angle=initial_angle,
             six_step=stage,
-            driven_cogging=fixture,
         )
         self._sockets = tuple(
             name
@@ -109,7 +108,7 @@ class World:
         #: The insulation tester's output; None on a bench without a fixture.
         self.insulation = InsulationOutput(self._timeline, self.damage) if fixture else None
         self._probes: dict[int, Probe] = {}
-        self._leads = VoltmeterLeads(self._timeline, self.disturbances.contacts, sense_clamp, self._node_row)
+        self._leads = VoltmeterLeads(self._timeline, self.disturbances.contacts, sense_clamp)
         #: Miswirings that hands will make.
         self.miswirings = Miswirings()
 
@@ -318,14 +317,7 @@ class World:
         Raises ValueError for times to come or older than the history kept.
         """
         with self._timeline.observing():
-            return HeldProbes(
-                self._timeline.hold(first, last),
-                {
-                    channel: place
-                    for channel, probe in self._probes.items()
-                    if (place := self._place(probe)) is not None
-                },
-            )
+            return HeldProbes(self._timeline.hold(first, last), places(self._probes, self._timeline.settings))
 
     def voltmeter_voltage(self, aperture: float, until: float | None = None) -> float:
         """Return the mean true voltage (V) between the voltmeter's leads over the `aperture` s before `until` (s).
@@ -395,6 +387,7 @@ class World:
                 "six_step_enabled": settings.six_step.enabled,
                 "six_step_fault": settings.six_step.fault,
                 "winding_temperature": timeline.winding_temperature(),
+                "magnet_temperature": timeline.windings().magnet_temperature,
                 "hands": asdict(self.disturbances.hands),
                 "ambient_temperature": settings.ambient_temperature,
                 "faults": {
@@ -407,6 +400,17 @@ class World:
             }
 
     # Surroundings and faults
+
+    @property
+    def ambient_temperature(self) -> float:
+        """The ambient temperature (°C)."""
+        with self.lock:
+            return self._timeline.settings.ambient_temperature
+
+    def winding_temperature(self) -> float:
+        """Return the winding's true temperature (°C) now."""
+        with self._timeline.observing():
+            return self._timeline.winding_temperature()
 
     def set_ambient_temperature(self, temperature: float) -> None:
         """Set the ambient temperature (°C); the winding follows with its own time constant."""
@@ -456,32 +460,10 @@ class World:
         if settings.shaft.coupled and settings.dynamometer.enabled:
             raise RuntimeError("the dynamometer drives the shaft; disable it before touching the shaft")
 
-    def _place(self, probe: Probe) -> Place | None:
-        """Return what a probe is on, None for one with a loose lead: it senses nothing."""
-        if isinstance(probe, PlacedCurrentProbe):
-            return InTerminal(TERMINALS.index(self._timeline.settings.motor_terminal(probe.terminal)), probe.sign)
-        if probe.loose:
-            return None
-        return self._node_row(probe.positive), self._node_row(probe.negative)
-
     def _check_movable(self) -> None:
         self._check_hand()
         if self._timeline.settings.faults.stuck_rotor:
             raise RuntimeError("the shaft does not move: the rotor is stuck")
-
-    def _node_row(self, node: Node) -> int:
-        settings = self._timeline.settings
-        if node == "N":
-            return 3
-        if node == "star":
-            return 4
-        if node == "loose":
-            raise ValueError("node 'loose' has no potential")
-        if node in HALL_NODES:
-            return FIRST_HALL + HALL_NODES.index(node)
-        if node in SUPPLY_NODES:
-            return FIRST_SUPPLY + SUPPLY_NODES.index(node)
-        return TERMINALS.index(settings.motor_terminal(cast("Terminal", node)))
 
     @staticmethod
     def _check_terminal(terminal: str) -> None:

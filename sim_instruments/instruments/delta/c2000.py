@@ -6,13 +6,17 @@ does nothing. In torque mode the speed is limited by 11-37 and 11-38 (% of 01-00
 direction of the torque. A limit that has been reached is kept until the next command. A request is heard as one after more than 10 ms
 of silence on the line.
 
+Framing: 09-00 is the unit, 09-01 the rate in 0.1 kbit/s, 09-04 one of 17 formats (C2000 and CP2000 manuals, 12.1-09; the GS4, which
+Delta makes for another brand, has the same formats). The reply to a write of one of them still has the framing before. Whether the new
+one acts from then on or once the power has been off, no source tells; the parameters of the GS4 may be set while it runs.
+
 Lost communication (09-02, 09-03, cE10) is as the manuals of its sisters VFD-B and VFD-S tell it: each valid message starts the time
 anew, and a drive that has heard none for so long warns and goes on, ramps or coasts to a stop, or does nothing.
 """
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -20,11 +24,11 @@ from sim_instruments.found_state import drawn
 from sim_instruments.instruments.registers import (
     ILLEGAL_ADDRESS,
     ILLEGAL_VALUE,
-    NoAnswerError,
     RegisterError,
     exists,
     signed,
 )
+from sim_instruments.instruments.serial_framing import SerialFraming
 from sim_instruments.instruments.silence import SilenceWatch
 
 if TYPE_CHECKING:
@@ -38,8 +42,12 @@ _TORQUE_SOURCE, _SPEED_LIMIT_BY, _FORWARD_LIMIT, _REVERSE_LIMIT = 0x0B21, 0x0B24
 #: 230 V, 1.5 kW.
 _CODE = 6
 _BY_MODBUS, _RUN_BY_MODBUS, _TORQUE_BY_MODBUS = 1, 2, 1
-#: From here on 09-04 is RTU, below ASCII; 13 is 8 data bits, no parity, 2 stop bits.
+#: Data bits, parity and stop bits by 09-04, from 1 on; ASCII up to 11, then RTU.
+_EIGHT_BITS = ("8N1", "8N2", "8E1", "8O1", "8E2", "8O2")
+_FORMATS = ("7N2", "7E1", "7O1", "7E2", "7O2", *_EIGHT_BITS, *_EIGHT_BITS)
 _FIRST_RTU = 12
+#: What a drive comes with.
+_DELIVERED = {_ADDRESS: 1, _SPEED: 96, _PROTOCOL: 1}
 #: How often a speed is held against its limit in torque mode (s).
 _LOOK = 0.01
 _MAXIMUM_FREQUENCY, _ACCELERATION, _DECELERATION = 0x0100, 0x010C, 0x010D
@@ -71,6 +79,7 @@ _DEFAULTS = {
     _SPEED_LIMIT_BY: 0,
     _FORWARD_LIMIT: 100,
     _REVERSE_LIMIT: 100,
+    _ADDRESS: 1,
     _SPEED: 96,
     _PROTOCOL: 13,
     _DECODING: 0,
@@ -91,15 +100,19 @@ _LIMITS = {
     _SPEED_LIMIT_BY: (0, 1),
     _FORWARD_LIMIT: (0, 120),
     _REVERSE_LIMIT: (0, 120),
+    _ADDRESS: (1, 254),
     _SPEED: (48, 1152),
-    _PROTOCOL: (1, 17),
+    _PROTOCOL: (1, len(_FORMATS)),
     _DECODING: (0, 1),
     _MAXIMUM_TORQUE: (0, 500),
 }
 
 
 class DeltaDrive:
-    """Simulated side of the drive. `pole_pairs` and `rated_torque` (N·m) are those of the machine it drives."""
+    """Simulated side of the drive. `pole_pairs` and `rated_torque` (N·m) are those of the machine it drives.
+
+    `framing_acts` says from when on the line is framed as its parameters say: after the reply, or after the next `power_cycle`.
+    """
 
     ranges = (
         (0x0000, 1),
@@ -118,14 +131,23 @@ class DeltaDrive:
     #: What a serial line must have been silent for (s) before a request.
     silence = 0.010
 
-    def __init__(self, world: "World", *, unit: int = 1, pole_pairs: int = 2, rated_torque: float = 5.0) -> None:
+    def __init__(
+        self,
+        world: "World",
+        *,
+        unit: int = 1,
+        pole_pairs: int = 2,
+        rated_torque: float = 5.0,
+        framing_acts: Literal["at once", "after power"] = "at once",
+    ) -> None:
         if pole_pairs < 1 or not rated_torque > 0.0:
             raise ValueError(f"a machine of {pole_pairs} pole pairs and {rated_torque} N·m is none; both are positive")
-        self.unit = unit
         self._world = world
         self._pole_pairs = pole_pairs
         self._rated_torque = rated_torque
-        self._registers = dict(_DEFAULTS)
+        self._registers = {**_DEFAULTS, _ADDRESS: unit}
+        self._framing_acts = framing_acts
+        self._framed = dict(self._registers)
         #: The frequency (0.01 Hz) of the keypad, which counts where 00-20 is 0.
         self.keypad_frequency = 0
         self._limited = False
@@ -134,13 +156,35 @@ class DeltaDrive:
         self._error = self._warning = 0
         self._watch = SilenceWatch(self._lost)
 
+    @property
+    def unit(self) -> int:
+        """The number that it answers to."""
+        return self._framed[_ADDRESS]
+
+    @property
+    def framing(self) -> SerialFraming:
+        """How it is spoken to on its line."""
+        protocol = self._framed[_PROTOCOL]
+        form = _FORMATS[protocol - 1]
+        rate = 100 * self._framed[_SPEED]
+        return SerialFraming(rate, int(form[0]), form[1], int(form[2]), protocol < _FIRST_RTU)
+
+    def deliver(self) -> None:
+        """Have the framing that a drive comes with: unit 1, 9600 bit/s, 7 data bits, no parity, 2 stop bits, ASCII."""
+        self._registers |= _DELIVERED
+        self.power_cycle()
+
+    def power_cycle(self) -> None:
+        """Be without power for a while: what acts then only acts now."""
+        self._framed = dict(self._registers)
+
     def close(self) -> None:
         """Watch nobody any more; again is allowed."""
         self._watch.close()
 
     def read(self, address: int, count: int) -> list[int]:
-        """Return registers. Raises RegisterError 2 for one that does not exist, NoAnswerError."""
-        self._listen()
+        """Return registers. Raises RegisterError 2 for one that does not exist."""
+        self._watch.heard()
         if not exists(self.ranges, address, count):
             raise RegisterError(ILLEGAL_ADDRESS, f"C2000 has no registers {address:04X}H … {address + count - 1:04X}H")
         with self._world.lock:
@@ -149,12 +193,12 @@ class DeltaDrive:
             return [self._value(number, monitor) for number in range(address, address + count)]
 
     def write(self, address: int, values: list[int]) -> None:
-        """Write registers. Raises RegisterError 2 for one that cannot be written, 3 for a value out of range, NoAnswerError."""
-        self._listen()
+        """Write registers. Raises RegisterError 2 for one that cannot be written, 3 for a value out of range."""
+        self._watch.heard()
         if address == _IDENTITY or not exists(self.ranges[:-1], address, len(values)):
             raise RegisterError(ILLEGAL_ADDRESS, f"C2000 register {address:04X}H cannot be written")
         for number, value in enumerate(values, address):
-            low, high = (self.unit, self.unit) if number == _ADDRESS else _LIMITS.get(number, (0, 0xFFFF))
+            low, high = _LIMITS.get(number, (0, 0xFFFF))
             if not low <= value <= high:
                 raise RegisterError(ILLEGAL_VALUE, f"C2000 {number:04X}H: {value} is outside {low} … {high}")
         with self._world.lock:
@@ -183,11 +227,6 @@ class DeltaDrive:
         told = tuple(f"{number:04X}H = {value}" for number, value in left.items())
         return *told, f"keypad {self.keypad_frequency * 0.01:g} Hz"
 
-    def _listen(self) -> None:
-        if self._registers[_PROTOCOL] < _FIRST_RTU:
-            raise NoAnswerError
-        self._watch.heard()
-
     def _write(self, number: int, value: int) -> None:
         if self._registers[_DECODING] and number in (_COMMAND, _FREQUENCY, _RESET):
             return
@@ -202,6 +241,8 @@ class DeltaDrive:
                 self._off()
         else:
             self._registers[number] = value
+            if number in _DELIVERED and self._framing_acts == "at once":
+                self._framed[number] = value
             if number == _LOST_TIME:
                 self._watch.watch(value * 0.1)
                 self._watch.heard()
@@ -318,8 +359,6 @@ class DeltaDrive:
             return 0
         if number == _IDENTITY:
             return _CODE
-        if number == _ADDRESS:
-            return self.unit
         return self._registers[number]
 
     def _monitor(self) -> list[int]:

@@ -22,6 +22,7 @@ from sim_instruments.instruments.registers import (
     double_word,
     exists,
 )
+from sim_instruments.instruments.serial_framing import SerialFraming
 
 if TYPE_CHECKING:
     from sim_instruments.world.world import World
@@ -50,7 +51,8 @@ class Dyn200Make:
     `power_unit` (W) of the power register: 0.1 by the maker's text, 1 as read on a real sensor's display. `speed_unit` (rpm) of the
     speed register: 0.1 on that sensor, 1 by the maker's text, whatever 20H says; None follows 20H. `power_sign` says whether power
     turns its sign with the direction of rotation, or only with torque's. It is `zeroed` by coil 0 (a write at 00H is acknowledged
-    and does nothing), or by a write at 00H alone. `modbus` is its parameter 09: where that is 0 it answers nobody.
+    and does nothing), or by a write at 00H alone. `modbus` is its parameter 09: where that is 0 it answers nobody. `rate` (bit/s) is
+    its parameter 08, set at the sensor alone: 8 data bits, no parity, two stop bits.
     """
 
     power_unit: float = 0.1
@@ -58,6 +60,7 @@ class Dyn200Make:
     power_sign: bool = True
     zeroed: Literal["coil", "write"] = "coil"
     modbus: bool = True
+    rate: int = 9600
 
     def __post_init__(self) -> None:
         if self.power_unit <= 0.0 or (self.speed_unit is not None and self.speed_unit <= 0.0):
@@ -98,6 +101,11 @@ class Dyn200:
         }
         self._zero = 0.0
         self._settings = dict(self._factory)
+
+    @property
+    def framing(self) -> SerialFraming:
+        """How it is spoken to on its line."""
+        return SerialFraming(self.make.rate)
 
     def read(self, address: int, count: int) -> list[int]:
         """Return registers, torque, speed and power of one instant. Raises RegisterError 2, NoAnswerError."""
@@ -159,6 +167,7 @@ class Dyn200:
             speed_unit=drawn(generator, (None, 0.1, 1.0)),
             power_sign=drawn(generator, (True, False)),
             zeroed=drawn(generator, ("coil", "write")),
+            rate=self.make.rate,
         )
         for number, choices in (
             (_TORQUE_FILTER, (1, 2, 10, 50)),

@@ -14,7 +14,7 @@ def _output(options: Options) -> int:
 
 def _stage(options: Options) -> SupplyStage:
     """Return an output of the E36313A; the load regulation of output 1, 2 mV over 10 A, is its output resistance."""
-    from sim_instruments.instruments.keysight.e36300 import RATINGS
+    from sim_instruments.instruments.keysight.e36300_output import RATINGS
 
     rating = RATINGS[_output(options)]
     return SupplyStage(
@@ -23,7 +23,7 @@ def _stage(options: Options) -> SupplyStage:
 
 
 def _ratings(options: Options) -> dict[str, float]:
-    from sim_instruments.instruments.keysight.e36300 import RATINGS
+    from sim_instruments.instruments.keysight.e36300_output import RATINGS
 
     rating = RATINGS[_output(options)]
     return {"maximum_voltage": rating.voltage, "maximum_current": rating.current}

@@ -6,14 +6,15 @@ settings change (SCHange). A trip is latched. Clearing it restores the output to
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from sim_instruments.instruments.errors import SupplyErrors
 from sim_instruments.instruments.keysight.e36300_coupling import Coupling
+from sim_instruments.instruments.keysight.e36300_output import RATINGS, ProgrammedOutput, Rating
+from sim_instruments.instruments.keysight.e36300_summary import OutputSummaries
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.lexer import Argument
@@ -24,6 +25,8 @@ from sim_instruments.scpi.tree import Call, Handling, bare
 
 if TYPE_CHECKING:
     from sim_instruments.world.world import World
+
+T = TypeVar("T")
 
 _OUTPUTS = choices(("CH1", "CH2", "CH3", "P6V", "P25V", "N25V"))
 _DELAY_STARTS = choices(("SCHange", "CCTRans"))
@@ -36,43 +39,6 @@ _KEPT = ("VOLT", "CURR", "VOLT:PROT", "CURR:PROT:STAT", "CURR:PROT:DEL", "CURR:P
 _KEPT_COMMON = (":OUTP:PAIR?", ":OUTP:TRAC?", ":INST:NSEL?", ":DISP:TEXT?")
 _KEPT_AFTER = ("VOLT:MODE", "CURR:MODE")
 _EMPTY = "Not able to recall state: it is empty"
-
-
-@dataclass(frozen=True)
-class Rating:
-    """Programming limits of an output: V, A, over-voltage V; `resolution` is that of readings (V, A)."""
-
-    voltage: float
-    current: float
-    over_voltage: float
-    default_current: float
-    resolution: tuple[float, float]
-    noise: tuple[float, float]
-
-
-RATINGS = {
-    1: Rating(6.18, 10.3, 6.6, 10.0, (1.0e-4, 1.0e-4), (5.0e-5, 2.0e-4)),
-    2: Rating(25.75, 2.06, 27.5, 2.0, (1.0e-4, 1.0e-4), (1.0e-4, 5.0e-5)),
-    3: Rating(25.75, 2.06, 27.5, 2.0, (1.0e-4, 1.0e-4), (1.0e-4, 5.0e-5)),
-}
-
-
-@dataclass
-class _Output:
-    rating: Rating
-    voltage: float = 0.0
-    current: float = 0.0
-    over_voltage: float = 0.0
-    over_current: bool = False
-    over_current_delay: float = 0.05
-    over_current_start: str = "SCH"
-    on: bool = False
-
-    def reset(self) -> None:
-        self.voltage, self.current = 0.0, self.rating.default_current
-        self.over_voltage, self.over_current, self.over_current_delay = self.rating.over_voltage, False, 0.05
-        self.over_current_start = "SCH"
-        self.on = False
 
 
 class KeysightE36313A(ScpiInstrument):
@@ -108,10 +74,12 @@ class KeysightE36313A(ScpiInstrument):
         self._wired = wired
         self._random = generator
         self._unit = errors or SupplyErrors()
-        self._outputs = {channel: _Output(rating) for channel, rating in RATINGS.items()}
+        self._outputs = {channel: ProgrammedOutput(rating) for channel, rating in RATINGS.items()}
         self._selected = 1
         self._text = ""
-        self._summaries = {channel: StatusRegister(partial(self._condition, channel)) for channel in self._outputs}
+        self._summaries = OutputSummaries(
+            self.tree, {channel: partial(self._condition, channel) for channel in RATINGS}
+        )
         self._coupling = Coupling(self.tree, tuple(RATINGS), self._channels, self._apply, self._switch_off)
         self._add_commands()
         memory = StateMemory(self.tree, self.state, self.reset, range(10), ScpiError(291, _EMPTY))
@@ -168,10 +136,18 @@ class KeysightE36313A(ScpiInstrument):
             lambda rating: rating.over_voltage,
             lambda rating: rating.over_voltage,
         )
-        self._add_flag("[SOURce]:CURRent:PROTection:STATe", "over_current")
-        add("[SOURce]:CURRent:PROTection:DELay[:TIME]", command=self._set_delay, query=self._get_delay)
-        add("[SOURce]:CURRent:PROTection:DELay:STARt", command=self._set_start, query=self._get_start)
-        self._add_flag("OUTPut[:STATe]", "on")
+        over_current = "[SOURce]:CURRent:PROTection"
+        self._add_choice(f"{over_current}:STATe", "over_current", boolean, lambda on: str(int(on)))
+        self._add_choice(
+            f"{over_current}:DELay[:TIME]",
+            "over_current_delay",
+            lambda argument: number(argument, 0.0, 3.6, default=0.05, unit="S"),
+            lambda delay: f"{delay:+.8E}",
+        )
+        self._add_choice(
+            f"{over_current}:DELay:STARt", "over_current_start", lambda word: choice(word, _DELAY_STARTS), str
+        )
+        add("OUTPut[:STATe]", command=self._switch, query=self._switched)
         add("[SOURce]:VOLTage:PROTection:TRIPped", query=lambda call: self._tripped(call, "voltage"))
         add("[SOURce]:CURRent:PROTection:TRIPped", query=lambda call: self._tripped(call, "current"))
         for header in (
@@ -191,12 +167,7 @@ class KeysightE36313A(ScpiInstrument):
             add(header, command=bare(lambda: None))
         self.add_register("STATus:QUEStionable", StatusRegister(self._questionable), 0x08)
         self.add_register("STATus:OPERation", StatusRegister(), 0x80)
-        self.add_register("STATus:QUEStionable:INSTrument", StatusRegister(self._instruments), 0)
-        summary = "STATus:QUEStionable:INSTrument:ISUMmary<n>"
-        add(f"{summary}[:EVENt]", query=self._get_summary(StatusRegister.read_event))
-        add(f"{summary}:CONDition", query=self._get_summary(StatusRegister.condition))
-        enabled = self._get_summary(lambda register: register.enable)
-        add(f"{summary}:ENABle", command=self._enable, query=enabled)
+        self.add_register("STATus:QUEStionable:INSTrument", StatusRegister(self._summaries.condition), 0)
 
     # set points
 
@@ -226,38 +197,47 @@ class KeysightE36313A(ScpiInstrument):
 
         self.tree.add(header, command=set_level, query=get_level)
 
-    def _add_flag(self, header: str, name: str) -> None:
-        def set_flag(call: Call) -> None:
+    def _add_choice(self, header: str, name: str, parse: Callable[[Argument], T], shown: Callable[[T], str]) -> None:
+        def set_it(call: Call) -> None:
             exactly(call.arguments, 1, 2)
-            value = boolean(call.arguments[0])
+            value = parse(call.arguments[0])
             for channel in self._channels(call.arguments[1:]):
-                if name == "on" and value and channel == self._wired and self._world.supply.tripped is not None:
-                    # A latched protection holds the output off until it is cleared.
-                    raise ScpiError(-221)
-                if name == "on":
-                    self._coupling.check(channel, name)
                 setattr(self._outputs[channel], name, value)
             self._apply()
 
-        def get_flag(call: Call) -> str:
+        def get_it(call: Call) -> str:
             exactly(call.arguments, 0, 1)
-            return ",".join(str(int(self._flag(channel, name))) for channel in self._channels(call.arguments))
+            return ",".join(shown(getattr(self._outputs[channel], name)) for channel in self._channels(call.arguments))
 
-        self.tree.add(header, command=set_flag, query=get_flag)
+        self.tree.add(header, command=set_it, query=get_it)
+
+    def _switch(self, call: Call) -> None:
+        exactly(call.arguments, 1, 2)
+        on = boolean(call.arguments[0])
+        for channel in self._channels(call.arguments[1:]):
+            if on and channel == self._wired and self._world.supply.tripped is not None:
+                # A latched protection holds the output off until it is cleared.
+                raise ScpiError(-221)
+            self._coupling.check(channel, "on")
+            self._outputs[channel].on = on
+        self._apply()
+
+    def _switched(self, call: Call) -> str:
+        exactly(call.arguments, 0, 1)
+        return ",".join(str(int(self._is_on(channel))) for channel in self._channels(call.arguments))
 
     def _switch_off(self, channels: tuple[int, ...]) -> None:
         for channel in channels:
             self._outputs[channel].on = False
         self._apply()
 
-    def _flag(self, channel: int, name: str) -> bool:
-        if name == "on" and channel == self._wired and self._world.supply.tripped is not None:
+    def _is_on(self, channel: int) -> bool:
+        on, supply = self._outputs[channel].on, self._world.supply
+        if channel != self._wired:
+            return on
+        if supply.tripped is not None:
             return False
-        state = bool(getattr(self._outputs[channel], name))
-        if name == "on" and channel == self._wired:
-            state = state and not self._world.supply.inhibited
-            return self._world.supply.stuck_output.shown(state, self._world.supply.is_on)
-        return state
+        return supply.stuck_output.shown(on and not supply.inhibited, supply.is_on)
 
     def _channels(self, arguments: tuple[Argument, ...]) -> tuple[int, ...]:
         if not arguments:
@@ -284,28 +264,6 @@ class KeysightE36313A(ScpiInstrument):
             )
             if output.on != supply.is_on or output.on != supply.stuck_output.wanted:
                 supply.switch(output.on)
-
-    def _set_delay(self, call: Call) -> None:
-        exactly(call.arguments, 1, 2)
-        value = number(call.arguments[0], 0.0, 3.6, default=0.05, unit="S")
-        for channel in self._channels(call.arguments[1:]):
-            self._outputs[channel].over_current_delay = value
-        self._apply()
-
-    def _get_delay(self, call: Call) -> str:
-        channels = self._channels(call.arguments)
-        return ",".join(f"{self._outputs[channel].over_current_delay:+.8E}" for channel in channels)
-
-    def _set_start(self, call: Call) -> None:
-        exactly(call.arguments, 1, 2)
-        value = choice(call.arguments[0], _DELAY_STARTS)
-        for channel in self._channels(call.arguments[1:]):
-            self._outputs[channel].over_current_start = value
-        self._apply()
-
-    def _get_start(self, call: Call) -> str:
-        exactly(call.arguments, 0, 1)
-        return ",".join(self._outputs[channel].over_current_start for channel in self._channels(call.arguments))
 
     def _apply_levels(self, call: Call) -> None:
         exactly(call.arguments, 1, 3)
@@ -366,34 +324,14 @@ class KeysightE36313A(ScpiInstrument):
         """Return the condition of one output: 0 off or unregulated, 1 CC, 2 CV, 3 fault."""
         if channel != self._wired:
             return _CONSTANT_VOLTAGE if self._outputs[channel].on else 0
-        if not self._flag(channel, "on") and self._world.supply.tripped is None:
+        if not self._is_on(channel) and self._world.supply.tripped is None:
             return 0
         return {"cc": _CONSTANT_CURRENT, "cv": _CONSTANT_VOLTAGE, "tripped": _FAULT}.get(self._world.supply.mode(), 0)
-
-    def _instruments(self) -> int:
-        return sum(1 << channel for channel, register in self._summaries.items() if register.summary())
 
     def _questionable(self) -> int:
         tripped = self._world.supply.tripped
         bits = {"voltage": _OVER_VOLTAGE_BIT, "current": _OVER_CURRENT_BIT}.get(tripped or "", 0)
-        return bits | (_INSTRUMENT_SUMMARY if self._instruments() else 0)
-
-    def _summary(self, call: Call) -> StatusRegister:
-        try:
-            return self._summaries[call.channel]
-        except KeyError:
-            raise ScpiError(-114) from None
-
-    def _get_summary(self, value: Callable[[StatusRegister], int]) -> Callable[[Call], str]:
-        def get(call: Call) -> str:
-            exactly(call.arguments, 0)
-            return f"{value(self._summary(call)):+d}"
-
-        return get
-
-    def _enable(self, call: Call) -> None:
-        exactly(call.arguments, 1)
-        self._summary(call).enable = round(number(call.arguments[0], 0, 65535))
+        return bits | (_INSTRUMENT_SUMMARY if self._summaries.condition() else 0)
 
     def _tripped(self, call: Call, which: str) -> str:
         exactly(call.arguments, 0, 1)

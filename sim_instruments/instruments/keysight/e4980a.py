@@ -1,6 +1,5 @@
 """Keysight E4980A / E4980AL bridge (E4980A user's guide, E4980-90230, chapter "SCPI command reference")."""
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -8,9 +7,15 @@ import numpy as np
 
 from sim_instruments.instruments.errors import LcrErrors
 from sim_instruments.instruments.keysight.e4980a_accuracy import Aperture
+from sim_instruments.instruments.keysight.e4980a_cycle import MeasuringCycle
 from sim_instruments.instruments.keysight.e4980a_leftovers import CableLength, DeviationMode, add_bias
 from sim_instruments.instruments.keysight.e4980a_list import SweepList
-from sim_instruments.instruments.keysight.e4980a_measurement import BridgeMeasurement, BridgeResult, Conditions
+from sim_instruments.instruments.keysight.e4980a_measurement import (
+    SOURCE_RESISTANCE,
+    BridgeMeasurement,
+    BridgeResult,
+    Conditions,
+)
 from sim_instruments.instruments.keysight.e4980a_parameters import NEED_DC, OVERFLOW, TOKENS, pair
 from sim_instruments.instruments.keysight.e4980a_replies import Figures, Replies
 from sim_instruments.scpi.errors import ScpiError
@@ -26,7 +31,6 @@ if TYPE_CHECKING:
 
 _HIGHEST = {"032": 300.0e3, "052": 500.0e3, "102": 1.0e6}
 _APERTURES = choices(("SHORt", "MEDium", "LONG"))
-_SOURCE_RESISTANCE = 100.0
 _LOWEST_FREQUENCY = 20.0
 _CORRECTION_TIME = 8.0
 _FUNCTIONS = choices(TOKENS)
@@ -61,18 +65,12 @@ class KeysightE4980A(ScpiInstrument):
         self._averages = 1
         #: By what a load correction that somebody left alters readings while CORRection:LOAD is on.
         self.load_factor = 1.0 + 0.0j
-        self._waiting = False
-        self._due: float | None = None
-        self._reading: BridgeResult | None = None
-        self._sweep: list[BridgeResult] = []
-        self._triggered: list[Conditions] = []
-        self._free = True
-        self._since = 0.0
         self.settings = ScpiSettings(self.tree, "+.5E")
+        self._list = SweepList(self.tree, self.settings, _LOWEST_FREQUENCY, self._highest)
+        self._cycle = MeasuringCycle(self.tree, self.clock, self.settings, self._list, self._conditions, self._read)
         self._add_settings()
         self._replies = Replies(self.tree, self.settings)
         self._deviation = DeviationMode(self.settings)
-        self._list = SweepList(self.tree, self.settings, _LOWEST_FREQUENCY, self._highest)
         self._cable = CableLength(self.tree)
         add_bias(self.settings, "001" in options)
         self._add_commands()
@@ -110,11 +108,11 @@ class KeysightE4980A(ScpiInstrument):
         self._function, self._current_mode = "CPD", False
         self._voltage, self._current, self._frequency = 1.0, 0.01, 1000.0
         self._aperture, self._averages = "MED", 1
-        self._waiting = False
+        self._cycle.abort()
         self._list.reset()
         self._replies.reset()
         self._cable.reset()
-        self._stale()
+        self._cycle.forget()
 
     def options(self) -> str:
         """Return the options, in the order of their numbers."""
@@ -127,18 +125,15 @@ class KeysightE4980A(ScpiInstrument):
 
     def _add_settings(self) -> None:
         put = self.settings
-        put.add_choice("trigger", "TRIGger:SOURce", ("INTernal", "HOLD", "EXTernal", "BUS"), "INT", changed=self._stale)
-        put.add_number("delay", "TRIGger:DELay", 0.0, 999.0, 0.0, unit="S", changed=self._stale)
-        put.add_flag("continuous", "INITiate:CONTinuous", True, changed=self._continue)
         put.add_flag("auto", "FUNCtion:IMPedance:RANGe:AUTO", True)
-        put.add_flag("regulated", "AMPLitude:ALC", False, changed=self._stale)
-        put.add_flag("short", "CORRection:SHORt:STATe", False, changed=self._stale)
-        put.add_flag("open", "CORRection:OPEN:STATe", False, changed=self._stale)
-        put.add_flag("load", "CORRection:LOAD:STATe", False, changed=self._stale)
+        put.add_flag("regulated", "AMPLitude:ALC", False, changed=self._cycle.forget)
+        put.add_flag("short", "CORRection:SHORt:STATe", False, changed=self._cycle.forget)
+        put.add_flag("open", "CORRection:OPEN:STATe", False, changed=self._cycle.forget)
+        put.add_flag("load", "CORRection:LOAD:STATe", False, changed=self._cycle.forget)
         for monitored in ("VAC", "IAC"):
             # Both are monitored all the time here.
             put.add_flag(f"monitor {monitored}", f"FUNCtion:SMONitor:{monitored}[:STATe]", True)
-        put.add_choice("page", "DISPlay:PAGE", _PAGES, "MEAS", changed=self._turn_page)
+        put.add_choice("page", "DISPlay:PAGE", _PAGES, "MEAS", changed=self._cycle.turn_page)
         put.add_string("line", "DISPlay:LINE", "")
         put.add_flag("display", "DISPlay:ENABle", True)
         put.add_flag("beeper", "SYSTem:BEEPer:STATe", True)
@@ -151,9 +146,6 @@ class KeysightE4980A(ScpiInstrument):
         add("APERture", command=self._set_aperture, query=bare(lambda: f"{self._aperture},{self._averages:d}"))
         add("FUNCtion:IMPedance[:TYPE]", command=self._set_function, query=bare(lambda: self._function))
         add("FUNCtion:IMPedance:RANGe[:VALue]", command=self._set_range, query=bare(lambda: f"{self._range:+.5E}"))
-        add("TRIGger[:IMMediate]", command=bare(lambda: self._start()))
-        add("INITiate[:IMMediate]", command=bare(lambda: self._initiate()))
-        add("ABORt", command=bare(lambda: self._abort()))
         add("FETCh[:IMPedance][:FORMatted]", query=bare(lambda: self._fetch()))
         add("FETCh[:IMPedance]:CORRected", query=bare(lambda: self._fetch_corrected()))
         add("FETCh:SMONitor:VAC", query=bare(lambda: self._monitor("voltage")))
@@ -170,7 +162,7 @@ class KeysightE4980A(ScpiInstrument):
     def _set_frequency(self, call: Call) -> None:
         exactly(call.arguments, 1)
         self._frequency = number(call.arguments[0], _LOWEST_FREQUENCY, self._highest, default=1000.0, unit="HZ")
-        self._stale()
+        self._cycle.forget()
 
     def _get_frequency(self, call: Call) -> str:
         return self._level(call, self._frequency, _LOWEST_FREQUENCY, self._highest)
@@ -179,13 +171,13 @@ class KeysightE4980A(ScpiInstrument):
         exactly(call.arguments, 1)
         self._voltage = number(call.arguments[0], 0.0, 2.0, default=1.0, unit="V")
         self._current_mode = False
-        self._stale()
+        self._cycle.forget()
 
     def _set_current(self, call: Call) -> None:
         exactly(call.arguments, 1)
         self._current = number(call.arguments[0], 0.0, 0.02, default=0.01, unit="A")
         self._current_mode = True
-        self._stale()
+        self._cycle.forget()
 
     def _get_voltage(self, call: Call) -> str:
         if self._current_mode:
@@ -208,7 +200,7 @@ class KeysightE4980A(ScpiInstrument):
         averages = integer(call.arguments[1], 1, 256, default=1) if len(call.arguments) == 2 else self._averages
         self._aperture = "SHOR" if word == "SHOR" else "LONG" if word == "LONG" else "MED"
         self._averages = averages
-        self._stale()
+        self._cycle.forget()
 
     def _set_function(self, call: Call) -> None:
         exactly(call.arguments, 1)
@@ -216,7 +208,7 @@ class KeysightE4980A(ScpiInstrument):
         if token in NEED_DC and "001" not in self._options:
             raise ScpiError(-241)
         self._function = token
-        self._stale()
+        self._cycle.forget()
 
     def _set_range(self, call: Call) -> None:
         exactly(call.arguments, 1)
@@ -227,7 +219,7 @@ class KeysightE4980A(ScpiInstrument):
     # measuring
 
     def _conditions(self) -> Conditions:
-        level = _SOURCE_RESISTANCE * self._current if self._current_mode else self._voltage
+        level = SOURCE_RESISTANCE * self._current if self._current_mode else self._voltage
         return Conditions(
             self._frequency,
             level,
@@ -239,69 +231,6 @@ class KeysightE4980A(ScpiInstrument):
             self._function in NEED_DC,
         )
 
-    def _stale(self, _: int = 1) -> None:
-        self._reading, self._due, self._sweep = None, None, []
-        self._since = self.clock.now()
-
-    def _continue(self, _: int) -> None:
-        """Run freely, or stop with what the last full cycle gave."""
-        continuous = self.settings.flag("continuous")
-        if self._free and not continuous and self._runs and self.clock.now() > self._since:
-            conditions, now = self._conditions(), self.clock.now()
-            if now - self._since >= conditions.duration:
-                self._reading = self._read(conditions, now)
-        elif continuous and not self._free:
-            self._since = self.clock.now()
-        self._free = continuous
-
-    def _turn_page(self, _: int) -> None:
-        # Readings go from page to page, but no measurement does.
-        self._due = None
-        self._sweep = []
-        self._list.rewind()
-        self._since = self.clock.now()
-
-    @property
-    def _page(self) -> str:
-        return self.settings.word("page")
-
-    @property
-    def _runs(self) -> bool:
-        """Whether the internal trigger starts one measurement after the other."""
-        return self.settings.word("trigger") == "INT" and self._page in _MEASURING_PAGES
-
-    def _operation(self) -> int:
-        # Bit 4: measuring (user's guide, operation status register).
-        return 0x10 if self._due is not None and self.clock.now() < self._due else 0
-
-    def _initiate(self) -> None:
-        if self.settings.flag("continuous") or self._waiting:
-            raise ScpiError(-213)
-        self._waiting = True
-        if self._runs:
-            self._begin_measurement()
-
-    def _abort(self) -> None:
-        self._waiting = False
-        self._due = None
-
-    def _start(self) -> None:
-        """Act on a trigger of the bus or TRIGger:IMMediate."""
-        if self.settings.word("trigger") != "BUS" and self.settings.word("trigger") != "HOLD":
-            raise ScpiError(-211)
-        if not (self.settings.flag("continuous") or self._waiting):
-            raise ScpiError(-211)
-        if self._operation() or self._page not in (*_MEASURING_PAGES, "LIST"):
-            raise ScpiError(-211)
-        self._begin_measurement()
-
-    def _begin_measurement(self) -> None:
-        self._waiting = False
-        self._reading, self._sweep = None, []
-        conditions = self._conditions()
-        self._triggered = self._list.triggered(conditions) if self._page == "LIST" else [conditions]
-        self._due = self.clock.now() + sum(conditions.duration for conditions in self._triggered)
-
     def _read(self, conditions: Conditions, time: float) -> BridgeResult:
         result = self._measurement.read(conditions, time)
         if result.impedance is None:
@@ -311,63 +240,45 @@ class KeysightE4980A(ScpiInstrument):
 
     def trigger(self) -> Handling:
         """Measure and reply with the result, as *TRG does. Raises ScpiError -211 where no trigger is awaited."""
-        if self.settings.word("trigger") != "BUS":
-            raise ScpiError(-211)
-        self._start()
+        self._cycle.bus_trigger()
         return self._fetch()
 
     def pending(self) -> float | None:
         """Return when the measurement that has been triggered is done."""
-        return self._due if self._operation() else None
+        return self._cycle.due if self._cycle.measuring else None
 
-    def _result(self) -> Handling:
-        if self._runs and self.settings.flag("continuous"):
-            # Free running: the reading of the last full cycle, at once where there is one.
-            cycle = self._conditions().duration
-            done = self._since + cycle * max(1, math.floor((self.clock.now() - self._since) / cycle + 1e-9))
-            if self._reading is None or done > self._reading.time:
-                yield done
-                self._reading = self._read(self._conditions(), done)
-        elif self._due is not None:
-            yield self._due
-            results = [self._read(conditions, self.clock.now()) for conditions in self._triggered]
-            self._reading = results[-1] if results else None
-            self._sweep = results if self._page == "LIST" else []
-            self._due = None
-        return None
+    def _operation(self) -> int:
+        # Bit 4: measuring (user's guide, operation status register).
+        return 0x10 if self._cycle.measuring else 0
 
     def _fetch(self) -> Handling:
-        yield from self._result()
-        if self._page == "LIST":
+        reading = yield from self._cycle.result()
+        if self._cycle.page == "LIST":
             return self._swept()
-        return self._replies.reading(self._shown(self._reading, self._frequency))
+        return self._replies.reading(self._shown(reading, self._frequency))
 
     def _shown(self, reading: BridgeResult | None, frequency: float) -> Figures:
         if reading is None or reading.impedance is None:
             return OVERFLOW, OVERFLOW, -1 if reading is None else reading.status
         if self._function == "VDID":
             volts = self.settings.number("bias_voltage") if self.settings.flag("bias") else 0.0
-            current = volts / (_SOURCE_RESISTANCE + reading.dc_resistance)
+            current = volts / (SOURCE_RESISTANCE + reading.dc_resistance)
             return current * reading.dc_resistance, current, reading.status
         first, second = pair(self._function, reading.impedance, frequency, reading.dc_resistance)
         return *self._deviation.shown((first, second)), reading.status
 
     def _swept(self) -> str | bytes:
-        points = self._triggered if self._sweep else self._list.waiting(self._conditions())
-        readings: list[BridgeResult] | list[None] = self._sweep or [None] * len(points)
-        shown = [self._shown(reading, at.frequency) for reading, at in zip(readings, points, strict=True)]
+        shown = [self._shown(reading, at.frequency) for at, reading in self._cycle.swept()]
         return self._replies.sweep(shown)
 
     def _fetch_corrected(self) -> Handling:
-        yield from self._result()
-        reading = self._reading
+        reading = yield from self._cycle.result()
         if reading is None or reading.impedance is None:
             return self._replies.values((OVERFLOW, OVERFLOW))
         return self._replies.values((reading.impedance.real, reading.impedance.imag))
 
     def _monitor(self, quantity: str) -> Handling:
-        yield from self._result()
-        reading = self._reading
+        reading = yield from self._cycle.result()
         if reading is None:
             return self._replies.values((OVERFLOW,))
         return self._replies.values((reading.voltage if quantity == "voltage" else reading.current,))
@@ -378,14 +289,14 @@ class KeysightE4980A(ScpiInstrument):
         yield self.clock.now() + _CORRECTION_TIME
         if not self._measurement.learn_short():
             raise ScpiError(-200, "Execution error;Correction measurement aborted")
-        self._stale()
+        self._cycle.forget()
         return None
 
     def _correct_open(self) -> Handling:
         yield self.clock.now() + _CORRECTION_TIME
         if not self._measurement.learn_open():
             raise ScpiError(-200, "Execution error;Correction measurement aborted")
-        self._stale()
+        self._cycle.forget()
         return None
 
 
@@ -393,6 +304,4 @@ _PAGES = (
     "MEASurement", "BNUMber", "BCOunt", "LIST", "MSETup", "CSETup", "LTABle", "LSETup", "CATalog", "SYSTem",
     "SELF", "MLARge", "SCONfig", "SERVice",
 )  # fmt: skip
-#: The pages on which the bridge measures, the LIST page aside.
-_MEASURING_PAGES = ("MEAS", "BNUM", "BCO", "MLAR")
 _RANGES = (0.1, 1.0, 10.0, 100.0, 300.0, 1.0e3, 3.0e3, 10.0e3, 30.0e3, 100.0e3)

@@ -2,15 +2,13 @@
 
 from dataclasses import replace
 
-from sim_instruments.instruments.keysight.e4980a_measurement import Conditions
+from sim_instruments.instruments.keysight.e4980a_measurement import SOURCE_RESISTANCE, Conditions
 from sim_instruments.instruments.keysight.e4980a_parameters import OVERFLOW
 from sim_instruments.scpi.parameters import exactly, number
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.tree import Call, CommandTree, bare
 
 _MOST_POINTS = 201
-#: The level (V) behind the bridge's 100 Ω that drives a current (A) into nothing.
-_SOURCE_RESISTANCE = 100.0
 #: By header: the unit and the limits of a point; frequencies have the bridge's own.
 _LEVELS = {"VOLTage": ("V", 0.0, 2.0), "CURRent": ("A", 0.0, 0.02)}
 
@@ -57,7 +55,7 @@ class SweepList:
     def _at(self, conditions: Conditions, point: float) -> Conditions:
         if self._kind == "FREQuency":
             return replace(conditions, frequency=point)
-        level = point * (_SOURCE_RESISTANCE if self._kind == "CURRent" else 1.0)
+        level = point * (SOURCE_RESISTANCE if self._kind == "CURRent" else 1.0)
         return replace(conditions, level_rms=level)
 
     def _add(self, tree: CommandTree, kind: str, unit: str, low: float, high: float) -> None:

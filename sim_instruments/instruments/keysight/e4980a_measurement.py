@@ -21,7 +21,8 @@ from sim_instruments.instruments.keysight.e4980a_accuracy import (
 if TYPE_CHECKING:
     from sim_instruments.world.world import World
 
-_SOURCE_RESISTANCE = 100.0
+#: Resistance (Ω) behind which the test level is set.
+SOURCE_RESISTANCE = 100.0
 _OVERLOAD = 1.0e9
 _SHORTED = 20.0
 _HIGHEST_SOURCE = 2.0
@@ -98,9 +99,9 @@ class BridgeMeasurement:
         true = self._world.impedance(conditions.frequency, level, aperture)
         if not (cmath.isfinite(true) and abs(true) < _OVERLOAD):
             return BridgeResult(time, None, _OVERLOADED)
-        current = level / abs(_SOURCE_RESISTANCE + true)
+        current = level / abs(SOURCE_RESISTANCE + true)
         status = 0
-        if conditions.regulated and level * abs(_SOURCE_RESISTANCE + true) > _HIGHEST_SOURCE * abs(true):
+        if conditions.regulated and level * abs(SOURCE_RESISTANCE + true) > _HIGHEST_SOURCE * abs(true):
             status = _UNREGULATED
         impedance = self._as_seen(true, conditions)
         resistance = self._dc_resistance(conditions, aperture) if conditions.with_dc else 0.0

@@ -8,8 +8,8 @@ import numpy as np
 
 from sim_instruments.disturbances.channel import CLEAR, ChannelPath
 from sim_instruments.instruments.keysight.infiniivision_arming import Setup
+from sim_instruments.instruments.keysight.infiniivision_edge import Edge, EdgeFinder
 from sim_instruments.instruments.keysight.infiniivision_record import FloatArray, Record, Signal, Vertical
-from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, EdgeFinder
 
 #: Corner (Hz) of the input's own AC coupling.
 AC_CORNER = 10.0

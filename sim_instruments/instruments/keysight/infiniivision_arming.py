@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from sim_instruments.disturbances.channel import CLEAR, ChannelPath
+from sim_instruments.instruments.keysight.infiniivision_edge import Edge
 from sim_instruments.instruments.keysight.infiniivision_record import Vertical
-from sim_instruments.instruments.keysight.infiniivision_trigger import Edge
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,15 @@ import numpy as np
 
 from sim_instruments.instruments.keysight import infiniivision_pulse as pulse
 from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition
+from sim_instruments.instruments.keysight.infiniivision_channels import SOURCES
 from sim_instruments.instruments.keysight.infiniivision_pulse import NOT_MEASURABLE, FloatArray
 from sim_instruments.instruments.keysight.infiniivision_record import Record
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.parameters import choice, choices, exactly
 from sim_instruments.scpi.tree import Call, CommandTree, Handling, bare
 
-_SOURCES = {name: f"CHAN{n}" for n in range(1, 5) for name in (f"CHAN{n}", f"CHANNEL{n}")}
 _INTERVALS, _TYPES = choices(("CYCLe", "DISPlay")), choices(("AC", "DC"))
-_TABLES = {"interval": _INTERVALS, "type": _TYPES, "source": _SOURCES, "second": _SOURCES}
+_TABLES = {"interval": _INTERVALS, "type": _TYPES, "source": SOURCES, "second": SOURCES}
 _POINTS = 62_500
 #: Divisions that a trace must go up and down for its edges to be looked at; its noise does not.
 _LEAST_HEIGHT = 0.3
@@ -89,7 +89,7 @@ class MeasureSubsystem:
 
     def _set_source(self, call: Call) -> None:
         exactly(call.arguments, 1, 2)
-        sources = [int(choice(argument, _SOURCES)[-1]) for argument in call.arguments]
+        sources = [int(choice(argument, SOURCES)[-1]) for argument in call.arguments]
         self._sources = (sources[0], sources[1] if len(sources) == 2 else self._sources[1])
 
     def _asked(self, call: Call, function: _Function) -> _Asked:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition
+from sim_instruments.instruments.keysight.infiniivision_channels import SOURCES
 from sim_instruments.instruments.keysight.infiniivision_record import Record, Vertical
 from sim_instruments.instruments.keysight.infiniivision_transfer import (
     TEXT_WIDTH,
@@ -16,7 +17,6 @@ from sim_instruments.scpi.parameters import choice, exactly, integer
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.tree import Call, CommandTree, Handling, bare
 
-_SOURCES = {name: f"CHAN{n}" for n in range(1, 5) for name in (f"CHAN{n}", f"CHANNEL{n}")}
 _FORMAT_CODES = {"BYTE": 0, "WORD": 1, "ASC": 4}
 _TYPE_CODES = {"NORM": 0, "PEAK": 1, "AVER": 2, "HRES": 0}
 _NORMAL_POINTS = 62_500
@@ -62,7 +62,7 @@ class WaveformSubsystem:
 
     def _set_source(self, call: Call) -> None:
         exactly(call.arguments, 1)
-        self._source = choice(call.arguments[0], _SOURCES)
+        self._source = choice(call.arguments[0], SOURCES)
 
     def _set_points(self, call: Call) -> None:
         exactly(call.arguments, 1)

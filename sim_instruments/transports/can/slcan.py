@@ -6,12 +6,15 @@ from dataclasses import dataclass
 import can
 
 END, REFUSED = b"\r", b"\a"
-#: The longest line: an extended frame of eight bytes; more is no command.
-LONGEST = 1 + 8 + 1 + 16
+#: The longest line: an extended frame of 64 bytes; more is no command.
+LONGEST = 1 + 8 + 1 + 128
 _VERSION, _SERIAL_NUMBER, _FLAGS = b"V1013\r", b"NVB01\r", b"F00\r"
 _FRAME = re.compile(r"(?:([tr])([0-9A-F]{3})|([TR])([0-9A-F]{8}))([0-8])((?:[0-9A-F]{2})*)", re.IGNORECASE)
-# Bit rate by its number or by registers, acceptance code and mask, time stamps off.
-_SETTING = re.compile(r"S[0-9]|s[0-9A-F]{4}|[Mm][0-9A-F]{8}|Z0|X[01]", re.IGNORECASE)
+#: CAN FD, as CANable's firmware and python-can have it: `d` and `D` at one bit rate, `b` and `B` with another one for the data.
+_FD_FRAME = re.compile(r"(?:([db])([0-9A-Fa-f]{3})|([DB])([0-9A-Fa-f]{8}))([0-9A-Fa-f])((?:[0-9A-Fa-f]{2})*)")
+_FD_SIZES = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
+# Bit rates by their number or by registers, acceptance code and mask, time stamps off.
+_SETTING = re.compile(r"S[0-9]|Y[0-9A-F]|s[0-9A-F]{4}|[Mm][0-9A-F]{8}|Z0|X[01]", re.IGNORECASE)
 
 
 class LineSplitter:
@@ -84,7 +87,7 @@ def frame_of(text: str) -> can.Message | None:
     """Return the frame that a line is, None where it is none."""
     match = _FRAME.fullmatch(text)
     if match is None:
-        return None
+        return _fd_frame_of(text)
     short, short_identifier, long, long_identifier, length, data = match.groups()
     remote = (short or long) in ("r", "R")
     identifier = int(short_identifier or long_identifier, 16)
@@ -99,8 +102,32 @@ def frame_of(text: str) -> can.Message | None:
     )
 
 
+def _fd_frame_of(text: str) -> can.Message | None:
+    match = _FD_FRAME.fullmatch(text)
+    if match is None:
+        return None
+    short, short_identifier, long, long_identifier, code, data = match.groups()
+    identifier, size = int(short_identifier or long_identifier, 16), _FD_SIZES[int(code, 16)]
+    if identifier > (0x7FF if short else 0x1FFFFFFF) or len(data) != 2 * size:
+        return None
+    return can.Message(
+        arbitration_id=identifier,
+        is_extended_id=short is None,
+        is_fd=True,
+        bitrate_switch=(short or long) in ("b", "B"),
+        dlc=size,
+        data=bytes.fromhex(data),
+    )
+
+
 def line_of(frame: can.Message) -> bytes:
     """Return a frame's line with its end."""
+    if frame.is_fd:
+        kind = "b" if frame.bitrate_switch else "d"
+        place = (
+            f"{kind.upper()}{frame.arbitration_id:08X}" if frame.is_extended_id else f"{kind}{frame.arbitration_id:03X}"
+        )
+        return f"{place}{_FD_SIZES.index(frame.dlc):X}{frame.data.hex().upper()}".encode() + END
     kind = "r" if frame.is_remote_frame else "t"
     identifier = (
         f"{kind.upper()}{frame.arbitration_id:08X}" if frame.is_extended_id else f"{kind}{frame.arbitration_id:03X}"

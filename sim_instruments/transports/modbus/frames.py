@@ -47,14 +47,20 @@ class ModbusFrames:
         self._line = line
         self._replies = ReplyFaults()
 
-    def answer(self, unit: int, request: bytes) -> tuple[bytes, Fault | None]:
-        """Return the response to a request, empty where none comes, and the fault that is to strike its frame."""
+    def answer(self, unit: int, request: bytes, *, in_ascii: bool = False) -> tuple[bytes, Fault | None]:
+        """Return the response to a request, empty where none comes, and the fault that is to strike its frame.
+
+        `in_ascii` says that it came in ASCII frames; what speaks TCP to a line speaks RTU on it.
+        """
         function = request[0]
         try:
             if (given := self._line.recorded(unit, request)) is not None:
                 return given
             if unit not in self._line.units:
                 raise _RefusedError(_NO_SUCH_UNIT)  # noqa: TRY301  one place makes exceptions of refusals
+            framing = self._line.framing_of(unit)
+            if framing is not None and framing.ascii != in_ascii:
+                raise NoAnswerError  # noqa: TRY301  likewise
             return self._execute(unit, function, request[1:])
         except (_RefusedError, RegisterError) as refusal:
             return bytes([function | 0x80, refusal.code]), None

@@ -1,4 +1,4 @@
-"""Modbus RTU: units on a serial line, a pseudo-terminal served by a thread."""
+"""Modbus RTU and ASCII: units on a serial line, a pseudo-terminal served by a thread."""
 
 import math
 import os
@@ -8,7 +8,7 @@ import threading
 import time
 
 from pymodbus.exceptions import ModbusIOException
-from pymodbus.framer import FramerRTU
+from pymodbus.framer import FramerAscii, FramerRTU
 from pymodbus.pdu import DecodePDU, ModbusPDU
 
 from sim_instruments.faults.line_faults import FaultKind, spoil
@@ -18,6 +18,9 @@ from sim_instruments.transports.modbus.unit import ModbusLine
 from sim_instruments.transports.serial.pty import PseudoTerminal
 
 _BITS_PER_CHARACTER = 11
+# Of a client that has set a rate without a name.
+_USUAL_RATE = 9600
+_ASCII_START = b":"
 _SILENT_CHARACTERS = 3.5
 _TURNAROUND = 5.0e-3
 # A frame that stays incomplete for so long in real time is given up, as a silent interval would end it.
@@ -28,17 +31,18 @@ _STOP_TIMEOUT = 10.0
 class ModbusRtuEndpoint:
     """Serves a line of units until it is closed; a request takes the virtual time that its bytes take on the wire.
 
-    A unit that needs silence on the line before a request, its `silence` (s) in bench time or in the wall's, hears none without.
+    A unit that needs silence on the line before a request in RTU, its `silence` (s) in bench time or in the wall's, hears none without;
+    one with a `framing` hears none that comes at another rate, parity or kind of frame. Of the client's settings a pseudo-terminal shows
+    the rate and odd parity.
     While the line's cable is out nothing gets through, and nobody is told: that is how serial lines are.
     """
 
-    def __init__(self, line: ModbusLine, *, baud_rate: int = 9600) -> None:
+    def __init__(self, line: ModbusLine) -> None:
         self._line = line
         self._frames = ModbusFrames(line)
-        self._character = _BITS_PER_CHARACTER / baud_rate
         self._last = (-math.inf, -math.inf)
         self._terminal = PseudoTerminal()
-        self._framer = FramerRTU(DecodePDU(True))
+        self._rtu, self._ascii = FramerRTU(DecodePDU(True)), FramerAscii(DecodePDU(True))
         self._wake, self._waker = os.pipe()
         self._thread = threading.Thread(target=self._serve, name="modbus-rtu", daemon=True)
         self._thread.start()
@@ -66,32 +70,43 @@ class ModbusRtuEndpoint:
             if self._wake in ready:
                 return
             buffer = buffer + self._terminal.receive() if ready else b""
-            used, pdu = self._decode(buffer) if buffer else (0, None)
+            framer = self._framer_for(buffer)
+            used, pdu = self._decode(framer, buffer) if buffer else (0, None)
             if pdu is not None:
-                self._answer(pdu, used)
+                self._answer(pdu, used, framer)
             buffer = buffer[used:]
 
-    def _decode(self, buffer: bytes) -> tuple[int, ModbusPDU | None]:
+    def _framer_for(self, buffer: bytes) -> FramerRTU | FramerAscii:
+        framings = (self._line.framing_of(unit) for unit in self._line.units)
+        listened = any(framing is not None and framing.ascii for framing in framings)
+        return self._ascii if listened and buffer.startswith(_ASCII_START) else self._rtu
+
+    def _decode(self, framer: FramerRTU | FramerAscii, buffer: bytes) -> tuple[int, ModbusPDU | None]:
         try:
-            return self._framer.handleFrame(buffer, 0, 0)
+            return framer.handleFrame(buffer, 0, 0)
         except (ModbusIOException, ValueError, struct.error):
             # A frame with a good checksum that is no request: a slave keeps silent.
             return len(buffer), None
 
-    def _answer(self, request: ModbusPDU, length: int) -> None:
+    def _answer(self, request: ModbusPDU, length: int, framer: FramerRTU | FramerAscii) -> None:
         unit = request.dev_id
         silent = max(now - last for now, last in zip(self._times(), self._last, strict=True))
         self._last = self._times()
         if unit not in self._line.units or not self._line.connection.up:
             return
-        needed = getattr(self._line.units[unit], "silence", 0.0)
-        if needed and silent <= needed:
+        in_ascii, rate, framing = framer is self._ascii, self._terminal.rate, self._line.framing_of(unit)
+        if framing is not None and not framing.hears(rate, odd=self._terminal.odd_parity, in_ascii=in_ascii):
             return
-        response, fault = self._frames.answer(unit, bytes([request.function_code]) + request.encode())
-        reply = self._framer.encode(response, shown_unit(unit, fault), 0) if response else b""
+        needed = getattr(self._line.units[unit], "silence", 0.0)
+        if needed and silent <= needed and not in_ascii:
+            return
+        response, fault = self._frames.answer(
+            unit, bytes([request.function_code]) + request.encode(), in_ascii=in_ascii
+        )
+        reply = framer.encode(response, shown_unit(unit, fault), 0) if response else b""
         characters = length + len(reply) + 2.0 * _SILENT_CHARACTERS
         # The client is blocked until it has its reply, so sleeping here is sleeping on its behalf.
-        self._line.clock.sleep(characters * self._character + _TURNAROUND)
+        self._line.clock.sleep(characters * _BITS_PER_CHARACTER / (rate or _USUAL_RATE) + _TURNAROUND)
         if fault is not None and fault.kind is FaultKind.LATE:
             self._line.clock.sleep(fault.delay)
         self._last = self._times()

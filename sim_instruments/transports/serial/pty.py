@@ -1,11 +1,18 @@
 """Serial lines without hardware: pseudo-terminals in raw mode."""
 
 import os
+import termios
 import tty
 from collections.abc import Callable
 from typing import Protocol
 
 from sim_instruments.transports.connection import Connection
+
+#: What a terminal's speed is in bit/s.
+_RATES = {
+    getattr(termios, f"B{rate}"): rate
+    for rate in (300, 600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400)
+}
 
 
 class StreamSource(Protocol):
@@ -32,6 +39,16 @@ class PseudoTerminal:
         os.set_blocking(self.master, False)
         self.path = os.ttyname(self._slave)
 
+    @property
+    def rate(self) -> int | None:
+        """The rate (bit/s) that the far end has set, None for one that is not usual."""
+        return _RATES.get(termios.tcgetattr(self._slave)[5])
+
+    @property
+    def odd_parity(self) -> bool:
+        """Whether the far end has set odd parity. Even parity and seven data bits Linux does not keep for a pseudo-terminal."""
+        return bool(termios.tcgetattr(self._slave)[2] & termios.PARODD)
+
     def send(self, data: bytes) -> int:
         """Send bytes and return how many; what nobody has read from the full line is lost, as on a real one."""
         try:
@@ -42,9 +59,21 @@ class PseudoTerminal:
     def receive(self, count: int = 4096) -> bytes:
         """Return what has come in, possibly nothing."""
         try:
-            return os.read(self.master, count)
+            data = os.read(self.master, count)
         except BlockingIOError:
             return b""
+        self._leave_something_to_set()
+        return data
+
+    def _leave_something_to_set(self) -> None:
+        """Set what has no effect in raw mode, so that whoever opens the far end next changes it.
+
+        The C library refuses seven data bits or parity on a pseudo-terminal, which does not keep them, unless another setting was
+        changed by the same call.
+        """
+        settings = termios.tcgetattr(self._slave)
+        settings[3] |= termios.ECHOE
+        termios.tcsetattr(self._slave, termios.TCSANOW, settings)
 
     def close(self) -> None:
         """Close both ends; again is allowed."""

@@ -5,14 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from sim_instruments.physics.closed_loops import BrakedShaft, braked
 from sim_instruments.physics.coasting import BearingDrag, Cogged, CoggingWaves
 from sim_instruments.physics.crossing import first_rise
+from sim_instruments.physics.mapped_windings import MappedWindings
 from sim_instruments.physics.motion import Drag, Motion, Ramp, Rest
-from sim_instruments.physics.rotating import Rotating
 from sim_instruments.physics.swing import Grip, Shaft, Swing
 from sim_instruments.physics.transient import LinearTransient
 from sim_instruments.physics.windings import FloatArray
-from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment
+from sim_instruments.world.segment import Circuit, DynamometerLaw, Outcome, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
 
 #: Slower than this (rad/s), a shaft without dry friction counts as standing.
@@ -28,20 +29,21 @@ _SLIP = 1e-3
 
 
 def drag(
-    inputs: SegmentInputs, torque: float, limit: float
+    inputs: SegmentInputs, torque: float, limit: float, current: complex = 0j
 ) -> tuple[Drag | BearingDrag | Cogged | Rest, float, Outcome]:
     """Return motion under a constant torque (N·m), until it stands still or a speed limit (rad/s) is met, and that end (s).
 
     Cogging averages out over a turn and is left out, unless the motor's bearing says otherwise; a shaft that comes to rest stays where
-    dry friction stops it.
+    dry friction stops it. `current` (A, d + j·q of the Y-equivalent) is what an inverter impresses, which the iron's loss depends on.
     """
-    state, shaft = inputs.state, inputs.constants.coasting_shaft(inputs.settings)
+    state, network = inputs.state, inputs.network
+    shaft = braked(inputs.constants.coasting_shaft(inputs.settings), network, current)
     speed, cogging = state.speed, inputs.constants.cogging(shaft)
     grip = shaft.static_friction + (0.0 if cogging is None else cogging.torque)
     if abs(speed) <= (0.0 if grip else _CREEP) and abs(torque) <= grip:
         return Rest(state.angle), math.inf, "none"
     way = math.copysign(1.0, speed if speed else torque)
-    if cogging is not None or not shaft.bearing.plain:
+    if cogging is not None or not shaft.bearing.plain or isinstance(shaft, BrakedShaft):
         return _dragged(inputs, shaft, cogging, torque, way, limit)
     motion = Drag(
         inputs.time, state.angle, speed, torque - way * shaft.coulomb_friction, shaft.inertia, shaft.viscous_friction
@@ -79,7 +81,7 @@ def _dragged(
 def coasting(inputs: SegmentInputs, torque: float, law: DynamometerLaw) -> Segment:
     """Return the segment of a shaft under the dynamometer's torque (N·m), or none, with no current from the supply.
 
-    What loops the wiring closes carry currents, but their braking of the shaft is left out.
+    Joined terminals brake it by the mean torque of their currents.
     """
     machine, state = inputs.constants.dynamometer, inputs.state
     shaft = inputs.constants.shaft(inputs.settings)
@@ -100,8 +102,9 @@ def coasting(inputs: SegmentInputs, torque: float, law: DynamometerLaw) -> Segme
 def _turning(
     inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerLaw, outcome: Outcome = "none"
 ) -> Segment:
-    circuit = Rotating(inputs.network, motion, inputs.rotating_source())
-    return inputs.segment(motion, circuit, end, law, live=bool(inputs.network.loops), outcome=outcome)
+    return inputs.segment(
+        motion, inputs.turning_circuit(motion), end, law, live=bool(inputs.network.loops), outcome=outcome
+    )
 
 
 def energised(inputs: SegmentInputs, torque: float, law: DynamometerLaw, time: float) -> Segment:
@@ -121,7 +124,9 @@ def energised(inputs: SegmentInputs, torque: float, law: DynamometerLaw, time: f
 
     settled = 30.0 / float(circuit.rates.min()) if len(circuit.rates) else 0.0
     now, lasting = push(np.array([time, time + settled])).tolist()
-    grip = max(total.static_friction, _rounding(inputs))
+    # One hysteresis for standing and sliding, lest what breaks away stop at once.
+    hysteresis = _iron_grip(inputs, circuit, time + settled)
+    grip = max(total.static_friction + hysteresis, _rounding(inputs))
     # Against the braking of joined terminals a rotor creeps to its rest without end: static friction ends that.
     creeps = 0.0 < abs(state.speed) <= _SLOW and abs(lasting) <= grip
     if (state.speed == 0.0 or creeps) and not state.breaking_away and abs(now) <= grip:
@@ -133,7 +138,8 @@ def energised(inputs: SegmentInputs, torque: float, law: DynamometerLaw, time: f
         if breaks < until:
             return inputs.segment(Rest(state.angle), circuit, breaks, law, live=True, outcome="breakaway")
         return inputs.segment(Rest(state.angle), circuit, end, law, live=True)
-    sliding = Shaft(total.inertia, total.coulomb_friction * (1.0 - _SLIP), total.viscous_friction, torque)
+    dry = (total.coulomb_friction + hysteresis) * (1.0 - _SLIP)
+    sliding = Shaft(total.inertia, dry, total.viscous_friction, torque)
     return _swinging(inputs, sliding, 1 if (state.speed or now) > 0.0 else -1, grip, law)
 
 
@@ -159,6 +165,17 @@ def _swinging(inputs: SegmentInputs, shaft: Shaft, direction: int, grip: float, 
         outcome = "trip voltage"
     segment = inputs.segment(swing, swing, swing.end, law, live=True, outcome=outcome)
     return replace(segment, reversals=swing.reversals)
+
+
+def _iron_grip(inputs: SegmentInputs, circuit: Circuit, time: float) -> float:
+    """Return the torque (N·m) with which the iron's hysteresis holds a rotor that stands, at the currents of a time (s)."""
+    windings = inputs.windings
+    if not isinstance(windings, MappedWindings) or not windings.motor.iron.hysteresis_loss:
+        return 0.0
+    loss = windings.iron_loss(
+        np.array([inputs.electrical_angle]), circuit.winding_currents(np.array([time])), np.full(1, 1e-9)
+    )
+    return float(loss[0]) / 1e-9 * windings.pole_pairs
 
 
 def _rounding(inputs: SegmentInputs) -> float:

@@ -61,7 +61,7 @@ def pull_to_next(constants: Constants, settings: WorldSettings, state: State, di
     """
     if not settings.supply.on or settings.supply.tripped is not None:
         return None
-    windings = constants.windings(settings, state.temperature, supplied=True)
+    windings = constants.windings(settings, state.temperature, state.magnet_temperature, supplied=True)
     network = constants.network(windings, settings, supplied=True)
     if not network.drives_current:
         return None

@@ -7,12 +7,16 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
+from sim_instruments.physics.closed_loops import braked
 from sim_instruments.physics.field import ImpressedField, Synchronous, q_current_within
+from sim_instruments.physics.mapped_field import MappedSynchronous
+from sim_instruments.physics.mapped_windings import MappedWindings
 from sim_instruments.physics.motion import Motion, Ramp, Rest
 from sim_instruments.physics.windings import FloatArray
 from sim_instruments.world.segment import DynamometerLaw, FieldState, Outcome, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
 from sim_instruments.world.shaft.free_shaft import drag
+from sim_instruments.world.sources import rotor_current_drive
 
 
 def imposed(inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerLaw, direction: int) -> Segment:
@@ -20,6 +24,8 @@ def imposed(inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerL
 
     A rotating field cannot take such a shaft along: it is out of step.
     """
+    if _in_rotor_frame(inputs):
+        return rotor_current_drive.imposed(inputs, motion, end, law, direction)
     if inputs.settings.inverter.mode == "current":
         return _segment(inputs, motion, None, _q_current(inputs, motion, direction), end, law)
     state = inputs.state.field or FieldState(inputs.electrical_angle - inputs.windings.phase_shift, 0.0, False)
@@ -29,9 +35,17 @@ def imposed(inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerL
 
 def free(inputs: SegmentInputs, torque: float, law: DynamometerLaw, direction: int) -> Segment:
     """Return the segment of a free shaft, with the dynamometer's torque (N·m) on it where that is on."""
+    if _in_rotor_frame(inputs):
+        return rotor_current_drive.free(inputs, torque, law, direction)
     if inputs.settings.inverter.mode == "current":
         return _regulated(inputs, torque, law, direction)
     return _rotating_field(inputs, torque, law, direction)
+
+
+def _in_rotor_frame(inputs: SegmentInputs) -> bool:
+    """Say whether the currents are found in the rotor's coordinates: regulated there, or a q current of a motor on a flux map."""
+    mode = inputs.settings.inverter.mode
+    return mode == "dq" or (mode == "current" and isinstance(inputs.windings, MappedWindings))
 
 
 def _segment(
@@ -62,6 +76,8 @@ def _segment(
 
 def _synchronous(inputs: SegmentInputs) -> Synchronous:
     motor, windings = inputs.constants.motor, inputs.windings
+    if isinstance(windings, MappedWindings):
+        return MappedSynchronous(windings, inputs.settings.inverter.amplitude)
     return Synchronous(
         windings.resistance_y,
         motor.d_axis_inductance_y,
@@ -126,7 +142,9 @@ def _rotating_field(inputs: SegmentInputs, torque: float, law: DynamometerLaw, d
 
 def _load(inputs: SegmentInputs, torque: float, electrical_speed: float, rate: float) -> float:
     """Return the torque (N·m, signed) that the field must make at an electrical speed (rad/s) and its rate (rad/s²)."""
-    shaft, p = inputs.constants.shaft(inputs.settings), inputs.windings.pole_pairs
+    p, amplitude = inputs.windings.pole_pairs, inputs.settings.inverter.amplitude
+    # Lightly loaded, the currents lie along the magnets.
+    shaft = braked(inputs.constants.shaft(inputs.settings), inputs.network, complex(amplitude))
     speed = electrical_speed / p
     return shaft.friction(speed) + shaft.inertia * rate / p - torque
 

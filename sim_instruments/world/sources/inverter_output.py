@@ -1,11 +1,32 @@
 """The inverter as its field bus sees it."""
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
+from sim_instruments.physics.field import RotorField
 from sim_instruments.world.machine_data import InverterStage
 from sim_instruments.world.sources.stuck_output import OutputSwitch
 from sim_instruments.world.timeline import Timeline
+
+
+@dataclass(frozen=True)
+class RotorState:
+    """Shaft `angle` (rad) and `speed` (rad/s), the d axis' `electrical_angle` (rad) from terminal A's and its `electrical_speed` (rad/s).
+
+    `current` (A, without an offset) and `voltage` (V, before dead time) are d + j·q, peak; `limited` says that the voltage bounds the
+    current.
+    """
+
+    angle: float
+    speed: float
+    electrical_angle: float
+    electrical_speed: float
+    current: complex
+    voltage: complex
+    limited: bool
 
 
 class InverterOutput:
@@ -23,10 +44,10 @@ class InverterOutput:
                 settings.inverter.fault = None
             settings.inverter.enabled = self.stuck_output.follows(on, settings.inverter.enabled)
 
-    def set_mode(self, mode: Literal["frequency", "current"]) -> None:
-        """Choose between the open-loop rotating field and the regulated q-axis current."""
-        if mode not in ("frequency", "current"):
-            raise ValueError(f"inverter mode {mode!r} is unknown; allowed are 'frequency' and 'current'")
+    def set_mode(self, mode: Literal["frequency", "current", "dq"]) -> None:
+        """Choose between the open-loop rotating field, the regulated q-axis current, and both currents at the rotor's own angle."""
+        if mode not in ("frequency", "current", "dq"):
+            raise ValueError(f"inverter mode {mode!r} is unknown; allowed are 'frequency', 'current' and 'dq'")
         with self._timeline.changing() as settings:
             settings.inverter.mode = mode
 
@@ -48,6 +69,25 @@ class InverterOutput:
         limit = self.stage.maximum_current
         with self._timeline.changing() as settings:
             settings.inverter.q_current = min(max(float(current), -limit), limit)
+
+    def command_dq_current(
+        self,
+        current: complex,
+        offset: complex = 0j,
+        held_speed: float | None = None,
+        bandwidth: float | None = None,
+    ) -> None:
+        """Set the currents (A, d + j·q, peak, in the true rotor's coordinates); the stage's maximum clamps their length.
+
+        `offset` (A, along terminal A's axis + j·across) flows beside them unseen, standing still in the stator. With a `held_speed`
+        (rad/s, mechanical) the q current is the most that is used to come to it. `bandwidth` (Hz) is that of the loop that regulates them.
+        """
+        limit = self.stage.maximum_current
+        with self._timeline.changing() as settings:
+            settings.inverter.dq_current = current * (limit / abs(current) if abs(current) > limit else 1.0)
+            settings.inverter.current_offset = offset
+            settings.inverter.held_speed = held_speed
+            settings.inverter.bandwidth = bandwidth
 
     @property
     def enabled(self) -> bool:
@@ -88,6 +128,31 @@ class InverterOutput:
         """Return the amplitude (A, peak) of the phase currents that flow now."""
         with self._timeline.observing():
             return self._timeline.present.current_amplitude(self._timeline.now)
+
+    def rotor_state(self) -> "RotorState":
+        """Return what there is now of the rotor and, in its coordinates, of currents and the bridge's commanded voltages.
+
+        Without a regulated current in the rotor's coordinates both are zero.
+        """
+        with self._timeline.observing():
+            timeline, windings = self._timeline, self._timeline.present.windings
+            now, circuit = np.array([timeline.now]), timeline.present.circuit
+            way = timeline.constants.inverter_direction(timeline.settings) or 1
+            angle = timeline.angle * windings.pole_pairs - windings.phase_shift
+            current = voltage = 0j
+            limited = False
+            if isinstance(circuit, RotorField):
+                current, voltage = complex(circuit.regulated_currents(now)[0]), complex(circuit.dq_voltages(now)[0])
+                limited = bool(circuit.limited(now)[0])
+            return RotorState(
+                timeline.angle,
+                timeline.speed,
+                angle,
+                timeline.speed * windings.pole_pairs,
+                complex(current.real, way * current.imag),
+                complex(voltage.real, way * voltage.imag),
+                limited,
+            )
 
     def _own(self, value: float) -> float:
         """Return a signed figure of the motor's as the bridge sees it, whose outputs may meet the phases in the other order."""

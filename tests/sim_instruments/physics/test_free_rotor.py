@@ -134,6 +134,7 @@ def test_a_swing_against_equations_written_otherwise(lab: Any) -> None:
         assert world.truth()["shaft_speed"] == pytest.approx(expected[1, index], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_creeping_against_a_stiff_circuit(lab: Any) -> None:
     # Rotor and braking loop ring at 50000 rad/s against each other while the rotor takes a second to creep home.
     motor = lab.lg_400w(

@@ -147,6 +147,7 @@ def test_the_dynamometers_own_machine_brakes_too() -> None:
     assert speed < Stand().running(0.0).world.shaft_speed(0.1)
 
 
+@pytest.mark.slow
 def test_a_load_step_settles_on_the_time_scale_of_the_exact_run_up() -> None:
     stand = Stand().running(0.3)
     before = stand.world.shaft_speed(0.0)

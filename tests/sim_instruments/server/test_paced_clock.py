@@ -75,6 +75,21 @@ def test_a_pulse_runs_what_is_due_in_its_order() -> None:
     assert seen == ["first", "third", "later"]
 
 
+def test_time_stands_still_while_the_bench_is_behind_and_makes_nothing_up() -> None:
+    wall = Wall()
+    clock = PacedClock(20.0, wall)
+    wall.time += 3.0
+    clock.pulse(behind=True)
+    wall.time += 5.0
+    assert clock.now() == pytest.approx(60.0)
+    clock.pulse(behind=True)
+    wall.time += 1.0
+    clock.pulse()
+    assert clock.now() == pytest.approx(60.0)
+    wall.time += 0.05
+    assert clock.now() == pytest.approx(61.0)
+
+
 def test_closing_wakes_whoever_sleeps() -> None:
     clock = PacedClock(1.0)
     sleeper = threading.Thread(target=clock.sleep, args=(3600.0,))

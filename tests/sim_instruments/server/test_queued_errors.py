@@ -4,6 +4,7 @@ import json
 import os
 import socket
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -52,6 +53,19 @@ def test_what_other_lines_understand_needs_no_motor(call: Call, role: str, under
     told = json.loads(out)
     assert (code, told["role"]) == (0, role)
     assert understood <= set(told["understands"])
+
+
+def test_what_a_stations_own_inverter_understands(call: Call, tmp_path: Path) -> None:
+    station = tmp_path / "bench.toml"
+    station.write_text(
+        '[station]\nname = "bench"\n[instruments.inverter]\ndriver = "mjbots-moteus"\n'
+        'address = "can://socketcan/can0?node=1"\nmaximum_current = 20.0\n',
+        encoding="utf-8",
+    )
+    code, out, _ = call("sim", "serve", "--station", str(station), "--motor", "lg-400w", "--commands", "inverter")
+    assert code == 0
+    understood = {"000H rw Mode", "01CH rw Commanded Q current", "00FH ro Fault code", "conf get servo.max_current_A"}
+    assert understood | {"tel get servo_control", "d stop"} <= set(out.splitlines())
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import pytest
 
 from sim_instruments.faults.line_faults import Fault
 from sim_instruments.server.served_bench import ServedBench
+from tests.sim_instruments.motors import BENCH_MOTOR
 from tests.sim_instruments.server import wires
 
 
@@ -114,6 +115,17 @@ def test_device_clear_ends_a_wait_without_end(bench: ServedBench) -> None:
         waiting.timeout = 5000
         assert waiting.query("*OPT?") == "0"
         assert waiting.query(":RST?") == "STOP" or waiting.query(":RSTate?") == "STOP"
+
+
+def test_a_bench_that_cannot_keep_up_is_slower_and_answers_all_the_same() -> None:
+    # No machine looks through a signal a thousand times as fast as it comes.
+    with ServedBench(BENCH_MOTOR, speedup=1000.0, seed=1) as bench:
+        address = bench.addresses()["oscilloscope"]["hislip"]
+        with wires.visa(address, timeout=0.2) as waiting, wires.visa(address) as other:
+            waiting.write("*RST;:TIM:SCAL 1E-4;:TRIG:SWE NORM;:TRIG:LEV 4,CHAN1;:DIG CHAN1;*OPC?")
+            with pytest.raises(Exception, match="VI_ERROR_TMO"):
+                waiting.read()
+            assert other.query("*OPT?") == "0"
 
 
 @pytest.mark.parametrize("way", ["hislip", "vxi11"])

@@ -19,7 +19,7 @@ def test_what_it_says_of_itself_and_of_its_line(bench_motor: VirtualMotor) -> No
         assert wire.tell("01 03 09 00 00 02") == "01 03 04 00 01 00 60"
         assert wire.tell("01 03 09 04 00 01") == "01 03 02 00 0D"
         assert wire.tell("01 06 00 00 00 01") == "01 86 02"
-        assert wire.tell("01 06 09 00 00 05") == "01 86 03"
+        assert wire.tell("01 06 09 00 00 FF") == "01 86 03"
         assert wire.tell("01 03 00 01 00 01") == "01 83 02"
 
 

@@ -12,7 +12,7 @@ from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.instruments.errors import ScopeErrors
 from sim_instruments.instruments.keysight.infiniivision import KeysightInfiniiVision
-from sim_instruments.instruments.keysight.infiniivision_trigger import Edge, EdgeFinder
+from sim_instruments.instruments.keysight.infiniivision_edge import Edge, EdgeFinder
 from sim_instruments.transports.visa.library import InProcessVisaLibrary
 
 Session = pyvisa.resources.MessageBasedResource

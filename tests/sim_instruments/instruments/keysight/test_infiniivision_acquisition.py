@@ -8,8 +8,8 @@ import pytest
 
 from sim_instruments.instruments.keysight.infiniivision_acquisition import Acquisition
 from sim_instruments.instruments.keysight.infiniivision_arming import Setup
+from sim_instruments.instruments.keysight.infiniivision_edge import Edge
 from sim_instruments.instruments.keysight.infiniivision_record import FloatArray, Vertical
-from sim_instruments.instruments.keysight.infiniivision_trigger import Edge
 
 EVENTS = (0.31, 1.7)
 

@@ -28,6 +28,28 @@ def test_frames_and_their_lines(line: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("line", "size", "switched"),
+    [
+        ("d1230", 0, False),
+        ("b5003210002", 3, True),
+        ("D1FFFFFFF9" + "5A" * 12, 12, False),
+        ("B00008005F" + "01" * 64, 64, True),
+    ],
+)
+def test_frames_of_can_fd_and_their_lines(line: str, size: int, switched: bool) -> None:
+    frame = frame_of(line)
+    assert frame is not None
+    assert line_of(frame) == line.encode() + b"\r"
+    assert (frame.is_fd, frame.bitrate_switch, frame.dlc, len(frame.data)) == (True, switched, size, size)
+    assert frame.is_extended_id == line[0].isupper()
+
+
+@pytest.mark.parametrize("line", ["d12390" + "00" * 8, "b8000", "D2000000000", "b123G00", "dABC9" + "00" * 13])
+def test_lines_that_are_no_frame_of_can_fd(line: str) -> None:
+    assert frame_of(line) is None
+
+
+@pytest.mark.parametrize(
     "line", ["t8000", "t12", "t1239", "t123201", "t12310102", "T200000000", "r123101", "x", "t12G0"]
 )
 def test_lines_that_are_no_frame(line: str) -> None:

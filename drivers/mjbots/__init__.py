@@ -1,0 +1,1 @@
+"""Motor controllers by mjbots."""

@@ -1,0 +1,178 @@
+"""The flux map that readings at constant speed give, and what they show beyond its model."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import chdtrc, fdtrc, ndtri
+
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
+from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap
+from procedures.estimation.flux.map_fit import MapFit, fit_map
+from procedures.estimation.flux.readings import FluxReadings, locations_of
+
+#: A residual variance this unlikely is told, one this unlikely lets the intervals grow.
+_TOLD, _WIDENED = 1e-4, 0.02
+#: Symmetry is given up where so unlikely a part of the residuals goes with it, and is more than this share of the largest flux linkage.
+_ASYMMETRIC, _SEEN_SHARE = 1e-6, 1e-3
+#: Locations read at both signs of i_q that a judgement of the symmetry takes.
+_LEAST_PAIRS = 6
+#: A single reading this far beyond its neighbours' noise (standard deviations) is told.
+_ODD_READING = 5.0
+#: Noise that is taken at first where none is stated, in shares of the largest voltage.
+_NOISE = 5e-4
+
+
+@dataclass(frozen=True)
+class OddPart:
+    """What breaks the symmetry at a location (A): odd part of ψ_d and even part of ψ_q (V·s), with standard uncertainties."""
+
+    i_d: float
+    i_q: float
+    psi_d: float
+    psi_q: float
+    u_psi_d: float
+    u_psi_q: float
+
+
+@dataclass(frozen=True)
+class FluxMapEstimate:
+    """A flux map with how it was found: the least squares behind it, odd parts where it was read on both sides, and its misfit.
+
+    `symmetry_tested` says whether enough locations were read at both signs of i_q to judge it by.
+    """
+
+    map: MeasuredFluxMap
+    fit: MapFit
+    symmetric: bool
+    symmetry_tested: bool
+    odd_parts: Sequence[OddPart]
+    misfit: Misfit
+
+
+def estimate_flux_map(
+    readings: FluxReadings,
+    *,
+    gains: GainLimits | None = None,
+    wanted: FloatArray | None = None,
+    reference_time: float | None = None,
+    symmetric: bool | None = None,
+) -> FluxMapEstimate:
+    """Estimate ψ_d and ψ_q at each location by one weighted least squares of all readings.
+
+    `gains` are the limits of what all readings share; `wanted` (n, 2) the currents (A) that were asked for, at which the map is given;
+    `reference_time` (s) when the magnet is as the map shall show it, the first reading where None. Where the symmetry (ψ_d even, ψ_q odd
+    in i_q) is not stated by `symmetric` it is taken, and given up where readings on both sides contradict it.
+    Raises EstimationError where the readings do not determine a map.
+    """
+    stated = readings.noise_stated
+    if not stated:
+        readings = replace(
+            readings, voltage_noise=np.full(readings.time.size, _NOISE * float(np.max(np.abs(readings.voltage))))
+        )
+    fits: dict[bool, MapFit] = {}
+
+    def fitted(even: bool, noisy: FluxReadings) -> MapFit:
+        return fit_map(noisy, symmetric=even, gains=gains, wanted=wanted, reference_time=reference_time)
+
+    pairs = _pairs(readings, wanted)
+    tested = symmetric is None and len(pairs) >= _LEAST_PAIRS
+    for even in (True, False) if tested else ((symmetric is not False),):
+        try:
+            fits[even] = fitted(even, readings)
+        except EstimationError:
+            # On a motor far from symmetric the symmetric fit finds no end.
+            if not (tested and even):
+                raise
+    if not stated:
+        # The model with the most freedom says what the noise is.
+        ratio = fits[min(fits)].variance_ratio
+        readings = replace(readings, voltage_noise=readings.voltage_noise * np.sqrt(ratio))
+        fits = {even: fitted(even, readings) for even in fits}
+    odd_parts = _odd_parts(fits[False]) if False in fits else []
+    even = True in fits and not (tested and _contradicted(fits, odd_parts))
+    fit = fits[even]
+    findings: list[Finding] = []
+    if tested and not even:
+        worst = max(odd_parts, key=lambda each: np.hypot(each.psi_d, each.psi_q))
+        size = float(np.hypot(worst.psi_d, worst.psi_q))
+        findings.append(
+            Finding(
+                Cause.ASYMMETRIC_MAP, Answer.MODELLED, ("flux_map",), size / float(np.hypot(worst.u_psi_d, worst.u_psi_q)),
+                {"odd": size, "share": size / fit.map.full_scale, "i_d": worst.i_d, "i_q": worst.i_q},
+            )
+        )  # fmt: skip
+    growth = 1.0
+    if stated:
+        ratio, freedom = fit.variance_ratio, fit.degrees_of_freedom
+        chance = float(chdtrc(freedom, fit.cost))
+        growth = ratio if chance < _WIDENED else 1.0
+        if chance < _TOLD:
+            findings.append(
+                Finding(Cause.RESIDUAL_VARIANCE, Answer.WIDENED, ("flux_map",), float(-ndtri(max(chance, 1e-300))), {
+                    "ratio": ratio
+                })
+            )  # fmt: skip
+    findings += _odd_readings(readings, fit, growth)
+    grown = replace(fit.map, covariance=fit.map.covariance * growth)
+    return FluxMapEstimate(grown, replace(fit, map=grown), even, tested, odd_parts, Misfit(tuple(findings)))
+
+
+def _pairs(readings: FluxReadings, wanted: FloatArray | None) -> list[int]:
+    """Return the locations that were read at both signs of i_q, and at both signs of the speed on one side."""
+    locations = locations_of(readings, symmetric=True, wanted=wanted)
+    made = []
+    for place in range(len(locations.points)):
+        here = locations.of == place
+        sides = locations.mirrored[here]
+        if locations.points[place, 1] > 0.0 and np.any(sides) and not np.all(sides):
+            made.append(place)
+    return made
+
+
+def _odd_parts(fit: MapFit) -> list[OddPart]:
+    """Return what breaks the symmetry where a free map has both of a pair."""
+    points, flux, covariance = fit.map.points, fit.map.flux, fit.map.covariance
+    near = 0.02 * fit.map.largest_current
+    made = []
+    for k in np.flatnonzero(points[:, 1] > near):
+        apart = np.hypot(points[:, 0] - points[k, 0], points[:, 1] + points[k, 1])
+        m = int(np.argmin(apart))
+        if apart[m] > near:
+            continue
+        d, q = np.zeros(flux.size), np.zeros(flux.size)
+        d[2 * k], d[2 * m] = 0.5, -0.5
+        q[2 * k + 1] = q[2 * m + 1] = 0.5
+        spread = [float(np.sqrt(max(float(each @ covariance @ each), 0.0))) for each in (d, q)]
+        values = flux.ravel()
+        made.append(
+            OddPart(
+                float(points[k, 0]), float(points[k, 1]), float(d @ values), float(q @ values), spread[0], spread[1]
+            )
+        )
+    return made
+
+
+def _contradicted(fits: dict[bool, MapFit], odd_parts: Sequence[OddPart]) -> bool:
+    """Tell whether the readings are better off without the symmetry than chance allows, by more than nothing."""
+    even, free = fits[True], fits[False]
+    more = even.degrees_of_freedom - free.degrees_of_freedom
+    if more < 1 or not odd_parts:
+        return False
+    gained = (even.cost - free.cost) / more / max(free.variance_ratio, 1.0)
+    largest = max(np.hypot(each.psi_d, each.psi_q) for each in odd_parts)
+    unlikely = float(fdtrc(more, free.degrees_of_freedom, gained)) < _ASYMMETRIC
+    return unlikely and bool(largest > _SEEN_SHARE * free.map.full_scale)
+
+
+def _odd_readings(readings: FluxReadings, fit: MapFit, growth: float) -> list[Finding]:
+    """Return what is told of single readings that lie far off what all others say."""
+    size = np.abs(fit.residuals.reshape(-1, 2)).max(axis=1) / np.sqrt(growth)
+    return [
+        Finding(
+            Cause.ODD_READING, Answer.WIDENED, ("flux_map",), float(size[k]),
+            {"number": float(k + 1), "i_d": float(readings.i_d[k]), "i_q": float(readings.i_q[k])},
+        )
+        for k in np.flatnonzero(size > _ODD_READING)
+    ]  # fmt: skip

@@ -1,0 +1,235 @@
+"""From readings at constant speed to the flux map: one weighted least squares of all of them."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap
+from procedures.estimation.flux.reading_model import ReadingModel
+from procedures.estimation.flux.readings import FluxReadings, Locations, locations_of
+from procedures.estimation.flux.surface import FluxSurface, fit_surface
+
+_ROUNDS = 8
+#: A round that moves no flux linkage by more than this share of the largest is the last one.
+_SETTLED = 1e-6
+#: Roughness is taken to be this many times what it shows on the whole, as it is larger here and there; modes below this share have none.
+_ROUGHER, _NIL = 2.0, 1e-9
+
+
+@dataclass(frozen=True)
+class CommonUnknown:
+    """One thing that all readings share: estimate and standard uncertainty (scatter) in its SI unit."""
+
+    value: float
+    uncertainty: float
+
+
+@dataclass(frozen=True)
+class MapFit:
+    """What one least squares of readings gives, before it is judged.
+
+    `angle` (rad) is what the inverter's zero lies behind the magnet, `delay` (s) that of the voltages against the currents; `resistance`
+    (n,) in Ω and `magnet_change` (n,) in V·s are at the readings' times, with standard uncertainties. `residuals` (2n,) are whitened,
+    their squares are `cost`.
+    """
+
+    map: MeasuredFluxMap
+    locations: Locations
+    surface: FluxSurface
+    angle: CommonUnknown
+    delay: CommonUnknown
+    resistance: FloatArray
+    resistance_uncertainty: FloatArray
+    magnet_change: FloatArray
+    magnet_change_uncertainty: FloatArray
+    residuals: FloatArray
+    cost: float
+    degrees_of_freedom: int
+
+    @property
+    def variance_ratio(self) -> float:
+        """The residuals' variance over what the stated noise makes: 1 where the readings are as the model says."""
+        return self.cost / self.degrees_of_freedom
+
+
+def fit_map(
+    readings: FluxReadings,
+    *,
+    symmetric: bool,
+    gains: GainLimits | None = None,
+    wanted: FloatArray | None = None,
+    reference_time: float | None = None,
+) -> MapFit:
+    """Return the least squares of readings with ψ free at each location.
+
+    `wanted` (n, 2) as `locations_of` has it. Raises EstimationError where the readings do not determine the map.
+    """
+    locations = locations_of(readings, symmetric=symmetric, wanted=wanted)
+    reference = float(np.min(readings.time)) if reference_time is None else reference_time
+    model = ReadingModel(readings, locations, symmetric=symmetric, reference_time=reference)
+    scale = float(np.max(np.abs(readings.voltage) / np.abs(readings.electrical_speed)))
+    reached = _round(readings, model, model.start(), None, scale)
+    for turn in range(1, _ROUNDS):
+        reached = _round(
+            readings, model, reached.unknowns, reached.surface, scale, reached.covariance, choose=turn == 1
+        )
+        if turn > 2 and reached.moved < _SETTLED * scale:
+            break
+    predicted = model.predict(reached.unknowns, reached.surface)
+    residuals = _white(reached.whitener, (readings.voltage - predicted.voltage)[:, None])[:, 0]
+    return _result(model, reached, residuals, symmetric, gains or GainLimits())
+
+
+class _Reached(NamedTuple):
+    unknowns: FloatArray
+    covariance: FloatArray
+    surface: FluxSurface
+    whitener: FloatArray
+    prior: FloatArray
+    moved: float
+
+
+def _round(
+    readings: FluxReadings,
+    model: ReadingModel,
+    unknowns: FloatArray,
+    surface: FluxSurface | None,
+    scale: float,
+    known: FloatArray | None = None,
+    *,
+    choose: bool = True,
+) -> _Reached:
+    """Solve the linearised least squares about the unknowns, and lay a surface through what it gives, choosing its coordinates anew."""
+    predicted = model.predict(unknowns, surface)
+    resistance = float(np.mean(model.resistance() @ unknowns[model.layout.resistance]))
+    whitener = _whitener(readings, surface, predicted.at, resistance)
+    # Before a first round nothing is known of the resistance but what the largest voltage has room for.
+    room = 0.3 * float(np.max(np.abs(readings.voltage))) / readings.largest_current
+    prior = model.known_beforehand(scale, resistance if resistance > 0.0 else room)
+    if known is not None and surface is not None:
+        prior = np.vstack((prior, _smoothness(model, surface, unknowns, known)))
+    data = _white(whitener, (readings.voltage - predicted.voltage)[:, None])[:, 0]
+    step, covariance = _solve(_white(whitener, predicted.slopes), data, prior, unknowns)
+    unknowns = unknowns + step
+    points, variances = model.locations.points, _flux_variances(model, covariance)
+    flux, like = model.flux(unknowns), None if choose else surface
+    through = fit_surface(points, flux, symmetric=model.symmetric, variances=variances, like=like)
+    moved = float(np.max(np.abs(step[: model.layout.resistance.start])))
+    return _Reached(unknowns, covariance, through, whitener, prior, moved)
+
+
+def _result(
+    model: ReadingModel, reached: _Reached, residuals: FloatArray, symmetric: bool, gains: GainLimits
+) -> MapFit:
+    layout, points = model.layout, model.locations.points
+    unknowns, covariance, surface, prior = reached.unknowns, reached.covariance, reached.surface, reached.prior
+    # What is known beforehand counts as a reading as far as it decides an unknown.
+    decided = float(np.einsum("rk,kl,rl->", prior, covariance, prior))
+    freedom = residuals.size - layout.size + round(decided)
+    if freedom < 1:
+        raise EstimationError(
+            f"{residuals.size} voltages do not suffice for {layout.size} unknowns: read some locations at both signs of i_q and of the "
+            "speed, and zero current every few readings"
+        )
+    cost = float(residuals @ residuals)
+    places = model.flux_places()
+    of_map = np.zeros((2 * layout.locations, 2 * layout.locations))
+    of_map[np.ix_(places, places)] = covariance[: places.size, : places.size]
+    flux = model.flux(unknowns)
+    slopes = surface.slopes(points)
+    shared = {
+        "voltage": gains.voltage * flux.ravel(),
+        "current": -gains.current * np.einsum("kab,kb->ka", slopes, points).ravel(),
+        "speed": -gains.speed * flux.ravel(),
+    }
+    shared = {name: each for name, each in shared.items() if np.any(each)}
+    estimate = MeasuredFluxMap(points, flux, of_map, symmetric, float(freedom), shared)
+
+    def common(place: int) -> CommonUnknown:
+        return CommonUnknown(float(unknowns[place]), float(np.sqrt(max(covariance[place, place], 0.0))))
+
+    def series(rows: FloatArray, part: slice) -> tuple[FloatArray, FloatArray]:
+        spread = np.einsum("nk,kl,nl->n", rows, covariance[part, part], rows)
+        return np.asarray(rows @ unknowns[part]), np.sqrt(np.maximum(spread, 0.0))
+
+    resistance, magnet = series(model.resistance(), layout.resistance), series(model.magnet(), layout.magnet)
+    return MapFit(
+        estimate, model.locations, surface, common(layout.angle), common(layout.delay), *resistance, *magnet,
+        residuals, cost, freedom,
+    )  # fmt: skip
+
+
+def _whitener(readings: FluxReadings, surface: FluxSurface | None, at: FloatArray, resistance: float) -> FloatArray:
+    """Return what makes a reading's d and q residuals independent and of unit variance (n, 2, 2)."""
+    n = readings.time.size
+    voltage, current = readings.voltage_noise, readings.current_noise
+    through = np.zeros((n, 2, 2)) if surface is None else surface.slopes(at)
+    speed = readings.electrical_speed
+    gain = resistance * np.eye(2) + np.stack((-through[:, 1] * speed[:, None], through[:, 0] * speed[:, None]), axis=1)
+    floor = 1e-9 * float(np.max(np.abs(readings.voltage)))
+    covariance = (voltage**2 + floor**2)[:, None, None] * np.eye(2)
+    covariance = covariance + (current**2)[:, None, None] * (gain @ gain.transpose(0, 2, 1))
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
+
+
+def _white(whitener: FloatArray, columns: NDArray[np.complex128]) -> FloatArray:
+    """Return complex rows (n, k) as whitened real ones (2n, k)."""
+    parts = np.stack((columns.real, columns.imag), axis=1)
+    return np.asarray((whitener @ parts).reshape(-1, columns.shape[1]))
+
+
+def _solve(
+    design: FloatArray, data: FloatArray, prior: FloatArray, unknowns: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    whole = np.vstack((design, prior))
+    right = np.concatenate((data, -prior @ unknowns))
+    scale = np.sqrt(np.einsum("nk,nk->k", whole, whole))
+    scale[scale == 0.0] = 1.0
+    q, r = linalg.qr(whole / scale, mode="economic")
+    sizes = np.abs(np.diag(r))
+    if r.shape[0] < r.shape[1] or not float(np.min(sizes)) > 1e-10 * float(np.max(sizes)):
+        raise EstimationError(
+            "the readings do not determine flux linkages and what they share (resistance over time, drops, angle): read some locations "
+            "at both signs of i_q and of the speed, and zero current every few readings"
+        )
+    inverse = linalg.solve_triangular(r, np.eye(r.shape[1]))
+    covariance = inverse @ inverse.T / np.outer(scale, scale)
+    return np.asarray(inverse @ (q.T @ right) / scale), np.asarray(covariance)
+
+
+def _smoothness(model: ReadingModel, surface: FluxSurface, unknowns: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Return that flux linkages lie on a random field as rough as they show it: rows as `known_beforehand` gives them.
+
+    Between its locations a map's roughness is far above the readings' noise, which leaves each flux linkage free; but what all readings
+    share shows as a pattern of signs, of speed and of i_q, that no roughness has.
+    """
+    layout = model.layout
+    made = []
+    for spline, columns in (
+        (surface.d, np.arange(layout.locations)),
+        (surface.q, layout.locations + np.arange(layout.free_q.size)),
+    ):
+        rough = spline.roughness
+        if spline is surface.q and rough.shape[0] > columns.size:
+            # Where the frame has no ψ_q by definition.
+            rough = rough[np.ix_(layout.free_q, layout.free_q)]
+        sizes, modes = np.linalg.eigh(rough)
+        kept = sizes > _NIL * float(np.max(sizes))
+        values, known = unknowns[columns], covariance[np.ix_(columns, columns)]
+        # Expectation and maximisation: what is not known of the values may be roughness as well.
+        square = (float(values @ rough @ values) + float(np.sum(rough * known))) / float(np.count_nonzero(kept))
+        rows = np.zeros((int(np.count_nonzero(kept)), layout.size))
+        rows[:, columns] = (modes[:, kept] * np.sqrt(sizes[kept])).T / (_ROUGHER * np.sqrt(square))
+        made.append(rows)
+    return np.vstack(made)
+
+
+def _flux_variances(model: ReadingModel, covariance: FloatArray) -> FloatArray:
+    made = np.zeros(2 * model.layout.locations)
+    places = model.flux_places()
+    made[places] = np.diag(covariance)[: places.size]
+    return made.reshape(-1, 2)

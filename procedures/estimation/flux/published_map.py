@@ -1,0 +1,216 @@
+"""Whether a table of flux linkages that others made is one: holes, exchanged axes, wrong signs, another d axis, rms, computed torque."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
+from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap
+from procedures.estimation.flux.surface import fit_surface
+
+#: More rows are no measurement, and would take minutes.
+MOST_ROWS = 1200
+_LEAST = 12
+#: Odd parts below this share of the largest flux linkage are none.
+_SYMMETRIC = 2e-3
+#: Less flux at zero current, in shares of the largest, points nowhere.
+_NO_MAGNET = 0.02
+#: A magnet further off the d axis than this (degrees) lies on another one.
+_OTHER_AXIS = 45.0
+#: A turn (degrees) and a wrong resistance (share of ψ) that are worth saying.
+_TURN, _REMAINDER = 0.2, 2e-3
+#: A torque column this even over that of the fluxes (relative scatter) was computed.
+_COMPUTED = 2e-4
+_RATIO = 0.08
+
+
+@dataclass(frozen=True)
+class PublishedMap:
+    """A table as a map, and what was found of it.
+
+    `map` is folded to i_q ≥ 0 where it is symmetric. `turn` (rad) is by what the magnet is off the d axis, `resistance_remainder` (Ω·s)
+    the ΔR/ω that its reciprocity shows; both stand in the table as they were. `torque_ratio` is the torque column over the flux
+    linkages' torque, None without one.
+    """
+
+    map: MeasuredFluxMap
+    turn: float
+    resistance_remainder: float
+    reciprocity: float
+    torque_ratio: float | None
+    misfit: Misfit
+
+
+def read_map(
+    points: FloatArray,
+    flux: FloatArray,
+    *,
+    uncertainty: FloatArray | None = None,
+    torque: FloatArray | None = None,
+    pole_pairs: float | None = None,
+    gains: GainLimits | None = None,
+) -> PublishedMap:
+    """Return a table of currents (n, 2) in A and flux linkages (n, 2) in V·s as a map, with what contradicts itself in it.
+
+    `uncertainty` (n, 2) is standard; without it the scatter round a smooth surface counts. `torque` (n,) in N·m is the table's own column.
+    Raises EstimationError for too few or too many rows, or rows on one line.
+    """
+    whole = np.all(np.isfinite(points), axis=1) & np.all(np.isfinite(flux), axis=1)
+    found: list[Finding] = []
+    holes = _holes(points[whole], len(points) - int(np.count_nonzero(whole)))
+    if holes:
+        found.append(_finding(Cause.MAP_HOLES, Answer.WIDENED, {"holes": float(holes), "rows": float(len(points))}))
+    points, flux = points[whole], flux[whole]
+    torque = None if torque is None else torque[whole]
+    spread = None if uncertainty is None else uncertainty[whole]
+    if not _LEAST <= len(points) <= MOST_ROWS:
+        raise EstimationError(
+            f"{len(points)} rows with numbers; from {_LEAST} to {MOST_ROWS} are taken, thin the table out or add rows"
+        )
+    distinct = np.unique(np.round(points / max(float(np.max(np.abs(points))), 1e-12), 6), axis=0)
+    if len(distinct) < len(points):
+        raise EstimationError(
+            f"{len(points) - len(distinct)} rows stand at currents that another row has too; give one row for each current"
+        )
+    found += _orientation(points, flux)
+    symmetric, folded = _folded(points, flux, spread)
+    at, values, sigma = folded
+    surface = fit_surface(at, values, symmetric=symmetric)
+    if sigma is None:
+        left = values - surface(at)
+        sigma = np.broadcast_to(np.sqrt(np.mean(left**2, axis=0)), values.shape)
+    shared = _shared(gains or GainLimits(), at, values, surface.slopes(at))
+    made = MeasuredFluxMap(at, values, np.diag(sigma.ravel() ** 2), symmetric, shared=shared)
+    slopes = surface.slopes(at)
+    apart = slopes[:, 0, 1] - slopes[:, 1, 0]
+    remainder = 0.0 if symmetric else 0.5 * float(np.median(apart))
+    zero = surface(np.zeros((1, 2)))[0]
+    scale = made.full_scale
+    turn = float(np.arctan2(zero[1], zero[0])) if np.hypot(*zero) > _NO_MAGNET * scale else 0.0
+    contradictory = any(f.answer is Answer.WITHHELD for f in found)
+    if not contradictory and abs(math.degrees(turn)) > _TURN:
+        found.append(_finding(Cause.MAP_TURNED, Answer.WIDENED, {"angle": math.degrees(turn)}))
+    if not contradictory and abs(remainder) * made.largest_current > _REMAINDER * scale:
+        share = abs(remainder) * made.largest_current / scale
+        found.append(_finding(Cause.RESISTANCE_LEFT, Answer.WIDENED, {"remainder": remainder, "share": share}))
+    ratio = None
+    if torque is not None and pole_pairs is not None:
+        ratio, of_torque = _torque(points, flux, torque, pole_pairs)
+        found += of_torque
+    return PublishedMap(made, turn, remainder, float(np.sqrt(np.mean(apart**2))), ratio, Misfit(tuple(found)))
+
+
+def _finding(cause: Cause, answer: Answer, figures: dict[str, float | str]) -> Finding:
+    return Finding(cause, answer, ("flux_map",), 0.0, figures)
+
+
+def _holes(points: FloatArray, missing: int) -> int:
+    """Return how many places of a table's grid hold nothing: rows without numbers, and currents inside that no row has."""
+    i_d, i_q = (np.unique(np.round(points[:, k], 6)) for k in (0, 1))
+    if i_d.size * i_q.size > 2 * len(points) or min(i_d.size, i_q.size) < 3:
+        return missing
+    there = {(round(d, 6), round(q, 6)) for d, q in points.tolist()}
+    absent = 0
+    for d in i_d:
+        row = sorted(q for each, q in there if each == round(float(d), 6))
+        # Beyond a row's ends is a circle's edge, not a hole.
+        absent += (
+            sum(row[0] < q < row[-1] and (round(float(d), 6), round(float(q), 6)) not in there for q in i_q)
+            if row
+            else 0
+        )
+    return max(absent, missing)
+
+
+def _orientation(points: FloatArray, flux: FloatArray) -> list[Finding]:
+    """Return what the mean slopes and the magnet's place say of axes and signs."""
+    design = np.column_stack((np.ones(len(points)), points))
+    offset, *slopes = np.linalg.lstsq(design, flux, rcond=None)[0]
+    inductance = np.array(slopes).T
+    on_axes, across = np.abs(np.diag(inductance)), np.abs([inductance[0, 1], inductance[1, 0]])
+    mean = 0.5 * (inductance + inductance.T)
+    sizes = np.linalg.eigvalsh(mean)
+    if float(np.min(across)) > float(np.max(on_axes)):
+        return [
+            _finding(
+                Cause.AXES_SWAPPED, Answer.WITHHELD, {"across": float(np.min(across)), "along": float(np.max(on_axes))}
+            )
+        ]
+    if sizes[1] < 0.0:
+        return [_finding(Cause.CURRENTS_OUTWARD, Answer.WITHHELD, {"largest": float(sizes[1])})]
+    if sizes[0] < 0.0:
+        axis = "q" if inductance[1, 1] < inductance[0, 0] else "d"
+        return [
+            _finding(
+                Cause.SIGN_REVERSED, Answer.WITHHELD, {"axis": axis, "inductance": float(np.min(np.diag(inductance)))}
+            )
+        ]
+    scale = float(np.max(np.hypot(*flux.T)))
+    nearest = flux[np.argmin(np.hypot(*points.T))]
+    zero = nearest if np.min(np.hypot(*points.T)) < 0.02 * np.max(np.hypot(*points.T)) else offset
+    if np.hypot(*zero) < _NO_MAGNET * scale:
+        return []
+    angle = math.degrees(math.atan2(zero[1], zero[0]))
+    if abs(angle) > 180.0 - _OTHER_AXIS:
+        return [_finding(Cause.TURNED_180, Answer.WITHHELD, {"psi_d": float(zero[0])})]
+    if abs(angle) > _OTHER_AXIS:
+        return [_finding(Cause.OTHER_D_AXIS, Answer.WITHHELD, {"angle": angle})]
+    return []
+
+
+_Folded = tuple[FloatArray, FloatArray, FloatArray | None]
+
+
+def _folded(points: FloatArray, flux: FloatArray, spread: FloatArray | None) -> tuple[bool, _Folded]:
+    """Tell whether ψ_d is even and ψ_q odd in i_q, and return the half with i_q ≥ 0, both sides' mean; all rows where it is not."""
+    size = float(np.max(np.hypot(*points.T)))
+    mirror = np.hypot(*(points[:, None, :] - (points * [1.0, -1.0])[None, :, :]).transpose(2, 0, 1))
+    partner, apart = np.argmin(mirror, axis=1), np.min(mirror, axis=1)
+    upper = points[:, 1] >= -1e-6 * size
+    everything = (points, flux, spread)
+    if np.any(apart[upper] > 1e-3 * size):
+        one_sided = bool(np.all(upper))
+        # One side only: nothing says what the other is like, and the d axis tells whether it can be symmetric.
+        on_axis = np.abs(points[:, 1]) <= 1e-6 * size
+        even = one_sided and bool(np.all(np.abs(flux[on_axis, 1]) < _SYMMETRIC * np.max(np.abs(flux))))
+        if not even:
+            return False, everything
+        cleared = flux.copy()
+        cleared[on_axis, 1] = 0.0
+        return True, (np.where(np.abs(points) <= 1e-6 * size, 0.0, points), cleared, spread)
+    other = flux[partner] * [1.0, -1.0]
+    odd = 0.5 * (flux - other)[upper]
+    if float(np.sqrt(np.mean(odd**2))) > _SYMMETRIC * float(np.max(np.hypot(*flux.T))):
+        return False, everything
+    mean = 0.5 * (flux + other)[upper]
+    at = np.where(np.abs(points[upper]) <= 1e-6 * size, 0.0, points[upper])
+    mean[at[:, 1] == 0.0, 1] = 0.0
+    return True, (at, mean, None if spread is None else spread[upper])
+
+
+def _shared(gains: GainLimits, at: FloatArray, values: FloatArray, slopes: FloatArray) -> dict[str, FloatArray]:
+    made = {
+        "voltage": gains.voltage * values.ravel(),
+        "current": -gains.current * np.einsum("kab,kb->ka", slopes, at).ravel(),
+        "speed": -gains.speed * values.ravel(),
+    }
+    return {name: each for name, each in made.items() if np.any(each)}
+
+
+def _torque(points: FloatArray, flux: FloatArray, torque: FloatArray, pole_pairs: float) -> tuple[float, list[Finding]]:
+    """Return a torque column over 1.5·p·(ψ_d·i_q − ψ_q·i_d), and whether it was computed, or peak and rms were mixed."""
+    ours = 1.5 * pole_pairs * (flux[:, 0] * points[:, 1] - flux[:, 1] * points[:, 0])
+    large = np.isfinite(torque) & (np.abs(ours) > 0.1 * float(np.max(np.abs(ours))))
+    if not np.any(large):
+        return math.nan, []
+    ratios = torque[large] / ours[large]
+    ratio = float(np.median(ratios))
+    found = []
+    if float(np.std(ratios)) < _COMPUTED * abs(ratio):
+        found.append(_finding(Cause.TORQUE_COMPUTED, Answer.WIDENED, {"ratio": ratio}))
+    for factor, what in ((math.sqrt(2.0), "one"), (2.0, "both")):
+        if abs(ratio / factor - 1.0) < _RATIO:
+            found.append(_finding(Cause.RMS_FOR_PEAK, Answer.WITHHELD, {"ratio": ratio, "record": f"rms-{what}"}))
+    return ratio, found

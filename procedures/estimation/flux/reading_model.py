@@ -1,0 +1,200 @@
+"""What a reading at constant speed should be for given flux linkages and given faults of bench and motor, with its derivatives."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.flux.readings import FluxReadings, Locations
+from procedures.estimation.flux.surface import FluxSurface
+
+ComplexArray = NDArray[np.complex128]
+
+#: Between knots (s) of the winding's resistance and of the magnet's flux over time, and readings a knot at least.
+_RESISTANCE_KNOTS, _MAGNET_KNOTS, _READINGS_A_KNOT = 80.0, 200.0, 6
+#: Saturating functions of the current that dead time and drops are made of: their widths in shares of the largest current.
+_DROP_WIDTHS = (0.02, 0.08, 0.3)
+#: What is known beforehand (standard deviations): by how much the resistance bends from knot to knot, in shares of it; drops in shares of
+#: the largest voltage, angles in rad, iron's current in shares of the largest one, the magnet in shares of the largest flux linkage.
+_BEND, _DROP, _ANGLE, _IRON, _MAGNET = 0.05, 0.2, 0.1, 0.05, 0.05
+#: Above this ratio of speeds, hysteresis and eddy currents are told apart.
+_TWO_SPEEDS = 1.2
+
+
+@dataclass(frozen=True)
+class UnknownsLayout:
+    """Which unknown is which: ψ_d of each location, ψ_q of those where it is free, then what all readings share."""
+
+    locations: int
+    free_q: NDArray[np.intp]
+    resistance: slice
+    drop: slice
+    angle: int
+    delay: int
+    iron: slice
+    magnet: slice
+    size: int
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """Voltages (n,) that the unknowns give, their derivatives (n, k), and the currents (n, 2) at which the iron is."""
+
+    voltage: ComplexArray
+    slopes: ComplexArray
+    at: FloatArray
+
+
+class ReadingModel:
+    """u = e^(−jωτ)·[R(t)·i + f(|i|)·i/|i| + jω·e^(−jε)·ψ(e^(jε)·i − iron + magnet)], all as read.
+
+    `reference_time` (s) is when the magnet is as the map shall show it. Source: the machine's equations in the rotor's frame; the iron's
+    current is (k_h + k_e·|ω|)·sign(ω)·jψ, a change of the magnet's flux Δλ a shift of i_d by Δλ/L_d(0).
+    """
+
+    def __init__(self, readings: FluxReadings, locations: Locations, *, symmetric: bool, reference_time: float) -> None:
+        self._readings = readings
+        self.locations, self.symmetric = locations, symmetric
+        time, count = readings.time, readings.time.size
+        self._speed = readings.electrical_speed
+        self._largest = readings.largest_current
+        # Noise of a current sensor drives nothing through a switch.
+        self._at = locations.currents()
+        size = np.abs(self._at)
+        self._direction = self._at / np.where(size > 0.0, size, 1.0)
+        self._resistance = _splines(time, _RESISTANCE_KNOTS, count)
+        self._drops = np.column_stack([np.tanh(size / (width * self._largest)) for width in _DROP_WIDTHS])
+        magnet = _splines(np.append(time, reference_time), _MAGNET_KNOTS, count)
+        # What the splines have in common is the map itself.
+        self._magnet = (magnet[:-1] - magnet[-1])[:, 1:]
+        fastest, slowest = np.max(np.abs(self._speed)), np.min(np.abs(self._speed))
+        self._iron = np.sign(self._speed)[:, None] * np.ones((count, 1))
+        if fastest > _TWO_SPEEDS * slowest:
+            self._iron = np.column_stack((self._iron[:, 0], self._speed / fastest))
+        self.layout = self._lay_out()
+        self._sign_q = np.where(locations.mirrored, -1.0, 1.0)
+
+    def _lay_out(self) -> UnknownsLayout:
+        points = self.locations.points
+        # The d axis is where the magnet is, or where the motor is symmetric about.
+        nil = (points[:, 1] == 0.0) if self.symmetric else ~np.any(points, axis=1)
+        free_q = np.flatnonzero(~nil)
+        edges = np.cumsum(
+            [
+                len(points) + free_q.size,
+                self._resistance.shape[1],
+                len(_DROP_WIDTHS),
+                1,
+                1,
+                self._iron.shape[1],
+                self._magnet.shape[1],
+            ]
+        ).tolist()
+        return UnknownsLayout(
+            len(points), free_q, slice(edges[0], edges[1]), slice(edges[1], edges[2]), edges[2], edges[3],
+            slice(edges[4], edges[5]), slice(edges[5], edges[6]), edges[6],
+        )  # fmt: skip
+
+    def start(self) -> FloatArray:
+        """Return unknowns to begin with."""
+        return np.zeros(self.layout.size)
+
+    def flux(self, unknowns: FloatArray) -> FloatArray:
+        """Return the flux linkages (m, 2) of the locations."""
+        made = np.zeros((self.layout.locations, 2))
+        made[:, 0] = unknowns[: self.layout.locations]
+        made[self.layout.free_q, 1] = unknowns[self.layout.locations : self.layout.resistance.start]
+        return made
+
+    def flux_places(self) -> NDArray[np.intp]:
+        """Return for the unknowns that are flux linkages their places in `flux`, laid out in a row."""
+        return np.concatenate((2 * np.arange(self.layout.locations), 2 * self.layout.free_q + 1))
+
+    def resistance(self) -> FloatArray:
+        """Return what each of its unknowns counts for the resistance at the readings (n, k)."""
+        return self._resistance
+
+    def magnet(self) -> FloatArray:
+        """Return what each of its unknowns counts for the change of the magnet's flux linkage at the readings (n, k)."""
+        return np.asarray(self._magnet)
+
+    def predict(self, unknowns: FloatArray, surface: FluxSurface | None) -> Predicted:
+        """Return the voltages that the unknowns give; `surface` tells how the flux changes about each location."""
+        layout, readings, speed = self.layout, self._readings, self._speed
+        current = readings.current
+        turn, late = np.exp(-1j * unknowns[layout.angle]), np.exp(-1j * speed * unknowns[layout.delay])
+        true = current / turn
+        at_location = self._flux_at_locations(unknowns)
+        shift = self._magnet @ unknowns[layout.magnet]
+        if surface is None:
+            flux, inductance, at = at_location, np.zeros((current.size, 2, 2)), true
+            per_flux = 0.0
+        else:
+            per_flux = 1.0 / max(float(surface.slopes(np.zeros((1, 2)))[0, 0, 0]), 1e-12)
+            iron = self._iron @ unknowns[layout.iron]
+            at = true - 1j * iron * at_location + per_flux * shift
+            places = np.column_stack((at.real, at.imag))
+            inductance = surface.slopes(places)
+            change = surface(places) - surface(np.column_stack((self._at.real, self._at.imag)))
+            flux = at_location + change[:, 0] + 1j * change[:, 1]
+        voltage = self._resistance @ unknowns[layout.resistance] * current
+        voltage = voltage + self._drops @ unknowns[layout.drop] * self._direction
+        through = 1j * speed * turn * late
+        slopes = np.zeros((current.size, layout.size), dtype=np.complex128)
+        rows = np.arange(current.size)
+        slopes[rows, self.locations.of] = through
+        place_q = np.full(layout.locations, -1)
+        place_q[layout.free_q] = layout.locations + np.arange(layout.free_q.size)
+        column = place_q[self.locations.of]
+        has = column >= 0
+        slopes[rows[has], column[has]] = (1j * self._sign_q * through)[has]
+        slopes[:, layout.resistance] = self._resistance * (current * late)[:, None]
+        slopes[:, layout.drop] = self._drops * (self._direction * late)[:, None]
+        slopes[:, layout.angle] = through * (-1j * flux + _act(inductance, 1j * true))
+        slopes[:, layout.delay] = -1j * speed * (late * voltage + through * flux)
+        slopes[:, layout.iron] = (through * _act(inductance, -1j * at_location))[:, None] * self._iron
+        slopes[:, layout.magnet] = (through * _act(inductance, np.full_like(true, per_flux)))[:, None] * self._magnet
+        return Predicted(late * voltage + through * flux, slopes, np.column_stack((at.real, at.imag)))
+
+    def known_beforehand(self, flux_scale: float, resistance: float) -> FloatArray:
+        """Return what is known of the unknowns without readings: rows (r, k) whose products with them are 0 with a standard uncertainty
+        of 1.
+        """
+        layout = self.layout
+        spread = np.full(layout.size, np.inf)
+        spread[layout.drop] = _DROP * float(np.max(np.abs(self._readings.voltage)))
+        spread[layout.angle] = _ANGLE
+        spread[layout.delay] = _ANGLE / float(np.max(np.abs(self._speed)))
+        spread[layout.iron] = _IRON * self._largest / flux_scale
+        spread[layout.magnet] = _MAGNET * flux_scale
+        rows = np.diag(1.0 / spread)[np.isfinite(spread)]
+        count = layout.resistance.stop - layout.resistance.start
+        if resistance <= 0.0 or count < 3:
+            return np.asarray(rows)
+        bends = np.zeros((count - 2, layout.size))
+        bends[:, layout.resistance] = np.diff(np.eye(count), 2, axis=0) / (_BEND * resistance)
+        return np.vstack((rows, bends))
+
+    def _flux_at_locations(self, unknowns: FloatArray) -> ComplexArray:
+        flux = self.flux(unknowns)[self.locations.of]
+        return np.asarray(flux[:, 0] + 1j * self._sign_q * flux[:, 1])
+
+
+def _act(inductance: FloatArray, current: ComplexArray) -> ComplexArray:
+    """Return the change of flux linkage that a small complex current makes."""
+    d = inductance[:, 0, 0] * current.real + inductance[:, 0, 1] * current.imag
+    q = inductance[:, 1, 0] * current.real + inductance[:, 1, 1] * current.imag
+    return np.asarray(d + 1j * q)
+
+
+def _splines(time: FloatArray, between: float, readings: int) -> FloatArray:
+    """Return cubic B-splines at times (n, k) with knots so far apart, as many as readings carry."""
+    first, last = float(np.min(time)), float(np.max(time))
+    length = max(last - first, 1e-9)
+    pieces = int(np.clip(round(length / between), 1, max(readings // _READINGS_A_KNOT - 3, 1)))
+    inner = np.linspace(first, first + length, pieces + 1)
+    knots = np.concatenate((np.full(3, inner[0]), inner, np.full(3, inner[-1])))
+    from scipy.interpolate import BSpline
+
+    return np.asarray(BSpline.design_matrix(np.clip(time, inner[0], inner[-1]), knots, 3).toarray())

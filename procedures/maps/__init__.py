@@ -1,0 +1,1 @@
+"""The motor at every current and speed: short and open circuit, load points."""

@@ -1,0 +1,320 @@
+"""Flux linkages over both currents, from voltages at constant speed."""
+
+import math
+from collections.abc import Callable
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from drivers.interfaces import InverterAbility
+from drivers.interfaces.text import text
+from procedures.core.actions import INVERTER, CoupleDynamometer, ReleaseRotor
+from procedures.core.bench import Role
+from procedures.core.curves import curve
+from procedures.core.demand import SHAFT, Demand, Demands
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
+from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.flux.estimator import FluxMapEstimate, estimate_flux_map
+from procedures.estimation.flux.flux_map import GainLimits, MapFigure, MeasuredFluxMap
+from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
+from procedures.estimation.flux.plan import PlannedReading, grid_locations, other_sides, reading_order, within_voltage
+from procedures.estimation.flux.readings import FluxReadings
+from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.map_plots import map_plot
+from procedures.techniques.map_readings import MapReadings, Pace, read_points
+from procedures.techniques.map_results import (
+    MAP_FILE,
+    capability_of,
+    conserving_of,
+    grid_of,
+    saturation_of,
+    shaft_torque,
+    table_of,
+)
+from procedures.techniques.pole_pair_count import known_pole_pairs
+from procedures.verification.settings import DrivenWiringSettings
+
+#: The order of the readings is drawn once for all: the same plan is the same order.
+_ORDER = 20
+#: Share of the bus voltage's largest phase voltage that a current may take.
+_MODULATED = 0.95
+#: Currents at which the largest torque per ampere is told, shares of the map's largest.
+_MTPA = (0.25, 0.5, 0.75, 1.0)
+#: The torque of the map and the shaft's differ by less than so many standard uncertainties.
+_AGREE = 3.0
+#: Quantities of the budget, by the names of what readings of a map share.
+_SHARED = {
+    "voltage": text("inverter, voltage: gain of the map's readings"),
+    "current": text("inverter, current: gain of the map's readings"),
+    "speed": text("speed: gain of the map's readings"),
+}
+
+
+class FluxMapSettings(DrivenWiringSettings):
+    """Settings of the map at constant speed."""
+
+    locations: int = Field(default=51, ge=12, le=400, description="currents of the map, at most, counted at i_q ≥ 0")
+    current_share: float = Field(
+        default=1.0, gt=0.0, le=20.0, description="largest current of the map, share of the rated current"
+    )
+    d_from: float = Field(
+        default=-1.0, ge=-1.0, le=0.0, description="smallest d-axis current, share of the largest current"
+    )
+    d_to: float = Field(default=1.0, ge=0.0, le=1.0, description="largest d-axis current, share of the largest current")
+    symmetric: bool | None = Field(
+        default=None,
+        description="whether ψ_d is even and ψ_q odd in i_q; tested by the currents that are read at both signs when not given",
+    )
+    speed_share: float = Field(default=0.25, gt=0.0, le=1.0, description="speed that is held, share of the rated speed")
+    settling: float = Field(
+        default=0.05,
+        ge=0.0,
+        le=60.0,
+        description="wait after a change of current, s; longer where the torque is filtered",
+    )
+    turns: int = Field(default=1, ge=1, le=1000, description="turns of the shaft that a reading is the mean of")
+    longest: float = Field(
+        default=3600.0, gt=0.0, le=86400.0, description="time after which no further current is read, s"
+    )
+
+
+class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
+    """Flux linkages ψ_d, ψ_q over i_d, i_q: the voltages of regulated currents while the dynamometer holds the speed.
+
+    Currents are read at both signs of i_q and of the speed, so that resistance, switches, dead time, iron and the angle's zero fall out.
+    """
+
+    name: ClassVar[str] = "flux-map"
+    title: ClassVar[str] = "Flux map at constant speed"
+    section: ClassVar[str] = "M1"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.INVERTER})
+    gives: ClassVar[tuple[str, ...]] = ("map_flux_linkage", "mtpa_angle", "mtpa_torque")
+    needs: ClassVar[Demands] = {
+        Role.DYNAMOMETER: SHAFT,
+        Role.INVERTER: Demand(
+            automatic=True, abilities=frozenset({InverterAbility.DQ_CURRENT, InverterAbility.VOLTAGES})
+        ),
+    }
+    at_load: ClassVar[bool] = True
+
+    def measure(self) -> None:
+        """Connect, choose the currents, read them, and make the map."""
+        self.prepare()
+        plan = self.choose()
+        taken = self.read(plan)
+        self.conclude(taken)
+
+    @step("M1/1", "Connect the inverter, couple the dynamometer", by_hand=True)
+    def prepare(self) -> None:
+        """Know how many pole pairs and which way the phases turn before anything depends on it."""
+        self._pairs = known_pole_pairs(self)
+        self.bench.perform(INVERTER, ReleaseRotor(), CoupleDynamometer())
+        self.wiring.inverter.direction(INVERTER)
+
+    @step(
+        "M1/2",
+        "Choose up to {locations} currents within the limits of motor, inverter and voltage, and their order",
+    )
+    def choose(self) -> list[PlannedReading]:
+        """Return the readings to take at the speed that is to be held."""
+        bench, settings = self.bench, self.settings
+        self._speed = driving_speed_rad(bench, self.nameplate, settings.speed_share)
+        wanted = settings.current_share * self.nameplate.rated_current
+        largest = min(wanted, self.nameplate.current_bound, bench.inverter.maximum_current)
+        points = grid_locations(
+            largest,
+            settings.locations,
+            i_d_range=(settings.d_from * largest, settings.d_to * largest),
+            both_sides=settings.symmetric is False,
+            allowed=self._allowed(),
+        )
+        plan = list(reading_order(points, np.random.default_rng(_ORDER)))
+        self.findings |= {
+            "locations": len(points),
+            "readings": len(plan),
+            "largest_current": largest,
+            "speed": self._speed,
+        }
+        return plan
+
+    @step("M1/3", "At each current, the speed held: voltages and currents, a mean of whole turns, and the torque")
+    def read(self, plan: list[PlannedReading]) -> MapReadings:
+        """Return what was read; a plan that ends early leaves a smaller map, a motor that is not symmetric is read on both sides."""
+        settings = self.settings
+        pace = Pace(settings.settling, settings.turns, settings.longest, self.nameplate.rated_current)
+
+        def progress(taken: MapReadings, left: float) -> None:
+            self.bench.show(lambda: map_plot(plan, taken, self._pairs, left))
+
+        taken = read_points(self.bench, self.nameplate, plan, self._speed, pace, progress)
+        if taken.ended is None and settings.symmetric is None and self._asymmetric(taken):
+            more = other_sides(plan, np.random.default_rng(_ORDER))
+            plan = [*plan, *more]
+            self.findings["readings"] = len(plan)
+            taken = read_points(self.bench, self.nameplate, more, self._speed, pace, progress, taken)
+        self.bench.dynamometer.stop()
+        if taken.ended is not None:
+            self.notice(
+                "ended-early",
+                text(
+                    "{read} of {planned} readings were taken: {why}. The map is of these",
+                    read=len(taken.points),
+                    planned=len(plan),
+                    why=taken.ended,
+                ),
+            )
+        if taken.limited:
+            self.notice(
+                "limited",
+                text(
+                    "at {count} of the currents the inverter's output was limited, and they are left out; lower speed_share, or raise "
+                    "the bus voltage",
+                    count=len(taken.limited),
+                ),
+            )
+        return taken
+
+    @step("M1/4", "Flux linkages at the currents, with their uncertainty; largest torque per ampere")
+    def conclude(self, taken: MapReadings) -> None:
+        """Report the map."""
+        found = self._estimate(taken)
+        self.tell_misfit(found.misfit)
+        fit, flux_map = found.fit, found.map
+        self.findings |= {
+            "tables": {MAP_FILE: table_of(flux_map)},
+            "full_scale": flux_map.full_scale,
+            "symmetric": bool(found.symmetric),
+            "symmetry_tested": bool(found.symmetry_tested),
+            "angle": vars(fit.angle),
+            "delay": vars(fit.delay),
+            "resistance": curve(time=taken.column("time"), resistance=fit.resistance),
+            "magnet_change": curve(time=taken.column("time"), flux=fit.magnet_change),
+            "variance_ratio": fit.variance_ratio,
+            "pole_pairs": self._pairs,
+            "grid": grid_of(flux_map),
+            "conserving": conserving_of(flux_map),
+            **saturation_of(flux_map),
+        }
+        bus = float(np.mean(taken.column("bus_voltage")))
+        speed = self.nameplate.speed_bound_rpm
+        if bus > 0.0 and speed is not None:
+            self.findings |= {
+                "bus_voltage": bus,
+                "largest_torque": capability_of(
+                    flux_map,
+                    bus_voltage=bus,
+                    resistance=max(float(np.mean(fit.resistance)), 0.0),
+                    pole_pairs=self._pairs,
+                    speed=speed * math.pi / 30.0,
+                ),
+            }
+        self._report_figures(flux_map)
+        self._compare_torque(flux_map, taken)
+
+    def _allowed(self) -> Callable[[FloatArray], NDArray[np.bool_]] | None:
+        """Return which currents the voltage has room for, by what is known of the motor; None where that is too little."""
+        names = ("flux_linkage", "d_axis_inductance", "q_axis_inductance", "stator_resistance")
+        known = [self.known_value(name) or self.nameplate.expected.get(name) for name in names]
+        voltage = self.nameplate.rated_voltage
+        if voltage is None or any(value is None for value in known):
+            return None
+        flux, ld, lq, resistance = (float(value or 0.0) for value in known)
+
+        def linear(points: FloatArray) -> FloatArray:
+            return np.column_stack((flux + ld * points[:, 0], lq * points[:, 1]))
+
+        most = _MODULATED * voltage / math.sqrt(3.0)
+        return lambda points: within_voltage(points, linear, self._pairs * self._speed, resistance, most)
+
+    def _asymmetric(self, taken: MapReadings) -> bool:
+        """Tell whether the readings contradict the symmetry, so that one side of i_q does not stand for the other."""
+        try:
+            found = self._estimate(taken)
+        except EstimationError:
+            # What is wrong with them is told where the map is made.
+            return False
+        return found.symmetry_tested and not found.symmetric
+
+    def _estimate(self, taken: MapReadings) -> FluxMapEstimate:
+        names = {
+            "time": "time",
+            "i_d": "d_current",
+            "i_q": "q_current",
+            "u_d": "d_voltage",
+            "u_q": "q_voltage",
+            "electrical_speed": "electrical_speed",
+        }
+        readings = FluxReadings.of(**{name: taken.column(field) for name, field in names.items()})
+        last = taken.points[-1].reading
+        gains = GainLimits(last.voltage_accuracy.gain, last.current_accuracy.gain)
+        return estimate_flux_map(readings, gains=gains, wanted=taken.planned, symmetric=self.settings.symmetric)
+
+    def _report_figures(self, flux_map: MeasuredFluxMap) -> None:
+        """Report the flux linkage at no current, and the largest torque at the largest current with its angle."""
+        place = int(np.argmin(np.hypot(*flux_map.points.T)))
+        alone = np.zeros(flux_map.flux.size)
+        alone[2 * place] = 1.0
+        zero = flux_map.figure(float(flux_map.flux[place, 0]), alone)
+        self._report("map_flux_linkage", zero, flux_map, estimator="ψ_d at no current, read at both signs of the speed")
+        points = maximum_torque_per_ampere(flux_map, [share * flux_map.largest_current for share in _MTPA], self._pairs)
+        self.findings["mtpa"] = [
+            {
+                "current": point.current,
+                "i_d": point.i_d,
+                "i_q": point.i_q,
+                "at_edge": point.at_edge,
+                "angle": point.angle.as_dict(),
+                "torque": point.torque.as_dict(),
+            }
+            for point in points
+        ]
+        last = points[-1]
+        if last.at_edge:
+            self.notice(
+                "mtpa-at-edge",
+                text(
+                    "at {current:.3g} A the torque still grows where the map ends: the largest torque per ampere lies outside of it; "
+                    "measure over more d-axis current",
+                    current=last.current,
+                ),
+            )
+            return
+        for name, figure in (("mtpa_angle", last.angle), ("mtpa_torque", last.torque)):
+            self._report(
+                name, figure, flux_map, estimator="largest torque on the smooth surface through the map's points"
+            )
+
+    def _report(self, name: str, figure: MapFigure, flux_map: MeasuredFluxMap, *, estimator: str) -> None:
+        unc = self.bench.uncertainties
+        freedom = flux_map.degrees_of_freedom
+        made = unc.statistical("scatter of the map's readings", figure.value, figure.scatter, freedom)
+        if figure.between:
+            made = made + unc.statistical("what lies between the map's points", 0.0, figure.between)
+        for what, half_width in figure.shared.items():
+            made = made + unc.limit(_SHARED[what], 0.0, abs(half_width))
+        self.report(name, made, section=self.section, estimator=estimator)
+
+    def _compare_torque(self, flux_map: MeasuredFluxMap, taken: MapReadings) -> None:
+        """Hold the map's torque against the shaft's, without what turns at no current too."""
+        compared = shaft_torque(flux_map, taken, self._pairs)
+        if compared is None:
+            return
+        accuracy = taken.points[-1].shaft.torque_accuracy
+        reach = self.bench.dynamometer.maximum_torque
+        gain = accuracy.gain or accuracy.offset / reach
+        limits = (gain, *(flux_map.figure(0.0, compared.gradient).shared.values()))
+        spread = math.hypot(compared.scatter, *(limit / math.sqrt(3.0) for limit in limits))
+        self.findings["torque"] = {**compared.as_dict(), "standard_uncertainty": spread}
+        if abs(compared.ratio - 1.0) > _AGREE * spread:
+            self.notice(
+                "torque-differs",
+                text(
+                    "the shaft's torque is {ratio:.4f} of the map's, known to ±{expanded:.2g}: look at the gains of currents, voltages and "
+                    "torque, at the pole pairs, and at peak against rms",
+                    ratio=compared.ratio,
+                    expanded=2.0 * spread,
+                ),
+            )

@@ -1,0 +1,246 @@
+"""Flux linkages over both currents at standstill, from strokes of current: no dynamometer."""
+
+import math
+from typing import ClassVar
+
+from pydantic import Field
+
+from drivers.interfaces import InverterAbility, ProbeKind
+from drivers.interfaces.text import text
+from procedures.core.actions import INVERTER, ConnectProbes, LockRotor, ReleaseRotor, phases_on
+from procedures.core.bench import ProcedureError, Role
+from procedures.core.demand import Demand, Demands
+from procedures.core.procedure import Procedure
+from procedures.core.steps import step
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.flux.flux_map import MapFigure, MeasuredFluxMap
+from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
+from procedures.estimation.flux.plan import grid_locations
+from procedures.estimation.flux.standstill import StandstillGains, fit_standstill
+from procedures.maps.standstill_run import StrokePace, TakenStrokes, take_strokes
+from procedures.techniques.map_plots import stroke_plot
+from procedures.techniques.map_results import MAP_FILE, conserving_of, grid_of, saturation_of, table_of
+from procedures.techniques.pole_pair_count import known_pole_pairs
+from procedures.techniques.stroke_records import StrokeRecorder
+from procedures.verification.settings import WiringSettings
+
+#: Largest phase voltage against a star point, as a share of the bus voltage.
+_STAR = 2.0 / 3.0
+#: A flux linkage that the motor file expects is within this share, as a standard deviation.
+_EXPECTED = 0.03
+_MTPA = (0.25, 0.5, 0.75, 1.0)
+#: Quantities of the budget, by the names of what a map's strokes share.
+_SHARED = {
+    "voltage": text("oscilloscope, voltage: gain of the strokes' records"),
+    "current": text("inverter, current: gain of the strokes' samples"),
+    "magnet": text("flux linkage of the magnets, which no stroke shows"),
+    "angle": text("inverter: zero of the rotor's angle"),
+}
+
+
+class StandstillFluxMapSettings(WiringSettings):
+    """Settings of the map at standstill."""
+
+    locations: int = Field(default=32, ge=12, le=200, description="currents of the map, at most, counted at i_q ≥ 0")
+    current_share: float = Field(
+        default=1.0, gt=0.0, le=20.0, description="largest current of the map, share of the rated current"
+    )
+    strokes: int = Field(default=3, ge=3, le=21, description="strokes at each current, an odd number")
+    shortest: float = Field(
+        default=0.003,
+        ge=0.001,
+        le=0.1,
+        description="shortest stroke, s; they are made as long as the currents take to settle",
+    )
+    longest: float = Field(default=0.05, ge=0.001, le=0.5, description="longest stroke, s")
+    quiet: float = Field(
+        default=5.0, gt=0.0, le=20.0, description="largest swing of the rotor between strokes, electrical degrees"
+    )
+    rest: float = Field(default=0.2, ge=0.0, le=60.0, description="rest after the strokes at each current, s")
+    lock: bool = Field(default=False, description="lock the rotor instead of leaving it free")
+
+
+class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
+    """Flux linkages ψ_d, ψ_q over i_d, i_q at standstill: the voltage of strokes between two currents, integrated.
+
+    The first stroke and the last have half the impulse of the others, so that a free rotor stands where it was when they end.
+    """
+
+    name: ClassVar[str] = "flux-map-standstill"
+    title: ClassVar[str] = "Flux map at standstill"
+    section: ClassVar[str] = "M2"
+    roles: ClassVar[frozenset[Role]] = frozenset({Role.INVERTER, Role.OSCILLOSCOPE})
+    gives: ClassVar[tuple[str, ...]] = ("mtpa_angle", "mtpa_torque")
+    needs: ClassVar[Demands] = {
+        Role.INVERTER: Demand(
+            automatic=True, abilities=frozenset({InverterAbility.DQ_CURRENT, InverterAbility.DQ_STROKES})
+        ),
+        Role.OSCILLOSCOPE: Demand(waveforms=True, probes={ProbeKind.VOLTAGE: 3}),
+    }
+    at_load: ClassVar[bool] = True
+
+    def measure(self) -> None:
+        """Connect, choose the currents, take strokes at each, and make the map."""
+        self.prepare()
+        locations = self.choose()
+        taken = self.take(locations)
+        self.conclude(taken)
+
+    @step("M2/1", "Connect the inverter and three voltage probes; nothing turns the shaft", by_hand=True)
+    def prepare(self) -> None:
+        """Know what no stroke shows before anything is connected."""
+        self._pairs = known_pole_pairs(self)
+        known, expected = self.known.get("flux_linkage"), self.nameplate.expected.get("flux_linkage")
+        if known is None and not expected:
+            raise ProcedureError(
+                self.why_unknown(
+                    "flux_linkage",
+                    text(
+                        "at standstill the flux linkage of the magnets is not seen: run back-emf-constant before, or give flux_linkage in "
+                        "the motor file's [expected]"
+                    ),
+                )
+            )
+        self._magnet = float(expected or 0.0) if known is None else known.value
+        self._u_magnet = _EXPECTED * self._magnet if known is None else known.standard_uncertainty
+        channels = self.bench.oscilloscope.channels(ProbeKind.VOLTAGE)[:3]
+        self._channels = tuple(channels)
+        holding = LockRotor() if self.settings.lock else ReleaseRotor()
+        self.bench.perform(INVERTER, ConnectProbes(phases_on(self._channels)), holding)
+
+    @step("M2/2", "Choose up to {locations} currents within the limits of motor and inverter, the smallest first")
+    def choose(self) -> list[complex]:
+        """Return the currents (A, d + j·q) at which strokes are taken, those along the d axis once for both signs."""
+        settings = self.settings
+        largest = min(
+            settings.current_share * self.nameplate.rated_current,
+            self.nameplate.current_bound,
+            self.bench.inverter.maximum_current,
+        )
+        points = grid_locations(largest, settings.locations)
+        chosen = [complex(d, q) for d, q in points.tolist() if q > 0.0 or d > 0.0]
+        self.findings |= {"locations": len(points), "largest_current": largest}
+        return sorted(chosen, key=abs)
+
+    @step(
+        "M2/3",
+        "At each current: strokes to its mirror image and back, voltages recorded, the rotor's angle and currents read",
+    )
+    def take(self, locations: list[complex]) -> TakenStrokes:
+        """Return the strokes; what a light rotor does not carry is left out and said."""
+        settings = self.settings
+        pace = StrokePace(
+            settings.strokes + 1 - settings.strokes % 2,
+            settings.shortest,
+            settings.longest,
+            math.radians(settings.quiet),
+            settings.rest,
+            self.nameplate.rated_current,
+        )
+        with self.bench.inverter.driving_dq_current(0.0, 0.0):
+            idle = self.bench.inverter.measure_dq()
+            self._current_gain = idle.current_accuracy.gain
+            bus = idle.bus_voltage if idle.bus_voltage > 0.0 else self.nameplate.voltage_bound
+            if not bus or not math.isfinite(bus):
+                raise ProcedureError(text("the bus voltage is not known: give rated_voltage in the motor file"))
+            recorder = StrokeRecorder(self.bench, self._channels, _STAR * bus)
+            taken = take_strokes(
+                self.bench,
+                recorder,
+                locations,
+                pace,
+                lambda so_far, left: self.bench.show(lambda: stroke_plot(locations, so_far.trains, left)),
+            )
+        self._voltage_gain = recorder.accuracy
+        self._tell_left_out(taken)
+        return taken
+
+    @step("M2/4", "Flux linkages at the currents, with their uncertainty; largest torque per ampere")
+    def conclude(self, taken: TakenStrokes) -> None:
+        """Report the map."""
+        gains = StandstillGains(self._voltage_gain, self._current_gain, self._u_magnet)
+        try:
+            found = fit_standstill(taken.trains, self._magnet, gains)
+        except EstimationError as error:
+            self.notice("no-map", text("there is no map: {why}", why=error))
+            return
+        flux_map = found.map
+        self.findings |= {
+            "tables": {MAP_FILE: table_of(flux_map)},
+            "full_scale": flux_map.full_scale,
+            "symmetric": True,
+            "symmetry_tested": False,
+            "resistance": found.resistance,
+            "angle": {"value": found.angle, "standard_uncertainty": found.angle_uncertainty},
+            "phases_exchanged": found.mirrored,
+            "residual": found.residual,
+            "asymmetry": found.asymmetry,
+            "swing": taken.swing,
+            "stroke": taken.duration,
+            "pole_pairs": self._pairs,
+            "grid": grid_of(flux_map),
+            "conserving": conserving_of(flux_map),
+            **saturation_of(flux_map),
+        }
+        self._report_figures(flux_map)
+
+    def _tell_left_out(self, taken: TakenStrokes) -> None:
+        if taken.too_light:
+            self.notice(
+                "rotor-moves",
+                text(
+                    "{count} of the currents were left out: their torque swings the rotor by more than {quiet:g} electrical degrees "
+                    "within a stroke, the smallest of them {current:.3g} A. Couple a mass, lock the rotor (lock), or raise the bandwidth "
+                    "of the drive's current loop",
+                    count=len(taken.too_light),
+                    quiet=self.settings.quiet,
+                    current=min(map(abs, taken.too_light)),
+                ),
+            )
+        if taken.too_slow:
+            self.notice(
+                "strokes-too-short",
+                text(
+                    "{count} of the currents were left out: they do not settle within a stroke of {longest:g} s; raise longest, or the bus "
+                    "voltage",
+                    count=len(taken.too_slow),
+                    longest=self.settings.longest,
+                ),
+            )
+
+    def _report_figures(self, flux_map: MeasuredFluxMap) -> None:
+        points = maximum_torque_per_ampere(flux_map, [share * flux_map.largest_current for share in _MTPA], self._pairs)
+        self.findings["mtpa"] = [
+            {
+                "current": point.current,
+                "i_d": point.i_d,
+                "i_q": point.i_q,
+                "at_edge": point.at_edge,
+                "angle": point.angle.as_dict(),
+                "torque": point.torque.as_dict(),
+            }
+            for point in points
+        ]
+        last = points[-1]
+        if last.at_edge:
+            self.notice(
+                "mtpa-at-edge",
+                text(
+                    "at {current:.3g} A the torque still grows where the map ends: the largest torque per ampere lies outside of it",
+                    current=last.current,
+                ),
+            )
+            return
+        self._report("mtpa_angle", last.angle, flux_map)
+        self._report("mtpa_torque", last.torque, flux_map)
+
+    def _report(self, name: str, figure: MapFigure, flux_map: MeasuredFluxMap) -> None:
+        unc = self.bench.uncertainties
+        made = unc.statistical(
+            "scatter of the map's strokes", figure.value, figure.scatter, flux_map.degrees_of_freedom
+        )
+        if figure.between:
+            made = made + unc.statistical("what lies between the map's points", 0.0, figure.between)
+        for what, half_width in figure.shared.items():
+            made = made + unc.limit(_SHARED[what], 0.0, abs(half_width))
+        self.report(name, made, section=self.section, estimator="strokes at standstill, a smooth surface through them")

@@ -1,0 +1,137 @@
+"""Readings of a motor in the rotor's frame at planned currents, while the dynamometer holds the speed."""
+
+import math
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from drivers.interfaces import DqReading, DynamometerReading
+from drivers.interfaces.errors import LimitError, MeasurementError, ReportedError
+from drivers.interfaces.text import Text, text
+from procedures.core.bench import Bench
+from procedures.core.nameplate import Nameplate
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.flux.plan import PlannedReading
+
+#: After so many of its time constants a transducer's filter has forgotten the point before.
+_FORGOTTEN = 5.0
+
+
+@dataclass(frozen=True)
+class MapPoint:
+    """What one planned reading gave: the inverter's reading, and the shaft's taken at its end."""
+
+    planned: PlannedReading
+    reading: DqReading
+    shaft: DynamometerReading
+
+
+@dataclass
+class MapReadings:
+    """The points that were read, those at which the inverter had no voltage left, and why it ended before its plan did."""
+
+    points: list[MapPoint] = field(default_factory=list)
+    limited: list[PlannedReading] = field(default_factory=list)
+    ended: Text | None = None
+
+    @property
+    def planned(self) -> FloatArray:
+        """The currents (n, 2) in A that were asked for."""
+        return np.array([(point.planned.i_d, point.planned.i_q) for point in self.points]).reshape(-1, 2)
+
+    def column(self, name: str) -> FloatArray:
+        """Return a quantity of the inverter's readings (n,)."""
+        return np.array([getattr(point.reading, name) for point in self.points])
+
+    @property
+    def torques(self) -> FloatArray:
+        """The torque (n,) in N·m of the motor on the shaft, friction and tare in it."""
+        return np.array([-point.shaft.torque for point in self.points])
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How long a reading takes: wait after a change (s), turns of the shaft that are averaged over, the longest of all (s).
+
+    Where the current is above `rated_current` (A) the motor rests at no current, so that the mean square is the rated one's.
+    """
+
+    settling: float
+    turns: int
+    longest: float
+    rated_current: float
+
+    def rest(self, current: float, taken: float) -> float:
+        """Return how long (s) the motor rests after a current (A) that flowed for a time (s)."""
+        return taken * max((current / self.rated_current) ** 2 - 1.0, 0.0)
+
+
+def read_points(
+    bench: Bench,
+    nameplate: Nameplate,
+    planned: Sequence[PlannedReading],
+    speed: float,
+    pace: Pace,
+    progress: Callable[[MapReadings, float], None],
+    before: MapReadings | None = None,
+) -> MapReadings:
+    """Return readings at planned currents, the shaft held at ± `speed` (rad/s, mechanical).
+
+    What stops it early (a limit, a fault that the inverter reports, the time) ends the list and not the readings that there are;
+    `progress` hears of each, with the time (s) that is left as it seems. Readings that were taken `before` are the first of them, their
+    time counts.
+    """
+    taken, begun = before or MapReadings(), bench.clock.now()
+    first = taken.points[0].reading.time if taken.points else begun
+    try:
+        with ExitStack() as running:
+            direction = planned[0].direction
+            running.enter_context(bench.dynamometer.driving_speed(direction * speed))
+            running.enter_context(bench.inverter.driving_dq_current(0.0, 0.0))
+            for number, point in enumerate(planned):
+                if bench.clock.now() - first > pace.longest:
+                    taken.ended = text("the time of {longest:g} s was over", longest=pace.longest)
+                    break
+                if point.direction != direction:
+                    direction = point.direction
+                    bench.inverter.set_dq_current(0.0, 0.0)
+                    bench.dynamometer.set_speed(direction * speed)
+                _read(bench, point, speed, pace, taken)
+                if taken.points and (hot := _too_hot(taken.points[-1].reading, nameplate)):
+                    taken.ended = hot
+                    break
+                progress(taken, (bench.clock.now() - begun) / (number + 1) * (len(planned) - number - 1))
+    except (LimitError, ReportedError) as stopped:
+        # Everything is off by now; what was read before stays true.
+        taken.ended = stopped.text
+    return taken
+
+
+def _read(bench: Bench, point: PlannedReading, speed: float, pace: Pace, taken: MapReadings) -> None:
+    begun = bench.clock.now()
+    try:
+        bench.inverter.set_dq_current(point.i_d, point.i_q)
+        lag = _FORGOTTEN * taken.points[-1].shaft.torque_filter if taken.points else 0.0
+        bench.clock.sleep(max(pace.settling, lag))
+        reading = bench.inverter.measure_dq(pace.turns * 2.0 * math.pi / speed)
+        taken.points.append(MapPoint(point, reading, bench.dynamometer.measure()))
+    except MeasurementError:
+        # The voltage does not carry this current: the next one may be carried.
+        taken.limited.append(point)
+    rest = pace.rest(math.hypot(point.i_d, point.i_q), bench.clock.now() - begun)
+    if rest > 0.0:
+        bench.inverter.set_dq_current(0.0, 0.0)
+        bench.clock.sleep(rest)
+
+
+def _too_hot(reading: DqReading, nameplate: Nameplate) -> Text | None:
+    limit = nameplate.maximum_winding_temperature
+    if limit is None or not reading.winding_temperature > limit:
+        return None
+    return text(
+        "the winding is at {shown:.0f} °C, above the motor's largest of {limit:.0f} °C",
+        shown=reading.winding_temperature,
+        limit=limit,
+    )
