@@ -16,7 +16,7 @@ from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.emf_shape import EmfShape, emf_shape
-from procedures.estimation.winding.unbalance import largest_deviation
+from procedures.estimation.winding.unbalance import all_at_once, largest_deviation
 from procedures.techniques.acquisition import ranged_record
 from procedures.techniques.driven_shaft import driving_speed_rad
 from procedures.verification.settings import TurnedWiringSettings
@@ -26,6 +26,8 @@ _PER_CENT = 100.0
 _THIRD = 2.0 * math.pi / 3.0
 #: Pole pairs that are taken where none are known, so that the record is long enough.
 _FEW = 1
+#: Each figure is the largest of three, and which it is was not chosen beforehand: noise and the channels' own gains count more.
+_LARGEST_OF_THREE = all_at_once(_PHASES, math.inf)
 
 
 class BackEmfShapeSettings(TurnedWiringSettings):
@@ -82,10 +84,17 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         #: Accuracy of each channel in the range that was chosen.
         self._accuracies: dict[int, Accuracy] = {}
         speed = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)
-        shapes = []
+        known = self.known_value("pole_pairs") or self.nameplate.pole_pairs or self.nameplate.expected.get("pole_pairs")
+        record_time = self.settings.periods * 2.0 * math.pi / ((known or _FEW) * speed)
+        shapes: list[EmfShape] = []
         for first in range(_PHASES if self.settings.exchange else 1):
             self.wiring.shaft.connect_probes(phases_on(channels, first))
-            shapes.append(self._recorded(channels, speed))
+            shape = self._recorded(channels, speed, record_time)
+            if not known and not shapes:
+                # With more pole pairs than were taken, a period has too few points for the harmonics.
+                record_time = self.settings.periods / shape.frequency
+                shape = self._recorded(channels, speed, record_time)
+            shapes.append(shape)
         return shapes
 
     @step("L3/3", "Size: the largest deviation of a phase from the mean of the three, over the mean")
@@ -100,9 +109,11 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
                 channel, accuracy = list(self._accuracies.items())[place]
                 flux = float(shape.flux[place])
                 own = unc.statistical(
-                    text("fundamental of phase {phase}", phase=label), flux, flux * shape.flux_uncertainty
+                    text("fundamental of phase {phase}", phase=label),
+                    flux,
+                    flux * shape.flux_uncertainty * _LARGEST_OF_THREE,
                 )
-                gain = Accuracy(gain=accuracy.gain, source=accuracy.source)
+                gain = Accuracy(gain=accuracy.gain * _LARGEST_OF_THREE, source=accuracy.source)
                 seen.append(unc.instrument(text("oscilloscope, channel {channel}", channel=channel), own, gain))
             sizes.append(sum(seen[1:], seen[0]) / len(seen))
         farthest = largest_deviation(sizes)
@@ -124,7 +135,9 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
         spacings = np.mean([np.roll(shape.spacings, first) for first, shape in enumerate(shapes)], axis=0)
         off = np.degrees(spacings - _THIRD)
         farthest = int(np.argmax(np.abs(off)))
-        uncertainty = math.degrees(max(s.spacing_uncertainty for s in shapes)) / math.sqrt(len(shapes))
+        uncertainty = (
+            math.degrees(max(s.spacing_uncertainty for s in shapes)) / math.sqrt(len(shapes)) * _LARGEST_OF_THREE
+        )
         labels = ("AB", "BC", "CA")
         self.findings["spacings"] = dict(zip(labels, np.degrees(spacings).tolist(), strict=True))
         self.report(
@@ -143,7 +156,7 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
     def distortion(self, shapes: Sequence[EmfShape]) -> None:
         """Report it; a channel's gain is the same for fundamental and harmonics and cancels."""
         thd = np.mean([np.roll(shape.thd, first) for first, shape in enumerate(shapes)], axis=0)
-        uncertainty = max(shape.thd_uncertainty for shape in shapes) / math.sqrt(len(shapes))
+        uncertainty = max(shape.thd_uncertainty for shape in shapes) / math.sqrt(len(shapes)) * _LARGEST_OF_THREE
         largest, shape = int(np.argmax(thd)), shapes[0]
         self.findings |= {
             "thd": {label: _PER_CENT * float(value) for label, value in zip(("A", "B", "C"), thd, strict=True)},
@@ -162,14 +175,12 @@ class BackEmfShape(Procedure[BackEmfShapeSettings]):
             estimator="root of the harmonics' squares over the fundamental, noise taken out",
         )
 
-    def _recorded(self, channels: Sequence[int], speed: float) -> EmfShape:
+    def _recorded(self, channels: Sequence[int], speed: float, record_time: float) -> EmfShape:
         scope, settings = self.bench.oscilloscope, self.settings
         if not scope.gives_waveforms:
             raise ProcedureError(
                 text("the shape of a voltage needs its waveform, which this oscilloscope does not give")
             )
-        known = self.known_value("pole_pairs") or self.nameplate.pole_pairs or self.nameplate.expected.get("pole_pairs")
-        record_time = settings.periods * 2.0 * math.pi / ((known or _FEW) * speed)
         scope.configure_acquisition(record_time, settings.points, 0.0)
         with self.bench.dynamometer.driving_speed(speed):
             rated = self.nameplate.rated_voltage

@@ -14,6 +14,7 @@ from procedures.core.actions import ALL_OPEN, ConnectProbes, CoupleDynamometer, 
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
+from procedures.core.result import MISSING_PART
 from procedures.core.settings import Settings
 from procedures.core.steps import step
 from procedures.estimation.emf.hall import SENSORS, HallFault, HallFinding, HallJudgement, Switching, judge, switching
@@ -126,6 +127,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
         """Report what the sensors that switch allow, in electrical degrees."""
         alive = [switched for switched in seen.values() if switched is not None]
         if not alive:
+            self.findings[MISSING_PART] = "Hall sensors"
             return
         unc, edge = self.bench.uncertainties, math.degrees(max(switched.uncertainty for switched in alive))
         # An edge's error is its own; a sensor's place is the mean of two.

@@ -5,12 +5,13 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from drivers.interfaces import InsulationReading
+from drivers.interfaces import BreakdownError, InsulationReading
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import ALL_OPEN, Connect, LockRotor, Socket, Terminal
 from procedures.core.bench import Bench, ProcedureError, Role
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
+from procedures.core.procedure_error import MotorFaultError
 from procedures.core.result import Notice
 from procedures.core.settings import Settings
 from procedures.core.steps import step
@@ -85,8 +86,13 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
 
     @step("L7/3", "Apply the voltage, and read the resistance after {duration:g} s")
     def test(self, voltage: float) -> InsulationReading:
-        """Return the reading; the tester has discharged the winding by then."""
-        return self.bench.insulation_tester.measure(voltage, self.settings.duration)
+        """Return the reading; the tester has discharged the winding by then. Raises MotorFaultError where the insulation breaks down."""
+        try:
+            return self.bench.insulation_tester.measure(voltage, self.settings.duration)
+        except BreakdownError as error:
+            raise MotorFaultError(
+                text("the insulation breaks down: {error}", error=error.text), "insulation"
+            ) from error
 
     @step("L7/4", "The winding is discharged: take the tester off", by_hand=True)
     def part(self) -> None:

@@ -3,25 +3,44 @@
 import math
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import dataclass
 from typing import ClassVar
 
 from GTC.lib import UncertainReal
 from pydantic import Field
+from scipy.special import stdtrit
 
-from drivers.interfaces import Accuracy
+from drivers.interfaces import Accuracy, InverterAbility
 from drivers.interfaces.text import text, word
 from procedures.core.actions import ALL_OPEN, INVERTER, CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
+from procedures.core.procedure_error import OnlyBoundedError
 from procedures.core.steps import step
 from procedures.estimation.fitting.repeats import mean_of_readings
+from procedures.estimation.mechanics.turn_mean import TurnMean, mean_over_turns
 from procedures.techniques.driven_shaft import driving_speed_rad
 from procedures.verification.settings import DrivenWiringSettings
 
 _RPM = math.pi / 30.0
 #: The test current must move the torque by so many of its standard uncertainties.
 _CLEAR = 10.0
+#: Each of the figures behind a bound, one-sided.
+_SURELY = 0.975
+#: Readings half a turn apart, or nearly, tell nothing of what repeats every turn: distance from a quarter, in half turns.
+_SPREAD = 0.25
+
+
+@dataclass(frozen=True)
+class _Drag:
+    """A mean torque (N·m), and what its readings showed; nothing for a torque that was given. `once_a_turn` (N·m) is the shaft's, the
+    transducer's filter taken off.
+    """
+
+    torque: UncertainReal
+    shown: TurnMean | None = None
+    once_a_turn: float = 0.0
 
 
 class NoLoadCurrentSettings(DrivenWiringSettings):
@@ -54,7 +73,10 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
     section: ClassVar[str] = "L4"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.INVERTER})
     gives: ClassVar[tuple[str, ...]] = ("no_load_current",)
-    needs: ClassVar[Demands] = {Role.DYNAMOMETER: Demand(automatic=True), Role.INVERTER: Demand(automatic=True)}
+    needs: ClassVar[Demands] = {
+        Role.DYNAMOMETER: Demand(automatic=True),
+        Role.INVERTER: Demand(automatic=True, abilities=frozenset({InverterAbility.Q_CURRENT})),
+    }
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:
@@ -66,7 +88,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
         self.conclude(tare, without, with_current, current)
 
     @step("L4/1", "The dynamometer alone, at {speed_share:.0%} of the rated speed: its own drag", by_hand=True)
-    def tare(self) -> UncertainReal:
+    def tare(self) -> _Drag:
         """Return the drag (N·m) of the dynamometer alone, measured or as given."""
         bench, settings = self.bench, self.settings
         if bench.dynamometer.read_by_hand or bench.inverter.read_by_hand:
@@ -77,7 +99,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
                 )
             )
         if settings.tare is not None:
-            return bench.uncertainties.standard("tare: drag", settings.tare, settings.tare_uncertainty)
+            return _Drag(bench.uncertainties.standard("tare: drag", settings.tare, settings.tare_uncertainty))
         bench.perform(ALL_OPEN, UncoupleDynamometer())
         with bench.dynamometer.driving_speed(self._speed):
             found = self._drag("the dynamometer alone")
@@ -95,8 +117,8 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
         self.wiring.inverter.direction(INVERTER)
 
     @step("L4/3", "At the same speed: the torque without a current, and with {current_share:.0%} of the rated one")
-    def turn(self) -> tuple[UncertainReal, UncertainReal, UncertainReal]:
-        """Return the torque (N·m) in both states, and the test current (A)."""
+    def turn(self) -> tuple[_Drag, _Drag, UncertainReal]:
+        """Return the torque in both states, and the test current (A)."""
         bench, unc = self.bench, self.bench.uncertainties
         bound = min(bench.inverter.maximum_current, self.nameplate.current_bound)
         level = min(self.settings.current_share * self.nameplate.rated_current, bound)
@@ -121,25 +143,16 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
         return without, with_current, unc.instrument("inverter, current", current, accuracy)
 
     @step("L4/4", "No-load current: drag over torque per ampere")
-    def conclude(
-        self, tare: UncertainReal, without: UncertainReal, with_current: UncertainReal, current: UncertainReal
-    ) -> None:
-        """Report the current (A, peak) and keep drag and slope."""
-        drag, moved = without - tare, without - with_current
+    def conclude(self, tare: _Drag, without: _Drag, with_current: _Drag, current: UncertainReal) -> None:
+        """Report the current (A, peak) and keep drag and slope. Raises OnlyBoundedError where the motor drags too unevenly."""
+        drag, moved = without.torque - tare.torque, without.torque - with_current.torque
         if float(moved.x) <= _CLEAR * float(moved.u):
-            raise ProcedureError(
-                text(
-                    "a current of {current:.3g} A changes the torque by {moved:.2g} N·m, known to ±{uncertainty:.1g} N·m: "
-                    "too little to find the torque per ampere. Raise current_share, or take more readings",
-                    current=float(current.x),
-                    moved=float(moved.x),
-                    uncertainty=float(moved.u),
-                )
-            )
+            raise self._unclear(drag, moved, current)
         self.findings |= {
             "speed_rpm": self._speed / _RPM,
             "drag": float(drag.x),
-            "tare": float(tare.x),
+            "tare": float(tare.torque.x),
+            "drag_once_a_turn": without.once_a_turn,
             "torque_per_ampere": float((moved / current).x),
         }
         self.report(
@@ -149,18 +162,58 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
             estimator="drag of the motor alone over the torque per ampere of a test current",
         )
 
-    def _drag(self, what: str, also: Callable[[], None] = lambda: None) -> UncertainReal:
+    def _unclear(self, drag: UncertainReal, moved: UncertainReal, current: UncertainReal) -> ProcedureError:
+        """Return why no torque per ampere is found, and how much the motor takes at least where that can be told.
+
+        A rotor that rubs drags unevenly, so that its torque scatters by more than a small current moves it.
+        """
+        said = text(
+            "a current of {current:.3g} A changes the torque by {moved:.2g} N·m, known to ±{uncertainty:.1g} N·m: "
+            "too little to find the torque per ampere. Raise current_share, or take more readings",
+            current=float(current.x),
+            moved=float(moved.x),
+            uncertainty=float(moved.u),
+        )
+        least, most, test = (
+            float(figure.x) + sign * float(stdtrit(figure.df, _SURELY)) * float(figure.u)
+            for figure, sign in ((drag, -1.0), (moved, 1.0), (current, -1.0))
+        )
+        if min(least, most, test) <= 0.0:
+            return ProcedureError(said)
+        low = least / most * test
+        sentence = text(
+            "{said}; the motor drags by {drag:.2g} N·m, and takes {low:.2g} A at least", said=said, drag=least, low=low
+        )
+        return OnlyBoundedError(sentence, "no_load_current", low)
+
+    def _drag(self, what: str, also: Callable[[], None] = lambda: None) -> _Drag:
         """Return the mean torque after settling; `also` is done beside each reading."""
         bench, unc = self.bench, self.bench.uncertainties
         bench.clock.sleep(self.settings.settle)
         read = []
         for _ in range(self.settings.readings):
-            bench.clock.sleep(self.settings.interval)
-            reading = bench.dynamometer.measure()
-            read.append(reading.torque)
+            bench.clock.sleep(self._interval())
+            read.append(bench.dynamometer.measure())
             also()
-        mean, uncertainty, freedom = mean_of_readings(read)
-        accuracy = reading.torque_accuracy
-        own = unc.statistical(text("readings of the torque, {what}", what=word(what)), mean, uncertainty, freedom)
+        shown = mean_over_turns([r.torque for r in read], [r.time for r in read], [r.speed for r in read])
+        accuracy = read[-1].torque_accuracy
+        own = unc.statistical(
+            text("readings of the torque, {what}", what=word(what)),
+            shown.mean,
+            shown.uncertainty,
+            shown.degrees_of_freedom,
+        )
         common = Accuracy(gain=accuracy.gain, offset=accuracy.offset, source=accuracy.source)
-        return unc.instrument("dynamometer, torque", own, common)
+        # A filter of the transducer's lets through less of what changes.
+        once = shown.once_a_turn * math.hypot(1.0, read[-1].torque_filter * self._speed)
+        return _Drag(unc.instrument("dynamometer, torque", own, common), shown, once)
+
+    def _interval(self) -> float:
+        """Return the time between readings (s), such that they are not always at the same places of the turn."""
+        turns = self.settings.interval * abs(self._speed) / (2.0 * math.pi)
+        from_half = abs((2.0 * turns) % 1.0 - 0.5)
+        return (
+            self.settings.interval * (1.0 if from_half < _SPREAD else 1.0 + 0.15 / turns)
+            if turns
+            else self.settings.interval
+        )

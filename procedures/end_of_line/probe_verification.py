@@ -51,10 +51,10 @@ class ProbeVerificationSettings(Settings):
     """Settings of the probes' verification."""
 
     voltage_ranges: tuple[float, ...] = Field(
-        default=_RANGES, min_length=1, max_length=20, description="full-scale ranges of voltage channels, V"
+        default=_RANGES, max_length=20, description="full-scale ranges of voltage channels, V; none leaves them out"
     )
     current_ranges: tuple[float, ...] = Field(
-        default=_RANGES, min_length=1, max_length=20, description="full-scale ranges of current channels, A"
+        default=_RANGES, max_length=20, description="full-scale ranges of current channels, A; none leaves them out"
     )
     current_share: float = Field(default=0.5, gt=0.0, le=1.0, description="largest current, share of the rated current")
     record_time: float = Field(
@@ -104,7 +104,7 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
     def voltage_channels(self) -> list[tuple[VerifiedGain, UncertainReal]]:
         """Return the voltage channels' gains in every range that the supply fills."""
         channels = self.bench.bare_oscilloscope.channels(ProbeKind.VOLTAGE)
-        if not channels:
+        if not channels or not self.settings.voltage_ranges:
             return []
         metered = self.bench.has(Role.VOLTMETER)
         meter = (ConnectVoltmeterToSupply(),) if metered else ()
@@ -126,7 +126,7 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
     def current_channels(self) -> list[tuple[VerifiedGain, UncertainReal]]:
         """Return the current channels' gains in every range that the motor's current fills."""
         channels = self.bench.bare_oscilloscope.channels(ProbeKind.CURRENT)
-        if not channels:
+        if not channels or not self.settings.current_ranges:
             return []
         self.bench.perform(
             DisconnectVoltmeter(), ConnectProbes(tuple(CurrentProbe(channel, Terminal.A) for channel in channels))

@@ -1,6 +1,6 @@
 """Balance of the windings: how far a line's resistance or inductance is from the mean of the three."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -11,6 +11,7 @@ from drivers.interfaces import Accuracy, Aperture, Wanted
 from drivers.interfaces.text import text
 from procedures.core.actions import (
     LINE_PAIRS,
+    LinePair,
     LockRotor,
     UncoupleDynamometer,
     label_of,
@@ -23,9 +24,11 @@ from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.winding import resistance
 from procedures.estimation.winding.unbalance import all_at_once, largest_deviation, pooled, saliency_share
+from procedures.estimation.winding.wiring import Kind
 from procedures.techniques.repeated_readings import RepeatedQuantity, between, repeated_readings
 from procedures.techniques.short_correction import short_correct
 from procedures.verification.settings import WiringSettings
+from procedures.verification.verifier import WiringError
 
 _AXES = ("d_axis_inductance", "q_axis_inductance")
 _PER_CENT = 100.0
@@ -93,15 +96,25 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
         bridge, settings = self.bench.lcr_meter, self.settings
         count = 1 if bridge.read_by_hand else settings.repeats
         by_resistance, by_inductance = [], []
+        #: Lines that do not conduct: which terminal they have in common tells the lead.
+        dead: dict[LinePair, WiringError] = {}
         for pair in LINE_PAIRS:
             at = (settings.resistance_frequency, settings.level, settings.aperture)
             bridge.configure(*at)
-            self.wiring.bridge.connect(meter_across(*pair), *at)
+            try:
+                self.wiring.bridge.connect(meter_across(*pair), *at)
+            except WiringError as error:
+                dead[pair] = error
+                continue
+            if dead:
+                continue
             line = RepeatedQuantity(between(pair), Wanted.RESISTANCE, ("resistance_unbalance",))
             by_resistance.append(repeated_readings(self, line, count))
             bridge.configure(settings.inductance_frequency, settings.level, settings.aperture)
             line = RepeatedQuantity(between(pair), Wanted.INDUCTANCE, ("inductance_unbalance",))
             by_inductance.append(repeated_readings(self, line, count))
+        if dead:
+            raise _open_lead(dead)
         return (
             LineQuantity(
                 [[r.resistance for r in read] for read in by_resistance],
@@ -175,3 +188,20 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
     def _deviations(self, values: Sequence[float], labels: Sequence[str]) -> dict[str, float]:
         mean = sum(values) / len(values)
         return {label: _PER_CENT * (value / mean - 1.0) for label, value in zip(labels, values, strict=True)}
+
+
+def _open_lead(dead: Mapping[LinePair, WiringError]) -> WiringError:
+    """Return what lines that do not conduct say together: two of them have the lead or phase in common that is open."""
+    first = next(iter(dead.values()))
+    common = set.intersection(*(set(pair) for pair in dead))
+    if len(dead) != len(LINE_PAIRS) - 1 or len(common) != 1:
+        return first
+    (terminal,) = common
+    return WiringError(
+        text(
+            "lines {lines} do not conduct and the third does: the lead or the phase of {terminal} is open",
+            lines=[label_of(pair) for pair in dead],
+            terminal=terminal.value,
+        ),
+        ({"kind": Kind.OPEN.value, "terminals": [terminal.value]},),
+    )

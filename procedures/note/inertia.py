@@ -2,50 +2,30 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any, ClassVar
 
 import numpy as np
 from GTC.lib import UncertainReal
-from numpy.typing import NDArray
 from pydantic import Field
 
-from drivers.interfaces import Accuracy, DynamometerReading
+from drivers.interfaces import Accuracy
 from drivers.interfaces.text import text, word
 from procedures.core.actions import CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
-from procedures.core.bench import ProcedureError, Role
+from procedures.core.bench import Role
 from procedures.core.curves import curve
 from procedures.core.demand import SHAFT, Demands
 from procedures.core.parameters import PARAMETERS
-from procedures.core.procedure import Procedure, Settings
+from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import Fit, coverage_interval
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics import inertia as estimation
 from procedures.estimation.mechanics.turning import SpeedRamp
 from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.techniques.shaft_plots import coast_plot, ramp_plot
-from procedures.techniques.torque_zero import TorqueZero, ZeroLine, read_zero
+from procedures.techniques.speed_ramps import Curve, RampRecorder, Ramps, RampSettings, TorqueSource
 
-#: Share of the dynamometer's torque at which the search for the ramp's torque begins.
-_SMALLEST_TORQUE = 0.002
-#: The ramp may be this much slower or faster than asked for, and the search for it halves its step this often.
-_PACES = (0.7, 2.0)
-_HALVINGS = 4
-#: Fewer readings on a ramp do not fix three parameters.
-_FEWEST = 10
-#: Longest time constant (s) of a sensor's filter.
-_LONGEST_FILTER = 5.0
 NAMES = estimation.SHARED
-_COAST = text("Coast-down")
-
-
-class TorqueSource(Enum):
-    """Where the accelerating torque comes from."""
-
-    MEASURED = "measured"
-    POWER = "power"
 
 
 class Tare(Enum):
@@ -55,48 +35,9 @@ class Tare(Enum):
     GIVEN = "given"
 
 
-class InertiaSettings(Settings):
+class InertiaSettings(RampSettings):
     """Settings of §3.5."""
 
-    speed_share: float = Field(
-        default=0.8, gt=0.0, le=1.0, description="speed at the end of the ramp, share of the rated speed"
-    )
-    ramp_time: float = Field(default=1.0, gt=0.05, le=120.0, description="time aimed at for the driven ramp, s")
-    coast_share: float = Field(
-        default=0.2, gt=0.02, lt=1.0, description="the coast is followed down to this share of the top speed"
-    )
-    longest_coast: float = Field(default=60.0, gt=0.1, le=3600.0, description="longest time to follow the coast, s")
-    settling: float = Field(
-        default=0.05,
-        ge=0.0,
-        le=5.0,
-        description="readings this soon after a switch are left out: the transducer's filter, s",
-    )
-    speed_filter: float | None = Field(
-        default=None,
-        ge=0.0,
-        le=_LONGEST_FILTER,
-        description="time constant of the speed signal's first-order filter, s; as the station states it when not given",
-    )
-    torque_filter: float | None = Field(
-        default=None,
-        ge=0.0,
-        le=_LONGEST_FILTER,
-        description="time constant of the torque signal's first-order filter, s; as the station states it when not given",
-    )
-    sample_interval: float = Field(default=0.004, gt=0.0, le=1.0, description="time between readings, s")
-    zero_rest: float = Field(
-        default=2.0,
-        ge=0.0,
-        le=60.0,
-        description="rest before the torque's zero is read, in which a filter forgets the torque that was there, s",
-    )
-    torque: float | None = Field(
-        default=None, gt=0.0, description="accelerating torque, N·m; found by trial when not given"
-    )
-    torque_source: TorqueSource = Field(
-        default=TorqueSource.MEASURED, description="torque as measured, or from shaft power and speed"
-    )
     tare: Tare = Field(
         default=Tare.MEASURED, description="measure the dynamometer alone first, or take the three figures below"
     )
@@ -112,38 +53,6 @@ class InertiaSettings(Settings):
         description="inertia of the load that the motor will drive, at its shaft, kg·m²; the dynamometer's when not given",
     )
     load_inertia_uncertainty: float = Field(default=0.0, ge=0.0, description="its standard uncertainty, kg·m²")
-
-
-@dataclass(frozen=True)
-class Curve:
-    """One ramp: time (s) from its first reading, speed (rad/s) and torque (N·m), each of shape (n,), the readings' accuracies and filters
-    (s); `begin` is the first reading's bench time (s), `zero` the torque's at rest beside the ramp.
-    """
-
-    begin: float
-    zero: TorqueZero
-    time: NDArray[np.float64]
-    speed: NDArray[np.float64]
-    torque: NDArray[np.float64]
-    torque_accuracy: Accuracy
-    speed_accuracy: Accuracy
-    speed_filter: float
-    torque_filter: float
-
-
-@dataclass(frozen=True)
-class Ramps:
-    """A driven ramp, its torque freed of the `zero` that was read before it and after the coast, and that coast."""
-
-    driven: Curve
-    coast: Curve
-    zero: ZeroLine
-
-    @classmethod
-    def freed(cls, driven: Curve, coast: Curve) -> "Ramps":
-        """Take the zero off a driven ramp as it was read."""
-        zero = ZeroLine(driven.zero, coast.zero)
-        return cls(replace(driven, torque=driven.torque - zero.at(driven.begin + driven.time)), coast, zero)
 
 
 class Inertia(Procedure[InertiaSettings]):
@@ -175,28 +84,28 @@ class Inertia(Procedure[InertiaSettings]):
             bench.perform(UncoupleDynamometer())
             bench.dynamometer.zero_torque()
             top = driving_speed_rad(bench, self.nameplate, self.settings.speed_share)
-            tare = Ramps.freed(self._accelerate(top), self._coast(top))
+            tare = Ramps.freed(self._recorder.accelerate(top), self._recorder.coast(top))
         bench.perform(CoupleDynamometer())
         return tare
 
     @step("3.5/2", "The dynamometer accelerates the motor with constant torque: record speed over time")
     def accelerate(self, top: float) -> Curve:
         """Return the driven ramp, up to `top` (rad/s)."""
-        return self._accelerate(top)
+        return self._recorder.accelerate(top)
 
     @step("3.5/3", "Let it coast: record speed over time")
     def coast(self, top: float) -> Curve:
         """Return the coast, then stop the shaft."""
-        return self._coast(top)
+        return self._recorder.coast(top)
 
     @step("3.5/4", "Solve both equations for inertia and no-load torque")
     def solve(self, ramps: Ramps, tare: Ramps | None) -> None:
         """Fit J, Coulomb, viscous and quadratic friction to both whole curves; the two-point figures stand beside."""
         total = self._fit(ramps)
         own = self._fit(tare) if tare else None
-        self.findings["ramps"] = _curves(_to_fit(ramps), total)
+        self.findings["ramps"] = _curves(ramps.to_fit(), total)
         if tare and own:
-            self.findings["tare_ramps"] = _curves(_to_fit(tare), own)
+            self.findings["tare_ramps"] = _curves(tare.to_fit(), own)
         simple, no_load = self._two_points(ramps)
         simple_tare, tare_drag = (
             self._two_points(tare) if tare else (self.settings.tare_inertia, self.settings.tare_coulomb_friction)
@@ -249,111 +158,9 @@ class Inertia(Procedure[InertiaSettings]):
             else "rotor and the load that was stated",
         )
 
-    def _accelerate(self, top: float) -> Curve:
-        dynamometer, clock = self.bench.dynamometer, self.bench.clock
-        torque = self.settings.torque or self._find_torque(top)
-        zero = read_zero(self.bench, self.settings.sample_interval, self.settings.zero_rest)
-        deadline = clock.now() + 20.0 * self.settings.ramp_time
-        readings: list[DynamometerReading] = []
-        with dynamometer.driving_torque(torque):
-            switched = clock.now()
-            self.bench.show(lambda: ramp_plot(text("Driven ramp"), switched, top))
-            while not readings or readings[-1].speed < top:
-                if clock.now() > deadline:
-                    raise ProcedureError(
-                        text(
-                            "{torque:.3g} N·m brought the shaft to {speed:.0f} rpm only, {top:.0f} rpm were wanted: something brakes "
-                            "it, or the torque is too small",
-                            torque=torque,
-                            speed=readings[-1].speed * 30.0 / math.pi,
-                            top=top * 30.0 / math.pi,
-                        )
-                    )
-                readings.append(dynamometer.measure())
-                clock.sleep(self.settings.sample_interval)
-        return self._curve(readings, switched, zero)
-
-    def _coast(self, top: float) -> Curve:
-        dynamometer, clock = self.bench.dynamometer, self.bench.clock
-        switched = clock.now()
-        deadline = switched + self.settings.longest_coast
-        self.bench.show(lambda: ramp_plot(_COAST, switched, self.settings.coast_share * top))
-        readings: list[DynamometerReading] = []
-        while not readings or (readings[-1].speed > self.settings.coast_share * top and clock.now() < deadline):
-            readings.append(dynamometer.measure())
-            clock.sleep(self.settings.sample_interval)
-        dynamometer.stop()
-        time = np.array([r.time for r in readings]) - switched
-        self.bench.show(lambda: coast_plot(_COAST, time, np.array([r.speed for r in readings])))
-        return self._curve(
-            readings, switched, read_zero(self.bench, self.settings.sample_interval, self.settings.zero_rest)
-        )
-
-    def _find_torque(self, top: float) -> float:
-        """Return a torque (N·m) that reaches `top` (rad/s) in about the ramp time, from short trials."""
-        largest = self.bench.dynamometer.maximum_torque
-        torque, too_little = _SMALLEST_TORQUE * largest, 0.0
-        while (pace := self._pace(torque, top)) < _PACES[0]:
-            if torque >= largest:
-                raise ProcedureError(
-                    text(
-                        "the dynamometer's full torque of {torque:.3g} N·m does not bring the shaft to speed; is the rotor free?",
-                        torque=torque,
-                    )
-                )
-            torque, too_little = min(1.5 * torque, largest), torque
-        for _ in range(_HALVINGS):
-            if pace <= _PACES[1]:
-                break
-            between = 0.5 * (torque + too_little)
-            if (slower := self._pace(between, top)) < _PACES[0]:
-                too_little = between
-            else:
-                torque, pace = between, slower
-        return torque
-
-    def _pace(self, torque: float, top: float) -> float:
-        """Return how many times faster than asked for this torque (N·m) would bring the shaft to `top`."""
-        dynamometer, trial = self.bench.dynamometer, 0.1 * self.settings.ramp_time
-        with dynamometer.driving_torque(torque):
-            self.bench.clock.sleep(trial)
-            reached = dynamometer.measure().speed
-        dynamometer.stop()
-        return reached * self.settings.ramp_time / (trial * top)
-
-    def _curve(self, readings: list[DynamometerReading], switched: float, zero: TorqueZero) -> Curve:
-        readings = [r for r in readings if r.time >= switched + self.settings.settling]
-        if len(readings) < _FEWEST:
-            raise ProcedureError(
-                text(
-                    "the ramp has {n} readings only, {fewest} are needed; lengthen ramp_time or shorten sample_interval",
-                    n=len(readings),
-                    fewest=_FEWEST,
-                )
-            )
-        by_power = self.settings.torque_source is TorqueSource.POWER
-        speed = np.array([r.speed for r in readings])
-        if by_power:
-            torque = np.full_like(speed, estimation.torque_from_power([r.power for r in readings], speed))
-        else:
-            torque = np.array([r.torque for r in readings])
-        time = np.array([r.time for r in readings])
-        last, settings = readings[-1], self.settings
-        return Curve(
-            float(time[0]),
-            zero,
-            time - time[0],
-            speed,
-            torque,
-            last.torque_accuracy,
-            last.speed_accuracy,
-            _within_reach("speed_filter", last.speed_filter)
-            if settings.speed_filter is None
-            else settings.speed_filter,
-            _within_reach("torque_filter", last.torque_filter)
-            if settings.torque_filter is None
-            else settings.torque_filter,
-        )
+    @property
+    def _recorder(self) -> RampRecorder:
+        return RampRecorder(self.bench, self.settings)
 
     def _fit(self, ramps: Ramps) -> Fit:
         if self.settings.torque_source is TorqueSource.POWER:
@@ -364,7 +171,7 @@ class Inertia(Procedure[InertiaSettings]):
                     "small by the number of pole pairs"
                 ),
             )
-        return estimation.fit_ramps(_to_fit(ramps))
+        return estimation.fit_ramps(ramps.to_fit())
 
     def _two_points(self, ramps: Ramps) -> tuple[float, float]:
         """Return the note's figures, from points near the ends of each ramp."""
@@ -427,30 +234,6 @@ class Inertia(Procedure[InertiaSettings]):
                     difference=difference,
                 ),
             )
-
-
-def _within_reach(key: str, stated: float) -> float:
-    """Return a filter's time constant (s) as the station states it. Raises ProcedureError for one that no sensor has."""
-    if not 0.0 <= stated <= _LONGEST_FILTER:
-        raise ProcedureError(
-            text(
-                "the station file's dynamometer: {key} = {stated:g} s; allowed is 0 … {longest:g} s",
-                key=key,
-                stated=stated,
-                longest=_LONGEST_FILTER,
-            )
-        )
-    return stated
-
-
-def _to_fit(ramps: Ramps) -> list[SpeedRamp]:
-    """Return both ramps, the driven one first, as the estimator takes them."""
-
-    def taken(curve: Curve, torque: float | NDArray[np.float64]) -> SpeedRamp:
-        resolution = curve.speed_accuracy.resolution
-        return SpeedRamp(curve.time, curve.speed, torque, resolution, curve.speed_filter, curve.torque_filter)
-
-    return [taken(ramps.driven, ramps.driven.torque), taken(ramps.coast, 0.0)]
 
 
 def _quadratic(coupled: Fit, own: Fit | None) -> dict[str, float]:

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from drivers.interfaces import ProbeKind, Reading
+from drivers.interfaces import InverterAbility, ProbeKind, Reading
 from drivers.interfaces.text import text
 from procedures.core.actions import INVERTER, CurrentProbe, ReleaseRotor, Terminal, UncoupleDynamometer
 from procedures.core.bench import ProcedureError, Role
@@ -56,7 +56,7 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
     roles: ClassVar[frozenset[Role]] = frozenset({Role.INVERTER, Role.OSCILLOSCOPE, Role.TACHOMETER})
     gives: ClassVar[tuple[str, ...]] = ("pole_pairs",)
     needs: ClassVar[Demands] = {
-        Role.INVERTER: Demand((Measurand.FREQUENCY,)),
+        Role.INVERTER: Demand((Measurand.FREQUENCY,), abilities=frozenset({InverterAbility.FREQUENCY})),
         Role.OSCILLOSCOPE: Demand(screen=(Measurand.FREQUENCY,), probes={ProbeKind.CURRENT: 1}),
         Role.TACHOMETER: SPEED,
     }

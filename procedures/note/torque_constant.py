@@ -7,7 +7,7 @@ import numpy as np
 from GTC.lib import UncertainReal
 from pydantic import Field
 
-from drivers.interfaces import Accuracy
+from drivers.interfaces import Accuracy, InverterAbility
 from drivers.interfaces.text import text
 from procedures.core.actions import INVERTER, CoupleDynamometer, ReleaseRotor
 from procedures.core.bench import Role
@@ -62,7 +62,10 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
     section: ClassVar[str] = "2.4"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.DYNAMOMETER, Role.INVERTER})
     gives: ClassVar[tuple[str, ...]] = ("torque_constant",)
-    needs: ClassVar[Demands] = {Role.DYNAMOMETER: SHAFT, Role.INVERTER: Demand((Measurand.CURRENT,))}
+    needs: ClassVar[Demands] = {
+        Role.DYNAMOMETER: SHAFT,
+        Role.INVERTER: Demand((Measurand.CURRENT,), abilities=frozenset({InverterAbility.Q_CURRENT})),
+    }
 
     @classmethod
     def needed(cls, settings: TorqueConstantSettings) -> Demands:

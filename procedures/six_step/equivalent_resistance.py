@@ -1,7 +1,7 @@
 """Armature equivalent resistance of a six-step drive at several loads (the paper)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from typing import ClassVar
 
@@ -12,6 +12,7 @@ from drivers.interfaces.text import text
 from procedures.core.actions import DRIVE, CoupleDynamometer, CurrentProbe, ReleaseRotor, Terminal
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.demand import SHAFT, SPEED, Demand, Demands, Measurand
+from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.misfit import Misfit
@@ -54,6 +55,16 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         Role.OSCILLOSCOPE: Demand(waveforms=True, probes={ProbeKind.CURRENT: 1}),
         Role.TACHOMETER: SPEED,
     }
+
+    @classmethod
+    def wanted_before(cls, settings: EquivalentResistanceSettings, nameplate: Nameplate) -> Mapping[str, str]:
+        """Return what loads are chosen by, and the winding's figures, as far as the settings do not give them."""
+        wanted = {} if settings.loads else {"torque_constant": "loads"}
+        if settings.winding_resistance is None:
+            wanted["stator_resistance"] = "winding_resistance"
+        if settings.winding_inductance is None:
+            wanted |= dict.fromkeys(("d_axis_inductance", "q_axis_inductance"), "winding_inductance")
+        return wanted
 
     def measure(self) -> None:
         """Load the running motor, and split what the bus sees."""

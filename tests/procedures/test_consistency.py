@@ -103,6 +103,7 @@ def bench(
     return Bench(figures, taus, plate)
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(st.data())
 def test_a_healthy_motor_raises_no_alarm(data: st.DataObject) -> None:

@@ -13,6 +13,7 @@ from procedures.core.actions import (
     ALIGN_D,
     ALIGN_Q,
     ALL_OPEN,
+    ALL_SHORTED,
     DRIVE,
     INVERTER,
     STEP_NEGATIVE,
@@ -50,6 +51,8 @@ A, B, C = Terminal
 INSULATION = Connect(dict.fromkeys(Terminal, Socket.INSULATION_HIGH))
 STEP_PROBES = ConnectProbes((VoltageProbe(1, Node.A, Node.B), CurrentProbe(4, A)))
 PROBED = (ConnectProbes(phases_on((1, 2, 3))), ConnectProbes(phases_on((1, 2, 3), 1)), STEP_PROBES, ConnectProbes(()))
+#: What a short circuit over speed wants, and load points: the current probe goes round one wire after the other.
+ROUND = tuple(ConnectProbes((*phases_on((1, 2, 3)), CurrentProbe(4, terminal))) for terminal in Terminal)
 PAIRS = ((A, B), (B, C), (C, A), (B, A))
 SUPPLIED = (ALIGN_D, ALIGN_Q, STEP_NEGATIVE, *(supply_across(*pair) for pair in PAIRS))
 BRIDGED = (meter_series_parallel(), *(meter_across(*pair) for pair in PAIRS))
@@ -67,6 +70,9 @@ WANTS: Sequence[tuple[Wanted, ...]] = (
     (SeparateMeterLeads(),),
     (DisconnectVoltmeter(),),
     (ALL_OPEN,),
+    *((connect, ReleaseRotor(), CoupleDynamometer(), probes) for connect in (ALL_SHORTED, INVERTER) for probes in ROUND),
+    (ALL_SHORTED, ReleaseRotor(), CoupleDynamometer(), ConnectProbes((CurrentProbe(4, B),))),
+    (ALL_SHORTED,),
     (LockRotor(), INSULATION),
     *((ALL_OPEN, probes) for probes in PROBED),
     (ALL_OPEN, ConnectVoltmeterToSupply()),

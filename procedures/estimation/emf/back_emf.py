@@ -16,6 +16,8 @@ from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 
 ComplexArray = NDArray[np.complex128]
+#: Crossings are looked for in medians, so many a period, of a middle between these shares of the readings.
+_MEDIANS, _EXTREMES = 64, (0.01, 0.99)
 
 
 @dataclass(frozen=True)
@@ -142,7 +144,11 @@ def _beside_crossings(fit: BackEmfFit, t: FloatArray, v: FloatArray) -> BackEmfF
 
 def crossing_frequency(t: FloatArray, row: FloatArray, near: float) -> float | None:
     """Return the frequency (Hz) at which a record crosses its middle upwards; None where it does so in less than two periods."""
-    level = 0.5 * (float(row.min()) + float(row.max()))
+    # Of many samples a period, medians: neither noise nor single wild readings cross it.
+    block = max(1, int(1.0 / (_MEDIANS * near * (t[1] - t[0]))))
+    whole = row.size // block * block
+    t, row = t[:whole].reshape(-1, block).mean(axis=1), np.median(row[:whole].reshape(-1, block), axis=1)
+    level = 0.5 * float(np.sum(np.quantile(row, _EXTREMES)))
     before = np.flatnonzero((row[:-1] < level) & (row[1:] >= level))
     if before.size < 3:
         return None

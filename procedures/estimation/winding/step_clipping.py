@@ -27,7 +27,7 @@ def without_end(record: StepRecord, voltage_ends: Ends, current_ends: Ends) -> t
     ):
         upwards = float(np.mean(values[values.size // 2 :])) > float(np.mean(values[: record.edge]))
         end = None if ends is None else ends[1 if upwards else 0]
-        level = clipped_at(values, record.edge, resolution, upwards, end)
+        level = clipped_at(values, record.resting, resolution, upwards, end)
         if level is None:
             continue
         if name == "voltage":

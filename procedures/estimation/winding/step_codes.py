@@ -7,10 +7,15 @@ from procedures.estimation.fitting.fit import FloatArray
 
 #: A range's end shows where noise before the converter is at least this share of a code, and where chance would have put so many
 #: samples above the last code.
-_LEAST_NOISE, _MISSING = 0.3, 10.0
+_LEAST_NOISE, _MISSING = 0.15, 10.0
+#: Noise that is tried for a resting signal's codes, in codes; what is below the likeliest by so much (half of χ²) is excluded. Of
+#: larger noise the variance tells enough.
+_NOISES, _EXCLUDED, _BY_VARIANCE = np.linspace(0.05, 0.8, 51), 2.0, 0.75
+#: Where between two codes a signal may rest.
+_PLACES = np.linspace(-0.5, 0.5, 32, endpoint=False)
 _LEAST_AT_END = 5
 #: A resting signal is straight over so many samples; readings at the end of a range are counted over so many.
-_TOGETHER, _COUNTED = 32, 64
+_TOGETHER, _COUNTED = 32, (64, 256)
 #: Noise below this share of a code does not carry the signal from one to the next.
 _COARSE = 0.1
 
@@ -33,28 +38,49 @@ def clipped_at(
     at = np.flatnonzero(x >= top - 0.25 * code)
     if len(at) < _LEAST_AT_END or before < 3:
         return None
-    noise = _before_converter(_scatter(values[:before]), code)
+    noise = _before_converter(values[:before], code)
     if noise <= max(_LEAST_NOISE * code, 1e-6 * float(np.ptp(values))):
         return None
-    # Counted over few samples each, for the signal itself may move while it is there.
-    within = (x >= top - 0.25 * code)[at[0] : at[-1] + 1]
-    starts = np.arange(0, within.size, _COUNTED)
-    counts = np.diff(np.append(starts, within.size))
-    shares = np.clip(np.add.reduceat(within.astype(np.float64), starts) / counts, 0.0, 1.0 - 1.0 / counts)
-    above = float(counts @ special.ndtr(special.ndtri(shares) - code / noise))
+    within = (x >= top - 0.25 * code)[at[0] : at[-1] + 1].astype(np.float64)
+    above = max(_expected_above(within, length, code / noise) for length in _COUNTED)
     return sign * top if above > _MISSING else None
 
 
-def _before_converter(variance: float, code: float) -> float:
-    """Return the noise before a converter, at the least, from the readings' variance.
+def _expected_above(within: FloatArray, length: int, code: float) -> float:
+    """Return how many samples chance would have put above the last code, by how many lie `within` it (n,); `code` is in noises.
 
-    What rounding adds depends on where between two codes the signal lies (first term of the quantiser's Fourier series).
+    Counted over `length` samples each, for the signal itself may move while it is there.
     """
-    mean = max(variance - code**2 / 12.0, 0.0)
-    if code <= 0.0:
-        return float(np.sqrt(mean))
-    place = (code**2 / np.pi**2 + 4.0 * mean) * np.exp(-2.0 * np.pi**2 * mean / code**2)
-    return float(np.sqrt(max(mean - place, 0.0)))
+    starts = np.arange(0, within.size, length)
+    counts = np.diff(np.append(starts, within.size))
+    shares = np.clip(np.add.reduceat(within, starts) / counts, 0.0, 1.0 - 1.0 / counts)
+    return float(counts @ special.ndtr(special.ndtri(shares) - code))
+
+
+def _before_converter(resting: FloatArray, code: float) -> float:
+    """Return the noise before a converter, at the least, from readings (n,) of a resting signal."""
+    variance = _scatter(resting)
+    noise = float(np.sqrt(max(variance - code**2 / 12.0, 0.0)))
+    if code <= 0.0 or noise > _BY_VARIANCE * code:
+        return noise
+    return code * _by_codes(np.rint(resting / code))
+
+
+def _by_codes(codes: FloatArray) -> float:
+    """Return the least noise (in codes) that a resting signal's codes (n,) do not exclude.
+
+    What is read depends on where between two codes the signal lies: of each few samples it may lie elsewhere, the noise is one.
+    """
+    length = min(_TOGETHER // 2, codes.size)
+    blocks = codes[: codes.size // length * length].reshape(-1, length)
+    middles = np.round(np.median(blocks, axis=1))[:, None]
+    reach = np.arange(-4, 5)
+    counts = np.stack([np.sum(blocks == middles + k, axis=1) for k in reach], axis=1)
+    edges = np.append(reach - 0.5, reach[-1] + 0.5)
+    passed = special.ndtr((edges - _PLACES[:, None]) / _NOISES[:, None, None])
+    chances = np.log(np.maximum(np.diff(passed, axis=-1), 1e-12))
+    likely = np.sum(np.max(np.einsum("bk,npk->nbp", counts, chances), axis=-1), axis=-1)
+    return float(_NOISES[int(np.argmax(likely > np.max(likely) - _EXCLUDED))])
 
 
 def _scatter(values: FloatArray) -> float:

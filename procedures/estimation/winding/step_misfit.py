@@ -30,6 +30,8 @@ COARSE_ALARM = 10.0
 _CHANCE, _CHANCE_OF_NONE = 1.0, 2.0
 #: Lateness, in the winding's time constants, from which a channel's second order may show, and the damping that is tried for it.
 _LATE, _DAMPED = 0.005, 0.6
+#: Dampings that are tried for a channel that is late and rings.
+_RINGING = (0.2, 0.6)
 _BLOCKS, _BY_CHANCE = 32, 1e-6
 #: Parts of a record after the step, in time constants: what is explained gives the same on all.
 _PARTS = ((0.0, 1.0), (0.0, 2.0), (0.5, np.inf), (1.0, np.inf), (0.5, 2.0))
@@ -170,6 +172,10 @@ def _candidates(
         for found in _possible(step, [(*fitted.terms, t) for t in terms], fitted, scale, enough):
             enough = min(enough, found.cost + ring.price + _AS_LIKELY)
             yield found
+            if found.terms[-1] is ring:
+                ring = ring.fitted(figures_of(found.terms, found.figures, ring))
+        if "skew" in modelled:
+            yield from _possible(step, list(_of_one_channel(fitted, ring)), fitted, scale, enough)
     # What is seen best first: others are then given up that cannot come as near.
     for family, z in sorted(worth.items(), key=lambda each: -each[1]):
         # The instant of the step hides a delay from the test until it is gross.
@@ -186,6 +192,16 @@ def _candidates(
                 # A channel that is damped enough not to ring is late by 2ζ/ω₀, but otherwise than by a delay.
                 slow = Resonance(natural=2.0 * _DAMPED / late, damping=_DAMPED)
                 yield from _possible(step, [(*fitted.terms, slow)], fitted, scale, enough)
+
+
+def _of_one_channel(fitted: Fitted, ring: RingingEdge) -> Iterator[tuple[Term, ...]]:
+    """Give the models in which delay and ringing of the edge are together what a channel of second order makes."""
+    kept = tuple(t for t in fitted.terms if t.family != "skew")
+    for delay in (t for t in fitted.terms if t.family == "skew" and not isinstance(t, Resonance)):
+        yield (*kept, ring.of_channel)
+        late = float(figures_of(fitted.terms, fitted.figures, delay)[0])
+        for damping in _RINGING if late > 0.0 else ():
+            yield (*kept, Resonance(natural=2.0 * damping / late, damping=damping))
 
 
 def _exchanged(step: Problem, fitted: Fitted, rounds: Sequence[Sequence[Fitted]], scale: StepScale) -> Iterator[Fitted]:

@@ -17,6 +17,8 @@ _CLEAR = 20.0
 #: A source's resistance shows where the voltage follows the current by more than so many standard deviations of the noise; shorter
 #: records do not show it.
 _TAKEN, _LEAST_TO_FOLLOW = 3.0, 200
+#: A voltage has risen where it is off the baseline by so many standard deviations, codes, and by this share of its largest.
+_RISEN, _RISEN_CODES, _RISEN_SHARE = 10.0, 3.0, 0.03
 #: A voltage whose smoothing takes more coefficients than this counts as sampled.
 _MOST = 72
 #: Before the step lie at least so many samples and this share of the record, and the voltage there is below this share of its end.
@@ -57,6 +59,16 @@ class StepRecord:
         if swing < _CLEAR * self.voltage_noise:
             return False
         return self.edge > 0 and float(np.max(np.abs(np.diff(self.drive)))) > 0.5 * swing
+
+    @cached_property
+    def resting(self) -> int:
+        """Number of samples before the step that are at rest for all that their noise shows: more than those that certainly are."""
+        away = np.abs(self.voltage - self.baseline)
+        clear = max(
+            _RISEN * self.voltage_noise, _RISEN_CODES * self.voltage_resolution, _RISEN_SHARE * float(np.max(away))
+        )
+        # A slow supply has left the baseline some samples before it shows.
+        return max(self.edge, int(0.9 * np.argmax(away > clear)))
 
     @cached_property
     def jump(self) -> int:

@@ -1,7 +1,7 @@
 """Ringing of a step's edge on probes and leads: found in the residuals, and as a term of the model."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -15,6 +15,8 @@ from procedures.estimation.winding.step_term import StepScale, Term
 _LONGEST, _SHORTER, _SHORTEST = 2.0, 3, 4.0
 #: A ringing turns by so much (rad) within its decay, and within the winding's time constant: what is slower is the circuit's own.
 _TURNS, _FASTER = 1.5, 3.0
+#: What is fitted turns by so much at least within its decay.
+_SWINGS = 1.0
 #: A line of the spectrum counts where noise alone has one as high once in so many records.
 _CHANCE = 1e-4
 #: So many instants at most are tried for its beginning.
@@ -47,6 +49,15 @@ class RingingEdge(Term):
     def within(self, figures: FloatArray) -> bool:
         """Tell whether a fit may go to these figures."""
         return bool(abs(figures[2]) < 1.0 and abs(figures[3]) < 3.0)
+
+    def possible(self, figures: FloatArray) -> bool:
+        """Tell whether it swings as a ringing does: what creeps instead is the circuit's own, as saturation."""
+        found = self.fitted(figures)
+        return found.turning > max(_FASTER, _SWINGS * found.decay)
+
+    def fitted(self, figures: FloatArray) -> "RingingEdge":
+        """Return the same with the turning and the decay of these figures."""
+        return replace(self, turning=self.turning * math.exp(figures[2]), decay=self.decay * math.exp(figures[3]))
 
     @property
     def of_channel(self) -> "Resonance":

@@ -66,6 +66,7 @@ def test_it_is_named_and_the_truth_is_held(name: str, order: int | None) -> None
         assert abs(found.peak_to_peak - 2.0 * SIZE) < 3.0 * found.uncertainty + found.above + 0.002 * SIZE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [None, 42])
 def test_an_even_turn_is_told_nothing_of(order: int | None) -> None:
     found = [turned(order, seed=seed) for seed in range(15)]

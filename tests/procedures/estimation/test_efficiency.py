@@ -12,6 +12,7 @@ TRIALS = {"Ld, sweep fit, turned by hand": 40, "λ, integrated, speed drifting 5
 LEAST = {"Ld, sweep fit, turned by hand": 0.6}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", simulated.reported(), ids=lambda case: case.name)
 def test_reaches_the_bound_without_bias_and_covers(case: simulated.Case) -> None:
     trials = TRIALS.get(case.name, 100)
@@ -26,6 +27,7 @@ def test_the_notes_simple_reading_is_far_from_the_bound(case: simulated.Case) ->
     assert simulated.score(case, 40).efficiency < 0.15
 
 
+@pytest.mark.slow
 def test_a_motor_without_saliency_is_rarely_said_to_have_one() -> None:
     assert simulated.false_saliency(200, timed=False) <= 0.09
     assert simulated.false_saliency(25, timed=True) <= 0.12

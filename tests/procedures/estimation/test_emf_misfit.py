@@ -202,3 +202,15 @@ def test_samples_lost_under_a_time_without_a_gap_leave_the_longest_whole_part() 
     short = slice(140, 740)
     fit = fit_back_emf(time[short], v[:, short], digitized=told(PLAIN))
     assert fit.misfit
+
+
+def test_wild_readings_of_a_long_record_leave_the_frequency_known() -> None:
+    random = np.random.default_rng(5)
+    time = np.linspace(0.0, 0.12, 60_000)
+    v = np.array([2.0 * np.sin(2.0 * np.pi * 58.3 * time - k * 2.0 * np.pi / 3.0) for k in range(3)])
+    v += random.normal(0.0, 0.02, v.shape)
+    v[1, random.integers(0, time.size, 100)] += random.choice([-8.0, 8.0], 100)
+    told = [DigitizedChannel(f"CH{k + 1}", 0.02, None, 0.01) for k in range(3)]
+    fit = fit_back_emf(time, v, digitized=told)
+    assert [finding.cause for finding in fit.misfit.findings] == [Cause.DROPOUTS]
+    assert abs(fit.frequency - 58.3) < 2.0 * fit.frequency_uncertainty < 0.2

@@ -43,6 +43,7 @@ def test_a_slip_stands_out_and_the_farthest_of_scattered_ones_does_not() -> None
     assert not stands_out([5.2, 3.1, 5.9, 4.4], 1)
 
 
+@pytest.mark.slow
 def test_what_is_left_out_of_scattered_readings_keeps_the_interval_s_promise() -> None:
     """Twenty per cent of noise: the farthest reading is left out of hardly any mean."""
     readings = np.random.default_rng(7).normal(1.0, 0.2, (3000, 4))

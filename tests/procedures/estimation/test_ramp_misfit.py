@@ -46,6 +46,7 @@ def test_a_clean_record_says_nothing_and_holds_the_truth() -> None:
     assert all(holds(fit) for fit in fits)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("disturbed", "cause"),
     [
@@ -92,6 +93,7 @@ def test_a_torque_that_climbs_over_half_the_ramp_is_told_where_no_motion_fits() 
         fit_ramps([replace(driven, torque=climbing), coast])
 
 
+@pytest.mark.slow
 def test_a_cause_that_is_not_in_the_list_widens() -> None:
     plain, thinning = measured(), measured(thinning=0.2)
     assert thinning.misfit

@@ -11,6 +11,7 @@ from procedures.estimation.fitting.misfit import Answer, Cause
 from procedures.estimation.winding.step_codes import clipped_at, too_coarse
 from procedures.estimation.winding.step_repeats import StepReading, fit_repeats
 from procedures.estimation.winding.step_response import StepFit, fit_step_response
+from procedures.estimation.winding.step_ringing import RingingEdge
 from tests.studies.disturbed_steps import Batch, Sampled, row, sampled
 
 
@@ -187,6 +188,32 @@ def test_an_end_of_range_is_not_seen_where_noise_ends_by_itself() -> None:
     assert clipped_at(-np.minimum(np.round(values), 100.0), 500, 1.0, False) == -100.0
 
 
+@pytest.mark.parametrize("noise", [0.35, 0.42, 0.6])
+def test_a_top_without_noise_is_cut_where_the_baseline_has_some(noise: float) -> None:
+    random = np.random.default_rng(4)
+    read = np.round(np.where(np.arange(2500) < 500, 0.3, 180.0) + random.normal(0.0, noise, 2500))
+    assert clipped_at(read, 500, 1.0, True) is None
+    assert clipped_at(np.minimum(read, 170.0), 500, 1.0, True) == 170.0
+
+
+def test_what_creeps_is_no_ringing() -> None:
+    ring = RingingEdge(turning=5.0, decay=1.0)
+    assert ring.possible(np.array([0.01, 0.0, -0.3, 0.3]))
+    assert not ring.possible(np.array([0.01, 0.0, -0.9, 0.0]))
+    assert not ring.possible(np.array([0.01, 0.0, 0.0, 1.7]))
+
+
+@pytest.mark.parametrize(("natural", "damping"), [(40.0, 0.3), (90.0, 0.1), (90.0, 0.5)])
+def test_a_channel_that_rings_is_one_thing(natural: float, damping: float) -> None:
+    batch = alike(1)
+    batch.resonance[:], batch.damping[:] = natural, damping
+    (record,) = sampled(batch, bits=12, noise=(0.5, 0.5001))
+    fit = fitted(record)
+    assert [finding.cause for finding in fit.misfit.findings] == [Cause.RINGING]
+    assert max(off(fit, record, name) for name in ("resistance", "inductance")) < 3.0
+    assert fit.uncertainty("inductance") < 4.0 * fit.plain_uncertainty("inductance")
+
+
 @pytest.mark.parametrize("phase", np.linspace(0.0, 6.0, 7))
 def test_hum_is_not_taken_for_the_end_of_a_range(phase: float) -> None:
     place = np.arange(2000)
@@ -221,6 +248,7 @@ def test_repeats_that_contradict_each_other_say_so() -> None:
     assert abs(mean.value - 1.0) < 3.0 * mean.uncertainty
 
 
+@pytest.mark.slow
 def test_what_no_single_record_shows_repeats_show_together() -> None:
     batch = alike(16)
     batch.slope[:] = 1.2e-4

@@ -29,10 +29,12 @@ def axes(fit: SweepFit) -> tuple[float, float, float]:
     return fit.value("mean") - fit.value("amplitude"), fit.value("mean") + fit.value("amplitude"), u
 
 
+@pytest.mark.slow
 def test_a_steady_hand_is_rarely_warned_of() -> None:
     assert sum(bool(swept(seed).misfit) for seed in range(60)) <= 4
 
 
+@pytest.mark.slow
 def test_regrips_are_named_and_both_axes_held() -> None:
     named = 0
     for seed in range(40):

@@ -1,0 +1,132 @@
+"""Flux maps from simulated readings whose truth is known; the long study is `python -m tests.studies.flux_map`."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.fitting.misfit import Cause
+from procedures.estimation.flux.estimator import FluxMapEstimate, estimate_flux_map
+from procedures.estimation.flux.flux_map import GainLimits
+from procedures.estimation.flux.plan import grid_locations, reading_order
+from procedures.estimation.flux.readings import FluxReadings, locations_of
+from tests.studies.flux_benches import CURRENT_GAIN, VOLTAGE_GAIN, RandomBench, random_bench, read
+from tests.studies.flux_truths import Array, TrueMotor, true_motors
+
+MOTORS = true_motors(None)
+GAINS = GainLimits(VOLTAGE_GAIN, CURRENT_GAIN)
+
+
+def bench_of(motor: TrueMotor, seed: int) -> tuple[RandomBench, FluxReadings, Array]:
+    random = np.random.default_rng([seed, 20])
+    bench = random_bench(motor, random)
+    readings, wanted = read(motor, bench, reading_order(grid_locations(motor.largest_current, 51), random), random)
+    return bench, readings, wanted
+
+
+def errors(motor: TrueMotor, made: FluxMapEstimate) -> Array:
+    true = motor.flux(made.map.points[:, 0] + 1j * made.map.points[:, 1])
+    return made.map.flux - np.column_stack((true.real, true.imag))
+
+
+@pytest.mark.parametrize("name", sorted(MOTORS))
+def test_every_point_is_within_its_limits_though_nothing_of_the_bench_is_known(name: str) -> None:
+    motor = MOTORS[name]
+    held, worst = [], []
+    for seed in range(6):
+        _, readings, wanted = bench_of(motor, seed)
+        assert readings.time.size <= 90
+        made = estimate_flux_map(readings, gains=GAINS, wanted=wanted)
+        assert len(made.map.points) == 51
+        error = np.abs(errors(motor, made))
+        worst.append(np.max(error) / made.map.full_scale)
+        held.append(np.mean(error <= made.map.half_widths()))
+    assert np.median(worst) < 0.004
+    assert max(worst) < 0.008
+    assert np.mean(held) > 0.85
+
+
+def test_what_all_readings_share_is_found() -> None:
+    motor = MOTORS["reluctance, little magnet"]
+    bench, readings, wanted = bench_of(motor, 3)
+    made = estimate_flux_map(readings, gains=GAINS, wanted=wanted).fit
+    assert made.angle.value == pytest.approx(bench.angle, abs=5 * made.angle.uncertainty + 2e-4)
+    gain = (1.0 + bench.voltage_gain) * (1.0 + bench.current_gain)
+    assert made.resistance == pytest.approx(gain * bench.resistance_at(readings.time), rel=0.03)
+    base = motor.flux(np.zeros(1, dtype=complex))[0].real
+    assert made.magnet_change[-1] == pytest.approx(-base * bench.magnet_at(readings.time)[-1], abs=0.01 * base)
+
+
+def test_gains_are_apart_from_scatter_and_common_to_all_points() -> None:
+    motor = MOTORS["surface magnets"]
+    _, readings, wanted = bench_of(motor, 1)
+    bare = estimate_flux_map(readings, wanted=wanted).map
+    whole = estimate_flux_map(readings, gains=GAINS, wanted=wanted).map
+    assert not bare.shared
+    assert whole.covariance == pytest.approx(bare.covariance)
+    assert whole.shared["voltage"] == pytest.approx(VOLTAGE_GAIN * whole.flux.ravel())
+    assert np.all(whole.half_widths() >= bare.half_widths())
+
+
+def test_an_asymmetric_motor_is_found_and_its_map_holds_all_the_same() -> None:
+    symmetric = MOTORS["reluctance, little magnet"]
+
+    def turned(current: np.ndarray) -> np.ndarray:
+        turn = np.exp(1j * np.radians(4.0) * np.abs(current) / symmetric.largest_current)
+        return symmetric.flux(current / turn) * turn
+
+    motor = replace(symmetric, flux=turned, symmetric=False)
+    _, readings, wanted = bench_of(motor, 2)
+    made = estimate_flux_map(readings, gains=GAINS, wanted=wanted)
+    assert not made.symmetric
+    assert [f.cause for f in made.misfit.findings if f.cause is Cause.ASYMMETRIC_MAP]
+    assert np.max(np.abs(errors(motor, made))) < 0.012 * made.map.full_scale
+    assert np.mean(np.abs(errors(motor, made)) <= made.map.half_widths()) > 0.85
+
+
+def test_a_symmetric_motor_is_not_called_asymmetric() -> None:
+    for name, motor in MOTORS.items():
+        made = estimate_flux_map(bench_of(motor, 4)[1], gains=GAINS)
+        assert made.symmetric, name
+        assert made.symmetry_tested
+
+
+def test_noise_that_is_not_stated_is_found() -> None:
+    _, readings, wanted = bench_of(MOTORS["surface magnets"], 5)
+    silent = replace(readings, voltage_noise=0.0 * readings.time, current_noise=0.0 * readings.time)
+    stated = estimate_flux_map(readings, wanted=wanted).map
+    found = estimate_flux_map(silent, wanted=wanted).map
+    assert np.median(found.scatter[found.scatter > 0]) == pytest.approx(
+        np.median(stated.scatter[stated.scatter > 0]), rel=0.5
+    )
+
+
+def test_a_single_wild_reading_is_told() -> None:
+    _, readings, wanted = bench_of(MOTORS["surface magnets"], 6)
+    places = locations_of(readings, symmetric=True, wanted=wanted)
+    counts = np.bincount(places.of)
+    repeated = int(np.flatnonzero(counts[places.of] == 4)[0])
+    voltage = readings.u_q.copy()
+    voltage[repeated] += 40.0 * readings.voltage_noise[0]
+    made = estimate_flux_map(replace(readings, u_q=voltage), gains=GAINS, wanted=wanted)
+    assert Cause.RESIDUAL_VARIANCE in {f.cause for f in made.misfit.findings}
+
+
+def test_what_cannot_be_told_apart_is_refused() -> None:
+    motor = MOTORS["surface magnets"]
+    n = 12
+    i_d, i_q = np.linspace(-10.0, -1.0, n), np.linspace(1.0, 10.0, n)
+    flux = motor.flux(i_d + 1j * i_q)
+    voltage = 0.5 * (i_d + 1j * i_q) + 1j * motor.electrical_speed * flux
+    readings = FluxReadings.of(
+        np.arange(n), i_d, i_q, voltage.real, voltage.imag, np.full(n, motor.electrical_speed), 0.01
+    )
+    with pytest.raises(EstimationError, match="read some locations"):
+        estimate_flux_map(readings)
+
+
+def test_readings_at_standstill_are_refused() -> None:
+    ones = np.ones(10)
+    with pytest.raises(EstimationError, match="standstill"):
+        FluxReadings.of(np.arange(10), ones, ones, ones, ones, np.concatenate((np.ones(9), [0.0])))
