@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, cast, get_type_hints
 
-from drivers.interfaces import UNWATCHED, Calls, Clock, Instrument, InstrumentError, Role, Traffic
+from drivers.interfaces import UNWATCHED, Calls, Clock, Instrument, InstrumentError, InverterAbility, Role, Traffic
 from drivers.interfaces.text import Text, text
 from drivers.manual.prompt import Prompt
 from drivers.recognition import Recognition
@@ -18,6 +18,8 @@ from drivers.transport.wire import Wire
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager
+
+    from drivers.framing import FramingSetter
 
 MANUAL = "manual"
 #: What an instrument allows at most, by the names of ratings and of the options that may lower them, with its unit.
@@ -85,7 +87,10 @@ class Driver:
     it in a rehearsal (group `motorbench.simulated_instruments`); without one, the role's generic instrument does, with
     `ratings`: the largest values that it takes, by the names of the options that may lower them (`maximum_voltage` …, SI units).
     `sources` says what the driver was written from; a fact counts as known where two say it that do not copy each other.
-    `recognised_by` is what the instrument says of itself, all of its Modbus units where it is made of several.
+    `commands_in` is the package whose `sources.toml` says it command by command.
+    `framing` makes what sets how the instrument is spoken to on a shared serial line (a `drivers.framing.FramingSetter`); it is named and
+    called as an opener is. `recognised_by` is what the instrument says of itself, all of its Modbus units where it is made of several.
+    `abilities` are what an inverter can do, None where only the opened one says it.
     """
 
     name: str
@@ -97,7 +102,10 @@ class Driver:
     simulated: str = ""
     ratings: Mapping[str, float] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
+    commands_in: str = ""
     recognised_by: tuple[Recognition, ...] = ()
+    framing: str | Callable[..., "FramingSetter"] = ""
+    abilities: frozenset[InverterAbility] | None = None
 
     def unfit(self) -> Text | None:
         """Return why what the driver makes is none of its role's instruments, as far as its class shows without one; None where it is.
@@ -126,6 +134,13 @@ class Driver:
         return text(
             "what driver {driver} makes, {kind}, is no {interface}: it has no {missing}", **kinds, missing=missing
         )
+
+    def framing_at(self, address: str, options: object, surroundings: Surroundings, name: str) -> "FramingSetter":
+        """Return what sets the instrument's framing at an address. Raises LookupError where the driver has nothing that does."""
+        if not self.framing:
+            raise LookupError(self.name)
+        make = resolve_name(self.framing) if isinstance(self.framing, str) else self.framing
+        return cast("FramingSetter", make(address, options, surroundings, name))
 
     def open(self, address: str, options: object, surroundings: Surroundings, *, name: str = "") -> Instrument:
         """Open the instrument at an address; `name` stands for it in messages, its role when empty.

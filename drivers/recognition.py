@@ -1,6 +1,6 @@
 """How an instrument is recognised by what it says of itself, declared on its driver; importing this imports no transport library.
 
-Each kind asks only what changes nothing: `*IDN?`, Modbus function 3, an SDO upload, or listening.
+Each kind asks only what changes nothing: `*IDN?`, Modbus function 3, an SDO upload, a read of registers by CAN FD, or listening.
 """
 
 from collections.abc import Callable, Mapping
@@ -76,5 +76,20 @@ class SerialTalk:
     wait: float = 1.0
 
 
+@dataclass(frozen=True)
+class CanFdTalk:
+    """Nodes that answer a frame of CAN FD which is sent to all of them: `question` by the identifier `request`, at `bitrate` (bit/s).
+
+    `replies` are the identifiers of the answers of nodes 1, 2, 3 …; `identity_of` gives who answers so, or nothing. The question must be
+    one that changes nothing.
+    """
+
+    bitrate: int
+    request: int
+    question: bytes
+    replies: range
+    identity_of: Callable[[bytes], Identity | None]
+
+
 #: Any of them.
-Recognition = ScpiIdentity | ModbusUnit | CanOpenProfile | SerialTalk
+Recognition = ScpiIdentity | ModbusUnit | CanOpenProfile | SerialTalk | CanFdTalk

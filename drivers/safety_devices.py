@@ -19,13 +19,15 @@ class RelayDriver:
     """One driver of a relay with a watchdog.
 
     `options` is the dataclass of what a station file may say of it. `opener` is called with address, options and `name=`; written
-    as `module:object` its module is imported when a relay is opened. `sources` says what it was written from.
+    as `module:object` its module is imported when a relay is opened. `sources` says what it was written from, `commands_in`
+    is the package whose `sources.toml` says it command by command.
     """
 
     name: str
     options: type[Any]
     opener: str | Callable[..., WatchdogRelay]
     sources: tuple[str, ...] = ()
+    commands_in: str = ""
 
     def open(self, address: str, options: object, *, name: str) -> WatchdogRelay:
         """Open the relay; `name` stands for it in messages.
@@ -41,7 +43,7 @@ class InterlockDriver:
     """One driver of interlock contacts; `options` and `opener` as for a RelayDriver.
 
     It takes contacts at addresses of its `schemes` where a station file names no driver. `contact` tells which contact it is
-    behind an address, by its options, as station files that write the rest otherwise would say it too.
+    behind an address, by its options, as station files that write the rest otherwise would say it too. `commands_in` as there.
     """
 
     name: str
@@ -49,6 +51,7 @@ class InterlockDriver:
     opener: str | Callable[..., Interlock]
     schemes: tuple[str, ...] = ()
     contact: Callable[[str, Any], str] | None = None
+    commands_in: str = ""
 
     def open(self, address: str, options: object, *, name: str) -> Interlock:
         """Open the contact; `name` stands for it in messages.

@@ -7,10 +7,10 @@ from drivers.interfaces.text import Text, text
 
 #: A motor terminal on something that feeds it or measures it; the groups are the terminal and, one of them, the kind.
 _SOCKET = re.compile(
-    r"([ABC]):(?:(supply)[+-]|(lcr)_(?:high|low)|(inverter)_[uvw]|(drive)_[123]|(insulation)_high)", re.ASCII
+    r"([ABC]):(?:(supply)[+-]|(lcr)_(?:high|low)|(inverter)_[uvw]|(drive)_[123]|(insulation)_high|(link))", re.ASCII
 )
 #: A lead of a meter or of a probe on a node; the group is the lead.
-_LEAD = re.compile(r"(?:[ABC]:(voltmeter[+-])|(?:[ABCN]|star|H[0-3]|S[+-]):(channel[1-9][+-]))", re.ASCII)
+_LEAD = re.compile(r"(?:(?:[ABC]|S[+-]):(voltmeter[+-])|(?:[ABCN]|star|H[0-3]|S[+-]):(channel[1-9][+-]))", re.ASCII)
 _SHORT = "leads:short"
 #: A current probe round a terminal's wire: it can be fixed, not switched.
 _CURRENT_PROBE = re.compile(r"[ABC]:channel[1-9]~", re.ASCII)
@@ -18,8 +18,8 @@ _CURRENT_PROBE = re.compile(r"[ABC]:channel[1-9]~", re.ASCII)
 LOWEST_CHANNEL, HIGHEST_CHANNEL = 100, 9999
 _FORMS = (
     "A, B or C with supply+, supply-, lcr_high, lcr_low, inverter_u, inverter_v, inverter_w, drive_1, drive_2, drive_3, "
-    "insulation_high, voltmeter+ or voltmeter-; A, B, C, N, star, H0, H1, H2, H3, S+ or S- with channel1+, channel1- and so on; "
-    "leads:short"
+    "insulation_high, link, voltmeter+ or voltmeter-; S+ or S- with voltmeter+ or voltmeter-; "
+    "A, B, C, N, star, H0, H1, H2, H3, S+ or S- with channel1+, channel1- and so on; leads:short"
 )
 
 

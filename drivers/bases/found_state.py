@@ -1,5 +1,6 @@
 """An instrument comes as its last user left it: what matters is asked when it is opened, and put back at the end."""
 
+import math
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -124,7 +125,8 @@ def matches(found: str, wanted: Iterable[str]) -> bool:
 
 def _same(found: str, wanted: str) -> bool:
     try:
-        return float(found) == float(wanted)
+        numbers = float(found), float(wanted)
+        return numbers[0] == numbers[1] or all(map(math.isnan, numbers))
     except ValueError:
         pass
     found, wanted = found.upper(), wanted.upper()

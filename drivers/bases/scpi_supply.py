@@ -1,13 +1,18 @@
-"""A DC supply that speaks SCPI: one output, its commands as data, every setting read back, off confirmed."""
+"""A DC supply that speaks SCPI: one output, every setting read back, off confirmed."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Protocol
 
 from drivers.bases.always import always
 from drivers.bases.scpi_driver import ScpiDriver
 from drivers.bases.set_points import check_setpoint, lesser
+from drivers.bases.supply_data import ScpiSupplyLimits as ScpiSupplyLimits
+from drivers.bases.supply_data import ScpiSupplyOptions as ScpiSupplyOptions
+from drivers.bases.supply_data import SupplyCommands as SupplyCommands
+from drivers.bases.supply_data import SupplyData as SupplyData
+from drivers.bases.supply_output import ScpiOutput as ScpiOutput
+from drivers.bases.supply_output import SupplyProtection as SupplyProtection
 from drivers.catalogue import Driver, Surroundings
 from drivers.interfaces import (
     Accuracy,
@@ -22,179 +27,14 @@ from drivers.interfaces import (
     Role,
     Supply,
 )
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import text
 from drivers.recognition import ScpiIdentity
 from drivers.transport.visa.opening import identify, open_driver, open_session
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import WAY_DOWN_TIME, ScpiSession
 
-#: How far a level read back may lie from the one set: steps of the converters are below 5 mV and 5 mA.
-READBACK_STEP = 5e-3
 #: How near (relative to what may be set) a reading must be to a level for the output to count as regulated at it.
 _REGULATED_WITHIN = 0.01
-
-
-@dataclass(frozen=True)
-class SupplyCommands:
-    """Headers of a supply's commands; a query is the header with a question mark.
-
-    `over_voltage` takes a level (V), `over_current` ON or OFF; the two that tell a trip answer 0 where there is none. An
-    empty header is a protection that the supply has not. `channel` is appended to every command, as `(@1)` or `CH1` is.
-    """
-
-    voltage: str = "VOLT"
-    current: str = "CURR"
-    output: str = "OUTP"
-    measure_voltage: str = "MEAS:VOLT"
-    measure_current: str = "MEAS:CURR"
-    over_voltage: str = "VOLT:PROT"
-    over_current: str = "CURR:PROT:STAT"
-    over_voltage_tripped: str = "VOLT:PROT:TRIP"
-    over_current_tripped: str = "CURR:PROT:TRIP"
-    clear: str = "OUTP:PROT:CLE"
-    channel: str = ""
-
-
-@dataclass(frozen=True)
-class SupplyData:
-    """What holds for an output: highest voltage (V), current (A) and over-voltage level (V), accuracies of its meters."""
-
-    maximum_voltage: float
-    maximum_current: float
-    maximum_over_voltage: float
-    voltage: Accuracy
-    current: Accuracy
-
-
-class ScpiSupplyLimits(Protocol):
-    """What every supply's options have."""
-
-    @property
-    def maximum_voltage(self) -> float | None:
-        """The station's limit (V)."""
-
-    @property
-    def maximum_current(self) -> float | None:
-        """The station's limit (A)."""
-
-    @property
-    def over_voltage_margin(self) -> float:
-        """How far over-voltage protection stands above the voltage level, relative."""
-
-    @property
-    def over_voltage_headroom(self) -> float:
-        """The same, in V, on top."""
-
-    @property
-    def trip_at_current_limit(self) -> bool:
-        """Whether the output goes off at its current limit whatever it is to hold."""
-
-    @property
-    def voltage_accuracy(self) -> Accuracy | None:
-        """Replaces the data sheet's."""
-
-    @property
-    def current_accuracy(self) -> Accuracy | None:
-        """Replaces the data sheet's."""
-
-
-@dataclass(frozen=True)
-class ScpiSupplyOptions:
-    """Settings of a supply: the station's limits (V, A), its protections, and accuracies that replace the data sheet's.
-
-    Over-voltage protection stands `over_voltage_margin` (relative) plus `over_voltage_headroom` (V) above the voltage level.
-    """
-
-    serial_number: str | None = None
-    maximum_voltage: float | None = None
-    maximum_current: float | None = None
-    over_voltage_margin: float = 0.1
-    over_voltage_headroom: float = 0.5
-    trip_at_current_limit: bool = False
-    voltage_accuracy: Accuracy | None = None
-    current_accuracy: Accuracy | None = None
-
-
-class ScpiOutput:
-    """One output's dialogue over a session; `channel` is appended to what is sent, `name` stands for it in messages."""
-
-    def __init__(self, session: ScpiSession, channel: str, name: str) -> None:
-        self._session = session
-        self._channel = channel
-        self._name = name
-
-    def command(self, header: str, value: str = "") -> str:
-        """Return a command as it is sent."""
-        arguments = f"{value},{self._channel}" if value and self._channel else value or self._channel
-        return f"{header} {arguments}" if arguments else header
-
-    def write(self, header: str, value: str = "") -> None:
-        """Send a command and make sure that the instrument took it."""
-        self._session.write(self.command(header, value))
-
-    def number(self, header: str) -> float:
-        """Return the number that a query is answered with."""
-        return self._session.query_number(self.command(f"{header}?"))
-
-    def flag(self, header: str) -> bool:
-        """Return whether a query is answered with other than 0."""
-        return self.number(header) != 0
-
-    def confirm(self, header: str, value: float) -> None:
-        """Raise CommunicationError where a setting does not read back."""
-        found = self.number(header)
-        if abs(found - value) > READBACK_STEP:
-            raise CommunicationError(
-                self._name,
-                text("reads back {found:g} after {value:g} was set", found=found, value=value),
-                command=self.command(f"{header}?"),
-            )
-
-    def confirm_word(self, header: str, word: str) -> None:
-        """Raise CommunicationError where a choice does not read back, in its short or its long form."""
-        query = self.command(f"{header}?")
-        found = self._session.query(query).strip()
-        if not found.upper().startswith(word[:3]):
-            raise CommunicationError(
-                self._name, text("reads back {found} after {word} was set", found=found, word=word), command=query
-            )
-
-
-class SupplyProtection:
-    """Over-current and over-voltage protection as far as they trip and latch."""
-
-    def __init__(self, output: ScpiOutput, commands: SupplyCommands, name: str) -> None:
-        self._output, self._commands, self._name = output, commands, name
-
-    def set_over_current(self, *, trips: bool) -> None:
-        """Switch the over-current protection on or off."""
-        if self._commands.over_current:
-            self._output.write(self._commands.over_current, "ON" if trips else "OFF")
-
-    def confirm_over_current(self, *, trips: bool) -> None:
-        """Raise CommunicationError where that does not read back."""
-        if self._commands.over_current:
-            self._output.confirm(self._commands.over_current, float(trips))
-
-    def tripped(self) -> Text | None:
-        """Return which protection has tripped, None where none has."""
-        for header, which in (
-            (self._commands.over_current_tripped, text("over-current")),
-            (self._commands.over_voltage_tripped, text("over-voltage")),
-        ):
-            if header and self._output.flag(header):
-                return which
-        return None
-
-    def refuse_latched(self) -> None:
-        """Raise ReportedError where a protection tripped earlier: that is for a person to look into."""
-        tripped = self.tripped()
-        if tripped:
-            raise ReportedError(
-                self._name,
-                text("{tripped} protection has tripped earlier and holds the output off", tripped=tripped),
-                remedy=text("Remove the cause, then clear the protection at the front panel"),
-            )
 
 
 class ScpiSupply(ScpiDriver, Supply):

@@ -11,4 +11,5 @@ BK9000 = RelayDriver(
         "Beckhoff's Information System, Modbus TCP interface",
         "slacAWallace/epics-bk9000, an EPICS driver in use (registers, reset words, status bit 15, reset before the time is set)",
     ),
+    commands_in="drivers.beckhoff",
 )

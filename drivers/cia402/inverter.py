@@ -9,7 +9,7 @@ from drivers.catalogue import Surroundings
 from drivers.cia402.motor_ratings import read_rated_current
 from drivers.cia402.node import Cia402Node
 from drivers.cia402.opening import open_node
-from drivers.cia402.options import Cia402Options
+from drivers.cia402.options import ABILITIES, Cia402Options
 from drivers.cia402.power_state import INTERNAL_LIMIT, STATUSWORD, ObjectReader
 from drivers.cia402.velocity import MODES, PROFILE_VELOCITY, Velocity, open_velocity
 from drivers.interfaces import (
@@ -18,6 +18,7 @@ from drivers.interfaces import (
     Identity,
     InstrumentError,
     Inverter,
+    InverterAbility,
     MeasurementError,
     Reading,
     ReportedError,
@@ -100,6 +101,11 @@ class Cia402Inverter(Inverter):
     def watchdog(self) -> Watchdog | None:
         """The drive's heartbeat consumer, as it was armed and read back."""
         return self._node.watchdog
+
+    @property
+    def abilities(self) -> frozenset[InverterAbility]:
+        """A frequency, and a q-axis current; what modes the drive has shows when they are commanded."""
+        return ABILITIES
 
     @property
     def maximum_current(self) -> float:

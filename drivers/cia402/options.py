@@ -8,7 +8,7 @@ from drivers.catalogue import Driver
 from drivers.cia402.data_sheet import check_data_sheet
 from drivers.cia402.stated_objects import StatedObject
 from drivers.cia402.velocity_unit import stated_unit
-from drivers.interfaces import Accuracy, Role, Watchdog, WhenSilent
+from drivers.interfaces import Accuracy, InverterAbility, Role, Watchdog, WhenSilent
 from drivers.interfaces.text import text
 from drivers.recognition import CanOpenProfile
 
@@ -160,14 +160,19 @@ class Cia402RotorActuatorOptions(NodeOptions):
 #: CiA 402, by device type (0x1000); which of its drives it is no object tells.
 PROFILE = CanOpenProfile(402)
 
+#: What the profile's modes let an inverter do; which of them a drive has shows when they are commanded.
+ABILITIES = frozenset({InverterAbility.FREQUENCY, InverterAbility.Q_CURRENT})
+
 INVERTER = Driver(
     "cia402-inverter",
     Role.INVERTER,
     Cia402Options,
     "drivers.cia402.inverter:Cia402Inverter.open",
     simulated="cia402-inverter",
+    abilities=ABILITIES,
     recognised_by=(PROFILE,),
     sources=_PROFILE_SOURCES,
+    commands_in="drivers.cia402",
 )
 SIX_STEP = Driver(
     "cia402-six-step",
@@ -177,6 +182,7 @@ SIX_STEP = Driver(
     simulated="cia402-six-step",
     recognised_by=(PROFILE,),
     sources=_PROFILE_SOURCES,
+    commands_in="drivers.cia402",
 )
 ROTOR_ACTUATOR = Driver(
     "cia402-rotor-actuator",
@@ -186,4 +192,5 @@ ROTOR_ACTUATOR = Driver(
     simulated="cia402-rotor-actuator",
     recognised_by=(PROFILE,),
     sources=_PROFILE_SOURCES,
+    commands_in="drivers.cia402",
 )

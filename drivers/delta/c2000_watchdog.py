@@ -1,6 +1,7 @@
 """A Delta C2000's watch over the process that drives it: its communication time-out, armed, fed and put back.
 
-C2000 User Manual, group 09: 09-02 what the drive does without communication, 09-03 after how long (0.1 s; 0 never).
+09-02 is what the drive does without communication, 09-03 after how long (0.1 s; 0 never): the VFD-B manual, and the notes of a
+program for a C2000 (adigupta2004/SRE), which call 2 a fault with coasting where that manual calls it a warning.
 """
 
 import threading
@@ -14,7 +15,7 @@ from drivers.interfaces.text import text
 from drivers.transport.modbus.line import ModbusLine
 
 TREATMENT, TIME_OUT, STATUS = 0x0902, 0x0903, 0x2101
-#: Treatment "warn and coast to stop".
+#: Treatment "warn" (or fault) "and coast to stop".
 COAST = 2
 TIME_STEP = 0.1
 SHORTEST_TIME, LONGEST_TIME = 0.5, 100.0

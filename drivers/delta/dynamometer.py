@@ -27,6 +27,11 @@ from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import text
 from drivers.transport.modbus.line import ModbusLine, open_line
 
+_DRIVE_SILENT = text(
+    "Check power and cable. A C2000 comes with 9600 bit/s, 7N2 in ASCII and unit 1: motorbench station set-framing finds it on its serial "
+    "port and sets it as the station file says"
+)
+
 
 class DeltaDyn200(Dynamometer):
     """A dynamometer on one Modbus line; both units are asked for when this is made, with `guarding` when first needed.
@@ -57,7 +62,7 @@ class DeltaDyn200(Dynamometer):
         self._watchdog = CommunicationWatchdog(line, options.drive_unit)
         if guarding:
             return
-        self._drive.check_fault()
+        self._ask_drive()
         self._asked = self._ask_transducer()
         try:
             self._settings.take_over()
@@ -66,6 +71,14 @@ class DeltaDyn200(Dynamometer):
         except BaseException:
             self._settings.give_back()
             raise
+
+    def _ask_drive(self) -> None:
+        try:
+            self._drive.check_fault()
+        except CommunicationError as error:
+            raise CommunicationError(
+                error.instrument, error.what, command=error.command, remedy=_DRIVE_SILENT
+            ) from error
 
     def _ask_transducer(self) -> Transducer:
         sensor = Dyn200(self._line, self._options.transducer_unit, self._options.speed_decimals)

@@ -23,7 +23,9 @@ _WRITE = "{value}"
 #: Levels of a filter that lag by less than a reading takes. What a level is in seconds no source tells: 1 … 99, 20 as delivered
 #: (manual) or 50 (two programs), "the larger, the more obvious the lag"; so it cannot be reckoned with or waited for.
 _SHORTEST = ("1", "0", "2")
-_FRAMING = text("how its serial line is spoken to; after a change the address must say the same")
+_FRAMING = text(
+    "how its serial line is spoken to, as the address must say; motorbench station set-framing sets both units alike"
+)
 _BRAKED = text("in torque control the drive holds the shaft at a speed that is not the motor's")
 _FILTER_KEYS = text("At the sensor set parameter 02, and the speed's filter, to 1 (K1 held)")
 

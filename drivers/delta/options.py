@@ -114,9 +114,12 @@ DELTA_DYN200 = Driver(
     simulated="delta-dyn200",
     sources=(
         "DYN-200: the maker's manual; dyn200-logger, dyn200-python and J. Deuter's library, each with a sensor",
-        "C2000: Delta's manuals, pages 12.1-09; adigupta2004/SRE, a program for a dynamometer written after the same manual (one source "
-        "for 11-27, 11-33, 11-34; 11-36 to 11-38 also in a public table for its sister C200); the values of 11-36, and 00-22, from memory",
+        "C2000: Delta's manuals, pages 12.1-09; adigupta2004/SRE, a program for a dynamometer and its notes, written after the same manual "
+        "(one source for 00-22 = 1, 11-27, 11-33, 11-34; 11-36 to 11-38 also in a public table for its sister C200); the values of 11-36 "
+        "from memory",
         "00-21 = 2: public programs for its sisters C200 and MH300, and a guide to the GS20 and MS300; no page of the C2000's own was seen",
     ),
+    commands_in="drivers.delta",
     recognised_by=(DRIVE, TRANSDUCER),
+    framing="drivers.delta.framing:DriveFraming",
 )

@@ -39,7 +39,10 @@ DRIVE = ModbusUnit(
     ((_IDENTITY, 1), (_STATE, 2)),
     _drive,
     # 09-04: 12 … 15 in RTU; as delivered it is ASCII at 9600 bit/s.
-    _framings((9600, "N", 2), (9600, "N", 1), (9600, "E", 1), (9600, "O", 1)),
+    (
+        *_framings((9600, "N", 2), (9600, "N", 1), (9600, "E", 1), (9600, "O", 1)),
+        "baudrate=9600&bytesize=7&parity=N&stopbits=2&framer=ascii",
+    ),
 )
 TRANSDUCER = ModbusUnit(
     "DYN-200",

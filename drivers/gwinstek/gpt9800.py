@@ -17,6 +17,7 @@ from drivers.gwinstek import gpt9800_data as data
 from drivers.gwinstek.gpt9800_settings import FOUND_SETTINGS, plain
 from drivers.gwinstek.options import IDENTITY, Gpt9800Options
 from drivers.interfaces import (
+    BreakdownError,
     Clock,
     CommunicationError,
     InsulationReading,
@@ -146,7 +147,8 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
         """Apply `voltage` (V DC) for `duration` (s), read the resistance at its end, discharge, and return.
 
         The output is off and discharged when this returns or raises. Raises SetpointError outside the allowed range or
-        between the model's steps of 50 V, MeasurementError where the test did not reach its voltage or was broken off.
+        between the model's steps of 50 V, BreakdownError where the test did not reach its voltage,
+        MeasurementError where it was broken off.
         """
         self._check(voltage, duration)
         with always(self.make_safe, self._session.calls):
@@ -241,7 +243,7 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
         # Below its range the tester judges at once.
         below = report.status == "FAIL" and report.resistance <= data.RESOLUTION
         if report.voltage < least or (report.ramping and not below):
-            raise MeasurementError(
+            raise BreakdownError(
                 self._name,
                 text("the test reached {voltage:g} V of {wanted:g} V", voltage=report.voltage, wanted=voltage),
                 command=READING_QUERY,

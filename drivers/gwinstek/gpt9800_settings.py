@@ -1,7 +1,8 @@
 """What a GPT-9800 may have been left with, of what changes an insulation test or its replies.
 
-MANU:EDIT:MODE? and MANU:IR:REF? are asked by two public programs each; MAIN:FUNC? and TEST:RET? are from memory, and a tester
-that refuses them is taken to have nothing to tell. Voltage, limits and times are set anew for each test.
+MANU:EDIT:MODE? and MANU:IR:REF? are asked by two public programs each; MAIN:FUNC? by one, of a tester that RS PRO sells with the same
+commands, and TEST:RET? by another one: one source each. A tester that refuses these two is taken to have nothing to tell. Voltage, limits
+and times are set anew for each test.
 """
 
 import re

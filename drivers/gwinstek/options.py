@@ -34,9 +34,10 @@ GPT9800 = Driver(
     "drivers.gwinstek.gpt9800:GwInstekGpt9800.open",
     simulated="gwinstek-gpt9800",
     sources=(
-        "the GPT-9800 Series User Manual: pages on *IDN?, *CLS and MEASure; the rest from memory, not checked",
-        "public programs for testers of the series (IR:REF, *RMTOFF, CR LF, MANU:EDIT:MODE?; TEST:RET: they send ON, the driver OFF)",
-        "from memory, not checked: MAIN:FUNC? and TEST:RET?",
+        "the GPT-9800 Series User Manual: pages on *IDN?, *CLS and MEASure",
+        "public programs for testers of the series: every command, two or more (TEST:RET: they send ON, the driver OFF)",
+        "one public program each: MAIN:FUNC? and TEST:RET?",
     ),
+    commands_in="drivers.gwinstek",
     recognised_by=(IDENTITY,),
 )

@@ -5,6 +5,7 @@ from drivers.interfaces.calls import UNWATCHED, Calls
 from drivers.interfaces.clock import Clock
 from drivers.interfaces.dynamometer import Dynamometer, DynamometerReading
 from drivers.interfaces.errors import (
+    BreakdownError,
     CommunicationError,
     CrosspointError,
     IdentityError,
@@ -19,9 +20,10 @@ from drivers.interfaces.errors import (
 from drivers.interfaces.identity import Accuracy, Identity, Instrument, Reading, Traffic
 from drivers.interfaces.insulation_tester import InsulationReading, InsulationTester
 from drivers.interfaces.interlock import Interlock
-from drivers.interfaces.inverter import Inverter
+from drivers.interfaces.inverter import AbilityError, DqReading, DqSample, Inverter, InverterAbility
 from drivers.interfaces.lcr_meter import Aperture, ImpedanceReading, LcrMeter, Wanted
 from drivers.interfaces.oscilloscope import (
+    AcquisitionType,
     ChannelSettings,
     Oscilloscope,
     ProbeKind,
@@ -40,14 +42,19 @@ from drivers.interfaces.watchdog_relay import WatchdogRelay
 
 __all__ = [
     "UNWATCHED",
+    "AbilityError",
     "Accuracy",
+    "AcquisitionType",
     "Aperture",
     "BldcDrive",
+    "BreakdownError",
     "Calls",
     "ChannelSettings",
     "Clock",
     "CommunicationError",
     "CrosspointError",
+    "DqReading",
+    "DqSample",
     "Dynamometer",
     "DynamometerReading",
     "Identity",
@@ -59,6 +66,7 @@ __all__ = [
     "InsulationTester",
     "Interlock",
     "Inverter",
+    "InverterAbility",
     "LcrMeter",
     "LimitError",
     "MeasurementError",

@@ -59,7 +59,8 @@ class Amount:
     It is held against the limit of its quantity and those in `also`. `own` is the property of the instrument that says how
     much it takes itself, `offered` the option that names the only values it takes. A `signed` one may be as large in either
     direction. A `ceiling` is kept by the instrument itself: the limits of readings bound it, and where it is left out the least
-    of them and `own` is set. `label` stands for it in messages.
+    of them and `own` is set. `label` stands for it in messages. Arguments that are components of one vector name it by `vector`:
+    its length is held against the same limit.
     """
 
     quantity: Quantity
@@ -70,6 +71,7 @@ class Amount:
     also: tuple[Converted, ...] = ()
     label: str = ""
     offered: str = ""
+    vector: str = ""
 
 
 #: Declares an argument that sets no quantity: a choice, a duration, an angle.
@@ -104,7 +106,7 @@ class Declaration:
     a single value. `lasting` is for a call that energises; `source` then names the method that measures what it switches on.
     `item` is what the call does in a shutdown sequence. `arguments` are those of the method, with their defaults
     (`Parameter.empty` without one). `units` are those of arguments that set no quantity, or of their fields, by name; `V|A` is
-    one or the other.
+    one or the other. `ability` is what not every instrument of the role can do: one that cannot refuses the call.
     """
 
     effect: Effect
@@ -117,11 +119,21 @@ class Declaration:
     units: Mapping[str, str] = field(default_factory=dict)
     arguments: Mapping[str, Any] = field(default_factory=dict)
     is_property: bool = False
+    ability: Enum | None = None
 
     @property
     def is_command(self) -> bool:
         """Whether it is written to the journal before it is sent."""
         return self.effect in (Effect.SET_POINT, Effect.ENERGISES)
+
+    @property
+    def vectors(self) -> Mapping[str, Mapping[str, Amount]]:
+        """The components of each vector among its bounded arguments, by name."""
+        found: dict[str, dict[str, Amount]] = {}
+        for name, amount in self.amounts.items():
+            if amount.vector:
+                found.setdefault(amount.vector, {})[name] = amount
+        return found
 
 
 class DeclarationError(TypeError):
@@ -188,6 +200,19 @@ def in_units(**units: str) -> Callable[[MethodT], MethodT]:
         if found is None:
             raise DeclarationError(f"{method.__qualname__}: in_units stands above what declares what it does")
         setattr(method, _DECLARED, replace(found, units=units))
+        return method
+
+    return declare
+
+
+def by_ability(ability: Enum) -> Callable[[MethodT], MethodT]:
+    """Declare what an instrument must be able to do for a method that is declared already; one that cannot inherits its refusal."""
+
+    def declare(method: MethodT) -> MethodT:
+        found = declared(method)
+        if found is None:
+            raise DeclarationError(f"{method.__qualname__}: by_ability stands above what declares what it does")
+        setattr(method, _DECLARED, replace(found, ability=ability))
         return method
 
     return declare
@@ -268,10 +293,11 @@ def check_class(kind: type) -> None:
 
 
 def require_all(interface: type) -> None:
-    """Let nobody make an instrument of a class that leaves out what an interface declares."""
+    """Let nobody make an instrument of a class that leaves out what an interface declares, but for what takes an ability."""
     for member in vars(interface).values():
         method: Any = member.fget if isinstance(member, property) else member
-        if declared(member) is not None:
+        found = declared(member)
+        if found is not None and found.ability is None:
             abstractmethod(method)
 
 

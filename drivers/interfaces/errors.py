@@ -42,6 +42,10 @@ class MeasurementError(InstrumentError):
     """The instrument answered, but says that its reading is not valid."""
 
 
+class BreakdownError(MeasurementError):
+    """What was to be insulated took so much current that the test voltage was not reached."""
+
+
 class OverloadError(MeasurementError):
     """The reading is beyond the instrument's range (9.9E37, clipped waveform)."""
 

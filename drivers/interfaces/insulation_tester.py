@@ -36,5 +36,5 @@ class InsulationTester(Instrument, Protocol):
         """Apply `voltage` (V DC) for `duration` (s), read the resistance at its end, discharge, and return.
 
         The output is off and discharged when this returns or raises. Raises SetpointError outside the allowed range and
-        MeasurementError where the test did not reach its voltage.
+        BreakdownError where the test did not reach its voltage, MeasurementError where it broke off otherwise.
         """

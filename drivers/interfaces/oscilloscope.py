@@ -21,6 +21,13 @@ class ProbeKind(Enum):
     CURRENT = "A"
 
 
+class AcquisitionType(Enum):
+    """What a sample is: one of the converter's, or the mean of all since the last."""
+
+    NORMAL = "NORM"
+    HIGH_RESOLUTION = "HRES"
+
+
 class Slope(Enum):
     """Edge that starts the record."""
 
@@ -92,8 +99,17 @@ class Oscilloscope(Instrument, Protocol):
 
     @in_units(record_time="s")
     @setting
-    def configure_acquisition(self, record_time: float, points: int, pre_trigger: float = 0.0) -> None:
-        """Set the record's length (s), the least number of points, and the share of it (0…1) before the trigger."""
+    def configure_acquisition(
+        self,
+        record_time: float,
+        points: int,
+        pre_trigger: float = 0.0,
+        acquisition: AcquisitionType = AcquisitionType.NORMAL,
+    ) -> None:
+        """Set the record's length (s), the least number of points, and the share of it (0…1) before the trigger.
+
+        In high resolution each sample is the mean of the converter's since the last, finer than one of its steps, where it has that.
+        """
 
     @in_units(level="V|A")
     @setting

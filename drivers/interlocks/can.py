@@ -7,6 +7,7 @@ from drivers.interfaces.text import text
 from drivers.transport.can.addresses import parse_bus
 from drivers.transport.can.buses import LISTENING_TIME
 from drivers.transport.can.sockets import keep_to_own_group, leaving
+from drivers.transport.serial.port_errors import not_opened
 
 
 class CanInterlock:
@@ -32,6 +33,8 @@ class CanInterlock:
                 can_filters=[mask],
             )
         except (can.CanError, OSError, ValueError, ImportError) as error:
+            if wanted.channel.startswith("/") and not isinstance(error, (ValueError, ImportError)):
+                raise not_opened(name, address, error) from error
             raise CommunicationError(
                 name,
                 text("cannot be opened at {address} ({error})", address=address, error=error),

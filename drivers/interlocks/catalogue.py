@@ -16,6 +16,18 @@ def _can_contact(_: str, options: CanInterlockOptions) -> str:
 
 
 MODBUS = InterlockDriver(
-    "modbus-input", ModbusInterlockOptions, "drivers.interlocks.modbus:ModbusInterlock", ("tcp", "rtu"), _modbus_contact
+    "modbus-input",
+    ModbusInterlockOptions,
+    "drivers.interlocks.modbus:ModbusInterlock",
+    ("tcp", "rtu"),
+    _modbus_contact,
+    commands_in="drivers.interlocks",
 )
-CAN = InterlockDriver("can-frame", CanInterlockOptions, "drivers.interlocks.can:CanInterlock", ("can",), _can_contact)
+CAN = InterlockDriver(
+    "can-frame",
+    CanInterlockOptions,
+    "drivers.interlocks.can:CanInterlock",
+    ("can",),
+    _can_contact,
+    commands_in="drivers.interlocks",
+)

@@ -8,6 +8,7 @@ from drivers.bases.set_points import SLOPES, check_setpoint, probe_on
 from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     Accuracy,
+    AcquisitionType,
     ChannelSettings,
     Clock,
     CommunicationError,
@@ -61,6 +62,7 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         self._identity = identify(session, INFINIIVISION_IDENTITY, options.serial_number)
         self._ranges: dict[int, ChannelSettings] = {}
         self._record_time, self._points, self._pre_trigger = 1e-3, 1000, 0.0
+        self._steps = 1
         self._trigger = Trigger(None)
         #: When (s) the record that was armed last can be complete: triggered as soon as it may be.
         self._earliest = -math.inf
@@ -138,8 +140,14 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         actual = self._scale(f":CHAN{channel}:RANG?")
         self._ranges[channel] = ChannelSettings(actual, settings.offset)
 
-    def configure_acquisition(self, record_time: float, points: int, pre_trigger: float = 0.0) -> None:
-        """Set the record's length (s), its least number of points, and the share of it (0…1) before the trigger.
+    def configure_acquisition(
+        self,
+        record_time: float,
+        points: int,
+        pre_trigger: float = 0.0,
+        acquisition: AcquisitionType = AcquisitionType.NORMAL,
+    ) -> None:
+        """Set the record's length (s), its least number of points, the share of it (0…1) before the trigger, and the kind of its samples.
 
         Raises SetpointError before anything is sent, ReportedError where the instrument refuses.
         """
@@ -150,7 +158,7 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         check_setpoint(self._name, "points", points, "", 1, most, "the model at this record time")
         check_setpoint(self._name, "pre-trigger", pre_trigger, "", 0.0, 1.0, "a record")
         for command in (
-            ":ACQ:TYPE NORM",
+            f":ACQ:TYPE {acquisition.value}",
             ":TIM:MODE MAIN",
             ":TIM:REF CENT",
             f":TIM:RANG {record_time:.9g}",
@@ -159,6 +167,7 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         ):
             self._session.write(command)
         self._record_time, self._points, self._pre_trigger = record_time, points, pre_trigger
+        self._steps = data.FINE_STEPS if acquisition is AcquisitionType.HIGH_RESOLUTION else 1
 
     def configure_trigger(self, trigger: Trigger) -> None:
         """Set the edge trigger; without a channel the record starts by itself.
@@ -323,7 +332,7 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
             to_time(codes.size, preamble),
             to_values(codes, preamble),
             self._probe(channel).kind.value,
-            preamble.y_increment * data.CODES_PER_STEP,
+            preamble.y_increment * data.CODES_PER_STEP / self._steps,
             self._accuracy(channel, *_ends(lowest, highest, preamble)),
             highest >= data.HIGHEST_CODE or lowest <= data.LOWEST_CODE,
             self._range(channel).range,

@@ -26,5 +26,7 @@ TIME_BASE = 1.6e-6 + 10e-6
 #: 0x00 stands for a hole, 0x01 for "below the screen" and 0xFF for "above it".
 LOWEST_CODE, HIGHEST_CODE = 0x01FF, 0xFF00
 CODES_PER_STEP = 256
+#: Steps of a sample in the high-resolution mode within one of the converter's: twelve bits at 10 µs a division and slower.
+FINE_STEPS = 16
 #: Converter steps over the screen's height (eight bits).
 CODES_ON_SCREEN = 256

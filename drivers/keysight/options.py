@@ -174,6 +174,7 @@ E36300 = Driver(
         "public programs for E36312A and E36313A (channel lists, protection, OUTP:PAIR, OUTP:TRAC, VOLT:SENS, VOLT:MODE)",
         "libsigrok's scpi-pps for an E36312A (constant current and voltage in the condition register, ranges)",
     ),
+    commands_in="drivers.keysight",
     recognised_by=(E36300_IDENTITY,),
 )
 E4980A = Driver(
@@ -187,6 +188,7 @@ E4980A = Driver(
         "pymeasure's agilentE4980 (function, level, trigger)",
         "public programs that set or log all of its found state; that only some pages measure, from memory, not checked",
     ),
+    commands_in="drivers.keysight",
     recognised_by=(E4980A_IDENTITY,),
 )
 INFINIIVISION = Driver(
@@ -199,6 +201,7 @@ INFINIIVISION = Driver(
         "Keysight's Programmer's Guide and data sheet 5992-0140 (accuracy: one source)",
         "python-ivi's InfiniiVision base and public programs (inversion, limits, impedance, skew, trigger, acquisition)",
     ),
+    commands_in="drivers.keysight",
     recognised_by=(INFINIIVISION_IDENTITY,),
 )
 DMM_34461A = Driver(
@@ -211,6 +214,7 @@ DMM_34461A = Driver(
         "Keysight's Truevolt Operating and Service Guide and data sheet (accuracy: one source)",
         "public programs (auto zero, null, scaling), not all of which name their meter",
     ),
+    commands_in="drivers.keysight",
     recognised_by=(DMM_34461A_IDENTITY,),
 )
 SWITCH_UNIT_34970A = Driver(
@@ -224,5 +228,6 @@ SWITCH_UNIT_34970A = Driver(
         "public programs: SYSTem:CTYPe? 100, 200, 300 and what an empty slot replies (two), SYSTem:CPON ALL to open every relay (two)",
         "from memory, not checked: the 34980A's slots 1 … 8",
     ),
+    commands_in="drivers.keysight",
     recognised_by=(SWITCH_UNIT_IDENTITY,),
 )

@@ -46,6 +46,7 @@ TACHOMETER = Driver(
         "the maker's page on the data stream in manuals of its sisters GC-2028, TM-946 and VB-8213 (frame, 9600 8N1: one maker)",
         "from memory, not checked: code 22 for rpm, and that a DT-2236 sends the same frame",
     ),
+    commands_in="drivers.lutron",
     # It sends once a second by itself.
     recognised_by=(SerialTalk(9600, _recognise, wait=2.2),),
 )

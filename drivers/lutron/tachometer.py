@@ -21,7 +21,8 @@ from drivers.interfaces.text import text
 from drivers.lutron.frame import END, LENGTH, START, Frame, parse_frame
 from drivers.lutron.options import LutronTachometerOptions
 from drivers.transport.in_process import is_in_process, open_stream
-from drivers.transport.serial.line_settings import open_port
+from drivers.transport.serial.line_settings import PORT_ERRORS, open_port
+from drivers.transport.serial.port_errors import not_opened
 from drivers.transport.serial.stream_port import StreamPort
 from drivers.transport.serial.tapped_port import TappedPort
 
@@ -83,7 +84,9 @@ class LutronTachometer(Tachometer):
                 port = StreamPort(open_stream(address, surroundings.in_process, name), timeout)
             else:
                 port = open_port(address, 9600, timeout)
-        except (OSError, ValueError) as error:
+        except (ValueError, *PORT_ERRORS) as error:
+            if "://" not in address and not isinstance(error, ValueError):
+                raise not_opened(name, address, error) from error
             raise CommunicationError(
                 name,
                 text("cannot be opened at {address} ({error})", address=address, error=error),

@@ -4,18 +4,20 @@ from pkgutil import resolve_name
 from typing import Any
 
 from drivers.catalogue import MANUAL, Driver, Surroundings
-from drivers.interfaces import Instrument, Role
+from drivers.interfaces import Instrument, InverterAbility, Role
 from drivers.manual import options as manual
 
 
-def _by_hand(role: Role, options: type[Any], instrument: str) -> Driver:
+def _by_hand(
+    role: Role, options: type[Any], instrument: str, abilities: frozenset[InverterAbility] | None = None
+) -> Driver:
     def opened(_: str, chosen: Any, surroundings: Surroundings, name: str) -> Instrument:
         made: Instrument = resolve_name(f"drivers.manual.{instrument}")(
             surroundings.person(), surroundings.clock, chosen, name=name
         )
         return made
 
-    return Driver(MANUAL, role, options, opened, needs_address=False)
+    return Driver(MANUAL, role, options, opened, needs_address=False, abilities=abilities)
 
 
 DRIVERS = (
@@ -24,7 +26,7 @@ DRIVERS = (
     _by_hand(Role.OSCILLOSCOPE, manual.ManualOscilloscopeOptions, "oscilloscope:ManualOscilloscope"),
     _by_hand(Role.DYNAMOMETER, manual.ManualDynamometerOptions, "dynamometer:ManualDynamometer"),
     _by_hand(Role.TACHOMETER, manual.ManualTachometerOptions, "tachometer:ManualTachometer"),
-    _by_hand(Role.INVERTER, manual.ManualInverterOptions, "inverter:ManualInverter"),
+    _by_hand(Role.INVERTER, manual.ManualInverterOptions, "inverter:ManualInverter", manual.INVERTER_ABILITIES),
     _by_hand(Role.VOLTMETER, manual.ManualVoltmeterOptions, "voltmeter:ManualVoltmeter"),
     _by_hand(Role.DRIVE, manual.ManualDriveOptions, "drive:ManualDrive"),
 )

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from drivers.bases.always import always
-from drivers.interfaces import Clock, Inverter, Reading
+from drivers.interfaces import Clock, Inverter, InverterAbility, Reading
 from drivers.interfaces.text import text
 from drivers.manual.by_hand import InstrumentByHand
-from drivers.manual.options import ManualInverterOptions
+from drivers.manual.options import INVERTER_ABILITIES, ManualInverterOptions
 from drivers.manual.prompt import Prompt
 
 
@@ -16,6 +16,11 @@ class ManualInverter(InstrumentByHand[ManualInverterOptions], Inverter):
 
     def __init__(self, prompt: Prompt, clock: Clock, options: ManualInverterOptions, *, name: str = "inverter") -> None:
         super().__init__(prompt, clock, options, name)
+
+    @property
+    def abilities(self) -> frozenset[InverterAbility]:
+        """What a person can set: a frequency, and a q-axis current."""
+        return INVERTER_ABILITIES
 
     @property
     def maximum_current(self) -> float:

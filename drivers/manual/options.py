@@ -6,7 +6,10 @@ An accuracy that is not given makes a reading of that quantity an error: a figur
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from drivers.interfaces import Accuracy, ProbeKind
+from drivers.interfaces import Accuracy, InverterAbility, ProbeKind
+
+#: What a person can set at an inverter's own panel.
+INVERTER_ABILITIES = frozenset({InverterAbility.FREQUENCY, InverterAbility.Q_CURRENT})
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from drivers.bases.set_points import SLOPES, check_setpoint, probe_on
 from drivers.interfaces import (
+    AcquisitionType,
     ChannelSettings,
     Clock,
     MeasurementError,
@@ -67,8 +68,14 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions], Oscillosco
             )
         )
 
-    def configure_acquisition(self, record_time: float, points: int, pre_trigger: float = 0.0) -> None:
-        """Have the screen's width (s) and the trigger's place on it set; the number of points is the instrument's.
+    def configure_acquisition(
+        self,
+        record_time: float,
+        points: int,
+        pre_trigger: float = 0.0,
+        acquisition: AcquisitionType = AcquisitionType.NORMAL,
+    ) -> None:
+        """Have the screen's width (s) and the trigger's place on it set; number and kind of the points are the instrument's.
 
         Raises SetpointError for a width, number or share that cannot be.
         """
@@ -82,6 +89,8 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions], Oscillosco
                 pre_trigger=100 * pre_trigger,
             )
         )
+        if acquisition is AcquisitionType.HIGH_RESOLUTION:
+            self._questions.confirm(text("Set its acquisition to high resolution: each point a mean."))
 
     def configure_trigger(self, trigger: Trigger) -> None:
         """Have the trigger set; raises SetpointError for a channel without a probe."""

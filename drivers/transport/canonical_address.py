@@ -67,7 +67,7 @@ def _of_url(scheme: str, address: str, units: Collection[int], resolve: Resolve)
         return
     if scheme == "can":
         yield _can(parts.netloc, path.removeprefix("/"), parse_qs(parts.query).get("node", [""])[-1])
-    elif scheme in ("rtu", "spy"):
+    elif scheme in ("rtu", "spy", "fdcanusb"):
         yield serial_port(path)
     elif parts.hostname:
         if scheme == "tcp":

@@ -43,6 +43,7 @@ KINDS: dict[str, tuple[str, tuple[type, ...]]] = {
     "drivers.keysight.switch_unit_34970a.Keysight34970A": ("switch_matrix", (SwitchMatrix,)),
     "drivers.gwinstek.gpt9800.GwInstekGpt9800": ("insulation_tester", (InsulationTester,)),
     "drivers.cia402.rotor_actuator.Cia402RotorActuator": ("rotor_actuator", (RotorActuator,)),
+    "drivers.mjbots.inverter.MjbotsMoteus": ("inverter", (Inverter,)),
     "drivers.manual.supply.ManualSupply": ("supply", (Supply,)),
     "drivers.manual.lcr_meter.ManualLcrMeter": ("lcr_meter", (LcrMeter,)),
     "drivers.manual.oscilloscope.ManualOscilloscope": ("oscilloscope", (Oscilloscope,)),

@@ -30,7 +30,7 @@ def test_every_role_has_an_automatic_driver_and_what_hands_can_do_a_manual_one()
         Role.OSCILLOSCOPE: ("capture-files", "keysight-infiniivision", "manual"),
         Role.DYNAMOMETER: ("delta-dyn200", "manual"),
         Role.TACHOMETER: ("lutron-tachometer", "manual"),
-        Role.INVERTER: ("cia402-inverter", "manual"),
+        Role.INVERTER: ("cia402-inverter", "manual", "mjbots-moteus"),
         Role.DRIVE: ("cia402-six-step", "manual"),
         Role.VOLTMETER: ("keysight-34461a", "manual"),
         # Hands need no instrument in their own place, and nobody holds a test voltage by hand.

@@ -3,7 +3,7 @@
 import inspect
 import re
 from collections.abc import Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -63,17 +63,37 @@ def settings_of_interface(interface: str) -> Collection[str]:
     return sorted(named - {"self", "channel", "kwargs", "args", "timing", "can_filters", "state", "interface"})
 
 
-def parse_address(address: str, name: str) -> tuple[BusAddress, int]:
-    """Return bus and node id of `can://interface/channel?node=5&bitrate=500000`; raises CommunicationError otherwise."""
-    bus, settings = _parsed(address)
+def parse_address(address: str, name: str, bitrate: int = DEFAULT_BITRATE) -> tuple[BusAddress, int]:
+    """Return bus and node id of `can://interface/channel?node=5&bitrate=500000`; raises CommunicationError otherwise.
+
+    `bitrate` (bit/s) is that of an address which says none.
+    """
+    bus, settings = _parsed(address, bitrate)
     node_id = _number(settings.get("node", ""))
     if bus is None or not 1 <= node_id <= 127:
         raise CommunicationError(
             name,
             text("'{address}' is no CAN address", address=address),
-            remedy=text("Write can://interface/channel?node=1…127&bitrate={bitrate}", bitrate=DEFAULT_BITRATE),
+            remedy=text("Write can://interface/channel?node=1…127&bitrate={bitrate}", bitrate=bitrate),
         )
     return bus, node_id
+
+
+def with_flexible_data_rate(bus: BusAddress) -> BusAddress:
+    """Return a bus as python-can opens it for CAN FD: with `fd=true` where its interface takes that and the address does not say it.
+
+    One whose interface has CAN FD by itself (slcan) is told nothing.
+    One of an interface that is not to be had is returned as it is: opening it says why.
+    """
+    try:
+        known = settings_of_interface(bus.interface)
+    except (ValueError, ImportError, OSError):
+        return bus
+    if "fd" not in known:
+        return replace(bus, settings=tuple(one for one in bus.settings if one != ("fd", "true")))
+    if "fd" in dict(bus.settings):
+        return bus
+    return replace(bus, settings=tuple(sorted((*bus.settings, ("fd", "true")))))
 
 
 def parse_bus(address: str, name: str) -> BusAddress:
@@ -88,13 +108,13 @@ def parse_bus(address: str, name: str) -> BusAddress:
     return bus
 
 
-def _parsed(address: str) -> tuple[BusAddress | None, dict[str, str]]:
+def _parsed(address: str, bitrate: int = DEFAULT_BITRATE) -> tuple[BusAddress | None, dict[str, str]]:
     try:
         parts = urlsplit(address)
         given = parameters_of(parts.query)
     except ValueError:
         return None, {}
-    bitrate = _number(given.get("bitrate", str(DEFAULT_BITRATE)))
+    bitrate = _number(given.get("bitrate", str(bitrate)))
     channel = parts.path.removeprefix("/")
     if parts.scheme != "can" or not parts.netloc or not channel or bitrate < 1:
         return None, given

@@ -6,20 +6,24 @@ from typing import TYPE_CHECKING, cast
 
 from drivers.interfaces import CommunicationError
 from drivers.interfaces.text import text
-from drivers.transport.can.addresses import BusAddress, parse_address
+from drivers.transport.can.addresses import BusAddress, parse_address, with_flexible_data_rate
 from drivers.transport.can.network_management import NMT_COMMANDS, Emergency, NmtState
 from drivers.transport.can.sockets import keep_to_own_group, leaving
 from drivers.transport.in_process import IN_PROCESS, HandingOver, InProcess, open_can_bus
+from drivers.transport.serial.port_errors import not_opened
 from drivers.transport.wire import Wire
 
 if TYPE_CHECKING:
     import can
 
+    from drivers.transport.can.fd_frames import FdNode
     from drivers.transport.can.heartbeat import HeartbeatProducer
     from drivers.transport.can.objects import SdoClient
 
 #: How long (s) the listening thread waits for a frame before it looks whether it should end; a second by default.
 LISTENING_TIME = 0.05
+#: A node has so long (s) for a reply, less than an energised instrument may be silent.
+_RESPONSE_TIME = 0.5
 #: Identifiers of network management and, with the node's number, of what tells its state (CiA 301).
 _NMT, _SYNC, _ERROR_CONTROL = 0x000, 0x080, 0x700
 
@@ -40,7 +44,23 @@ class CanBuses:
         `wire` receives the node's frames both ways. Raises CommunicationError where the bus cannot be
         opened, has another bit rate, or the node is taken.
         """
-        wanted, node_id = parse_address(address, name)
+        bus, node_id = self._taken(*parse_address(address, name), address, name)
+        return BusNode(self, bus, node_id, name, wire)
+
+    def fd_node(self, address: str, name: str, bitrate: int, wire: Wire | None = None) -> "FdNode":
+        """Return the place of a node that is spoken to by frames of CAN FD, at `bitrate` (bit/s) where its address says no other.
+
+        Errors as for `node`.
+        """
+        from drivers.transport.can.fd_frames import FdNode
+
+        wanted, node_id = parse_address(address, name, bitrate)
+        if wanted.interface != IN_PROCESS:
+            wanted = with_flexible_data_rate(wanted)
+        bus, node_id = self._taken(wanted, node_id, address, name)
+        return FdNode(bus, node_id, name, wire, lambda: self.release(bus))
+
+    def _taken(self, wanted: BusAddress, node_id: int, address: str, name: str) -> tuple["SharedBus", int]:
         key = wanted.interface, wanted.channel
         bus = self._open.get(key)
         if bus is None:
@@ -68,7 +88,7 @@ class CanBuses:
                 text("node {node_id} at {address} is in use", node_id=node_id, address=address),
                 remedy=text("Give each instrument its own node id"),
             )
-        return BusNode(self, bus, node_id, name, wire)
+        return bus, node_id
 
     def release(self, bus: "SharedBus") -> None:
         """Disconnect a bus that no node uses any more."""
@@ -108,6 +128,8 @@ class SharedBus:
             self.network.connect(**address.arguments(LISTENING_TIME))
         except (can.CanError, OSError, ValueError, ImportError) as error:
             self.disconnect()
+            if address.channel.startswith("/") and not isinstance(error, (ValueError, ImportError)):
+                raise not_opened(name, f"can://{address.interface}/{address.channel}", error) from error
             raise CommunicationError(
                 name,
                 text(
@@ -153,8 +175,7 @@ class BusNode:
         self._connected = True
         self._tap = None if wire is None else NodeTap(bus.network, node_id, wire)
         node = bus.network.add_node(node_id, canopen.ObjectDictionary())  # type: ignore[no-untyped-call]
-        if bus.answers_at_once:
-            node.sdo.RESPONSE_TIMEOUT = 0.0
+        node.sdo.RESPONSE_TIMEOUT = 0.0 if bus.answers_at_once else _RESPONSE_TIME
         self.client: SdoClient = node.sdo
         self._emergencies = node.emcy
         self._nmt_state: NmtState | None = None

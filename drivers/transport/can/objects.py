@@ -1,5 +1,6 @@
 """Objects of a CANopen node by SDO, with errors that name the object."""
 
+import queue
 import struct
 from collections.abc import Callable
 from typing import Protocol, TypeVar
@@ -38,6 +39,8 @@ class NodeObjects:
         self._client = client
         self._traffic = traffic
         self.calls = calls
+        #: A request has had no reply: one that comes late would be taken for that of a later request.
+        self._unanswered = False
 
     def read(self, index: int, subindex: int, size: int, *, signed: bool = False) -> int:
         """Return a number of `size` bytes.
@@ -63,7 +66,7 @@ class NodeObjects:
         self.trace("write", command)
         try:
             with self.calls.exchange():
-                raw = self._client.upload(index, subindex)
+                raw = self._transferred(lambda: self._client.upload(index, subindex))
         except LINE_ERRORS as error:
             raise self._failure(error, command) from error
         if self._traffic is not None:
@@ -95,10 +98,25 @@ class NodeObjects:
         self.trace("write", command)
         try:
             with self.calls.exchange():
-                self._client.download(index, subindex, data)
+                self._transferred(lambda: self._client.download(index, subindex, data))
         except LINE_ERRORS as error:
             raise self._failure(error, command) from error
         self.trace("read", "done")
+
+    def _transferred(self, transfer: Callable[[], T]) -> T:
+        """Return what a transfer gives; it is made again where what came was late, for another request."""
+        try:
+            given = transfer()
+        except SdoError as error:
+            silent = isinstance(error.__context__, queue.Empty)
+            if silent or not self._unanswered:
+                self._unanswered = silent
+                raise
+            # What is asked again changes nothing: a number is read, or the same is written once more.
+            given = transfer()
+        else:
+            self._unanswered = False
+        return given
 
     def trace(self, direction: str, message: str) -> None:
         """Tell whoever listens to the traffic."""

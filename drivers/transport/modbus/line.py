@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import Protocol, cast
 from urllib.parse import urlsplit
 
+import serial
 from pymodbus import FramerType
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.exceptions import ModbusException
@@ -20,7 +21,8 @@ from drivers.transport.in_process import InProcess, is_in_process, open_stream
 from drivers.transport.modbus.stream_client import ModbusStreamClient
 from drivers.transport.modbus.tapped_client import TappedClient
 from drivers.transport.parameters import one_of, parameters_of, refuse_unknown
-from drivers.transport.serial.line_settings import LINE_KEYS, LineSettings, line_settings
+from drivers.transport.serial.line_settings import LINE_KEYS, PORT_ERRORS, LineSettings, line_settings
+from drivers.transport.serial.port_errors import not_opened
 from drivers.transport.wire import Wire
 
 # What goes wrong is raised, in words of ours: without a handler its own would be printed among them.
@@ -308,6 +310,9 @@ def open_line(
             name, text("'{address}' is no Modbus address ({error})", address=address, error=error)
         ) from error
     if not connected:
+        refusal = getattr(client, "refusal", None)
+        if refusal is not None:
+            raise not_opened(name, address, refusal) from refusal
         remedy = text("Check address, power and cable")
         if is_in_process(address):
             remedy = text("Give the instrument's own address; only the virtual bench has these, while it runs")
@@ -343,16 +348,35 @@ class SettledSerialClient(TappedClient, ModbusSerialClient):
 
     def __init__(self, path: str, settings: LineSettings, framer: FramerType, timeout: float) -> None:
         self._settings = settings
+        #: Why the port could not be opened the last time.
+        self.refusal: Exception | None = None
         super().__init__(path, framer=framer, timeout=timeout, retries=0, **settings.framing())
 
     def connect(self) -> bool:
-        """Open the port; false where that fails. Raises ValueError where it cannot be set as the address says."""
-        fresh = self.socket is None
-        connected: bool = super().connect()
-        if connected and fresh and self.socket is not None:
-            try:
-                self._settings.apply(self.socket)
-            except (OSError, ValueError) as error:
-                self.close()  # type: ignore[no-untyped-call]
-                raise ValueError(text("the port cannot be set so: {error}", error=error)) from error
-        return connected
+        """Open the port; false where that fails, `refusal` is why.
+
+        Raises ValueError where it cannot be set as the address says.
+        """
+        if self.socket is not None:
+            return True
+        patience = self.comm_params.timeout_connect
+        try:
+            # pymodbus would say why in a log only, and set the port a second time.
+            self.socket = serial.serial_for_url(
+                self.comm_params.host,
+                timeout=patience,
+                write_timeout=patience,
+                inter_byte_timeout=self.inter_byte_timeout,
+                exclusive=True,
+                **self._settings.framing(),
+            )
+        except PORT_ERRORS as error:
+            self.refusal = error
+            return False
+        self.refusal = None
+        try:
+            self._settings.apply(self.socket)
+        except (ValueError, *PORT_ERRORS) as error:
+            self.close()  # type: ignore[no-untyped-call]
+            raise ValueError(text("the port cannot be set so: {error}", error=error)) from error
+        return True

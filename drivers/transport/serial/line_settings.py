@@ -1,5 +1,6 @@
 """How a serial line is framed, by the keys of its address."""
 
+import termios
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +15,8 @@ _BYTE_SIZES = {"5": 5, "6": 6, "7": 7, "8": 8}
 _FLOW = ("rtscts", "dsrdtr", "xonxoff", "exclusive")
 _RS485 = ("rts_level_for_tx", "rts_level_for_rx", "delay_before_tx", "delay_before_rx", "loopback")
 
+#: What opening or setting a port raises; pyserial lets the terminal interface's own error through.
+PORT_ERRORS = (OSError, termios.error)
 #: The keys that the address of a serial line may have.
 LINE_KEYS = ("baudrate", "bytesize", "parity", "stopbits", *_FLOW, "rs485", *_RS485)
 
@@ -72,7 +75,7 @@ def open_port(address: str, baudrate: int, timeout: float) -> serial.Serial:
     """Return an open port: of a device, whose address may have the keys of `LINE_KEYS`, or of a URL that pyserial takes.
 
     `baudrate` (bit/s) is the rate where the address says none, `timeout` (s) that of a read. Raises ValueError for a key or a value that
-    cannot be, OSError where the port cannot be opened.
+    cannot be, one of PORT_ERRORS where the port cannot be opened.
     """
     if "://" in address:
         return serial.serial_for_url(address, baudrate=baudrate, timeout=timeout)

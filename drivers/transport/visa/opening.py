@@ -8,6 +8,8 @@ from drivers.catalogue import Surroundings
 from drivers.interfaces import CommunicationError, Identity, IdentityError
 from drivers.interfaces.text import text
 from drivers.recognition import ScpiIdentity
+from drivers.transport.serial.port_errors import not_opened
+from drivers.transport.visa.half_opened import nothing_left_open
 from drivers.transport.visa.resource import RESOURCE_ERRORS, VisaResource
 from drivers.transport.visa.session import IDENTITY_QUERY, ScpiSession
 
@@ -32,8 +34,11 @@ def open_session(
     """
     manager = surroundings.manager()
     try:
-        resource = cast("VisaResource", manager.open_resource(address))
+        with nothing_left_open():
+            resource = cast("VisaResource", manager.open_resource(address))
     except (*RESOURCE_ERRORS, ValueError) as error:
+        if address[:5].upper() == "ASRL/" and isinstance(error, OSError):
+            raise not_opened(name, address, error) from error
         raise CommunicationError(
             name,
             text("cannot be opened at {address} ({error})", address=address, error=error),

@@ -93,7 +93,9 @@ class Told:
     def __init__(self, interface: type, trace: list[str], value: float = 0.0) -> None:
         self.interface = interface
         self.trace = trace
-        self.reading = SimpleNamespace(value=value, speed=value, torque=value)
+        self.reading = SimpleNamespace(
+            value=value, speed=value, torque=value, current_amplitude=value, electrical_frequency=value
+        )
         self.sent: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
 
     def __getattr__(self, name: str) -> Any:
