@@ -112,7 +112,7 @@ class ProcedureRecord:
     settings: Mapping[str, Any]
     steps: Sequence[ProcedureStepRecord]
     result: ProcedureResult | None
-    cause: str = ""
+    cause: Text | str = ""
     connections: Sequence[ConnectionRecord] = ()
     described: Mapping[str, Text] = field(default_factory=dict)
 
@@ -149,7 +149,7 @@ class RunRecord:
 
     name: str
     status: str
-    cause: str
+    cause: Text | str
     started: str
     ended: str
     nameplate: Nameplate

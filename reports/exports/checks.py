@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from drivers.interfaces.text import Text, text
 from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.result import Parameter
+from reports.exports.map_quantities import FromMap, map_objections
 from reports.exports.quantities import Fixed, FromPlate, Source
 from reports.exports.subject import Subject
 from reports.tables.figures import percent
@@ -35,6 +36,9 @@ class UncertaintyBounds:
 def objections(source: Source, subject: Subject, limits: UncertaintyBounds) -> Iterator[tuple[str, Text]]:
     """Give the parameter (or key of the motor file) and the reason for everything that stands against a quantity."""
     if isinstance(source, Fixed):
+        return
+    if isinstance(source, FromMap):
+        yield from map_objections(source, subject, limits.replaced)
         return
     if isinstance(source, FromPlate):
         if source.value(subject.datasheet) is None:

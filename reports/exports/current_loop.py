@@ -11,7 +11,24 @@ from reports.exports.quantities import ExportQuantity, Fixed
 #: What VESC Tool (1000 us) and ODrive (1000 rad/s) begin with (Hz).
 DEFAULT_BANDWIDTH = 1000.0 / (2.0 * math.pi)
 
+#: What a sampled loop computes is put out a sample later and held for another: one and a half periods between current and voltage.
+_DELAY = 1.5
+#: A bandwidth above this share of the sampling rate makes a loop with that delay overshoot (crossover × delay above 1/e).
+LARGEST_SHARE = 1.0 / 15.0
+
 _R, _D, _Q = (PARAMETERS[name] for name in ("stator_resistance", "d_axis_inductance", "q_axis_inductance"))
+
+
+def crossover(bandwidth: float, loop_rate: float) -> float:
+    """Return the frequency (Hz) whose gains give a loop sampled at `loop_rate` (Hz) a bandwidth (Hz, −3 dB).
+
+    With φ the delay's phase at the bandwidth, |G/(1 + G)|² = 1/2 for G = (a/j)·e^(−jφ) is a² + 2a·sin φ = 1. Raises ValueError where
+    the bandwidth is not above 0 and up to `LARGEST_SHARE` of the rate.
+    """
+    if not 0.0 < bandwidth <= LARGEST_SHARE * loop_rate:
+        raise ValueError(f"a bandwidth of {bandwidth:g} Hz is not within 0 … {LARGEST_SHARE * loop_rate:g} Hz")
+    lag = math.sin(2.0 * math.pi * bandwidth * _DELAY / loop_rate)
+    return bandwidth * (math.sqrt(1.0 + lag**2) - lag)
 
 
 def proportional_d(bandwidth: float) -> ExportQuantity:

@@ -12,6 +12,8 @@ from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.parameters import PARAMETERS
 from procedures.core.result import Parameter
 from procedures.techniques.temperature_settings import COLD
+from reports.exports.figures import ExportFigure
+from reports.exports.map_quantities import FromMap
 from reports.exports.subject import Datasheet
 
 if TYPE_CHECKING:
@@ -54,16 +56,6 @@ class Fixed:
     unit: str
     convention: str
     value: float
-
-
-@dataclass(frozen=True)
-class ExportFigure:
-    """A quantity's value in its unit, with standard uncertainty and 95 % coverage interval; `exact` ones have none."""
-
-    value: float
-    standard_uncertainty: float = 0.0
-    coverage_interval: tuple[float, float] = (math.nan, math.nan)
-    exact: bool = False
 
 
 _POLE_PAIRS, _FLUX = PARAMETERS["pole_pairs"], PARAMETERS["flux_linkage"]
@@ -160,7 +152,7 @@ LARGEST_SPEED = FromPlate(
     lambda s: s.maximum_speed_rpm if s.maximum_speed_rpm is not None else s.rated_speed_rpm,
 )
 
-Source = ExportQuantity | FromPlate | Fixed
+Source = ExportQuantity | FromPlate | Fixed | FromMap
 
 
 def uncertain(parameters: Mapping[str, Parameter]) -> "dict[str, UncertainReal]":
@@ -186,7 +178,9 @@ def correlation(first: Parameter, second: Parameter) -> float:
     return max(-1.0, min(1.0, first.covariance(second) / product)) if product > 0.0 else 0.0
 
 
-def figure(quantity: Source, parameters: Mapping[str, Parameter], datasheet: Datasheet) -> ExportFigure:
+def figure(
+    quantity: ExportQuantity | FromPlate | Fixed, parameters: Mapping[str, Parameter], datasheet: Datasheet
+) -> ExportFigure:
     """Return a quantity's value; its parameters are there. The interval is as wide in uncertainties as theirs at widest."""
     if isinstance(quantity, Fixed):
         return ExportFigure(quantity.value, exact=True)

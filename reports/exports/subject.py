@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from drivers.interfaces.text import Text, text
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Notice, Parameter, ProcedureResult, Withheld
+from reports.exports.exported_map import ExportedMap
 
 #: Findings of a run that make a parameter unfit for a controller, by the beginning of their names.
 _DOUBTS = ("consistency-", "disagreement", "uncertain-count")
@@ -26,7 +27,7 @@ class Subject:
     """A motor's measured parameters by name, its plate, where they come from, and what stands against them.
 
     `warnings` are those of the run that cast doubt on a figure. `pole_pairs_doubt` says why the count is not certain, or
-    nothing where it is. `withheld` says why a figure is not given.
+    nothing where it is. `withheld` says why a figure is not given; `flux_map` is None where the run has none.
     """
 
     motor: str
@@ -40,6 +41,7 @@ class Subject:
     pole_pairs_doubt: Text | None = None
     given_by: Mapping[str, Sequence[str]] = field(default_factory=dict)
     withheld: Mapping[str, Sequence[Withheld]] = field(default_factory=dict)
+    flux_map: ExportedMap | None = None
 
 
 def doubtful(warnings: Sequence[tuple[str, Notice]]) -> tuple[Notice, ...]:

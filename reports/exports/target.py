@@ -1,12 +1,16 @@
 """A controller's file: its fields, each with the quantity behind it, and the sheet of figures that it is written from."""
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from drivers.interfaces.text import Text, text
 from reports.exports.checks import ExportRefusedError, UncertaintyBounds, objections
-from reports.exports.quantities import ExportFigure, ExportQuantity, Source, figure
+from reports.exports.current_loop import crossover
+from reports.exports.figures import ExportFigure
+from reports.exports.map_quantities import MAP_POLE_PAIRS, FromMap, map_objections
+from reports.exports.quantities import ExportQuantity, Source, figure
 from reports.exports.subject import Subject
 
 
@@ -84,7 +88,7 @@ class Target:
 
     One without fields takes every parameter as it was measured. `current_loop` gives the fields of the current loop's gains for a
     bandwidth (Hz). `as_detected` are the fields that differ where the file is to hold what the controller's own detection would have
-    stored, for a firmware that counts on it.
+    stored, for a firmware that counts on it. One that is `of_map` takes the run's flux map, whatever its fields are.
     """
 
     name: str
@@ -94,11 +98,18 @@ class Target:
     write: Callable[[Sheet], str]
     current_loop: Callable[[float], Sequence[Field]] | None = None
     as_detected: Sequence[Field] = ()
+    of_map: bool = False
 
-    def all_fields(self, bandwidth: float | None, *, as_detected: bool) -> list[Field]:
-        """Return the fields, with the current loop's gains where a `bandwidth` (Hz) is given."""
+    def all_fields(self, bandwidth: float | None, loop_rate: float | None, *, as_detected: bool) -> list[Field]:
+        """Return the fields, with the current loop's gains where a `bandwidth` (Hz) is given, for a loop of so many samples a second."""
         others = {field.name: field for field in self.as_detected} if as_detected else {}
-        loop = self.current_loop(bandwidth) if bandwidth and self.current_loop else ()
+        loop: Sequence[Field] = ()
+        if bandwidth and self.current_loop and not loop_rate:
+            loop = self.current_loop(bandwidth)
+        elif bandwidth and self.current_loop and loop_rate:
+            remark = f"with a delay of 1.5 samples at {loop_rate:.6g} Hz the loop's bandwidth is {bandwidth:.4g} Hz"
+            own = self.current_loop(crossover(bandwidth, loop_rate))
+            loop = [replace(each, remark=f"{each.remark}; {remark}" if each.remark else remark) for each in own]
         return [*(others.get(field.name, field) for field in self.fields), *loop]
 
 
@@ -108,9 +119,12 @@ def sheet_for(
     limits: UncertaintyBounds | None = None,
     *,
     bandwidth: float | None = None,
+    loop_rate: float | None = None,
     as_detected: bool = False,
 ) -> Sheet:
     """Return the target's figures, and the gains of a current loop of a `bandwidth` (Hz) where one is given.
+
+    The gains are those without delay, or where `loop_rate` (Hz, samples of the loop) is given those that its delay makes this bandwidth of.
 
     `as_detected` has the inductances as the controller's own detection stores them. Raises ExportRefusedError naming every parameter
     that is missing or will not do.
@@ -118,14 +132,19 @@ def sheet_for(
     reasons: dict[tuple[str, str], Text] = {}
     left_out: dict[tuple[str, str], Text] = {}
     lines = []
-    for field in target.all_fields(bandwidth, as_detected=as_detected):
+    for field in target.all_fields(bandwidth, loop_rate, as_detected=as_detected):
+        if _nothing_measured(field, subject):
+            continue
         against = list(objections(field.quantity, subject, limits or UncertaintyBounds()))
         if against:
             kept = left_out if field.optional else reasons
             kept.update({(name, str(reason)): reason for name, reason in against})
             continue
         lines.append(_line(field, subject))
-    if not target.fields:
+    if target.of_map:
+        against = list(map_objections(MAP_POLE_PAIRS, subject, (limits or UncertaintyBounds()).replaced))
+        reasons |= {(name, str(reason)): reason for name, reason in against}
+    elif not target.fields:
         # Whatever the run has is asked for: what it withheld is told, and where that is all there is nothing to write.
         told = {(name, ""): why[0].sentence for name, why in subject.withheld.items()}
         if not subject.parameters:
@@ -136,13 +155,24 @@ def sheet_for(
     return Sheet(subject, tuple(lines), tuple(left_out.values()))
 
 
+def _nothing_measured(field: Field, subject: Subject) -> bool:
+    """Tell whether a field wants a map that nobody asked the run for; what it could say of it is no news then."""
+    return field.optional and isinstance(field.quantity, FromMap) and subject.flux_map is None
+
+
+def _figure(quantity: Source, subject: Subject) -> ExportFigure:
+    if not isinstance(quantity, FromMap):
+        return figure(quantity, subject.parameters, subject.datasheet)
+    return ExportFigure(math.nan) if subject.flux_map is None else quantity.value(subject.flux_map)
+
+
 def _line(field: Field, subject: Subject) -> ExportLine:
     quantity = field.quantity
     return ExportLine(
         name=field.name,
-        figure=figure(quantity, subject.parameters, subject.datasheet),
+        figure=_figure(quantity, subject),
         unit=quantity.unit,
         convention="; ".join(filter(None, (quantity.convention, field.remark))),
-        whole=isinstance(quantity, ExportQuantity) and quantity.whole,
+        whole=isinstance(quantity, ExportQuantity | FromMap) and quantity.whole,
         from_parameters=tuple(each.name for each in quantity.needs) if isinstance(quantity, ExportQuantity) else (),
     )

@@ -92,7 +92,7 @@ class _Frame:
         """Give a curve: marks, or a line in as many pieces as it has."""
         x, y = self._across(curve.x / self._x), self._up(curve.y / self._y)
         there = np.isfinite(x) & np.isfinite(y)
-        if curve.manner is Manner.READING:
+        if curve.manner in (Manner.READING, Manner.TO_COME):
             yield from (_MARK.format(x=a, y=b) for a, b in zip(x[there].tolist(), y[there].tolist(), strict=True))
             return
         for piece in np.split(np.arange(x.size), np.flatnonzero(~there)):
@@ -115,7 +115,7 @@ class _Frame:
         for number, curve in enumerate(shown):
             x = self.left + number // rows * self.width / columns
             y = self.top - 6.0 - (rows - 1 - number % rows) * LINE * _INCH
-            if curve.manner is Manner.READING:
+            if curve.manner in (Manner.READING, Manner.TO_COME):
                 yield _MARK.format(x=x + 10.0, y=y)
             else:
                 yield f'<path d="M{x:.2f} {y:.2f}h20" {_MANNERS[curve.manner]}/>'

@@ -11,6 +11,8 @@ from reports.document.record import ProcedureRecord, Trace
 from reports.plots.envelope import envelope
 from reports.plots.misfit import CURRENT, FITTED, RESIDUAL, SPEED, TIME, fits, told
 from reports.plots.model import Plot
+from reports.plots.of_flux_map import flux_map
+from reports.plots.of_maps import load_points, open_circuit, short_circuit
 
 _RPM = np.pi / 30.0
 _VOLTAGE, _READ, _RECORDED = text("Voltage"), text("readings"), text("recorded")
@@ -343,4 +345,9 @@ _MAKERS: Mapping[str, Callable[[ProcedureRecord, Mapping[str, Any]], Iterator[Pl
     "inertia": _ramps,
     "torque-constant": _torque,
     "equivalent-resistance": _equivalent,
+    "flux-map": flux_map,
+    "flux-map-standstill": flux_map,
+    "open-circuit": open_circuit,
+    "short-circuit": short_circuit,
+    "load-points": load_points,
 }

@@ -3,6 +3,7 @@
 from reports.exports import current_loop as loop
 from reports.exports import quantities as q
 from reports.exports.comments import ASCII_HASH, head
+from reports.exports.map_quantities import D_INDUCTANCE_SCALE
 from reports.exports.target import Field, Sheet, Target
 
 
@@ -23,6 +24,12 @@ TARGET = Target(
         Field("motor.inductance_d_H", q.D_INDUCTANCE),
         Field("motor.inductance_q_H", q.Q_INDUCTANCE),
         Field("motor.Kv", q.KV),
+        Field(
+            "motor.inductance_d_scale",
+            D_INDUCTANCE_SCALE,
+            optional=True,
+            remark="effective Ld = inductance_d_H + inductance_d_scale min(id, 0)",
+        ),
     ),
     write,
     current_loop=lambda bandwidth: (

@@ -81,6 +81,7 @@ def test_hostile_names_stay_text(languages: tuple[str, ...], rendered: Rendered)
     assert seen.text.count(HOSTILE) >= 6
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=10, deadline=None)
 @given(name=st.text(max_size=60))
 def test_any_name_at_all(name: str, rendered: Rendered) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bench.plugins.catalogues import installed
+from reports.exports.current_loop import crossover
 from reports.exports.subject import Subject
 from reports.exports.target import sheet_for
 from tests.reports.exports.readers import moteus, python_assignments, vesc
@@ -54,6 +55,31 @@ def test_a_loop_has_the_bandwidth_that_was_stated(make_subject: Callable[..., Su
     inductance = python_assignments(written("odrive", subject))["motor.config.phase_inductance"]
     assert amplitude(odrive * inductance, odrive * r, r, 0.5 * (ld + lq)) == pytest.approx(math.sqrt(0.5), rel=0.01)
     assert moteus(written("moteus", subject))["servo.pid_dq_hz"] == pytest.approx(BANDWIDTH)
+
+
+@pytest.mark.parametrize("rate", [16.0 * BANDWIDTH, 40.0 * BANDWIDTH, 126.0 * BANDWIDTH])
+def test_the_delay_of_a_sampled_loop_is_reckoned_with(make_subject: Callable[..., Subject], rate: float) -> None:
+    target = installed().exports["vesc"]
+    sheet = sheet_for(target, make_subject(), bandwidth=BANDWIDTH, loop_rate=rate)
+    gains = vesc(target.write(sheet))
+    inductance = 0.5 * sum(make_subject().parameters[f"{axis}_axis_inductance"].value for axis in "dq")
+    frequencies = np.linspace(0.01, 3.0, 60000) * BANDWIDTH
+    s = 2j * math.pi * frequencies
+    resistance = make_subject().parameters["stator_resistance"].value
+    opened = (
+        (gains["foc_current_kp"] + gains["foc_current_ki"] / s)
+        / (resistance + inductance * s)
+        * np.exp(-1.5 * s / rate)
+    )
+    closed = np.abs(opened / (1.0 + opened))
+    assert frequencies[np.flatnonzero(closed < math.sqrt(0.5))[0]] == pytest.approx(BANDWIDTH, rel=2e-3)
+    assert closed.max() < 1.1
+    assert f"at {rate:.6g} Hz the loop's bandwidth is 400 Hz" in sheet.line("foc_current_kp").comment
+
+
+def test_a_bandwidth_that_the_delay_does_not_carry_is_refused() -> None:
+    with pytest.raises(ValueError, match="not within 0"):
+        crossover(BANDWIDTH, 14.0 * BANDWIDTH)
 
 
 def test_gains_hold_their_uncertainty_and_formula(make_subject: Callable[..., Subject]) -> None:

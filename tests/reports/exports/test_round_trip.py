@@ -10,7 +10,11 @@ from bench.plugins.catalogues import installed
 from reports.exports.subject import Datasheet, Subject
 from reports.exports.target import sheet_for
 from tests.reports.exports.back_to_si import BACK
+from tests.reports.exports.map_subject import MAPS
 from tests.reports.exports.readers import READERS
+
+#: Those of flux maps are read in test_map_exports.py.
+PLAIN = [name for name in installed().exports if name not in MAPS]
 
 #: Nine digits are written; a difference of two figures loses one or two.
 ROUNDING = 2e-8
@@ -39,10 +43,10 @@ shared = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], m
 
 
 def test_every_target_has_a_reader() -> None:
-    assert set(READERS) == set(BACK) == set(installed().exports)
+    assert set(READERS) == set(BACK) == set(PLAIN)
 
 
-@pytest.mark.parametrize("name", installed().exports)
+@pytest.mark.parametrize("name", PLAIN)
 @shared
 @given(motor=motors)
 def test_file_to_si(name: str, motor: dict[str, float], make_subject: Callable[..., Subject]) -> None:
@@ -68,7 +72,7 @@ nasty = st.text(max_size=40) | st.sampled_from(
 )
 
 
-@pytest.mark.parametrize("name", installed().exports)
+@pytest.mark.parametrize("name", PLAIN)
 @shared
 @given(motor=nasty, serial=nasty)
 def test_no_name_breaks_out_of_a_comment(
@@ -89,7 +93,7 @@ def test_the_plate_goes_along(make_subject: Callable[..., Subject]) -> None:
     assert sheet_for(target, without).line("pmsm.N_max").figure.value == 3000.0
 
 
-@pytest.mark.parametrize("name", [n for n in installed().exports if n not in ("json", "csv")])
+@pytest.mark.parametrize("name", [n for n in PLAIN if n not in ("json", "csv")])
 def test_every_figure_has_its_unit_and_convention_beside_it(name: str, make_subject: Callable[..., Subject]) -> None:
     target = installed().exports[name]
     sheet = sheet_for(target, make_subject())

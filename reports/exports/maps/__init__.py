@@ -1,0 +1,1 @@
+"""Flux maps for simulators and controllers."""

@@ -1,0 +1,176 @@
+"""Exports of flux maps in the software that they are for: torque and voltage are those of the map's law."""
+
+import csv
+import io
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.plugins.catalogues import installed
+from drivers.interfaces.text import text
+from procedures.core.result import Withheld
+from reports.exports.checks import ExportRefusedError, UncertaintyBounds
+from reports.exports.exported_map import exported_map
+from reports.exports.subject import Subject
+from reports.exports.target import sheet_for
+from tests.reports.exports.map_subject import MAPS, PAIRS, REACH, findings, law
+from tests.reports.exports.readers import moteus
+from tests.reports.exports.test_in_simulators import executed
+
+Make = Callable[..., Subject]
+POINTS = [(-7.3, 15.1), (0.0, 20.0), (-12.0, -14.2), (6.1, 3.3), (-20.0, 1.0)]
+
+
+@pytest.fixture
+def subject(make_subject: Make) -> Subject:
+    return make_subject(flux_map=exported_map("flux-map", findings()))
+
+
+def written(name: str, subject: Subject) -> str:
+    target = installed().exports[name]
+    return target.write(sheet_for(target, subject))
+
+
+def matlab_tables(content: str) -> dict[str, np.ndarray]:
+    bare = "\n".join(line.partition("%")[0] for line in content.splitlines())
+    found = {}
+    for name, body in re.findall(r"pmsm\.(\w+) = (\[[^\]]*\]|[^;\[]+);", bare):
+        rows = [row.split() for row in body.strip("[] \n").split(";") if row.strip()]
+        found[name] = np.squeeze(np.array(rows, dtype=float))
+    return found
+
+
+@pytest.mark.parametrize(("i_d", "i_q"), POINTS)
+def test_motulator_gives_torque_and_voltage_of_the_map(i_d: float, i_q: float, subject: Subject) -> None:
+    from motulator.drive import model
+
+    module = executed("motulator-map", subject)
+    machine = model.SynchronousMachine(module.par, i_s=module.i_s, psi_s0=module.psi_s0)
+    assert machine.state.psi_s == pytest.approx(0.016, rel=1e-6)
+    psi_d, psi_q = law(i_d, i_q)
+    machine.state.psi_s = complex(psi_d, psi_q)
+    assert machine.i_s == pytest.approx(complex(i_d, i_q), abs=1e-3)
+    assert machine.tau_M == pytest.approx(1.5 * PAIRS * (psi_d * i_q - psi_q * i_d), abs=1e-4)
+    # Steady state: the voltage R·i + jω·ψ leaves the flux linkage as it is.
+    speed = 90.0
+    voltage = 0.045 * complex(i_d, i_q) + 1j * PAIRS * speed * complex(psi_d, psi_q)
+    machine.inp.u_ss, machine.inp.w_M = voltage, speed
+    machine.set_outputs(0.0)
+    assert abs(machine.rhs()[0]) < 1e-4
+
+
+def test_motulator_simulates_a_step_of_voltage_on_the_map(subject: Subject) -> None:
+    from scipy.integrate import solve_ivp
+
+    module = executed("motulator-map", subject)
+    out = solve_ivp(
+        lambda _, psi: (lambda u: [u.real, u.imag])(0.4 * 1j - 0.045 * module.i_s(complex(*psi))),
+        (0.0, 0.02),
+        [module.psi_s0, 0.0],
+        rtol=1e-6,
+    )
+    settled = module.i_s(complex(*out.y[:, -1]))
+    # It tends to u/R: 8.9 A, of which 1 − exp(−t·R/L) is reached.
+    assert settled.imag == pytest.approx(0.4 / 0.045 * (1.0 - np.exp(-0.02 * 0.045 / 3.9e-4)), rel=0.02)
+    with pytest.raises(ValueError, match="beyond the flux map"):
+        module.i_s(1.0 + 0.0j)
+
+
+def test_mathworks_tables_both_ways(subject: Subject) -> None:
+    read = matlab_tables(written("mathworks-lut", subject))
+    d, q = np.meshgrid(read["idVec"], read["iqVec"], indexing="ij")
+    for name, wanted in zip(("FluxD", "FluxQ"), law(d, q), strict=True):
+        assert np.allclose(read[name], wanted, rtol=1e-8, atol=1e-12)
+    assert (float(read["p"]), float(read["Rs"])) == (4.0, 0.045)
+    back = law(read["id"], read["iq"])
+    flux_d, flux_q = np.meshgrid(read["flux_d"], read["flux_q"], indexing="ij")
+    assert np.max(np.abs(back[0] - flux_d)) < 2e-7
+    assert np.max(np.abs(back[1] - flux_q)) < 2e-7
+    assert np.all(np.diff(read["flux_d"]) > 0.0)
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="the machine has no C compiler")
+def test_c_tables_compiled(subject: Subject, tmp_path: Path) -> None:
+    (tmp_path / "flux_map.h").write_text(written("c-tables", subject), encoding="ascii")
+    places = [*POINTS, (-25.0, 25.0), (-40.0, 0.0)]
+    calls = "\n".join(f"show({d:.6f}f, {q:.6f}f);" for d, q in places)
+    (tmp_path / "main.c").write_text(
+        '#include <stdio.h>\n#include "flux_map.h"\n'
+        "static void show(float d, float q) { float x, y; int16_t a, b; int in = flux_map_psi(d, q, &x, &y);\n"
+        "  float s = 32767.0f / FLUX_MAP_Q15_CURRENT;\n"
+        "  float e = d < FLUX_MAP_ID_MIN ? FLUX_MAP_ID_MIN : d;\n"
+        "  int16_t f = (int16_t)(e * s), g = (int16_t)(q * s);\n"
+        "  int fixed = flux_map_psi_q15(f, g, &a, &b);\n"
+        '  printf("%d %.9g %.9g %d %.9g %.9g %.9g\\n", in, x, y, fixed, a * FLUX_MAP_Q15_FLUX / 32767, '
+        "b * FLUX_MAP_Q15_FLUX / 32767, FLUX_MAP_BILINEAR_ERROR); }\n"
+        f"int main(void) {{ {calls} return 0; }}\n",
+        encoding="ascii",
+    )
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Werror"]
+    subprocess.run(["cc", *flags, "main.c", "-o", "main"], cwd=tmp_path, check=True, capture_output=True)
+    shown = subprocess.run([str(tmp_path / "main")], check=True, capture_output=True, text=True).stdout
+    rows = np.array([[float(word) for word in line.split()] for line in shown.splitlines()])
+    psi_d, psi_q = law(*np.clip(np.array(places), -REACH, REACH).T)
+    error = rows[0, 6]
+    assert 0.0 < error < 1e-4
+    assert np.max(np.abs(rows[:-2, 1] - psi_d[:-2])) < error + 1e-8
+    assert np.max(np.abs(rows[:-2, 2] - psi_q[:-2])) < error + 1e-8
+    # One step of 15 bits each of current and flux linkage.
+    assert np.max(np.abs(rows[:, 4:6] - rows[:, 1:3])) < 2.5e-6
+    assert rows[:, 0].tolist() == [1, 1, 1, 1, 1, 0, 0]
+
+
+def test_csv_has_both_sides_with_their_uncertainty(subject: Subject) -> None:
+    rows = list(csv.DictReader(io.StringIO(written("flux-map-csv", subject), newline="")))
+    places = {(round(float(r["id_A"]), 6), round(float(r["iq_A"]), 6)) for r in rows}
+    assert len(places) == len(rows)
+    assert all((d, round(-q, 6) + 0.0) in places for d, q in places)
+    for row in rows:
+        psi_d, psi_q = law(float(row["id_A"]), float(row["iq_A"]))
+        assert (float(row["psi_d_Vs"]), float(row["psi_q_Vs"])) == pytest.approx((psi_d, psi_q), abs=1e-12)
+        assert float(row["u_psi_q_Vs"]) == pytest.approx(2e-5)
+
+
+def test_moteus_gets_the_slope_of_its_chord(subject: Subject) -> None:
+    read = moteus(written("moteus", subject))
+    # The firmware: L_d + scale·min(i_d, 0), and λ + L·i_d is the flux linkage. This motor's L_d rises towards −d.
+    inductance = 2.5e-4 + read["motor.inductance_d_scale"] * -20.0
+    assert 0.016 + inductance * -20.0 == pytest.approx(float(law(-20.0, 0.0)[0]), rel=1e-6)
+
+
+def test_without_a_map_moteus_has_no_scale_and_says_nothing(make_subject: Make) -> None:
+    sheet = sheet_for(installed().exports["moteus"], make_subject())
+    assert sheet.left_out == ()
+    assert all(line.name != "motor.inductance_d_scale" for line in sheet.lines)
+
+
+def reasons(name: str, subject: Subject, bounds: UncertaintyBounds | None = None) -> str:
+    with pytest.raises(ExportRefusedError) as refused:
+        sheet_for(installed().exports[name], subject, bounds)
+    return "; ".join(str(reason) for reason in refused.value.reasons)
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_refusals(name: str, make_subject: Make, subject: Subject) -> None:
+    assert "a flux map is needed and the run has none; run flux-map" in reasons(name, make_subject())
+    cause = Withheld("map_flux_linkage", "flux-map", "M1", "contradiction", text("currents and torque contradict"))
+    told = make_subject(withheld={"map_flux_linkage": (cause,)})
+    assert "currents and torque contradict" in reasons(name, told)
+    wide = replace(subject, flux_map=exported_map("flux-map", findings(uncertainty=2e-3)))
+    assert "of its full scale only" in reasons(name, wide)
+    assert sheet_for(installed().exports[name], wide, UncertaintyBounds(0.5))
+    unsure = replace(subject, pole_pairs_doubt=text("4 or 5"))
+    assert "4 or 5" in reasons(name, unsure)
+
+
+@pytest.mark.parametrize("name", MAPS[:3])
+def test_what_was_not_measured_is_marked(name: str, subject: Subject) -> None:
+    content = written(name, subject)
+    assert "beyond what was measured (measured = 0)" in content
+    assert "measured" in content.replace("beyond what was measured (measured = 0)", "")
