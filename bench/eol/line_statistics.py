@@ -1,25 +1,27 @@
 """The statistics of a line: what the database summed up, with what statistics say of it."""
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from datetime import datetime
-from typing import Literal
+from dataclasses import dataclass, replace
+from datetime import datetime, time
 
 from sqlalchemy import Connection, Engine
 
+from bench.eol.statistics.association import Association, association
 from bench.eol.statistics.capability import Capability, of_moments, spread_within
 from bench.eol.statistics.control_chart import Chart, individuals_chart
 from bench.eol.statistics.drift import Drift, drift
-from bench.eol.statistics.gauge import GaugeStudy, gauge_study
-from bench.eol.statistics.proportion import Proportion, proportion
+from bench.eol.statistics.normality import Normality, anderson_darling, bulk
+from bench.eol.statistics.percentile_capability import PercentileCapability, by_percentiles, needed, ranks_of
+from bench.eol.store.distribution import Distribution, distribution
 from bench.eol.store.insertion import settled
+from bench.eol.store.motors import figures_of_failed
+from bench.eol.store.order_statistics import values_at
 from bench.eol.store.records import own_labels
-from bench.eol.store.selection import Selection, choose
-from bench.eol.store.study import crossed, tests_of
+from bench.eol.store.selection import Selection, choose, golden_motors
+from bench.eol.store.study import tests_of
 from bench.eol.store.tallies import (
-    Distribution,
     Failures,
-    distribution,
     failures_by_parameter,
     failures_by_procedure,
     held_against_limits,
@@ -29,45 +31,51 @@ from bench.eol.store.tallies import (
     without_compiling,
 )
 from bench.eol.verdict import Verdict
+from bench.eol.yields import SHIFTS, Grouping, MotorYields, motor_yields
 from bench.files.toml_file import nearest
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import text
 from procedures.known_parameters import definition_of
 from reports.labels import ParameterLabels
 
-#: Rules of the control chart that are looked for where none are named (Nelson's numbers).
-RULES = (1, 2, 3, 5, 6)
+#: Level of significance at which figures are taken not to be normal.
+NORMALITY_ALPHA = 0.01
+#: What failed most, so many names, is looked for in the other figures.
+_FAILURES = 5
 
 
 @dataclass(frozen=True)
 class Yield:
-    """Yields are shares of the motors that were judged: passed or failed. One that the station could not measure is neither."""
+    """How many tests got each verdict, and the yields of the motors that were judged, each counted once."""
 
     verdicts: Mapping[Verdict, int]
-    first_pass: Proportion
-    final: Proportion
+    motors: MotorYields
 
 
 @dataclass(frozen=True)
 class Golden:
-    """A golden motor's figures of one parameter: when (UTC), how much, and the drift they show."""
+    """A golden motor's figures of one parameter: when (UTC), how much, the drift they show, and their chart (stability)."""
 
     serial_number: str
     times: tuple[datetime, ...]
     values: tuple[float, ...]
     drift: Drift
+    chart: Chart | None
 
 
 @dataclass(frozen=True)
 class ParameterStatistics:
     """One parameter: its distribution, Cp and Cpk by the spread within, Pp and Ppk by the overall one, its chart, golden motors.
 
+    Where the test of normality rejects, `percentiles` has Pp and Ppk in their place, and Cp and Cpk mean nothing.
     `serial_numbers` and `values` are the chart's points, the latest last; `chart` is None where there are fewer than two.
     """
 
     distribution: Distribution
+    normality: Normality
     within: Capability
     overall: Capability
+    percentiles: PercentileCapability | None
     serial_numbers: tuple[str, ...]
     values: tuple[float, ...]
     chart: Chart | None
@@ -76,41 +84,52 @@ class ParameterStatistics:
 
 @dataclass(frozen=True)
 class LineStatistics:
-    """All of it: which records, yields, what failed, and each parameter."""
+    """All of it: which records, yields, what failed, each parameter, those with limits first, and what goes with failures."""
 
     selection: Selection
     yields: Yield
     by_parameter: tuple[Failures, ...]
     by_procedure: tuple[Failures, ...]
     parameters: Mapping[str, ParameterStatistics]
+    associations: tuple[Association, ...]
 
 
 @dataclass(frozen=True)
 class StatisticsRequest:
-    """Which records and what of them; every parameter where none is named. `last` is the chart's number of points."""
+    """Which records and what of them; every parameter where none is named.
+
+    `last` is the chart's number of points, `rules` are Nelson's where other ones than the usual are to be looked for.
+    """
 
     batches: Sequence[str] = ()
     model: str = ""
     parameters: Sequence[str] = ()
     golden: Sequence[str] = ()
     last: int = 100
-    rules: Sequence[int] = RULES
+    rules: Sequence[int] = ()
     confidence: float = 0.95
+    by: Sequence[Grouping] = ()
+    shifts: Sequence[time] = SHIFTS
 
 
 def line_statistics(engine: Engine, wanted: StatisticsRequest) -> LineStatistics:
     """Return the statistics of a database's records. Raises InputError where there are none, or a name is unknown."""
     with settled(engine) as connection:
         without_compiling(connection)
+        wanted = replace(wanted, golden=golden_motors(connection, wanted.golden))
         selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
-        names = _names(connection, wanted.parameters)
-        statistics = {name: _parameter(connection, name, selection, wanted) for name in names}
+        names = known_names(connection, wanted.parameters)
+        found = {name: _parameter(connection, name, selection, wanted) for name in names}
+        statistics = {name: each for name, each in found.items() if each is not None}
+        by_parameter = failures_by_parameter(connection, selection)
+        by_procedure = failures_by_procedure(connection, selection)
         return LineStatistics(
             selection,
-            _yield(selection, wanted.confidence),
-            tuple(failures_by_parameter(connection, selection)),
-            tuple(failures_by_procedure(connection, selection)),
-            {name: each for name, each in statistics.items() if each is not None},
+            Yield(selection.verdicts, motor_yields(connection, selection, wanted.by, wanted.shifts, wanted.confidence)),
+            tuple(by_parameter),
+            tuple(by_procedure),
+            dict(sorted(statistics.items(), key=lambda item: not _has_limits(item[1]))),
+            _associations(connection, selection, [*by_parameter, *by_procedure], statistics, wanted.confidence),
         )
 
 
@@ -121,7 +140,8 @@ def measured_parameters(engine: Engine, wanted: StatisticsRequest) -> list[str]:
     """
     with settled(engine) as connection:
         without_compiling(connection)
-        selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
+        golden = golden_motors(connection, wanted.golden)
+        selection = choose(connection, wanted.batches, wanted.model, golden)
         there = [name for name in parameters(connection) if latest(connection, name, selection, 1)]
         worst = [each.name for each in failures_by_parameter(connection, selection) if each.failed]
         judged = {name: held_against_limits(connection, name, selection) for name in there}
@@ -136,22 +156,8 @@ def parameter_labels(engine: Engine) -> ParameterLabels:
     return ParameterLabels({each.name: each.label.render() for each in unsaid if each is not None} | own)
 
 
-def gauge_studies(
-    engine: Engine, wanted: StatisticsRequest, appraiser: Literal["person", "socket"], alpha: float
-) -> dict[str, tuple[GaugeStudy, str]]:
-    """Return the gauge study of each parameter with its unit. Raises InputError where the records are no crossed study."""
-    with settled(engine) as connection:
-        selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
-        studies = {}
-        for name in _names(connection, wanted.parameters):
-            if not wanted.parameters and not latest(connection, name, selection, 1):
-                continue
-            study = crossed(connection, name, selection, appraiser)
-            studies[name] = (gauge_study(study.values, alpha=alpha, confidence=wanted.confidence), study.unit)
-        return studies
-
-
-def _names(connection: Connection, requested: Sequence[str]) -> list[str]:
+def known_names(connection: Connection, requested: Sequence[str]) -> list[str]:
+    """Return the requested parameters, all that there are where none is. Raises InputError for one that is not there."""
     known = parameters(connection)
     for name in requested:
         if name not in known:
@@ -161,38 +167,72 @@ def _names(connection: Connection, requested: Sequence[str]) -> list[str]:
     return list(requested) or known
 
 
-def _yield(selection: Selection, confidence: float) -> Yield:
-    passed = selection.verdicts[Verdict.PASS]
-    judged = passed + selection.verdicts[Verdict.FAIL]
-    return Yield(
-        selection.verdicts,
-        proportion(selection.first_pass, judged, confidence),
-        proportion(passed, judged, confidence),
-    )
-
-
 def _parameter(
     connection: Connection, name: str, selection: Selection, wanted: StatisticsRequest
 ) -> ParameterStatistics | None:
     figures = distribution(connection, name, selection)
     if figures is None:
         return None
-    within, freedom = spread_within(rows_of_neighbours(connection, name, selection))
+    rows = rows_of_neighbours(connection, name, selection)
+    within, freedom = spread_within(rows)
     points = latest(connection, name, selection, wanted.last)
     values = [value for _, value in points]
     golden = tests_of(connection, name, wanted.golden) if wanted.golden else {}
     moments = (figures.count, figures.mean)
+    sample = [value for row in rows for value in row]
+    normality = anderson_darling(sample)
+    # One motor far off is what a chart is for, and no reason to take its limits away.
+    skewed = anderson_darling(bulk(sample)).rejected(NORMALITY_ALPHA)
+    other = normality.rejected(NORMALITY_ALPHA)
     return ParameterStatistics(
         distribution=figures,
+        normality=normality,
+        percentiles=_percentiles(connection, figures, selection, wanted.confidence) if other else None,
         within=of_moments(*moments, within, figures.limits, wanted.confidence, freedom=freedom),
         overall=of_moments(*moments, figures.standard_deviation, figures.limits, wanted.confidence),
         serial_numbers=tuple(serial for serial, _ in points),
         values=tuple(values),
-        chart=individuals_chart(values, rules=wanted.rules) if len(values) > 1 else None,
+        chart=individuals_chart(values, rules=wanted.rules, normal=not skewed) if len(values) > 1 else None,
         golden=tuple(_golden(serial, tests, wanted.confidence) for serial, tests in golden.items()),
     )
 
 
+def _percentiles(
+    connection: Connection, figures: Distribution, selection: Selection, confidence: float
+) -> PercentileCapability:
+    ranks = ranks_of(figures.count, confidence)
+    values = values_at(connection, figures, selection, needed(ranks, figures.count))
+    return by_percentiles(figures.count, ranks, values, figures.limits)
+
+
+def _has_limits(each: ParameterStatistics) -> bool:
+    return math.isfinite(each.distribution.limits.low) or math.isfinite(each.distribution.limits.high)
+
+
+def _associations(
+    connection: Connection,
+    selection: Selection,
+    failures: Sequence[Failures],
+    statistics: Mapping[str, ParameterStatistics],
+    confidence: float,
+) -> tuple[Association, ...]:
+    """Return in which figures the motors that failed stand out for certain, by failure, the farthest first."""
+    worst = sorted((each for each in failures if each.failed), key=lambda each: -each.failed)[:_FAILURES]
+    found = []
+    for failure in worst:
+        for name, values in figures_of_failed(connection, selection, failure.name).items():
+            if name in statistics and name != failure.name:
+                figures = statistics[name].distribution
+                moments = (figures.mean, figures.standard_deviation)
+                tests = len(worst) * len(statistics)
+                each = association(failure.name, name, values, *moments, confidence, tests)
+                found += [each] if each is not None and each.certain else []
+    order = [failure.name for failure in worst]
+    return tuple(sorted(found, key=lambda each: (order.index(each.failure), -abs(each.offset))))
+
+
 def _golden(serial: str, tests: Sequence[tuple[datetime, float]], confidence: float) -> Golden:
     times, values = [at for at, _ in tests], [value for _, value in tests]
-    return Golden(serial, tuple(times), tuple(values), drift([at.timestamp() for at in times], values, confidence))
+    chart = individuals_chart(values) if len(values) > 1 else None
+    found = drift([at.timestamp() for at in times], values, confidence)
+    return Golden(serial, tuple(times), tuple(values), found, chart)

@@ -10,7 +10,17 @@ from pathlib import Path
 from typing import Any
 
 from bench.eol.limits import GuardBand, ParameterLimits
-from bench.eol.plan_file import Figure, KeepWaveforms, LimitSection, OnFailure, PlanFile, SpreadSection
+from bench.eol.plan_file import (
+    AgainSection,
+    BrakeSection,
+    Figure,
+    GoldenTestSection,
+    KeepWaveforms,
+    LimitSection,
+    OnFailure,
+    PlanFile,
+    SpreadSection,
+)
 from bench.files.toml_file import read, validate
 from bench.i18n.errors import InputError
 from bench.operators.typed import typed_number
@@ -52,6 +62,9 @@ class Plan:
     keep_waveforms: KeepWaveforms = "all"
     spread: SpreadSection = field(default_factory=SpreadSection)
     plugins: PluginsSection = field(default_factory=PluginsSection)
+    brakes: BrakeSection = field(default_factory=BrakeSection)
+    again: AgainSection = field(default_factory=AgainSection)
+    golden_test: GoldenTestSection = field(default_factory=GoldenTestSection)
 
     def catalogues(self, base: Catalogues | None = None) -> Catalogues:
         """Return what can be had with the plan's plug-ins, and with `base`, else with what is installed."""
@@ -145,6 +158,9 @@ def load_plan(path: Path, base: Catalogues | None = None) -> Plan:
         keep_waveforms=plan.keep_waveforms,
         spread=file.virtual,
         plugins=file.plugins,
+        brakes=file.brakes,
+        again=file.again,
+        golden_test=file.golden_test,
     )
 
 

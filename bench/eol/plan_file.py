@@ -1,5 +1,6 @@
 """A plan's file: its tables, and what they allow."""
 
+import datetime
 import re
 import warnings
 from typing import Annotated, Any, Literal
@@ -119,6 +120,64 @@ class SpreadSection(Section):
         return pattern
 
 
+class BrakeSection(Section):
+    """`[brakes]`: after how many motors in a row that did not pass a socket, or the whole line, takes no more."""
+
+    socket_fails: int = Field(
+        default=10, ge=0, le=1000, strict=True, description="motors in a row that did not pass, that stop a socket; 0 for never",
+    )  # fmt: skip
+    socket_errors: int = Field(
+        default=3, ge=0, le=1000, strict=True, description="motors in a row that could not be measured, that stop a socket; 0 for never",
+    )  # fmt: skip
+    line_fails: int = Field(
+        default=20, ge=0, le=1000, strict=True, description="motors in a row that did not pass, that stop the line; 0 for never",
+    )  # fmt: skip
+    line_errors: int = Field(
+        default=6, ge=0, le=1000, strict=True, description="motors in a row that could not be measured, that stop the line; 0 for never",
+    )  # fmt: skip
+
+
+class AgainSection(Section):
+    """`[again]`: which motors that were tested before are taken again without asking anybody."""
+
+    verdicts: frozenset[Literal["pass", "fail", "error", "aborted"]] = Field(
+        default=frozenset({"error", "aborted"}), description="verdicts after which a motor is taken again"
+    )
+    most_tests: int = Field(
+        default=3, ge=1, le=100, strict=True, description="tests of a motor, those that were aborted not counted"
+    )
+    unknown: Literal["measure", "refuse"] = Field(
+        default="measure", description="what becomes of a motor whose earlier tests cannot be looked up"
+    )
+
+
+class GoldenTestSection(Section):
+    """`[golden_test]`: motors that watch the station, and when a socket takes no others until one of them has passed."""
+
+    serial_numbers: list[str] = Field(default_factory=list, description="serial numbers of the golden motors")
+    every: float = Field(
+        default=8.0, gt=0.0, le=8760.0, strict=True, json_schema_extra={"unit": "h"},
+        description="hours after which one is due again",
+    )  # fmt: skip
+    shifts: list[datetime.time] = Field(
+        default_factory=list, description="times of day at which one is due again, as 06:00:00"
+    )
+    tests: int = Field(
+        default=10, ge=5, le=1000, strict=True,
+        description="tests of each golden motor at a socket from which its limits there follow",
+    )  # fmt: skip
+    since: datetime.date | None = Field(
+        default=None, description="first day of these tests, after a calibration for instance, as 2026-03-31"
+    )
+
+    @field_validator("serial_numbers")
+    @classmethod
+    def _each_once(cls, serials: list[str]) -> list[str]:
+        if len(set(serials)) < len(serials) or not all(serials):
+            raise ValueError(text("each golden motor's serial number stands there once, and none is empty"))
+        return serials
+
+
 class PlanFile(Section):
     """A plan's whole file."""
 
@@ -126,6 +185,9 @@ class PlanFile(Section):
     procedure: list[_Procedure] = Field(min_length=1, description="at least one")
     limit: list[LimitSection] = Field(default_factory=list)
     golden: dict[str, Figure] = Field(default_factory=dict, description="figures of a golden motor by parameter")
+    brakes: BrakeSection = Field(default_factory=BrakeSection)
+    again: AgainSection = Field(default_factory=AgainSection)
+    golden_test: GoldenTestSection = Field(default_factory=GoldenTestSection)
     virtual: SpreadSection = Field(default_factory=SpreadSection)
     plugins: PluginsSection = Field(default_factory=PluginsSection)
 
@@ -140,6 +202,17 @@ class PlanFile(Section):
                 raise ValueError(text("{what} {twice} stands twice", what=what, twice=twice[0]))
         names = [procedure.name for procedure in self.procedure]
         for place, procedure in enumerate(self.procedure):
+            chosen = procedure.on_failure or self.plan.on_failure
+            if procedure.retries is not None and chosen != "retry":
+                raise ValueError(
+                    text(
+                        "procedure {name}: retries = {retries} says nothing with on_failure = {chosen!r}; give on_failure = 'retry', "
+                        "or leave it out",
+                        name=procedure.name,
+                        retries=procedure.retries,
+                        chosen=chosen,
+                    )
+                )
             for before in procedure.after:
                 if before not in names[:place]:
                     raise ValueError(

@@ -42,6 +42,9 @@ class MotorRecord:
 
     `started` and `ended` are UTC. `number` counts within the batch from 1; `first_pass` tells whether it passed with every
     check's first attempt. `run` names the run's folder, `journal_sha256` its journal's end, `waveforms` each file's SHA-256.
+    Of one that failed `diagnosis` names the parts at fault with the figures behind, `rework` their codes, both the likeliest first.
+    `test_number` counts the tests of the serial number as far as they were known when it was admitted; `again_by` names the
+    person who had it tested again. A `golden` motor is tested to watch the station, and counts in no yield.
     """
 
     identifier: str
@@ -64,4 +67,9 @@ class MotorRecord:
     cause: str = ""
     run: str = ""
     journal_sha256: str = ""
+    diagnosis: str = ""
+    rework: str = ""
     waveforms: Mapping[str, str] = field(default_factory=dict)
+    test_number: int = 1
+    again_by: str = ""
+    golden: bool = False

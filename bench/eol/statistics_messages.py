@@ -5,17 +5,21 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from bench.eol.statistics.association import Association
 from bench.eol.statistics.capability import Capability
+from bench.eol.statistics.control_chart import SHIFT, Chart
 from bench.eol.statistics.drift import Drift
-from bench.eol.statistics.proportion import Proportion
+from bench.eol.statistics.percentile_capability import FEWEST
+from bench.eol.statistics.proportion import Proportion, proportion
 from bench.eol.verdict import Verdict
 from drivers.interfaces.text import Text, text
+from reports.labels import ParameterLabels
 from reports.tables.figures import Scale, decimals_for, figure, scale_of
 
 if TYPE_CHECKING:
     # The database's library takes a second to load; who only writes figures down need not have it.
     from bench.eol.line_statistics import Golden, ParameterStatistics
-    from bench.eol.store.tallies import Histogram
+    from bench.eol.store.distribution import Histogram
 
 VERDICTS: Mapping[Verdict, Text] = {
     Verdict.PASS: text("passed"),
@@ -23,8 +27,14 @@ VERDICTS: Mapping[Verdict, Text] = {
     Verdict.ERROR: text("not measured"),
     Verdict.ABORTED: text("aborted"),
 }
-RULE_WORDS: Mapping[int, Text] = {
-    1: text("a point beyond 3 sigma"),
+GROUPING_WORDS: Mapping[str, Text] = {
+    "station": text("Station"),
+    "socket": text("Socket"),
+    "shift": text("Shift"),
+    "date": text("Date"),
+    "plan": text("Plan"),
+}
+_RULES: Mapping[int, Text] = {
     2: text("nine in a row on one side"),
     3: text("six in a row rising or falling"),
     4: text("fourteen in a row up and down in turn"),
@@ -32,7 +42,99 @@ RULE_WORDS: Mapping[int, Text] = {
     6: text("four of five beyond 1 sigma on one side"),
     7: text("fifteen in a row within 1 sigma"),
     8: text("eight in a row beyond 1 sigma on both sides"),
+    SHIFT: text("the level changes for good after this motor"),
 }
+
+
+def rule_words(rule: int, chart: Chart) -> Text:
+    """Return a rule of a control chart in words."""
+    if rule == SHIFT:
+        return _RULES[rule]
+    if rule == 1:
+        words = text("a point beyond {reach} sigma", reach=f"{chart.reach:.3g}")
+        return text("rule {rule}, {words}", rule=rule, words=words)
+    return text("rule {rule}, {words}", rule=rule, words=_RULES[rule])
+
+
+def false_alarm_words(chart: Chart, points: int, *, named: bool) -> Text:
+    """Return how often a chart signals where nothing has changed; `named` tells that its rules were asked for."""
+    if named:
+        return text(
+            "By these rules {share:.0%} of charts of {points} motors signal where nothing has changed (by simulation)",
+            share=chart.false_alarms,
+            points=points,
+        )
+    return text(
+        "Of charts of {points} motors at most {share:.1%} signal where nothing has changed",
+        share=chart.false_alarms,
+        points=points,
+    )
+
+
+def indices(each: "ParameterStatistics") -> tuple[str, str, str, str]:
+    """Return Cp, Cpk, Pp and Ppk with their intervals; by percentiles, where the figures are not normal, the former are dashes."""
+    other = each.percentiles
+    if other is None:
+        of_moments = [index(by, which) for by in (each.within, each.overall) for which in ("cp", "cpk")]
+        return of_moments[0], of_moments[1], of_moments[2], of_moments[3]
+    return "–", "–", with_interval(other.pp, other.pp_interval), with_interval(other.ppk, other.ppk_interval)
+
+
+def distribution_words(each: "ParameterStatistics", label: Text) -> Text | None:
+    """Return what a reader must know of how a parameter's indices were made; None where the figures may be normal."""
+    found, other = each.normality, each.percentiles
+    if math.isnan(found.p):
+        if each.distribution.count < 2 or not each.distribution.standard_deviation > 0.0:
+            return None
+        return text(
+            "{parameter}: {count} motors are too few to tell whether the figures are normal; the indices take them to be",
+            parameter=label,
+            count=each.distribution.count,
+        )
+    if other is None:
+        return None
+    said = text(
+        "{parameter}: the figures are not normal (Anderson-Darling A² = {statistic:.2f} of {count} motors, p {p}): Pp and Ppk "
+        "are by the percentiles 0.135, 50 and 99.865 % (ISO 22514-2), their intervals by order statistics, without any "
+        "assumption; Cp and Cpk, which assume a normal distribution, are not given",
+        parameter=label,
+        statistic=found.statistic,
+        count=found.count,
+        p="< 0.0001" if found.p < 1e-4 else f"= {found.p:.4f}",
+    )
+    if other.count >= FEWEST:
+        return said
+    few = text(
+        "{count} motors do not show the outer percentiles (that takes {fewest}): of Ppk only the interval is given",
+        count=other.count,
+        fewest=FEWEST,
+    )
+    return Text("{said}; {few}", {"said": said, "few": few})
+
+
+def association_words(each: Association, labels: ParameterLabels) -> Text:
+    """Return in which figure the motors that failed somewhere stand out."""
+    low, high = each.interval
+    return text(
+        "{failure} failed: {parameter} of these motors lies {offset:+.1f} standard deviations off ({low:+.1f} … {high:+.1f}, "
+        "{count} motors)",
+        failure=labels[each.failure],
+        parameter=labels[each.parameter],
+        offset=each.offset,
+        low=low,
+        high=high,
+        count=each.count,
+    )
+
+
+def share_outside(each: "ParameterStatistics", confidence: float) -> str:
+    """Return the share of values beyond the limits with its interval, in per cent; a dash where there are no limits."""
+    found = each.distribution
+    if not math.isfinite(found.limits.low) and not math.isfinite(found.limits.high):
+        return "–"
+    share = proportion(found.outside, found.count, confidence)
+    low, high = share.interval
+    return f"{100.0 * share.share:.3g} [{100.0 * low:.3g}, {100.0 * high:.3g}]" if found.count else "–"
 
 
 def scale_for(each: "ParameterStatistics") -> Scale:
@@ -49,8 +151,16 @@ def bounds(low: float, high: float, scale: Scale, digits: int) -> str:
 def index(capability: Capability, which: str) -> str:
     """Return `cp` or `cpk` with its interval."""
     value = capability.cp if which == "cp" else capability.cpk
-    low, high = capability.cp_interval if which == "cp" else capability.cpk_interval
-    return "–" if math.isnan(value) else f"{value:.2f} [{low:.2f}, {high:.2f}]"
+    return with_interval(value, capability.cp_interval if which == "cp" else capability.cpk_interval)
+
+
+def with_interval(value: float, interval: tuple[float, float]) -> str:
+    """Return an index with its interval; what is not known of it is a dash."""
+    low, high = (bound if math.isfinite(bound) else math.nan for bound in interval)
+    if math.isnan(value) and math.isnan(low) and math.isnan(high):
+        return "–"
+    shown = ["–" if math.isnan(number) else f"{number:.2f}" for number in (value, low, high)]
+    return f"{shown[0]} [{shown[1]}, {shown[2]}]"
 
 
 def percentage(share: float, digits: int = 2) -> str:

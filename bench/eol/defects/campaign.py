@@ -1,21 +1,12 @@
-"""All motors of a check, measured by as many processes as there are cores."""
+"""All motors of a check."""
 
-import multiprocessing
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from bench.distribution.work import Task
+from bench.distribution.workforce import Workforce
 from bench.eol.defects.cases import DefectCases
-from bench.eol.defects.trial import MotorTrial, TrialSetup, begin, measured
-from bench.i18n.errors import InputError
-from drivers.interfaces.text import text
-
-#: Motors handed to a process ahead of time.
-_AHEAD = 3
-
-Task = tuple[int, int, int]
+from bench.eol.defects.trial import MotorTrial, TrialSetup
 
 
 @dataclass(frozen=True)
@@ -41,42 +32,20 @@ def tasks_of(cases: DefectCases, each: int, sound: int) -> tuple[Task, ...]:
 
 
 def measure_all(
-    setup: TrialSetup, tasks: Sequence[Task], jobs: int, progress: Callable[[int], None] = lambda _: None
+    setup: TrialSetup, tasks: Sequence[Task], workforce: Workforce, progress: Callable[[int], None] = lambda _: None
 ) -> Campaign:
-    """Measure these motors by so many processes; `progress` hears how many are done.
+    """Measure these motors; `progress` hears how many are done.
 
-    Ctrl-C ends it with those that are done. Raises InputError where a process died.
+    Ctrl-C ends it with those that are done. Raises InputError as `Workforce.results` does.
     """
-    # Small matrices gain nothing from threads of their own.
-    os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("forkserver"), begin, (setup,))
     done: list[MotorTrial] = []
+    results = workforce.results(setup, tasks)
     try:
-        for trial in _as_done(pool, tasks, jobs * _AHEAD):
+        for trial in results:
             done.append(trial)
             progress(len(done))
     except KeyboardInterrupt:
         pass
-    except BrokenProcessPool:
-        raise InputError(
-            text(
-                "a process of the check ended by itself, perhaps for want of memory; try --jobs {jobs}",
-                jobs=max(1, jobs // 2),
-            )
-        ) from None
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        results.close()
     return Campaign(tuple(sorted(done, key=lambda trial: trial.number)), len(tasks))
-
-
-def _as_done(pool: ProcessPoolExecutor, tasks: Sequence[Task], most: int) -> Iterator[MotorTrial]:
-    waiting = iter(tasks)
-    under_way: set[Future[MotorTrial]] = set()
-    for task in waiting:
-        under_way.add(pool.submit(measured, *task))
-        if len(under_way) >= most:
-            ready, under_way = wait(under_way, return_when=FIRST_COMPLETED)
-            yield from (future.result() for future in ready)
-    while under_way:
-        ready, under_way = wait(under_way, return_when=FIRST_COMPLETED)
-        yield from (future.result() for future in ready)

@@ -121,6 +121,7 @@ def _changes(motor: VirtualMotor, rating: RatedPoint) -> Iterator[tuple[str, Tex
     halls = text("Hall sensor")
     yield "hall-stuck", halls, text("stuck low"), partial(_with, defects.hall_stuck, "low")
     yield "hall-stuck", halls, text("stuck high"), partial(_with, defects.hall_stuck, "high")
+    yield "hall-missing", halls, text("all missing"), defects.hall_missing
     yield "hall-inverted", halls, text("inverted"), defects.hall_inverted
     yield "hall-leads", halls, text("leads exchanged"), defects.hall_exchanged
     for angle in _HALL_ANGLES:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
+from bench.distribution.workforce import Workforce
 from bench.eol.defects.campaign import Campaign, measure_all, tasks_of
 from bench.eol.defects.cases import DefectCases, defect_cases
 from bench.eol.defects.findings import Findings, findings
@@ -17,6 +18,7 @@ from bench.eol.line.preparation import BatchRequest, Prepared, prepare
 from bench.eol.plan import Plan
 from bench.eol.plan_file import SpreadSection
 from bench.i18n.errors import InputError
+from bench.run.software import software
 from drivers.interfaces.text import Text, text
 
 #: Spread (standard deviations, per cent) of a type of which the plan says nothing; usual ones.
@@ -25,11 +27,11 @@ USUAL_SPREAD = SpreadSection(resistance=1.5, inductance=2.0, flux=1.5, inertia=1
 
 @dataclass(frozen=True)
 class DefectRequest:
-    """How many motors of each case and how many sound ones, by how many processes; `progress` hears how many of all are done."""
+    """How many motors of each case and how many sound ones, by whom; `progress` hears how many of all are done."""
 
     each: int
     sound: int
-    jobs: int
+    workforce: Workforce
     progress: Callable[[int, int], None] = field(default=lambda _done, _all: None)
 
 
@@ -75,9 +77,9 @@ def check_defects(request: BatchRequest, wanted: DefectRequest) -> DefectCheck:
         fixture=request.operator != "virtual",
     )
     twin = line.sockets[0].station or line.sockets[0].twin_of
-    setup = TrialSetup(batch, cases.cases, twin.content if twin else "", line.source)
+    setup = TrialSetup(batch, cases.cases, twin.content if twin else "", line.source, software()["code"])
     tasks = tasks_of(cases, wanted.each, wanted.sound)
-    campaign = measure_all(setup, tasks, wanted.jobs, lambda done: wanted.progress(done, len(tasks)))
+    campaign = measure_all(setup, tasks, wanted.workforce, lambda done: wanted.progress(done, len(tasks)))
     rules = PlanRules.of(plan, prepared.limits)
     return DefectCheck(plan, cases, said, rules, campaign, findings(campaign, cases.cases, rules))
 

@@ -58,7 +58,12 @@ FAILS = FunctionCost(Grade.GROSS, "fails")
 
 def function_cost(sound: VirtualMotor, bad: VirtualMotor, rating: RatedPoint) -> FunctionCost:
     """Return what a motor costs against a sound one of its type: the worst of all quantities."""
-    if bad.exchanged != sound.exchanged or bad.pole_pairs != sound.pole_pairs or _halls_wrong(bad):
+    if (
+        bad.exchanged != sound.exchanged
+        or bad.pole_pairs != sound.pole_pairs
+        or _halls_wrong(bad)
+        or (sound.halls and not bad.halls)
+    ):
         return FAILS
     costs = [_graded(name, value) for name, value in _quantities(sound, bad, rating)]
     marginal, gross = INSULATION

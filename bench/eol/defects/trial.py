@@ -1,23 +1,20 @@
 """One virtual motor measured by all procedures of a plan, on a virtual bench of its own."""
 
 import math
-import multiprocessing
-import os
 import shutil
-import signal
 import tempfile
-import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from bench.distribution.work import Task
 from bench.eol.defects.cases import DefectCase
 from bench.eol.line.judging import MotorJudge
 from bench.eol.line.line_file import station_of
 from bench.eol.line.messages import Batch
 from bench.eol.line.motor_record import KeptWaveforms
 from bench.eol.line.preparation import planned_of, sampled
-from bench.eol.line.virtual_socket import VirtualSocket, seed_of
+from bench.eol.line.virtual_socket import SocketMotors, VirtualSocket, seed_of
 from bench.i18n.errors import InputError
 from bench.journal.run_folder import RunFolder
 from bench.run.needs import check_needs
@@ -25,7 +22,7 @@ from bench.run.plan import Planned
 from bench.run.request import RunOptions, RunRequest
 from bench.run.retry_policy import Attempt, Next
 from bench.run.run import carry_out
-from bench.run.software import software
+from bench.run.software import check_code, software
 from bench.safety.interrupts import Interrupts
 from bench.station.library_logs import quieten_libraries
 from bench.station.sharing import Alone
@@ -67,12 +64,25 @@ class MotorTrial:
 
 @dataclass(frozen=True)
 class TrialSetup:
-    """What is the same for all motors: the batch, and the text and name of the station whose twin each bench is, if any."""
+    """What is the same for all motors: the batch, and the text and name of the station whose twin each bench is, if any.
+
+    `code` is the hash of the program that is to measure everywhere, any where it is empty.
+    """
 
     batch: Batch
     cases: tuple[DefectCase, ...]
     twin: str = ""
     source: str = ""
+    code: str = ""
+
+    def begin(self) -> Callable[[Task], MotorTrial]:
+        """Return what measures a motor on a bench of this process: its case, its number there, and its number of all.
+
+        Raises InputError where this is another program.
+        """
+        check_code(self.code)
+        bench = TrialBench(self)
+        return lambda task: bench.measure(*task)
 
 
 class TrialBench:
@@ -114,7 +124,7 @@ class TrialBench:
         batch = self._setup.batch
         # Each motor's bench has errors of its own: what a line's sockets differ by is part of what is found.
         seed = seed_of(batch.request.seed, drawn)
-        socket = VirtualSocket(replace(batch, request=replace(batch.request, seed=seed)), 0, (), self._twin)
+        socket = VirtualSocket(replace(SocketMotors.of(batch), seed=seed), 0, (), self._twin)
         request = RunRequest(
             procedures=[each.name for each in planned],
             motor=replace(batch.motor, nameplate=replace(batch.motor.nameplate, serial_number="V")),
@@ -166,25 +176,3 @@ class _Kept:
 def _half(interval: tuple[float, float]) -> float:
     half = 0.5 * (interval[1] - interval[0])
     return half if math.isfinite(half) else math.nan
-
-
-_BENCH: list[TrialBench] = []
-
-
-def begin(setup: TrialSetup) -> None:
-    """Make this process's bench; Ctrl-C is its parent's to take, and it ends with that."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    _BENCH[:] = [TrialBench(setup)]
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
-def measured(case: int, motor: int, number: int) -> MotorTrial:
-    """Measure a motor on this process's bench."""
-    return _BENCH[0].measure(case, motor, number)

@@ -33,6 +33,9 @@ def _suite(record: MotorRecord) -> bytes:
         suite.add_property(name, _allowed(str(getattr(record, name))))
     suite.add_property("verdict", record.verdict.value)
     suite.add_property("first_pass", str(record.first_pass).lower())
+    suite.add_property("test_number", str(record.test_number))
+    suite.add_property("again_by", _allowed(record.again_by))
+    suite.add_property("golden", str(record.golden).lower())
     suite.add_property("journal_sha256", _allowed(record.journal_sha256))
     # What the station could not do has a case of its own where no figure tells of it.
     alone = [] if any(m.verdict is not Verdict.PASS for m in record.measured) else _unmeasured(record)

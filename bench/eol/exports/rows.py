@@ -26,6 +26,11 @@ MOTOR_COLUMNS = (
     "cause",
     "run",
     "journal_sha256",
+    "diagnosis",
+    "rework",
+    "test_number",
+    "again_by",
+    "golden",
 )
 FIGURE_COLUMNS = (
     "parameter",

@@ -11,43 +11,65 @@ from typing import IO
 
 from bench.eol.exports.json_lines import motor_as_dict
 from bench.eol.line.admission import Admission, RefusedSerial
+from bench.eol.line.admission_desk import AdmissionDesk
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog, BatchMotor
+from bench.eol.line.brakes import AppliedBrake
 from bench.eol.line.coordinator import Coordinator
+from bench.eol.line.golden_gate import GoldenGate
 from bench.eol.line.line_file import ProductionLine, digest
 from bench.eol.line.messages import Batch
 from bench.eol.line.panel_channel import PanelChannel
-from bench.eol.line.preparation import BatchRequest, Prepared, by_time_over_failures, check_operator, prepare
+from bench.eol.line.preparation import (
+    BatchRequest,
+    Prepared,
+    by_time_over_failures,
+    calibrations_of,
+    check_operator,
+    prepare,
+)
 from bench.eol.line.record_writer import RecordWriter, open_record_writer
 from bench.eol.line.serial_numbers import QueuedSerials, ScannedSerials, SerialNumbers, open_serials
+from bench.eol.line.warm_up import WarmUp
 from bench.eol.line.worker_process import ForkServer
+from bench.eol.motor_yield import MotorYield
 from bench.eol.plan import Plan, PlannedCheck
+from bench.eol.plans_beside import check_serial
 from bench.eol.record import MotorRecord
+from bench.eol.store.batch_plans import BatchPlan
 from bench.eol.store.faults import StoreError
-from bench.eol.store.records import EarlierTest
 from bench.eol.store.waiting import Waiting
+from bench.eol.verdict import Verdict
 from bench.i18n.errors import UsageError
 from bench.plugins.records import RecordOutputs
 from bench.safety.ownership.owner import Owner
 from bench.safety.ownership.stations import owning_stations
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 
 _BATCH_NAME = re.compile(r"[\w][\w.-]{0,99}")
 
 
 @dataclass
 class Counts:
-    """What became of a batch's motors, by verdict; those that passed at once; serial numbers refused; what still `waits` at the end."""
+    """What became of a batch's tests, by verdict, golden motors' beside them; yields by motor; serial numbers refused.
+
+    `brakes` are those that applied; `waits` is what still waits at the end.
+    """
 
     verdicts: Counter[str] = field(default_factory=Counter)
-    first_pass: int = 0
+    by_motor: MotorYield = field(default_factory=MotorYield)
+    golden: Counter[str] = field(default_factory=Counter)
     refused: int = 0
+    brakes: list[AppliedBrake] = field(default_factory=list)
+    #: Whether the line itself ended the batch before its end, and why where no brake says it.
+    unfinished: bool = False
+    held_up: Text | None = None
     waits: Waiting = field(default_factory=Waiting)
     bench_time: float = 0.0
 
     @property
     def motors(self) -> int:
-        """The motors with a record."""
+        """The tests of motors with a record, golden ones' not among them."""
         return sum(self.verdicts.values())
 
 
@@ -59,13 +81,10 @@ def run_batch(
     `stream` is where serial numbers are typed or scanned, `fork_server` where workers come from, one of its own unless given.
     Raises InputError before anything is touched, or where no socket can work; StoreError where records can no longer be kept.
     """
-    return run_prepared(
-        prepare(request.plan, request.station, request.sockets, request.operator),
-        request,
-        listener,
-        stream,
-        fork_server,
-    )
+    prepared = prepare(request.plan, request.station, request.sockets, request.operator)
+    for words in prepared.notes:
+        listener.trouble(words)
+    return run_prepared(prepared, request, listener, stream, fork_server)
 
 
 def run_prepared(
@@ -83,6 +102,14 @@ def run_prepared(
             text("--batch {name!r}: allowed are up to 100 letters, digits, dots, hyphens and underscores", name=name)
         )
     check_operator(request, line)
+    person = request.person.strip()
+    for flag, given in (("--again", request.again), ("--warm", request.warm)):
+        if given and not person:
+            raise UsageError(
+                text("{flag}: a person answers for it, and the records name who: add --person NAME", flag=flag)
+            )
+    for words in calibrations_of(line, prepared.roles):
+        listener.trouble(words)
     stations = [socket.station for socket in line.sockets if socket.station is not None]
     counts = Counts()
     with owning_stations(stations, f"motorbench eol run, batch {name}") as owner:
@@ -110,6 +137,8 @@ def _run(
     owner: Owner | None,
 ) -> str:
     plan, line, name = prepared.plan, prepared.line, folder.name
+    for words in writer.register.check_plan(plan.name, plan.sha256, prepared.motor.nameplate.name):
+        listener.trouble(words)
     identity = {
         "name": name,
         "plan": plan.sha256,
@@ -119,7 +148,7 @@ def _run(
     }
     with (
         closing(BatchLog(folder, identity)) as log,
-        closing(open_serials(request, plan, line, log.last, stream)) as serials,
+        closing(open_serials(request, plan, line, stream)) as serials,
     ):
         batch = Batch(
             name=name,
@@ -131,7 +160,6 @@ def _run(
             folder=str(folder),
             request=request,
         )
-        cut_off = _cut_off(log, writer, name) if log.resumed else ()
         checks = _ordered(plan, writer)
         with (
             _panel_channel(serials, batch, line) as panel,
@@ -140,19 +168,55 @@ def _run(
         ):
             listeners = BatchListener(_Counting(counts, outputs), listener, *panel)
             writer.listen(listeners.waits)
-            admission = Admission(
-                serials,
-                cut_off,
-                plan.check_serial,
-                partial(_earlier_test, writer, listeners),
+            _keep_plan(batch, writer, listeners)
+            desk = AdmissionDesk(
+                writer.register,
+                partial(check_serial, plan),
+                log.identifier,
+                listeners.trouble,
                 batch=name,
-                known=log.last,
-                again=request.again,
+                station=line.name,
+                model=prepared.motor.nameplate.name,
+                rule=plan.again,
+                person=request.person.strip() if request.again else "",
             )
+            admission = _admission(prepared, request, serials, log, writer, desk, listeners)
             coordinator = Coordinator(line, batch, checks, admission, writer, log, listeners, workers, owner)
             for channel in panel:
-                channel.open(folder, coordinator.stop)
-            return coordinator.run()
+                channel.open(folder, coordinator.stop, desk.permit)
+            stopped = coordinator.run()
+            counts.held_up = admission.held_up
+            braked = any(not brake.socket for brake in counts.brakes) or not admission.ended
+            counts.unfinished = not stopped and (braked or admission.held_up is not None)
+            return stopped
+
+
+def _admission(
+    prepared: Prepared,
+    request: BatchRequest,
+    serials: SerialNumbers,
+    log: BatchLog,
+    writer: RecordWriter,
+    desk: AdmissionDesk,
+    listener: BatchListener,
+) -> Admission:
+    plan, line = prepared.plan, prepared.line
+    warm_up = WarmUp(line, None if request.warm else writer.last_test_ended(line.name))
+    if warm_up.waits and not request.warm:
+        listener.trouble(warm_up.words)
+    finished = writer.verdicts(log.name) if log.resumed and serials.listed else {}
+    return Admission(
+        serials,
+        _cut_off(log, writer) if log.resumed else (),
+        desk,
+        GoldenGate(
+            plan, prepared.limits, [socket.name for socket in line.sockets], writer.golden_tests(plan.name, line.name)
+        ),
+        last=log.last,
+        finished=[serial for serial, verdict in finished.items() if verdict in (Verdict.PASS, Verdict.FAIL)],
+        golden_by_itself=line.is_virtual and serials.listed,
+        waiting=lambda: warm_up.waits and not request.warm,
+    )
 
 
 @contextmanager
@@ -172,31 +236,25 @@ def _outputs(plan: Plan, line: ProductionLine, folder: Path, listener: BatchList
     return RecordOutputs([known[name] for name in names], folder, listener.trouble)
 
 
+def _keep_plan(batch: Batch, writer: RecordWriter, listener: BatchListener) -> None:
+    """Keep the text of the plan and of the motor file; where that cannot be, the line says so and goes on."""
+    plan, motor = batch.plan, batch.motor
+    try:
+        writer.keep_plan(BatchPlan(batch.name, plan.sha256, motor.sha256, plan.content, motor.content))
+    except StoreError as error:
+        listener.trouble(text("the plan's text is not kept with the batch: {error}", error=error))
+
+
 def _ordered(plan: Plan, writer: RecordWriter) -> Sequence[PlannedCheck]:
     if plan.order == "listed":
         return plan.checks
     return by_time_over_failures(plan.checks, writer.experience(plan.name))
 
 
-def _earlier_test(writer: RecordWriter, listener: BatchListener, serial_number: str) -> EarlierTest | None:
-    """Return the last test of a serial number; a line whose records cannot be read goes on, and says so."""
-    try:
-        return writer.earlier_test(serial_number)
-    except StoreError as error:
-        listener.trouble(
-            text(
-                "whether serial number {serial} was measured before cannot be looked up, so it is measured: {error}",
-                serial=serial_number,
-                error=error,
-            )
-        )
-        return None
-
-
-def _cut_off(log: BatchLog, writer: RecordWriter, batch: str) -> list[BatchMotor]:
+def _cut_off(log: BatchLog, writer: RecordWriter) -> list[BatchMotor]:
     """Return the motors that were begun and have no record, each once."""
     kept = bytearray(log.last + 1)
-    for number in writer.numbers(batch):
+    for number in writer.numbers(log.name):
         if number <= log.last:
             kept[number] = 1
     cut_off = {motor.number: motor for motor in log.begun() if not kept[motor.number]}
@@ -210,11 +268,14 @@ class _Counting(BatchListener):
         self._counts, self._outputs = counts, outputs
 
     def done(self, record: MotorRecord) -> None:
-        self._counts.verdicts[record.verdict.value] += 1
-        self._counts.first_pass += record.first_pass
+        (self._counts.golden if record.golden else self._counts.verdicts)[record.verdict.value] += 1
+        self._counts.by_motor.add(record)
         self._counts.bench_time += record.bench_time
         # It is kept already: whatever becomes of it here, no record is lost.
         self._outputs.hand(motor_as_dict(record))
 
     def refused(self, refused: RefusedSerial) -> None:
         self._counts.refused += 1
+
+    def braked(self, brake: AppliedBrake) -> None:
+        self._counts.brakes.append(brake)

@@ -2,6 +2,7 @@
 
 from bench.eol.line.admission import RefusedSerial
 from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.brakes import AppliedBrake
 from bench.eol.record import MotorRecord
 from bench.eol.store.waiting import Waiting
 from drivers.interfaces.text import Text
@@ -29,6 +30,11 @@ class BatchListener:
         """Hear that a serial number is not measured."""
         for listener in self._listeners:
             listener.refused(refused)
+
+    def braked(self, brake: AppliedBrake) -> None:
+        """Hear that a socket or the line takes no more motors."""
+        for listener in self._listeners:
+            listener.braked(brake)
 
     def trouble(self, words: Text) -> None:
         """Hear of something that went wrong and concerns no motor's figures."""

@@ -4,7 +4,7 @@ import json
 import os
 import uuid
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,17 +25,23 @@ _SAME = {
 
 @dataclass(frozen=True)
 class BatchMotor:
-    """A motor that was begun: its number in the batch and its serial number."""
+    """A motor that was begun: its number in the batch and its serial number.
+
+    It is the serial number's test of this number, again by a person where one is named; a `golden` one watches the station.
+    """
 
     number: int
     serial_number: str
+    test_number: int = 1
+    again_by: str = ""
+    golden: bool = False
 
 
 class BatchLog:
-    """Appends to `batch.jsonl`; `uid` is the batch's own for ever, `last` the highest number begun so far."""
+    """Appends to `batch.jsonl` of the batch `name`; `uid` is its own for ever, `last` the highest number begun so far."""
 
     def __init__(self, folder: Path, identity: Mapping[str, Any]) -> None:
-        self.path = folder / FILE
+        self.name, self.path = folder.name, folder / FILE
         try:
             folder.mkdir(parents=True, exist_ok=True)
             resumed = self.path.exists()
@@ -76,7 +82,9 @@ class BatchLog:
 
     def begin(self, motor: BatchMotor, socket: str) -> None:
         """Write that a motor is begun. Raises OSError."""
-        self._write({"number": motor.number, "serial_number": motor.serial_number, "socket": socket})
+        usual = BatchMotor(motor.number, motor.serial_number)
+        own = {key: value for key, value in asdict(motor).items() if value != getattr(usual, key)}
+        self._write({"number": motor.number, "serial_number": motor.serial_number, "socket": socket, **own})
         self.last = max(self.last, motor.number)
 
     def begun(self) -> Iterator[BatchMotor]:
@@ -85,7 +93,11 @@ class BatchLog:
             for line in file:
                 entry = _entry(line)
                 if isinstance(entry.get("number"), int) and isinstance(entry.get("serial_number"), str):
-                    yield BatchMotor(entry["number"], entry["serial_number"])
+                    yield BatchMotor(**{name: entry[name] for name in BatchMotor.__dataclass_fields__ if name in entry})
+
+    def identifier(self, number: int) -> str:
+        """Return what the record of the batch's motor of this number is identified by, for ever."""
+        return record_identifier(self.uid, number)
 
     def close(self) -> None:
         """Close the file."""
@@ -123,6 +135,11 @@ class BatchLog:
 
     def _write(self, entry: Mapping[str, Any]) -> None:
         write_all(self._file, json.dumps(entry, ensure_ascii=False).encode("utf-8", "backslashreplace") + b"\n")
+
+
+def record_identifier(uid: str, number: int) -> str:
+    """Return the identifier of a motor's record, the same for the same motor of the same batch."""
+    return str(uuid.uuid5(uuid.UUID(uid), str(number)))
 
 
 def _entry(line: str) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from multiprocessing.connection import Connection, wait
 from bench.eol.line.admission import Admission
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog
+from bench.eol.line.brakes import Brakes
 from bench.eol.line.dispatcher import Dispatcher
 from bench.eol.line.instrument_sharing import LeaseRelease, LeaseRequest
 from bench.eol.line.line_file import ProductionLine
@@ -51,6 +52,7 @@ class Coordinator:
         self._stop = StopRequest()
         self._slots = WorkerSlots(line, batch, fork_server, owner, listener.trouble)
         self._dispatcher = Dispatcher(line, checks, admission, log, listener, self._slots, self._stop)
+        self._brakes = Brakes(batch.plan.brakes)
 
     def run(self) -> str:
         """Measure the batch; return why it was stopped before its end, empty where it was not."""
@@ -125,8 +127,12 @@ class Coordinator:
     def _finish(self, slot: WorkerSlot, record: MotorRecord, time: float) -> None:
         save_with_retries(self._records, record, self._stop, self._listener.trouble)
         self._admission.done(record.serial_number)
+        self._admission.gate.done(record)
         slot.task, slot.time = None, time
         self._listener.done(record)
+        for brake in self._brakes.observe(record):
+            self._dispatcher.brake(brake.socket)
+            self._listener.braked(brake)
 
     def _stop_all(self) -> None:
         for slot in list(self._slots.at.values()):
@@ -150,7 +156,7 @@ class Coordinator:
             self._finish(slot, record, self._slots.status.reached(slot.number))
         self._listener.trouble(text("the process of socket {name} {how}", name=slot.name, how=how))
         deaths = slot.deaths + 1
-        if self._stop.by:
+        if self._dispatcher.takes_no_more(slot.name):
             return
         if deaths >= _DEATHS:
             words = text(

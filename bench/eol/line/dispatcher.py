@@ -35,6 +35,7 @@ class Dispatcher:
         self._slots, self._status, self._stop = slots, slots.status, stop
         self._virtual, self._timeout = line.is_virtual, line.timeout
         self._start = monotonic()
+        self._braked: set[str] = set()
         self._arbiter = Arbiter({number: socket.name for number, socket in enumerate(line.sockets)})
 
     @property
@@ -48,7 +49,7 @@ class Dispatcher:
 
     def request_motor(self, slot: WorkerSlot) -> None:
         """Have a socket get the next motor, in its turn; none once the batch is to stop."""
-        if self._stop.by:
+        if self.takes_no_more(slot.name):
             self.dismiss(slot)
             return
         slot.waits_for_motor = True
@@ -75,6 +76,15 @@ class Dispatcher:
         self._arbiter.leave(slot.number, slot.time)
         slot.process.send(Leave())
 
+    def brake(self, socket: str) -> None:
+        """Give a socket no more motors, or the whole line where none is named; what is under way comes to its end."""
+        self._braked.add(socket)
+        self._admission.close(socket)
+
+    def takes_no_more(self, socket: str) -> bool:
+        """Tell whether a socket takes no more motors, because the batch is to stop or a brake holds it."""
+        return bool(self._stop.by) or bool(self._braked & {"", socket})
+
     def leave(self, slot: WorkerSlot) -> None:
         """Have nobody wait for a socket whose worker has ended; what it held is free."""
         self._arbiter.leave(slot.number, self.time(self._status.reached(slot.number)))
@@ -99,24 +109,45 @@ class Dispatcher:
     def _give_motor(self, slot: WorkerSlot, at: float) -> None:
         """Give a socket its motor; without one it is idle, and nobody waits for its time."""
         slot.waits_for_motor = False
-        motor = None if self._stop.by else self._next_motor()
+        motor = None if self.takes_no_more(slot.name) else self._next_motor(slot.name)
         # What was requested has been decided; it holds nothing.
         self._arbiter.release(slot.number, at)
         if motor is not None:
-            slot.task = Task(motor.number, motor.serial_number, sampled(self._checks, motor.number), at)
+            slot.task = self._task(motor, slot.name, at)
             slot.started, slot.time = datetime.now(UTC), at
             self._status.reach(slot.number, at)
             self._log.begin(motor, slot.name)
             self._listener.begun(motor, slot.name)
             slot.process.send(slot.task)
-        elif self._stop.by or self._admission.ended:
+        elif self.takes_no_more(slot.name) or self._admission.ended:
             self.dismiss(slot)
         else:
             slot.idle, slot.time = True, at
             self._arbiter.leave(slot.number, at)
+            self._tell_golden_due(slot)
 
-    def _next_motor(self) -> BatchMotor | None:
-        while (motor := self._admission.take()) is not None:
+    def _task(self, motor: BatchMotor, socket: str, at: float) -> Task:
+        """Return the task for a motor; one that is tested again, or to watch the station, has all checks."""
+        once = motor.test_number == 1 and not motor.golden
+        return Task(
+            motor.number,
+            motor.serial_number,
+            sampled(self._checks, motor.number) if once else self._checks,
+            at,
+            motor.test_number,
+            motor.again_by,
+            self._admission.gate.limits(motor.serial_number, socket) if motor.golden else None,
+        )
+
+    def _tell_golden_due(self, slot: WorkerSlot) -> None:
+        """Say that an idle socket waits for a golden motor, once each time."""
+        due = self._admission.gate.due(slot.name)
+        if due is not None and not slot.golden_told:
+            self._listener.trouble(due)
+        slot.golden_told = due is not None
+
+    def _next_motor(self, socket: str) -> BatchMotor | None:
+        while (motor := self._admission.take(socket)) is not None:
             if isinstance(motor, BatchMotor):
                 return motor
             self._listener.refused(motor)

@@ -59,6 +59,8 @@ class LimitFinding:
 class DryRun:
     """What a plan comes to: `cycle` (s) is a motor's mean time at its socket, of which it `waits` for what others have.
 
+    A procedure of every n-th motor counts with an n-th of its time. `aside` (s) is the shutdown and what else is no procedure's;
+    the floor has it. Each socket's first motor does not count for the waits: all sockets begin at once then, and never again.
     `per_hour` is what the line of all sockets measures; `troubles` are causes of motors that did not pass, `differences` those
     between the station and what stood for it.
     """
@@ -69,6 +71,7 @@ class DryRun:
     cycle: float
     floor: float
     waits: float
+    aside: float
     per_hour: float
     procedures: tuple[ProcedureTime, ...]
     limits: tuple[LimitFinding, ...]
@@ -82,6 +85,11 @@ class DryRun:
         return (self.cycle - self.waits) / self.floor - 1.0 if self.floor > 0.0 else 0.0
 
     @property
+    def over_floor(self) -> float:
+        """The cycle over its floor, waiting included."""
+        return self.cycle / self.floor if self.floor > 0.0 else 1.0
+
+    @property
     def good(self) -> bool:
         """Whether every limit can be decided and a motor of the type passes."""
         return not self.troubles and all(not limit.fault for limit in self.limits)
@@ -90,7 +98,7 @@ class DryRun:
         """Return it in JSON's types."""
         content = asdict(self)
         content["procedures"] = [{**asdict(each), "overhead": each.overhead} for each in self.procedures]
-        return content | {"overhead": self.overhead, "good": self.good}
+        return content | {"overhead": self.overhead, "over_floor": self.over_floor, "good": self.good}
 
 
 def dry_run(request: BatchRequest, fork_server: ForkServer | None = None) -> DryRun:
@@ -101,7 +109,7 @@ def dry_run(request: BatchRequest, fork_server: ForkServer | None = None) -> Dry
     prepared, assumed = virtually(prepare(request.plan, request.station, request.sockets, request.operator))
     sockets = len(prepared.line.sockets)
     # Sampling tests come with the first motor, the most that one can take.
-    motors = request.motors or max(2, sockets)
+    motors = request.motors or 3 * sockets
     listener = _DryRunListener()
     with tempfile.TemporaryDirectory(prefix="motorbench-check-") as folder:
         tried = replace(
@@ -152,17 +160,23 @@ def _summary(prepared: Prepared, records: Sequence[MotorRecord], assumed: tuple[
         for check in prepared.plan.checks
         if (n := count[check.name])
     )
-    motors = max(1, len(records))
-    cycle = sum(record.bench_time for record in records) / motors
-    waits = sum(record.bench_time - sum(check.duration for check in record.checks) for record in records) / motors
+    shares = {check.name: 1.0 / check.every for check in prepared.plan.checks}
+    working = sum(each.time * shares[each.procedure] for each in procedures)
+    needed = sum(each.floor * shares[each.procedure] for each in procedures)
     sockets = len(prepared.line.sockets)
+    # What is no procedure's: the shutdown, which every motor has, and waiting for others, which the luckiest has not.
+    beside = [record.bench_time - sum(check.duration for check in record.checks) for record in _settled(records)]
+    aside = min(beside, default=0.0)
+    waits = sum(beside) / max(1, len(beside)) - aside
+    cycle = working + aside + waits
     return DryRun(
         plan=prepared.plan.name,
         sockets=sockets,
         motors=len(records),
         cycle=cycle,
-        floor=cycle - waits - sum(needless.values()) / motors,
+        floor=needed + aside,
         waits=waits,
+        aside=aside,
         per_hour=3600.0 * sockets / cycle if cycle > 0.0 else 0.0,
         procedures=procedures,
         limits=tuple(_limits(prepared.plan, prepared.limits, records)),
@@ -170,6 +184,17 @@ def _summary(prepared: Prepared, records: Sequence[MotorRecord], assumed: tuple[
         assumed=assumed,
         differences=tuple(dict.fromkeys(_differences(prepared.line))),
     )
+
+
+def _settled(records: Sequence[MotorRecord]) -> list[MotorRecord]:
+    """Return the records without each socket's first, where there are others."""
+    seen = set[str]()
+    later = []
+    for record in records:
+        if record.socket in seen:
+            later.append(record)
+        seen.add(record.socket)
+    return later or list(records)
 
 
 def _differences(line: ProductionLine) -> Iterator[str]:

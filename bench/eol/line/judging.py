@@ -9,7 +9,8 @@ from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.verdict import Verdict, together
 from bench.run.retry_policy import Attempt, Next
 from procedures.core.parameter_set import ParameterSet
-from procedures.core.result import Parameter, Withheld
+from procedures.core.procedure_error import MotorFaultError, OnlyBoundedError
+from procedures.core.result import MISSING_PART, Parameter, Withheld
 from procedures.verification.verifier import WiringError
 from reports.tables.figures import scale_of
 
@@ -33,6 +34,16 @@ class MotorJudge:
         self._attempts: list[CheckRecord] = []
         #: By procedure: parameters for the want of which alone its last attempt was an error.
         self._withheld: dict[str, frozenset[str]] = {}
+        self._errors: dict[str, Exception | None] = {}
+
+    @property
+    def errors(self) -> tuple[Exception, ...]:
+        """What ended the last attempt at each procedure that gave nothing; a bound is among it only where it rejects the motor."""
+        return tuple(
+            error
+            for error in self._errors.values()
+            if error is not None and (not isinstance(error, OnlyBoundedError) or self._beyond(error))
+        )
 
     @property
     def attempts(self) -> tuple[CheckRecord, ...]:
@@ -43,6 +54,7 @@ class MotorJudge:
         """Judge an attempt, keep it, and say what the plan has follow."""
         check = self._checks[attempt.planned.name]
         self._withheld.pop(check.name, None)
+        self._errors[check.name] = attempt.error
         verdict, cause = self._verdict(attempt)
         number = 1 + sum(kept.procedure == check.name for kept in self._attempts)
         self._attempts.append(CheckRecord(check.name, number, verdict, attempt.ended - attempt.started, cause))
@@ -59,6 +71,8 @@ class MotorJudge:
         judgement = judge(parameter.value, expanded, limits, self._guard)
         own = parameter.own_definition
         undecided = not math.isinf(limits.tolerance) and judgement.ratio < self._minimum_ratio
+        # An interval that lies outside as a whole decides, however wide it is.
+        outside = parameter.value - expanded > limits.high or parameter.value + expanded < limits.low
         return MeasuredFigure(
             parameter.name,
             parameter.value,
@@ -67,7 +81,7 @@ class MotorJudge:
             expanded,
             limits.low,
             limits.high,
-            Verdict.ERROR if undecided else judgement.verdict,
+            Verdict.ERROR if undecided and not outside else judgement.verdict,
             "" if own is None else own.label.render(),
         )
 
@@ -112,10 +126,17 @@ class MotorJudge:
         """Tell whether the motor passed without any check's second attempt."""
         return verdict is Verdict.PASS and all(attempt.attempt == 1 for attempt in self._attempts)
 
+    def _beyond(self, error: OnlyBoundedError) -> bool:
+        return error.low > self._limits.get(error.parameter, _NO_LIMITS).high
+
     def _verdict(self, attempt: Attempt) -> tuple[Verdict, str]:
         if attempt.result is None:
-            # Where the connections are made by machine, terminals that do not conduct as they should are the motor's.
-            return (Verdict.FAIL if isinstance(attempt.error, WiringError) else Verdict.ERROR), attempt.cause
+            # Where the connections are made by machine, terminals that do not conduct as they should are the motor's, and so is
+            # a part that is missing or dead, and a figure that is beyond its limit however large it is.
+            error = attempt.error
+            motors = isinstance(error, WiringError | MotorFaultError)
+            motors |= isinstance(error, OnlyBoundedError) and self._beyond(error)
+            return (Verdict.FAIL if motors else Verdict.ERROR), attempt.cause
         figures = [self.measured(parameter) for parameter in attempt.result.parameters]
         bad = [figure for figure in figures if figure.verdict is not Verdict.PASS and figure.parameter in self._limits]
         missing = (set(attempt.planned.procedure.parameters) & set(self._limits)) - {
@@ -124,8 +145,13 @@ class MotorJudge:
         reasons = {reason.name: reason for reason in reversed(attempt.result.withheld) if reason.name in missing}
         if reasons and not bad and missing == reasons.keys():
             self._withheld[attempt.planned.name] = frozenset(missing)
-        verdict = together([*(figure.verdict for figure in bad), *(Verdict.ERROR for _ in missing), Verdict.PASS])
+        verdicts = [*(figure.verdict for figure in bad), *(Verdict.ERROR for _ in missing), Verdict.PASS]
         causes = [described(figure) for figure in bad]
+        if absent := attempt.result.findings.get(MISSING_PART):
+            # A figure that is not there for the want of the part is no fault of the station.
+            verdicts.append(Verdict.FAIL)
+            causes.append(f"missing or dead: {absent}")
+        verdict = together(verdicts)
         causes += [
             f"{name} is not judged, {reasons[name].cause}: {reasons[name].message}"
             if name in reasons
@@ -143,6 +169,8 @@ def described(figure: MeasuredFigure) -> str:
     )
     said = f"{figure.parameter} = {value:.5g} ± {expanded:.2g} {scale.unit}".rstrip()
     limits = f"{low:.5g} … {high:.5g} {scale.unit}".rstrip()
+    if math.isinf(low) or math.isinf(high):
+        limits = f"≤ {high:.5g} {scale.unit}".rstrip() if math.isinf(low) else f"≥ {low:.5g} {scale.unit}".rstrip()
     if figure.verdict is Verdict.NOT_JUDGED:
         return f"{figure.parameter} is not judged: no figure is given"
     if figure.verdict is Verdict.ERROR:

@@ -32,6 +32,14 @@ class _Line(Section):
         default=600.0, gt=0.0, le=86400.0, strict=True, json_schema_extra={"unit": "s"},
         description="longest wait for an instrument that another socket has",
     )  # fmt: skip
+    warm_up: float = Field(
+        default=0.0, ge=0.0, le=86400.0, strict=True, json_schema_extra={"unit": "s"},
+        description="how long a line that was idle waits before its first motor",
+    )  # fmt: skip
+    cold_after: float = Field(
+        default=4.0, gt=0.0, le=8760.0, strict=True, json_schema_extra={"unit": "h"},
+        description="how long after its last motor a line has to warm up again",
+    )  # fmt: skip
     bench: Literal["virtual"] | None = None
     name: str = Field(default="virtual line", min_length=1)
     sockets: int = Field(default=1, ge=1, le=MOST_SOCKETS, strict=True, description="how many virtual benches")
@@ -60,13 +68,18 @@ class LineSocket:
 
 @dataclass(frozen=True)
 class ProductionLine:
-    """A line that was read; `shared` are the roles that sockets use in turn, `timeout` (s) the longest wait for one."""
+    """A line that was read; `shared` are the roles that sockets use in turn, `timeout` (s) the longest wait for one.
+
+    One that was idle for `cold_after` (h) waits for `warm_up` (s) before its first motor.
+    """
 
     source: str
     name: str
     sockets: tuple[LineSocket, ...]
     shared: frozenset[Role]
     timeout: float
+    warm_up: float = 0.0
+    cold_after: float = 4.0
 
     @property
     def catalogues(self) -> Catalogues:
@@ -124,15 +137,24 @@ def load_line(reference: str, sockets: int | None) -> ProductionLine:
 def _virtual(line: _Line, source: str) -> ProductionLine:
     virtual_sockets = tuple(LineSocket(str(number + 1), None) for number in range(line.sockets))
     return ProductionLine(
-        source, line.name, virtual_sockets, line.shared if line.sockets > 1 else frozenset(), line.timeout
+        source,
+        line.name,
+        virtual_sockets,
+        line.shared if line.sockets > 1 else frozenset(),
+        line.timeout,
+        line.warm_up,
+        line.cold_after,
     )
 
 
 def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> ProductionLine:
     tables = data.get("sockets")
     if tables is None:
-        station = make_station({key: value for key, value in data.items() if key != "line"}, source, content)
-        return ProductionLine(source, station.name, (LineSocket("1", station),), frozenset(), line.timeout)
+        own = {key: value for key, value in data.items() if key != "line"}
+        # Its worker and its runs read the text again, which is to be a station's.
+        station = make_station(own, source, toml_text(own).encode() if "line" in data else content)
+        one = (LineSocket("1", station),)
+        return ProductionLine(source, station.name, one, frozenset(), line.timeout, line.warm_up, line.cold_after)
     if not isinstance(tables, dict) or not 1 <= len(tables) <= MOST_SOCKETS:
         raise InputError(
             text(
@@ -171,7 +193,13 @@ def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> 
     first = sockets[0].station
     name = first.name if first else ""
     return ProductionLine(
-        source, name, tuple(sockets), frozenset(shared) if len(sockets) > 1 else frozenset(), line.timeout
+        source,
+        name,
+        tuple(sockets),
+        frozenset(shared) if len(sockets) > 1 else frozenset(),
+        line.timeout,
+        line.warm_up,
+        line.cold_after,
     )
 
 

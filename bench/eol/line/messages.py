@@ -48,12 +48,18 @@ class WorkerSetup:
 
 @dataclass(frozen=True)
 class Task:
-    """A motor to be measured: its number in the batch, its serial number, its checks, and when its socket takes it up (s)."""
+    """A motor to be measured: its number in the batch, its serial number, its checks, and when its socket takes it up (s).
+
+    It is the serial number's test of this number, again by a person where one is named. A golden motor has limits of its own.
+    """
 
     number: int
     serial_number: str
     checks: tuple[PlannedCheck, ...]
     at: float
+    test_number: int = 1
+    again_by: str = ""
+    golden_limits: Mapping[str, ParameterLimits] | None = None
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,15 @@
 """One motor's test and what is left of it: its run's folder, its waveforms, and its record, cut off or not."""
 
 import re
-import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from itertools import takewhile
 from pathlib import Path
 
+from bench.eol.diagnosis.diagnose import diagnose
+from bench.eol.diagnosis.diagnosed import Diagnosis
+from bench.eol.line.batch_log import record_identifier
 from bench.eol.line.judging import MotorJudge, described
 from bench.eol.line.messages import Batch, Task
 from bench.eol.plan_file import KeepWaveforms
@@ -92,6 +94,11 @@ def record_of(test: UnitTest, batch: Batch, socket: str) -> MotorRecord:
     except RecordError as error:
         waveforms, cause = {}, f"{cause}; {error}" if cause else str(error)
         verdict = Verdict.ERROR if verdict is Verdict.PASS else verdict
+    diagnoses: tuple[Diagnosis, ...] = ()
+    if verdict is Verdict.FAIL and finished is not None:
+        found = {name: result.findings for name, result in finished.view.finished.items()}
+        diagnoses = diagnose(found, figures, judge.errors, batch.motor.nameplate.expected)
+    translate = translator(batch.request.language)
     return replace(
         _ended_now(batch, socket, task, test.started, verdict, bench_time),
         first_pass=judge.first_pass(verdict),
@@ -100,6 +107,8 @@ def record_of(test: UnitTest, batch: Batch, socket: str) -> MotorRecord:
         cause="" if verdict is Verdict.PASS else _cause(judge, figures, cause),
         run=str(test.folder.path) if test.folder else "",
         journal_sha256=finished.journal_sha256 if finished else "",
+        diagnosis="; ".join(each.words.render(translate) for each in diagnoses),
+        rework=" ".join(dict.fromkeys(each.code for each in diagnoses)),
         waveforms=waveforms,
     )
 
@@ -153,8 +162,7 @@ def _ended_now(
 ) -> MotorRecord:
     """Return what the record of every motor has, without what was measured; `bench_time` in s."""
     return MotorRecord(
-        # The same for the same motor of the same batch.
-        identifier=str(uuid.uuid5(uuid.UUID(batch.uid), str(task.number))),
+        identifier=record_identifier(batch.uid, task.number),
         batch=batch.name,
         number=task.number,
         plan=batch.plan.name,
@@ -169,6 +177,9 @@ def _ended_now(
         verdict=verdict,
         first_pass=False,
         bench_time=bench_time,
+        test_number=task.test_number,
+        again_by=task.again_by,
+        golden=task.golden_limits is not None,
     )
 
 

@@ -11,8 +11,10 @@ from bench.eol.labels import label_of
 from bench.eol.line.admission import RefusedSerial
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.brakes import AppliedBrake
 from bench.eol.line.serial_numbers import QueuedSerials
 from bench.eol.line.tile_figures import tile_figures
+from bench.eol.motor_yield import MotorYield
 from bench.eol.record import MotorRecord
 from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
@@ -28,49 +30,59 @@ _WAITING = 100
 
 @dataclass
 class _Socket:
-    """A socket as a panel shows it: the motor in it since when (UTC, ISO 8601), and the last one's end."""
+    """A socket as a panel shows it: the motor in it since when (UTC, ISO 8601), why it takes no more, and the last one's end."""
 
     name: str
     serial_number: str = ""
     since: str = ""
+    braked: dict[str, Any] | None = None
     last: dict[str, Any] | None = None
 
 
 @dataclass
 class _Counts:
-    """What became of the motors since the batch was begun or resumed."""
+    """What became of the motors since the batch was begun or resumed: verdicts by test, and yields by motor."""
 
     since: str
     verdicts: dict[str, int] = field(
         default_factory=lambda: dict.fromkeys((verdict.value for verdict in Verdict.of_motors()), 0)
     )
+    motors: int = 0
     first_pass: int = 0
+    final: int = 0
+    golden: int = 0
     refused: int = 0
+    #: Failed tests by their first rework code, empty where no part was named.
+    reworks: dict[str, int] = field(default_factory=dict)
 
 
 class PanelChannel(BatchListener):
     """Hears what happens on a line, and sends its whole state to every panel at each change.
 
-    A panel sends `{"serial": NUMBER}`, `{"finish": PERSON}`: no more motors, those in the sockets to their end, or
-    `{"stop": PERSON}`: shut down now.
+    A panel sends `{"serial": NUMBER}`, with `"again": PERSON` where a person answers for one that was tested before,
+    `{"finish": PERSON}`: no more motors, those in the sockets to their end, or `{"stop": PERSON}`: shut down now.
     """
 
     def __init__(self, batch: str, plan: str, sockets: Sequence[str], serials: QueuedSerials) -> None:
         self._about = {"batch": batch, "plan": plan}
         self._sockets = {name: _Socket(name) for name in sockets}
         self._serials = serials
-        self._counts = _Counts(_now())
+        self._counts, self._yield = _Counts(_now()), MotorYield()
         self._message: dict[str, Any] | None = None
         self._records = _waiting(Waiting())
         self._ending: Text | None = None
         self._stop: Callable[[str], None] = lambda _: None
+        self._permit: Callable[[str, str], None] = lambda _serial, _person: None
         self._lock = Lock()
         self._line = OperatorLine(self._receive)
         self._send()
 
-    def open(self, folder: Path, stop: Callable[[str], None]) -> None:
-        """Announce the line in the batch's folder; `stop` ends the batch. Raises OSError."""
-        self._stop = stop
+    def open(self, folder: Path, stop: Callable[[str], None], permit: Callable[[str, str], None]) -> None:
+        """Announce the line in the batch's folder; `stop` ends the batch, `permit` has a person answer for a serial number.
+
+        Raises OSError.
+        """
+        self._stop, self._permit = stop, permit
         self._line.announce(folder, FILE)
 
     def close(self) -> None:
@@ -94,11 +106,13 @@ class PanelChannel(BatchListener):
                 "serial_number": record.serial_number,
                 "verdict": record.verdict.value,
                 "cause": record.cause,
+                "diagnosis": record.diagnosis,
+                "rework": record.rework,
+                "golden": record.golden,
                 "label": label_of(record),
                 **tile_figures(record),
             }
-            self._counts.verdicts[record.verdict.value] += 1
-            self._counts.first_pass += record.first_pass
+            self._take_count(record)
         self._send()
 
     def refused(self, refused: RefusedSerial) -> None:
@@ -106,6 +120,17 @@ class PanelChannel(BatchListener):
         with self._lock:
             self._counts.refused += 1
             self._message = _message("refused", refused.why)
+            self._message["again"] = refused.serial_number if refused.by_person else ""
+        self._send()
+
+    def braked(self, brake: AppliedBrake) -> None:
+        """Hear that a socket or the line takes no more motors."""
+        with self._lock:
+            self._message = _message("trouble", brake.why)
+            if brake.socket:
+                self._sockets[brake.socket].braked = store_text(brake.why)
+            else:
+                self._ending = brake.why
         self._send()
 
     def trouble(self, words: Text) -> None:
@@ -122,6 +147,11 @@ class PanelChannel(BatchListener):
 
     def _receive(self, message: Mapping[str, Any]) -> Text | None:
         match message:
+            case {"serial": str(serial), "again": str(person)}:
+                if not person.strip():
+                    return text("who has a motor tested again gives a name")
+                self._permit(serial.strip(), person.strip())
+                return self._take_serial(serial)
             case {"serial": str(serial)}:
                 return self._take_serial(serial)
             case {"finish": str(person)}:
@@ -136,6 +166,18 @@ class PanelChannel(BatchListener):
                 return text('allowed are {{"serial": NUMBER}}, {{"finish": PERSON}} and {{"stop": PERSON}}')
         self._send()
         return None
+
+    def _take_count(self, record: MotorRecord) -> None:
+        if record.golden:
+            self._counts.golden += 1
+            return
+        self._counts.verdicts[record.verdict.value] += 1
+        self._yield.add(record)
+        self._counts.motors, self._counts.first_pass = self._yield.motors, self._yield.first_pass
+        self._counts.final = self._yield.final
+        if record.verdict is Verdict.FAIL:
+            code = (record.rework.split() or [""])[0]
+            self._counts.reworks[code] = self._counts.reworks.get(code, 0) + 1
 
     def _take_serial(self, serial: str) -> Text | None:
         serial = serial.strip()

@@ -5,17 +5,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.eol.limits import ParameterLimits
+from bench.eol.line.limit_notes import check_limits, limit_notes
 from bench.eol.line.line_file import ProductionLine, load_line
+from bench.eol.line.wanted_figures import with_wanted_before
 from bench.eol.plan import Plan, PlannedCheck, load_plan
+from bench.eol.plans_beside import check_name
 from bench.files.toml_file import nearest, validate
 from bench.i18n.errors import InputError, UsageError
 from bench.motor.motor_file import MotorFile, load_motor
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
 from bench.run.needs import check_needs
 from bench.run.plan import Catalogue, Planned
+from bench.station.calibration_list import calibration_list
+from bench.station.clock import wall_date
 from bench.station.station_file import Station
 from bench.virtual.virtual_station import virtual_roles
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
+from procedures.core.bench import Role
 from procedures.known_parameters import givers
 
 
@@ -39,17 +45,23 @@ class BatchRequest:
     language: str = "en"
     seed: int = 0
     again: bool = False
+    warm: bool = False
     procedure_times: bool = False
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """A plan with its motor and line, read and checked against one another."""
+    """A plan with its motor and line, read and checked against one another; `roles` are those that its procedures use.
+
+    `notes` say what of it is allowed and likely a mistake.
+    """
 
     plan: Plan
     motor: MotorFile
     line: ProductionLine
     limits: dict[str, ParameterLimits]
+    roles: frozenset[Role] = frozenset()
+    notes: tuple[Text, ...] = ()
 
 
 def prepare(plan_file: Path, station: str, sockets: int | None, operator: str = "") -> Prepared:
@@ -59,15 +71,21 @@ def prepare(plan_file: Path, station: str, sockets: int | None, operator: str = 
     """
     line = load_line(station, sockets)
     plan = load_plan(plan_file, line.catalogues)
+    check_name(plan)
     catalogues = plan.catalogues(line.catalogues)
     motor = load_motor(plan.motor, catalogues.procedures)
     planned = planned_of(plan.checks, plan.source, catalogues.procedures)
     check_parameters(plan, planned, catalogues.procedures)
+    plan = with_wanted_before(plan, planned, motor.nameplate, catalogues.procedures)
     # A virtual socket has a fixture, unless virtual hands work in its place.
     check_station(line, planned, virtual_roles(fixture=operator != "virtual", six_step=motor.six_step is not None))
     if line.is_virtual:
         motor.virtual_motor()
-    return Prepared(plan, motor, line, plan.limits(motor.nameplate.expected))
+    roles = frozenset(role for each in planned for role in each.procedure.roles)
+    limits = plan.limits(motor.nameplate.expected)
+    check_limits(plan, limits)
+    notes = tuple(limit_notes(plan, limits, motor.nameplate.expected, catalogues.procedures))
+    return Prepared(plan, motor, line, limits, roles, notes)
 
 
 def planned_of(checks: Iterable[PlannedCheck], source: str, known: Catalogue) -> list[Planned]:
@@ -132,6 +150,24 @@ def check_station(line: ProductionLine, planned: Sequence[Planned], available: C
                         names=", ".join(missing),
                     )
                 )
+
+
+def calibrations_of(line: ProductionLine, roles: frozenset[Role]) -> list[Text]:
+    """Return what of the line's calibrations is overdue or soon due, soonest first; each instrument once.
+
+    Raises InputError where the station refuses what is overdue, before any motor.
+    """
+    pressing: dict[Text | str, Text] = {}
+    for socket in line.sockets:
+        if socket.station is None:
+            continue
+        used = [entry for role, entry in socket.station.entries.items() if role in roles]
+        socket.station.check_calibrations(wall_date(), [entry.role for entry in used])
+        for each in calibration_list(used, wall_date()):
+            if each.pressing:
+                words = text("socket {socket}: {words}", socket=socket.name, words=each.words)
+                pressing[str(each.words) if each.role in {role.value for role in line.shared} else words] = words
+    return list(pressing.values())
 
 
 def check_operator(request: BatchRequest, line: ProductionLine) -> None:

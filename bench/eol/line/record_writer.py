@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from datetime import datetime
 from multiprocessing.connection import wait
 from pathlib import Path
 from time import monotonic
@@ -9,17 +10,21 @@ from typing import Protocol
 
 from sqlalchemy import Engine
 
+from bench.eol.line.serial_register import SerialRegister
 from bench.eol.line.stop_request import StopRequest
 from bench.eol.record import MotorRecord
+from bench.eol.store.batch_plans import BatchPlan, keep_plan
 from bench.eol.store.database import database_url, open_database
 from bench.eol.store.faults import FAULTS, StoreError, fault_of
 from bench.eol.store.forwarder import Forwarder
 from bench.eol.store.forwarding import ForwardingRecords
+from bench.eol.store.golden_tests import GoldenTests, last_test_ended
 from bench.eol.store.insertion import settle
-from bench.eol.store.records import EarlierTest, Records
+from bench.eol.store.records import Records
 from bench.eol.store.spool import FOLDER, Spool
 from bench.eol.store.waiting import Waiting
-from bench.i18n.errors import FileError, InputError
+from bench.eol.verdict import Verdict
+from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text, reason_of, text, text_of
 
 #: The file among the runs that keeps records until their server has them.
@@ -58,21 +63,28 @@ class RecordWriter:
             self._forwarding.close()
             raise
         self._forwarder = Forwarder(self._forwarding)
+        self.register = SerialRegister(own, server, self._spooled)
 
     def save(self, record: MotorRecord) -> None:
         """Keep a record; it is durable when this returns. Raises StoreError where neither the database nor the disk takes it."""
         self._forwarding.save(record)
-        if self._has_server or self._forwarding.own_fault or self._forwarding.refused:
+        waits = self._forwarding.own_fault or self._forwarding.refused or self._forwarding.sums_due
+        if self._has_server or waits:
             self._forwarder.news()
 
-    def earlier_test(self, serial_number: str) -> EarlierTest | None:
-        """Return the last test of a serial number, in any batch, or None. Raises StoreError where that cannot be looked up."""
+    def keep_plan(self, plan: BatchPlan) -> None:
+        """Keep what a batch is measured by. Raises StoreError where the database does not take it."""
+        try:
+            with self._own.begin() as connection:
+                keep_plan(connection, plan)
+        except FAULTS as error:
+            raise fault_of(error) from error
+
+    def verdicts(self, batch: str) -> dict[str, Verdict]:
+        """Return the last verdict on each serial number of a batch. Raises StoreError where that cannot be looked up."""
         with _reading():
-            spooled = [record for record in self._spooled() if record.serial_number == serial_number]
-            if spooled:
-                last = spooled[-1]
-                return EarlierTest(last.batch, last.number, last.verdict)
-            return self.records.last_test(serial_number)
+            verdicts = self.records.verdicts(batch)
+            return verdicts | {each.serial_number: each.verdict for each in self._spooled() if each.batch == batch}
 
     def numbers(self, batch: str) -> Iterator[int]:
         """Give the numbers of a batch's motors that have a record. Raises StoreError where that cannot be looked up."""
@@ -85,6 +97,15 @@ class RecordWriter:
         with _reading():
             return self.records.experience(plan)
 
+    def golden_tests(self, plan: str, station: str) -> GoldenTests:
+        """Return the golden motors' tests of a plan at a station."""
+        return GoldenTests(self._own, plan, station)
+
+    def last_test_ended(self, station: str) -> datetime | None:
+        """Return when (UTC) a station's latest test ended, None where it has none. Raises StoreError."""
+        with _reading():
+            return last_test_ended(self._own, station)
+
     def listen(self, listener: Callable[[Waiting], None]) -> None:
         """Have `listener` called with what waits to be stored or forwarded, at each change, from any thread."""
         self._forwarder.listen(listener)
@@ -96,6 +117,7 @@ class RecordWriter:
 
     def close(self) -> None:
         """Store and forward what can be now, and let go of the databases."""
+        self.register.close()
         self._left = self._forwarder.close(_AT_THE_END)
         # For who reads the file by other means; a disk that is full loses nothing by it.
         with suppress(InputError):
@@ -143,12 +165,8 @@ def open_record_writer(reference: str, runs: Path) -> RecordWriter:
 
 @contextmanager
 def own_records(reference: str) -> Iterator[Records]:
-    """Give the records of a database as `open_record_writer` takes it. Raises FileError where there are none."""
-    if "://" not in reference and not Path(reference).is_file():
-        raise FileError(
-            text("{reference}: there are no records here; name their file or server by --records", reference=reference)
-        )
-    engine = open_database(reference)
+    """Give the records of a database as `open_record_writer` takes it. Raises NoDatabaseError where there are none."""
+    engine = open_database(reference, existing=True)
     try:
         yield Records(engine)
     finally:

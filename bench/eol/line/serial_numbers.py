@@ -27,6 +27,8 @@ class SerialNumbers(ABC):
 
     #: What becomes readable when there is something new; None where `take` never has to wait.
     descriptor: int | None = None
+    #: Whether it is a list, that begins anew when a batch goes on.
+    listed = False
 
     @abstractmethod
     def take(self) -> str | None:
@@ -44,6 +46,8 @@ class SerialNumbers(ABC):
 
 class ListedSerials(SerialNumbers):
     """Serial numbers that are all there already, taken from an iterator as they are needed."""
+
+    listed = True
 
     def __init__(self, serials: Generator[str]) -> None:
         self._serials = serials
@@ -64,9 +68,9 @@ class ListedSerials(SerialNumbers):
         self._serials.close()
 
 
-def generated_serials(pattern: str, first: int, last: int) -> ListedSerials:
-    """Return serial numbers `pattern` formatted with the motors' numbers `first` … `last`."""
-    return ListedSerials(pattern.format(number=number) for number in range(first, last + 1))
+def generated_serials(pattern: str, count: int) -> ListedSerials:
+    """Return serial numbers: `pattern` formatted with 1 … `count`."""
+    return ListedSerials(pattern.format(number=number) for number in range(1, count + 1))
 
 
 def serials_of_file(path: Path) -> ListedSerials:
@@ -169,8 +173,8 @@ class ScannedSerials(QueuedSerials):
         self.end()
 
 
-def open_serials(request: BatchRequest, plan: Plan, line: ProductionLine, last: int, stream: IO[str]) -> SerialNumbers:
-    """Return the batch's serial numbers; `last` is its highest motor so far, `stream` where they are typed or scanned.
+def open_serials(request: BatchRequest, plan: Plan, line: ProductionLine, stream: IO[str]) -> SerialNumbers:
+    """Return the batch's serial numbers; `stream` is where they are typed or scanned.
 
     Raises UsageError where the request contradicts itself or the line, InputError for a file that cannot be read.
     """
@@ -184,7 +188,7 @@ def open_serials(request: BatchRequest, plan: Plan, line: ProductionLine, last: 
         if not 1 <= request.motors <= 10_000_000:
             raise UsageError(text("--motors {motors}: allowed are 1 to 10000000", motors=request.motors))
         plan.check_serial(plan.spread.serial.format(number=1))
-        return generated_serials(plan.spread.serial, last + 1, request.motors)
+        return generated_serials(plan.spread.serial, request.motors)
     if not request.serials or request.serials == "-":
         return ScannedSerials(stream)
     if request.serials == PANEL:

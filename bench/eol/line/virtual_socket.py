@@ -10,6 +10,7 @@ import numpy as np
 
 from bench.eol.line.messages import Batch
 from bench.eol.plan_file import SpreadSection
+from bench.motor.motor_file import MotorFile
 from bench.operators.virtual import VirtualOperator
 from bench.rehearsal.counterparts import counterparts_of, twin_station
 from bench.run.context import RunContext, with_fixture
@@ -21,8 +22,9 @@ from bench.station.visa_library import StationVisa
 from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import Clock
 from procedures.core.bench import Role
-from sim_instruments.bench import VirtualBench
+from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.catalogue import FIXTURE, SimulatedUnit, find
+from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.faults.description import Description
 from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics import defects
@@ -36,10 +38,29 @@ def _as_drawn(motor: VirtualMotor) -> VirtualMotor:
 
 @dataclass(frozen=True)
 class Specimen:
-    """What is made of a drawn motor, and the faults that the bench has with it."""
+    """What is made of a drawn motor, and the faults and disturbances that the bench has with it."""
 
     change: Callable[[VirtualMotor], VirtualMotor] = _as_drawn
     faults: tuple[Description, ...] = ()
+    disturbances: Disturbances | None = None
+
+
+@dataclass(frozen=True)
+class SocketMotors:
+    """Which motors come to a virtual socket: those of a type, drawn from its `spread` by `seed`.
+
+    With `operator` virtual, virtual hands work in place of a fixture.
+    """
+
+    motor: MotorFile
+    spread: SpreadSection
+    seed: int
+    operator: str = ""
+
+    @staticmethod
+    def of(batch: Batch) -> "SocketMotors":
+        """Return a batch's."""
+        return SocketMotors(batch.motor, batch.plan.spread, batch.request.seed, batch.request.operator)
 
 
 class VirtualSocket:
@@ -48,13 +69,15 @@ class VirtualSocket:
     It has the counterparts of the instruments of a station that it is the `twin` of, else the usual ones.
     """
 
-    def __init__(self, batch: Batch, socket: int, shared: Collection[Role], twin: Station | None = None) -> None:
-        self._batch = batch
+    def __init__(
+        self, motors: SocketMotors, socket: int, shared: Collection[Role], twin: Station | None = None
+    ) -> None:
+        self._motors = motors
         self._twin = twin
         self._counterparts = counterparts_of(twin) if twin else {}
-        if batch.motor.six_step is None:
+        if motors.motor.six_step is None:
             self._counterparts.pop(Role.DRIVE, None)
-        own, common = (Errors.drawn(np.random.default_rng([batch.request.seed, unit])) for unit in (socket + 1, 0))
+        own, common = (Errors.drawn(np.random.default_rng([motors.seed, unit])) for unit in (socket + 1, 0))
         names = {role.value for role in shared}
         self._errors = Errors(
             **{each.name: getattr(common if each.name in names else own, each.name) for each in fields(Errors)}
@@ -74,19 +97,19 @@ class VirtualSocket:
 
         `on_advance` is called with the bench's time (s) as it goes on.
         """
-        batch = self._batch
-        six_step, made = batch.motor.six_step, specimen or Specimen()
+        motors = self._motors
+        six_step, made = motors.motor.six_step, specimen or Specimen()
         drawn = drawn_motor(
-            batch.motor.virtual_motor(),
-            batch.plan.spread,
-            seed_of(batch.request.seed, serial_number),
+            motors.motor.virtual_motor(),
+            motors.spread,
+            seed_of(motors.seed, serial_number),
             alike=six_step is not None,
         )
         motor = made.change(drawn)
         if six_step is not None:
             six_step, motor = driven(six_step, motor)
         # Relays and an actuator work in place of virtual hands.
-        fixture = batch.request.operator != "virtual"
+        fixture = motors.operator != "virtual"
         with VirtualBench(
             motor,
             self._units(fixture=fixture),
@@ -95,6 +118,7 @@ class VirtualSocket:
             six_step=six_step,
             sockets=False,
             fixture=fixture,
+            setting=None if made.disturbances is None else BenchSetting(disturbances=made.disturbances),
         ) as bench:
             bench.clock.on_advance(on_advance)
             for fault in made.faults:

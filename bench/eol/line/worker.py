@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from bench.eol.limits import GuardBand
 from bench.eol.line.instrument_sharing import LeaseDecision, LeaseReply, SocketLeases
 from bench.eol.line.judging import MotorJudge
 from bench.eol.line.line_file import station_of
@@ -25,12 +26,13 @@ from bench.eol.line.messages import (
     WorkerSetup,
 )
 from bench.eol.line.motor_record import KeptWaveforms, UnitTest, new_folder, record_of
+from bench.eol.line.packing import pack_run
 from bench.eol.line.preparation import operator_of, planned_of
 from bench.eol.line.procedure_times import ProcedureTimes, write_times
-from bench.eol.line.virtual_socket import VirtualSocket, seed_of
+from bench.eol.line.virtual_socket import SocketMotors, VirtualSocket, seed_of
 from bench.eol.line.worker_status import WorkerStatus, give_heartbeats
 from bench.eol.record import MotorRecord
-from bench.i18n.errors import InputError, message
+from bench.i18n.errors import FileError, InputError, message
 from bench.i18n.language import translator
 from bench.run.console import console_on
 from bench.run.context import RunContext, station_context
@@ -75,6 +77,9 @@ def work(connection: Connection, lifeline: int, status: int, owner: int) -> None
         while (task := channel.task()) is not None:
             record, time = worker.test(task)
             channel.send(MotorDone(record, time))
+            # While the next motor is brought. A journal that cannot be packed stays as it is; `eol pack` tries again.
+            with suppress(OSError, FileError):
+                pack_run(record)
 
 
 class Channel:
@@ -134,7 +139,7 @@ class Worker:
         self._shared = frozenset(Role(role) for role in setup.shared)
         self._station = station_of(setup.content, setup.source) if setup.content else None
         twin = station_of(setup.twin_of, setup.source) if setup.twin_of else None
-        self._virtual_socket = VirtualSocket(setup.batch, setup.number, self._shared, twin)
+        self._virtual_socket = VirtualSocket(SocketMotors.of(setup.batch), setup.number, self._shared, twin)
         self._lifeline = lifeline
         self._status = WorkerStatus(status, setup.sockets)
         self._owner: Ownership = Unowned()
@@ -166,6 +171,9 @@ class Worker:
             self._interrupts.request(self._stopped)
         batch = self._batch
         judge = MotorJudge(task.checks, batch.limits, batch.plan.guard, batch.plan.minimum_ratio)
+        if task.golden_limits is not None:
+            # They follow from what is measured itself, errors included.
+            judge = MotorJudge(task.checks, task.golden_limits, GuardBand.SHARED, 0.0)
         test = UnitTest(task, judge, KeptWaveforms(batch.plan.keep_waveforms), datetime.now(UTC))
         self._testing = True
         try:

@@ -51,10 +51,12 @@ class ForkServer:
     def _start(self) -> None:
         self._requests, theirs = socket.socketpair()
         with theirs:
+            # Plug-ins that this process finds by its PYTHONPATH are there for the workers, too.
+            paths = [str(Path(__file__).parents[3]), os.environ.get("PYTHONPATH", "")]
             self._process = subprocess.Popen(  # noqa: S603  this program's own
                 [sys.executable, "-P", "-m", "bench.eol.line.fork_server", str(theirs.fileno())],
                 pass_fds=(theirs.fileno(),),
-                env={**os.environ, **_ONE_THREAD, "PYTHONPATH": str(Path(__file__).parents[3])},
+                env={**os.environ, **_ONE_THREAD, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
                 # Ctrl-C at the terminal is the coordinator's to take.
                 start_new_session=True,
             )

@@ -41,6 +41,8 @@ class WorkerSlot:
     idle: bool = False
     waits_for_motor: bool = False
     leaving: bool = False
+    #: Whether it was said that a golden motor is due there.
+    golden_told: bool = False
     heartbeat: Heartbeat = field(default_factory=Heartbeat)
     #: Why it was ended, and for how long (s) its guardian has not left since.
     ended: Text | str = ""

@@ -1,13 +1,21 @@
 """Individuals charts and the rules that tell a process that has changed."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+#: Signalled where the level changes for good; Nelson's rules are 1 to 8.
+SHIFT = 9
 #: Moving range of two: mean range over standard deviation (d2), and the range chart's upper factor (D4).
 D2, _D4 = 1.128379167, 3.267
+#: Of the false alarms, the share that points far off may make; the rest is left to shifts.
+_POINTS = 0.7
+#: Charts of which the false alarms of named rules are counted: the share is known to ± 2 %.
+_SIMULATED = 2000
 
 
 @dataclass(frozen=True)
@@ -20,7 +28,12 @@ class Signal:
 
 @dataclass(frozen=True)
 class Chart:
-    """Centre line, standard deviation by the mean moving range, the control limits of values and of moving ranges, signals."""
+    """Centre line, standard deviation by the mean moving range, the control limits of values and of moving ranges, signals.
+
+    A point signals beyond `reach` sigma (rule 1), and the last one before the level changes for good (`SHIFT`). `false_alarms` is
+    the share of charts of this length, of a process that does not change, on which anything signals: a bound, or for rules that
+    were named, by simulation. Where the values are not normal, centre is the median, limits are infinite, and only a shift signals.
+    """
 
     centre: float
     sigma: float
@@ -28,29 +41,86 @@ class Chart:
     high: float
     range_high: float
     signals: tuple[Signal, ...]
+    reach: float
+    false_alarms: float
 
 
 def individuals_chart(
-    values: ArrayLike, *, baseline: int | None = None, rules: Sequence[int] = (1, 2, 3, 5, 6)
+    values: ArrayLike,
+    *,
+    baseline: int | None = None,
+    rules: Sequence[int] = (),
+    false_alarms: float = 0.01,
+    normal: bool = True,
 ) -> Chart:
     """Return the chart of single values in their order; centre and sigma come from the first `baseline` of them, else all.
 
-    Rules: 1 a point beyond 3 sigma; 2 nine in a row on one side; 3 six in a row rising or falling; 4 fourteen in a row up and
-    down in turn; 5 two of three beyond 2 sigma on one side; 6 four of five beyond 1 sigma on one side; 7 fifteen in a row within
-    1 sigma; 8 eight in a row beyond 1 sigma on both sides. Raises ValueError for fewer than two values.
+    Without `rules`, points far off and a lasting change of level signal, with limits such that at most a share `false_alarms` of
+    charts of this length signals for nothing. Named rules are Nelson's: 1 a point beyond 3 sigma; 2 nine in a row on one side; 3 six in
+    a row rising or falling; 4 fourteen in a row up and down in turn; 5 two of three beyond 2 sigma on one side; 6 four of five
+    beyond 1 sigma on one side; 7 fifteen in a row within 1 sigma; 8 eight in a row beyond 1 sigma on both sides.
+    Raises ValueError for fewer than two values.
     """
     data = np.asarray(values, dtype=np.float64)
     base = data[:baseline]
     if base.size < 2:
         raise ValueError("a control chart needs two values at least")
-    centre = float(base.mean())
+    centre = float(base.mean()) if normal or rules else float(np.median(base))
     mean_range = float(np.abs(np.diff(base)).mean())
     sigma = mean_range / D2
-    signals = sorted(
-        (Signal(int(index), rule) for rule in rules for index in _broken(rule, data - centre, sigma)),
-        key=lambda signal: (signal.index, signal.rule),
-    )
-    return Chart(centre, sigma, centre - 3.0 * sigma, centre + 3.0 * sigma, _D4 * mean_range, tuple(signals))
+    off = data - centre
+    if rules:
+        reach, alarms = 3.0, simulated_false_alarms(tuple(rules), data.size)
+        found = [Signal(int(index), rule) for rule in rules for index in _broken(rule, off, sigma)]
+    else:
+        reach, alarms = math.inf, (1.0 - _POINTS) * false_alarms
+        if normal:
+            reach, alarms = _reach(data.size, base.size, _POINTS * false_alarms), false_alarms
+        far = np.abs(off) > reach * sigma if sigma > 0.0 and normal else np.zeros(data.size, dtype=bool)
+        found = [Signal(int(index), 1) for index in np.flatnonzero(far)]
+        found += [Signal(index, SHIFT) for index in _shift(data, (1.0 - _POINTS) * false_alarms)]
+    signals = sorted(found, key=lambda signal: (signal.index, signal.rule))
+    half = reach * sigma if math.isfinite(reach) else math.inf
+    return Chart(centre, sigma, centre - half, centre + half, _D4 * mean_range, tuple(signals), reach, alarms)
+
+
+@cache
+def simulated_false_alarms(rules: tuple[int, ...], points: int) -> float:
+    """Return the share of charts of so many independent normal values on which a rule signals, by a fixed simulation."""
+    random = np.random.default_rng(1)
+    signalled = 0
+    for _ in range(_SIMULATED):
+        data = random.standard_normal(points)
+        sigma = float(np.abs(np.diff(data)).mean()) / D2
+        signalled += any(_broken(rule, data - data.mean(), sigma).size for rule in rules)
+    return signalled / _SIMULATED
+
+
+def _reach(points: int, base: int, alarms: float) -> float:
+    """Return how many sigma a point may lie off: Student's t of the moving range's freedom, the error shared among all points."""
+    from scipy.special import stdtrit
+
+    freedom = max(1.0, 0.62 * (base - 1))
+    inside = (base - 1.0) / base if base >= points else (base + 1.0) / base
+    return float(stdtrit(freedom, 1.0 - alarms / (2.0 * points))) * math.sqrt(inside)
+
+
+def _shift(data: NDArray[np.float64], alarms: float) -> list[int]:
+    """Return where the level changes for good: the last point before the change, if any.
+
+    The cumulative sum of the ranks' deviations is held against the largest one of a Brownian bridge, whose distribution is
+    Kolmogorov's, whatever that of the values (Pettitt, Applied Statistics 28, 1979).
+    """
+    from scipy.special import kolmogi
+
+    _, which, counts = np.unique(data, return_inverse=True, return_counts=True)
+    ends = np.cumsum(counts)
+    ranks = (ends - 0.5 * (counts - 1))[which]
+    spread = float(ranks.std())
+    if not spread > 0.0:
+        return []
+    sums = np.abs(np.cumsum(ranks - ranks.mean())) / (spread * math.sqrt(data.size))
+    return [int(sums.argmax())] if sums.max() > float(kolmogi(alarms)) else []
 
 
 def _broken(rule: int, off: NDArray[np.float64], sigma: float) -> NDArray[np.intp]:

@@ -1,29 +1,25 @@
-"""Opening a database: SQLite's durability, the tables' version, and errors that say what to do."""
+"""Opening a database: SQLite's durability, and errors that say what to do."""
 
 import sqlite3
-from importlib import resources
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from threading import Event
 from time import monotonic
 from typing import Any
 
-from alembic import command
-from alembic.config import Config
-from alembic.runtime.migration import MigrationContext
-from alembic.script import ScriptDirectory
-from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
+from sqlalchemy import URL, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
+from bench.eol.store.table_versions import check_version, has_tables, make_tables, upgrade_tables
 from bench.i18n.errors import FileError, InputError, at
 from drivers.interfaces.text import text, text_of
 
 _KINDS = ("sqlite", "postgresql")
 #: How long (s) a writer waits for another one, and a client for a server that does not answer.
 _PATIENCE = 5
-#: How long (s) one waits for another that makes the tables or brings them up, and how often (s) it looks.
+#: How long (s) one waits for another that changes a new file to a write-ahead log, and how often (s) it looks.
 _UPGRADE, _LOOK = 60, 0.02
-#: The server's lock on bringing up its tables: any number that nobody else takes.
-_LOCK = 7265193
 
 
 class NoDatabaseError(FileError):
@@ -54,28 +50,66 @@ def database_url(reference: str) -> URL:
 
 
 def open_database(reference: str, *, existing: bool = False) -> Engine:
-    """Return the database with its tables at this version's; an older one is brought up to it.
+    """Return the database with its tables, made where there are none unless they have to be `existing`.
 
-    A SQLite file that is not there is made, unless it has to be `existing`.
-    Raises NoDatabaseError where it has to be there and is not; InputError where it cannot be reached or written, is no
-    database, or has tables of a newer version.
+    Tables of another version stay as they are: only `migrate_database` changes them.
+    Raises NoDatabaseError where there have to be records and are none; InputError where it cannot be reached or written, is
+    no database, or has tables of a version that this program cannot work with.
     """
     url = database_url(reference)
     if existing and url.get_backend_name() == "sqlite" and not Path(url.database or "").is_file():
-        raise NoDatabaseError(
-            text(
-                "{reference}: there are no records here; give the file or the address that eol run wrote to",
-                reference=reference,
-            )
+        raise _no_records(reference)
+    engine = _engine(url)
+    with _explained(engine, url):
+        if not has_tables(engine):
+            if existing:
+                raise _no_records(reference)
+            make_tables(engine)
+        check_version(engine, _named(url))
+    return engine
+
+
+def migrate_database(reference: str) -> tuple[str, str]:
+    """Bring a database's tables up to this program's version, all or nothing; return the versions before and after.
+
+    Raises NoDatabaseError where there are no records; InputError as `open_database` does, and for tables of a newer version.
+    """
+    url = database_url(reference)
+    if url.get_backend_name() == "sqlite" and not Path(url.database or "").is_file():
+        raise _no_records(reference)
+    engine = _engine(url)
+    with _explained(engine, url):
+        if not has_tables(engine):
+            raise _no_records(reference)
+        versions = upgrade_tables(engine, _named(url))
+    engine.dispose()
+    return versions
+
+
+def _no_records(reference: str) -> NoDatabaseError:
+    return NoDatabaseError(
+        text(
+            "{reference}: there are no records here; give the file or the address that eol run wrote to",
+            reference=reference,
         )
+    )
+
+
+def _engine(url: URL) -> Engine:
     try:
         engine = create_engine(url, pool_pre_ping=url.get_backend_name() != "sqlite", connect_args=_arguments(url))
     except NoSuchModuleError as error:
         raise InputError(at(_named(url), text_of(error))) from None
     if url.get_backend_name() == "sqlite":
         event.listen(engine, "connect", _durable)
+    return engine
+
+
+@contextmanager
+def _explained(engine: Engine, url: URL) -> Iterator[None]:
+    """Let go of the database where the block fails, and say why in the database's own words."""
     try:
-        _bring_up(engine)
+        yield
     except BaseException as error:
         engine.dispose()
         if isinstance(error, DBAPIError):
@@ -84,7 +118,6 @@ def open_database(reference: str, *, existing: bool = False) -> Engine:
             busy = isinstance(error.orig, sqlite3.OperationalError) or not isinstance(error.orig, sqlite3.Error)
             raise (InputError if busy else FileError)(said) from None
         raise
-    return engine
 
 
 def reason(error: DBAPIError) -> str:
@@ -93,8 +126,10 @@ def reason(error: DBAPIError) -> str:
 
 
 def _named(url: URL) -> str:
-    """Return the address without its password."""
-    return url.render_as_string(hide_password=True)
+    """Return the file, or the address without its password, as one types it."""
+    if url.get_backend_name() == "sqlite":
+        return str(url.database)
+    return url.set(drivername=url.get_backend_name()).render_as_string(hide_password=True)
 
 
 def _arguments(url: URL) -> dict[str, Any]:
@@ -141,46 +176,3 @@ def _write_ahead(cursor: sqlite3.Cursor) -> None:
             Event().wait(_LOOK)
         else:
             return
-
-
-def _bring_up(engine: Engine) -> None:
-    config = Config()
-    config.set_main_option("script_location", str(resources.files("bench.eol.store") / "migrations"))
-    known = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
-    with engine.connect() as connection:
-        if _version(connection, known) == max(known):
-            return
-    with engine.begin() as connection:
-        _lock_tables(connection)
-        # Another may have brought them up while this one waited.
-        if _version(connection, known) != max(known):
-            config.attributes["connection"] = connection
-            command.upgrade(config, "head")
-
-
-def _version(connection: Connection, known: set[str]) -> str | None:
-    """Return the tables' version, None where there are none. Raises InputError for one that is not known."""
-    found = MigrationContext.configure(connection).get_current_revision()
-    if found is not None and found not in known:
-        raise InputError(
-            text(
-                "{named}: its tables are of version {found}, which this program does not know "
-                "(it knows up to {max}); use the newer motorbench that made them. Nothing was changed",
-                named=_named(connection.engine.url),
-                found=found,
-                max=max(known),
-            )
-        )
-    return found
-
-
-def _lock_tables(connection: Connection) -> None:
-    """Have nobody else change the tables before this transaction ends: of stations that start together, one brings them up."""
-    if connection.dialect.name == "postgresql":
-        connection.exec_driver_sql(f"SET LOCAL lock_timeout = '{_UPGRADE}s'")
-        connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_LOCK})")
-        return
-    connection.exec_driver_sql(f"PRAGMA busy_timeout = {1000 * _UPGRADE}")
-    # Without it each table would be made in a transaction of its own, and a process that is killed would leave half of them.
-    connection.exec_driver_sql("BEGIN IMMEDIATE")
-    connection.exec_driver_sql(f"PRAGMA busy_timeout = {1000 * _PATIENCE}")

@@ -73,18 +73,18 @@ class Forwarder:
         while True:
             last = self._over.is_set()
             self._news.clear()
-            failed = self._try_turn()
+            failed = self._try_turn(last=last)
             if last:
                 self._left.set()
                 return
             # New records alone are no reason to try again what failed a moment ago.
             (self._over if failed else self._news).wait(self._pause() if failed else None)
 
-    def _try_turn(self) -> bool:
+    def _try_turn(self, *, last: bool) -> bool:
         """Make one turn; tell whether something failed."""
         self._turn_began = monotonic()
         try:
-            self._turn()
+            self._turn(last=last)
             failed = bool(self._note("own", self._own_words()) | self._note("server", self._server_words()))
             self._note("program", None)
         except Exception as error:  # noqa: BLE001  a fault of the program must neither end this thread nor be passed over
@@ -96,10 +96,11 @@ class Forwarder:
         self._tell()
         return failed
 
-    def _turn(self) -> None:
+    def _turn(self, *, last: bool) -> None:
         self._records.store_spooled()
         while self._records.forward():
             self._tell()
+        self._records.sum_up(at_the_end=last)
 
     def _pause(self) -> float:
         return float(min(self._first * 2.0 ** min(self._failures - 1, 30), self._longest))

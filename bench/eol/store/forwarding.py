@@ -2,21 +2,26 @@
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from sqlalchemy import Engine, delete, func, insert, select, update
 from sqlalchemy import text as sql
 
 from bench.eol.record import MotorRecord
+from bench.eol.store.batch_plans import carry_plans
 from bench.eol.store.faults import FAULTS, DoubtfulError, RefusedError, StoreError, fault_of
 from bench.eol.store.insertion import insert_record
 from bench.eol.store.records import Records
 from bench.eol.store.schema import OUTBOX
 from bench.eol.store.spool import Spool, SpooledFileError
+from bench.eol.store.summing import sum_up
 from drivers.interfaces.text import Text, text, text_of
 
 #: Forwarded at one go, so that a long outage does not hold up the line when it ends.
 _AT_ONCE = 50
+#: After so many new records statistics' sums are brought up; and how many stretches at one go, so that records do not wait long.
+_SUM_AFTER, _SUMS = 2000, 20
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,10 @@ class ForwardingRecords:
         self._lock = threading.Lock()
         self._refused: dict[str, Refusal] = {}
         self._last_count = 0
+        #: New records since the sums were brought up, here and on the server.
+        self._new_here = self._new_there = 0
+        #: Batches whose plan the server has.
+        self._carried: set[str] = set()
         #: Why the own database, and why the server, takes nothing now; empty where it does.
         self.own_fault: Text | str = ""
         self.fault: Text | str = ""
@@ -120,6 +129,23 @@ class ForwardingRecords:
             self.own_fault = text_of(fault_of(error))
             return 0
 
+    @property
+    def sums_due(self) -> bool:
+        """Whether so many records are new that the sums are to be brought up."""
+        return self._new_here >= _SUM_AFTER or self._new_there >= _SUM_AFTER
+
+    def sum_up(self, *, at_the_end: bool = False) -> None:
+        """Bring up what statistics have summed up, here and on the server, where that is due or at a batch's end."""
+        # A database that cannot do it now loses nothing: statistics count what is not summed up.
+        if self._new_here >= _SUM_AFTER or (at_the_end and self._new_here):
+            self._new_here = 0
+            with suppress(*FAULTS):
+                sum_up(self._own, _SUMS)
+        if self._server is not None and (self._new_there >= _SUM_AFTER or (at_the_end and self._new_there)):
+            self._new_there = 0
+            with suppress(*FAULTS):
+                sum_up(self._server, _SUMS)
+
     def close(self) -> None:
         """Let go of both databases."""
         self._hang_up()
@@ -129,6 +155,7 @@ class ForwardingRecords:
         try:
             with self._own.begin() as connection:
                 new = insert_record(connection, record)
+                self._new_here += new
                 if new and self._connect is not None:
                     connection.execute(insert(OUTBOX).values(identifier=record.identifier))
                 return new
@@ -182,6 +209,7 @@ class ForwardingRecords:
                 return self._stopped(error, done)
             else:
                 self._confirm(identifier)
+                self._new_there += 1
                 done += 1
                 if doubtful is not None:
                     # The server takes others.
@@ -197,6 +225,9 @@ class ForwardingRecords:
             if self._server is None and self._connect is not None:
                 self._server = self._connect()
             if self._server is not None:
+                if record.batch not in self._carried:
+                    carry_plans(self._own, self._server, record.batch)
+                    self._carried.add(record.batch)
                 Records(self._server).save(record)
         except StoreError:
             raise
@@ -211,6 +242,7 @@ class ForwardingRecords:
 
     def _hang_up(self) -> None:
         server, self._server = self._server, None
+        self._carried.clear()
         if server is not None:
             server.dispose()
 

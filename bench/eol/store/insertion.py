@@ -12,7 +12,7 @@ from sqlalchemy.exc import DBAPIError
 
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import reason
-from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, PARAMETER_LABEL, WAVEFORM
+from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, PARAMETER_LABEL, SERIAL_CLAIM, WAVEFORM
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import text
 
@@ -29,6 +29,8 @@ def insert_record(connection: Connection, record: MotorRecord) -> bool:
     row = [getattr(record, column.name) for column in _MOTOR_COLUMNS]
     sql, values = _motor(connection.dialect)
     motor = connection.exec_driver_sql(sql, values(row)).scalar_one_or_none()
+    # From here on the record says what became of the serial number.
+    connection.exec_driver_sql(_claim_end(connection.dialect), (record.serial_number, record.identifier))
     if motor is None:
         return False
     figures = [
@@ -56,7 +58,7 @@ def insert_record(connection: Connection, record: MotorRecord) -> bool:
     for label in sorted((m.parameter, m.label) for m in record.measured if m.label):
         _keep_label(connection, *label)
     if own_file and _motors_with_fresh_figures(connection) >= _TOGETHER:
-        _settle(connection)
+        settle_within(connection)
     return True
 
 
@@ -79,7 +81,7 @@ def settle(engine: Engine) -> None:
             if connection.dialect.name == "sqlite" and _motors_with_fresh_figures(connection):
                 # The lock at once: a transaction that has read before is refused where another writer was quicker, and does not wait.
                 connection.exec_driver_sql("BEGIN IMMEDIATE")
-                _settle(connection)
+                settle_within(connection)
                 connection.commit()
     except DBAPIError as error:
         raise InputError(
@@ -94,9 +96,16 @@ def settle(engine: Engine) -> None:
 
 @contextmanager
 def settled(engine: Engine) -> Iterator[Connection]:
-    """Give a connection for queries of figures: all that were kept till now are in their table. Raises as `settle` does."""
+    """Give a connection for queries of figures: all that were kept till now are in their table. Raises as `settle` does.
+
+    What is kept, summed up or removed meanwhile is not seen.
+    """
     settle(engine)
     with engine.connect() as connection:
+        if connection.dialect.name == "sqlite":
+            connection.exec_driver_sql("BEGIN")
+        else:
+            connection.execution_options(isolation_level="REPEATABLE READ")
         yield connection
 
 
@@ -106,7 +115,8 @@ def _motors_with_fresh_figures(connection: Connection) -> int:
     return connection.exec_driver_sql(ends).scalar_one() or 0
 
 
-def _settle(connection: Connection) -> None:
+def settle_within(connection: Connection) -> None:
+    """Put all figures that were kept into their table, within the connection's transaction."""
     columns = [FRESH_FIGURE.c[name] for name in _FIGURE_COLUMNS]
     connection.execute(insert(FIGURE).from_select(_FIGURE_COLUMNS, select(*columns)))
     connection.execute(delete(FRESH_FIGURE))
@@ -126,6 +136,13 @@ def _motor(dialect: Dialect) -> tuple[str, Callable[[Sequence[Any]], Any]]:
         return plain if compiled.positional else dict(zip(names, plain, strict=True))
 
     return str(compiled), values
+
+
+@lru_cache(maxsize=4)
+def _claim_end(dialect: Dialect) -> str:
+    """Return what lets go of a serial number that was claimed for a record."""
+    mark = "?" if dialect.name == "sqlite" else "%s"
+    return f"DELETE FROM {SERIAL_CLAIM.name} WHERE serial_number = {mark} AND identifier = {mark}"  # noqa: S608
 
 
 def _conversion(column: Column[Any], dialect: Dialect) -> Callable[[Any], Any]:

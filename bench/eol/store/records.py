@@ -2,30 +2,21 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import CompoundSelect, Connection, Engine, Select, case, func, select, union_all
+from sqlalchemy import CompoundSelect, Connection, Engine, Select, case, delete, func, select, union_all
 
 from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
+from bench.eol.store.batch_plans import forget_plans
 from bench.eol.store.faults import FAULTS, fault_of
-from bench.eol.store.insertion import insert_record
+from bench.eol.store.insertion import insert_record, settle
 from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, PARAMETER_LABEL, WAVEFORM
 from bench.eol.verdict import Verdict
 
 #: Records read in one go.
 _AT_ONCE = 500
 _PLAIN = tuple(column.name for column in MOTOR.columns if column.name not in ("id", "verdict", "started", "ended"))
-
-
-@dataclass(frozen=True)
-class EarlierTest:
-    """An earlier test of a motor: its batch, its number in it, and the verdict."""
-
-    batch: str
-    number: int
-    verdict: Verdict
 
 
 class Records:
@@ -58,17 +49,12 @@ class Records:
         with self._engine.connect() as connection:
             return set(connection.execute(select(MOTOR.c.serial_number).where(MOTOR.c.batch == batch)).scalars())
 
-    def last_test(self, serial_number: str) -> EarlierTest | None:
-        """Return the last test of a serial number, or None."""
-        query = (
-            select(MOTOR.c.batch, MOTOR.c.number, MOTOR.c.verdict)
-            .where(MOTOR.c.serial_number == serial_number)
-            .order_by(MOTOR.c.id.desc())
-            .limit(1)
-        )
+    def verdicts(self, batch: str) -> dict[str, Verdict]:
+        """Return the verdict of the last test of each serial number in a batch."""
+        query = select(MOTOR.c.serial_number, MOTOR.c.verdict).where(MOTOR.c.batch == batch).order_by(MOTOR.c.id)
         with self._engine.connect() as connection:
-            row = connection.execute(query).first()
-        return None if row is None else EarlierTest(row.batch, row.number, Verdict(row.verdict))
+            rows = connection.execution_options(yield_per=5000).execute(query)
+            return {row.serial_number: Verdict(row.verdict) for row in rows}
 
     def numbers(self, batch: str) -> Iterator[int]:
         """Give the numbers of a batch's motors that have a record."""
@@ -108,6 +94,23 @@ class Records:
             if len(rows) < _AT_ONCE:
                 return
             last = rows[-1]["id"]
+
+    def remove(self, batch: str) -> int:
+        """Remove a batch's records, its plan and what was summed up of them; return how many. Raises StoreError."""
+        try:
+            settle(self._engine)
+            with self._engine.begin() as connection:
+                forget_plans(connection, batch)
+                # A trigger of the tables forgets what was summed up.
+                return connection.execute(delete(MOTOR).where(MOTOR.c.batch == batch)).rowcount
+        except FAULTS as error:
+            raise fault_of(error) from error
+
+    def of_motor(self, serial_number: str) -> list[MotorRecord]:
+        """Return all tests of a serial number, the first one first."""
+        query = select(MOTOR).where(MOTOR.c.serial_number == serial_number).order_by(MOTOR.c.id)
+        with self._engine.connect() as connection:
+            return _restored(connection, connection.execute(query).mappings().all())
 
     def find(self, identifier: str) -> MotorRecord | None:
         """Return one record."""

@@ -12,6 +12,7 @@ from sqlalchemy import (
     String,
     Table,
     Text,
+    false,
 )
 from sqlalchemy import text as sql
 
@@ -19,6 +20,8 @@ METADATA = MetaData()
 
 #: What did not pass is rare, and asked for often. Queries must say it in these words for the index to serve them.
 NOT_PASSED = sql("verdict <> 'pass'")
+#: Golden motors' tests are few among many; the same holds.
+GOLDEN = sql("golden")
 
 MOTOR = Table(
     "motor",
@@ -42,10 +45,30 @@ MOTOR = Table(
     Column("cause", Text, nullable=False),
     Column("run", Text, nullable=False),
     Column("journal_sha256", String(64), nullable=False),
+    Column("diagnosis", Text, nullable=False, server_default=""),
+    Column("rework", String(200), nullable=False, server_default=""),
+    Column("test_number", Integer, nullable=False, server_default="1"),
+    Column("again_by", String(200), nullable=False, server_default=""),
+    Column("golden", Boolean, nullable=False, server_default=false()),
     Index("motor_by_batch", "batch", "model", "verdict", "first_pass", "id"),
     Index("motor_in_batch", "batch", "id"),
     Index("motor_by_serial_number", "serial_number"),
     Index("motor_by_start", "started"),
+    Index("motor_golden", "serial_number", sqlite_where=GOLDEN, postgresql_where=GOLDEN),
+)
+
+#: Serial numbers under test, each at one station: who inserts the row has it. It goes with the test's record.
+SERIAL_CLAIM = Table(
+    "serial_claim",
+    METADATA,
+    Column("serial_number", String(64), primary_key=True),
+    Column("identifier", String(36), nullable=False),
+    Column("batch", String(200), nullable=False),
+    Column("number", Integer, nullable=False),
+    Column("station", String(200), nullable=False),
+    Column("socket", String(50), nullable=False),
+    Column("since", DateTime(timezone=True), nullable=False),
+    sqlite_with_rowid=False,
 )
 
 #: Held together by motor: a record is written in one place. Statistics read the index by value.
@@ -136,3 +159,100 @@ OUTBOX = Table(
     Column("tries", Integer, nullable=False, server_default="0"),
     Column("fault", Text, nullable=False, server_default=""),
 )
+
+#: What a batch was measured by: the whole text of its plan and of its motor file.
+BATCH_PLAN = Table(
+    "batch_plan",
+    METADATA,
+    Column("batch", String(200), primary_key=True),
+    Column("plan_sha256", String(64), primary_key=True),
+    Column("motor_sha256", String(64), primary_key=True),
+    Column("plan", Text, nullable=False),
+    Column("motor", Text, nullable=False),
+    sqlite_with_rowid=False,
+)
+
+#: Sums by programs before 0008, which alone read and write them; triggers forget them with their motors.
+STRETCH_TALLY = Table(
+    "stretch_tally",
+    METADATA,
+    Column("first", Integer, primary_key=True),
+    Column("parameter", String(100), primary_key=True),
+    Column("low", Double),
+    Column("high", Double),
+    Column("count", Integer, nullable=False),
+    Column("middle", Double, nullable=False),
+    Column("total", Double, nullable=False),
+    Column("squares", Double, nullable=False),
+    Column("edges", Text, nullable=False),
+    Column("counts", Text, nullable=False),
+    sqlite_with_rowid=False,
+)
+
+#: Stretches of keys (`first` … `last`) whose motors are summed up, in the tables that follow. A trigger forgets a stretch with
+#: the first of its motors that is removed, by whatever program.
+SUMMED_STRETCH = Table(
+    "summed_stretch",
+    METADATA,
+    Column("first", Integer, primary_key=True, autoincrement=False),
+    Column("last", Integer, nullable=False),
+)
+
+#: A stretch's tests of motors by what they have in common, with the least and the greatest of their keys.
+SUMMED_MOTORS = Table(
+    "summed_motors",
+    METADATA,
+    Column("first", ForeignKey("summed_stretch.first", ondelete="CASCADE"), primary_key=True),
+    Column("batch", String(200), primary_key=True),
+    Column("model", String(200), primary_key=True),
+    Column("verdict", String(10), primary_key=True),
+    Column("first_pass", Boolean, primary_key=True),
+    Column("count", Integer, nullable=False),
+    Column("least", Integer, nullable=False),
+    Column("greatest", Integer, nullable=False),
+    sqlite_with_rowid=False,
+)
+
+#: First attempts at a procedure in judged tests, and how many of them did not pass.
+SUMMED_ATTEMPTS = Table(
+    "summed_attempts",
+    METADATA,
+    Column("first", ForeignKey("summed_stretch.first", ondelete="CASCADE"), primary_key=True),
+    Column("batch", String(200), primary_key=True),
+    Column("model", String(200), primary_key=True),
+    Column("procedure", String(100), primary_key=True),
+    Column("tests", Integer, nullable=False),
+    Column("bad", Integer, nullable=False),
+    sqlite_with_rowid=False,
+)
+
+#: What a type's figures of a parameter sum up to. `edges` and `counts` are lists in JSON, as a histogram's. A count of -1: the
+#: limits changed within the stretch, and its figures have to be read.
+SUMMED_FIGURES = Table(
+    "summed_figures",
+    METADATA,
+    Column("model", String(200), primary_key=True),
+    Column("parameter", String(100), primary_key=True),
+    Column("first", ForeignKey("summed_stretch.first", ondelete="CASCADE"), primary_key=True),
+    Column("low", Double),
+    Column("high", Double),
+    Column("count", Integer, nullable=False),
+    Column("middle", Double, nullable=False),
+    Column("total", Double, nullable=False),
+    Column("squares", Double, nullable=False),
+    Column("edges", Text, nullable=False),
+    Column("counts", Text, nullable=False),
+    Index("summed_figures_of_stretch", "first"),
+    sqlite_with_rowid=False,
+)
+
+#: Serial numbers that a summed-up test shares with another test: those tested more than once are these and some not summed up.
+REPEATED_SERIAL = Table(
+    "repeated_serial",
+    METADATA,
+    Column("serial_number", String(64), primary_key=True),
+    sqlite_with_rowid=False,
+)
+
+#: The oldest version of a program that may read and write these tables: stations are not brought up to date all at once.
+COMPATIBILITY = Table("compatibility", METADATA, Column("least", String(32), primary_key=True))

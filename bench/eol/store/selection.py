@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import ColumnElement, Connection, Select, and_, func, not_, or_, select, true
+from sqlalchemy import ColumnElement, Connection, Integer, Row, Select, and_, cast, func, not_, or_, select, true
 
-from bench.eol.store.schema import MOTOR
+from bench.eol.store.schema import GOLDEN, MOTOR, SUMMED_MOTORS
+from bench.eol.store.stretches import Stretch, among, joined, summed_stretches, unsummed
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text, text
@@ -16,17 +17,20 @@ class Selection:
     """Chosen records: batches by name (the latest first), the type, how many motors got each verdict, how many passed at once.
 
     `stretches` are the ranges of keys that hold them, `exact` tells that these hold nothing else. `golden` are serial numbers
-    of motors that are measured to watch the station; they count in nothing here.
+    of motors that are measured to watch the station; they count in nothing here. Of all keys, `summed` are the stretches that were
+    summed up; `whole` those of them whose motors of the type are all chosen.
     """
 
     batches: tuple[str, ...]
     model: str
     verdicts: dict[Verdict, int]
     first_pass: int
-    stretches: tuple[tuple[int, int], ...]
+    stretches: tuple[Stretch, ...]
     exact: bool
     everything: bool
     golden: tuple[str, ...]
+    summed: tuple[Stretch, ...]
+    whole: tuple[Stretch, ...]
 
     @property
     def count(self) -> int:
@@ -57,6 +61,12 @@ def golden_keys(serial_numbers: Sequence[str]) -> Select[int]:
     return select(MOTOR.c.id).where(MOTOR.c.serial_number.in_(serial_numbers))
 
 
+def golden_motors(connection: Connection, named: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the serial numbers of golden motors: those named, and those that the records know as such."""
+    known = connection.execute(select(MOTOR.c.serial_number).where(GOLDEN).distinct()).scalars()
+    return tuple(dict.fromkeys([*named, *sorted(known)]))
+
+
 def kept_batches(connection: Connection) -> list[tuple[str, str]]:
     """Return the name and the type of every batch that has records, the latest first."""
     columns = (MOTOR.c.batch, MOTOR.c.model)
@@ -69,11 +79,8 @@ def choose(connection: Connection, batches: Sequence[str], model: str = "", gold
 
     Raises InputError for a batch that has none, and where they are of several types and no `model` is named.
     """
-    columns = (MOTOR.c.batch, MOTOR.c.model, MOTOR.c.verdict, MOTOR.c.first_pass)
-    query = select(*columns, func.count(), func.min(MOTOR.c.id), func.max(MOTOR.c.id)).group_by(*columns)
-    if batches:
-        query = query.where(MOTOR.c.batch.in_(batches))
-    rows = connection.execute(query).all()
+    summed = summed_stretches(connection)
+    rows = _counted(connection, summed, batches)
     missing = [name for name in batches if name not in {row.batch for row in rows}]
     if missing or not rows:
         raise InputError(_nothing(connection, missing))
@@ -94,7 +101,7 @@ def choose(connection: Connection, batches: Sequence[str], model: str = "", gold
         (min(row[5] for row in chosen if row.batch == name), max(row[6] for row in chosen if row.batch == name), name)
         for name in {row.batch for row in chosen}
     )
-    stretches = _merged([(first, last) for first, last, _ in ranges])
+    stretches = joined([(first, last) for first, last, _ in ranges])
     total = sum(row[4] for row in chosen)
     everything = not batches and len(models) == 1
     verdicts = {
@@ -120,18 +127,40 @@ def choose(connection: Connection, batches: Sequence[str], model: str = "", gold
         exact=sum(last - first + 1 for first, last in stretches) == total,
         everything=everything,
         golden=tuple(golden),
+        summed=summed,
+        whole=_whole(connection, summed, batches, chosen[0].model),
     )
 
 
-def _merged(ranges: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return ranges in order, those that touch or overlap made one."""
-    merged: list[tuple[int, int]] = []
-    for first, last in ranges:
-        if merged and first <= merged[-1][1] + 1:
-            merged[-1] = (merged[-1][0], max(merged[-1][1], last))
-        else:
-            merged.append((first, last))
-    return merged
+def _counted(
+    connection: Connection, summed: Sequence[Stretch], batches: Sequence[str]
+) -> Sequence[Row[str, str, str, bool, int, int, int]]:
+    """Count motors by batch, type, verdict and whether they passed at once, with the least and the greatest key of each."""
+    columns = (MOTOR.c.batch, MOTOR.c.model, MOTOR.c.verdict, MOTOR.c.first_pass)
+    keys = (func.count().label("count"), func.min(MOTOR.c.id).label("least"), func.max(MOTOR.c.id).label("greatest"))
+    query = select(*columns, *keys).group_by(*columns)
+    if batches:
+        query = query.where(MOTOR.c.batch.in_(batches))
+    if not summed:
+        return connection.execute(query).all()
+    sums = select(*(column for column in SUMMED_MOTORS.columns if column.name != "first"))
+    sums = sums.where(among(SUMMED_MOTORS.c.first, joined(summed)))
+    if batches:
+        sums = sums.where(SUMMED_MOTORS.c.batch.in_(batches))
+    parts = sums.union_all(query.where(among(MOTOR.c.id, unsummed(summed)))).subquery()
+    named = (parts.c.batch, parts.c.model, parts.c.verdict, parts.c.first_pass)
+    totals = (cast(func.sum(parts.c.count), Integer), func.min(parts.c.least), func.max(parts.c.greatest))
+    return connection.execute(select(*named, *totals).group_by(*named)).all()
+
+
+def _whole(
+    connection: Connection, summed: tuple[Stretch, ...], batches: Sequence[str], model: str
+) -> tuple[Stretch, ...]:
+    if not batches or not summed:
+        return summed
+    others = select(SUMMED_MOTORS.c.first).where(SUMMED_MOTORS.c.model == model, SUMMED_MOTORS.c.batch.not_in(batches))
+    partly = set(connection.execute(others).scalars())
+    return tuple(each for each in summed if each[0] not in partly)
 
 
 def _nothing(connection: Connection, missing: Sequence[str]) -> Text:

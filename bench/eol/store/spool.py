@@ -4,18 +4,14 @@ import hashlib
 import json
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import replace
-from datetime import UTC
-from functools import cache
 from pathlib import Path
-
-from pydantic import TypeAdapter
 
 from bench.eol.record import MotorRecord
 from bench.eol.store.faults import StoreError
+from bench.eol.store.spooled_form import record_content, record_of_content
 from bench.i18n.errors import InputError
 from bench.journal.disk import Reserve, sync_folder, write_file
-from bench.journal.encoding import dumps, plain, to_bytes
+from bench.journal.encoding import dumps, to_bytes
 from bench.journal.errors import RecordError
 from drivers.interfaces.text import Text, reason_of, text
 
@@ -69,8 +65,7 @@ class Spool:
 
     def keep(self, record: MotorRecord) -> None:
         """Have a record on the disk. Raises StoreError."""
-        content = plain(record)
-        line = to_bytes(dumps({"database": self._database, "sha256": _digest(content), "record": content}))
+        line = to_bytes(dumps({"database": self._database, **record_content(record)}))
         try:
             self._make()
             try:
@@ -98,16 +93,11 @@ class Spool:
     def read(self, name: str) -> MotorRecord | None:
         """Return a record, None where it is not here any more. Raises SpooledFileError for a file that was changed."""
         try:
-            content = json.loads(self._file(name).read_bytes())
-            changed = content["sha256"] != _digest(content["record"])
-            record = _form().validate_python(content["record"])
+            return record_of_content(json.loads(self._file(name).read_bytes()))
         except FileNotFoundError:
             return None
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise SpooledFileError(str(error)) from error
-        if changed:
-            raise SpooledFileError("its content is not what was written")
-        return replace(record, started=record.started.astimezone(UTC), ended=record.ended.astimezone(UTC))
 
     def records(self) -> Iterator[MotorRecord]:
         """Give the records that are here; files that hold none are passed over. Raises StoreError."""
@@ -146,12 +136,3 @@ class Spool:
 def _why(error: OSError) -> Text:
     cause = error.cause if isinstance(error, RecordError) else error
     return reason_of(cause)
-
-
-def _digest(content: object) -> str:
-    return hashlib.sha256(to_bytes(json.dumps(content, ensure_ascii=False, sort_keys=True))).hexdigest()
-
-
-@cache
-def _form() -> TypeAdapter[MotorRecord]:
-    return TypeAdapter(MotorRecord)

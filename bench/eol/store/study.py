@@ -7,11 +7,14 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection, select, true
 
+from bench.eol.limits import ParameterLimits
+from bench.eol.store.limits_of_figures import limits_of
 from bench.eol.store.records import utc
 from bench.eol.store.schema import FIGURE, MOTOR
 from bench.eol.store.selection import Selection
+from bench.eol.store.tallies import ends_of
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import text
 
@@ -32,11 +35,17 @@ class Crossed:
 
 
 def crossed(
-    connection: Connection, parameter: str, selection: Selection, appraiser: Literal["person", "socket"]
+    connection: Connection,
+    parameter: str,
+    selection: Selection,
+    appraiser: Literal["person", "socket"],
+    *,
+    once: bool = False,
 ) -> Crossed:
     """Return the selection's figures as a crossed study: part = serial number, trial = repetition in the order kept.
 
-    Raises InputError where the study is not complete; it says which part and appraiser has how many.
+    With `once` one repetition is enough (range method). Raises InputError where the study is not complete; it says which part
+    and appraiser has how many.
     """
     query = (
         select(MOTOR.c.serial_number, MOTOR.c[appraiser], FIGURE.c.value, FIGURE.c.unit)
@@ -76,11 +85,12 @@ def crossed(
                         trials=trials,
                     )
                 )
-    if min(len(appraisers), len(parts), trials) < 2:
+    if min(len(appraisers), len(parts)) < 2 or trials < (1 if once else 2):
         raise InputError(
             text(
-                "{parameter}: a crossed study needs 2 {appraiser}s, 2 motors and 2 repetitions at least; the records have "
+                "{parameter}: a crossed study needs 2 {appraiser}s, 2 motors and {least} repetitions at least; the records have "
                 "{people}, {motors} and {trials}",
+                least=1 if once else 2,
                 parameter=parameter,
                 appraiser=_APPRAISERS[appraiser],
                 people=len(appraisers),
@@ -90,6 +100,36 @@ def crossed(
         )
     values = np.array([[cells[who, part] for part in parts] for who in appraisers], dtype=np.float64)
     return Crossed(parameter, rows[0][3], tuple(appraisers), tuple(parts), values)
+
+
+def figures_of(
+    connection: Connection, parameter: str, selection: Selection, serial_numbers: Sequence[str]
+) -> tuple[dict[str, list[float]], str]:
+    """Return all figures of some motors by serial number, in the order kept, and their unit. Raises InputError for a motor without."""
+    query = (
+        select(MOTOR.c.serial_number, FIGURE.c.value, FIGURE.c.unit)
+        .join(MOTOR, MOTOR.c.id == FIGURE.c.motor)
+        .where(
+            MOTOR.c.serial_number.in_(serial_numbers),
+            FIGURE.c.parameter == parameter,
+            FIGURE.c.value.is_not(None),
+            selection.holds(FIGURE.c.motor),
+        )
+        .order_by(FIGURE.c.motor)
+        .limit(_MOST)
+    )
+    rows = connection.execute(query).all()
+    figures = {serial: [row.value for row in rows if row.serial_number == serial] for serial in serial_numbers}
+    missing = [serial for serial, values in figures.items() if not values]
+    if missing:
+        raise InputError(text("{parameter}: there are no figures of {names}", parameter=parameter, names=missing))
+    return figures, rows[0].unit
+
+
+def latest_limits(connection: Connection, parameter: str, selection: Selection) -> ParameterLimits:
+    """Return the limits of a parameter's latest figure; open ones where there is none."""
+    rows = ends_of(connection, parameter, true(), selection, 1)
+    return limits_of(rows[0].low, rows[0].high) if rows else ParameterLimits()
 
 
 def tests_of(

@@ -3,54 +3,19 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Row, and_, func, select, true, union_all
-from sqlalchemy import literal as bound
+from sqlalchemy import ColumnElement, Connection, Row, func, select, true
 
-from bench.eol.limits import ParameterLimits
+from bench.eol.store.limits_of_figures import limits_of
 from bench.eol.store.schema import CHECK, FIGURE, MOTOR, NOT_PASSED
 from bench.eol.store.selection import Selection
 from bench.eol.verdict import Verdict
 
-#: Looked at to find out where values lie before they are sorted into bins.
-_LOOK = 500
 #: Motors at the end of a selection among which the latest figures are looked for first.
 _NEAR = 20_000
-#: Bins between the limits, and beyond each of them.
-_INSIDE, _OUTSIDE = 24, 6
-#: Where only the spread tells where bins should lie: this many standard deviations to either side.
-_REACH = 5.0
 #: Motors in a row, and how many such rows, that tell how neighbours differ.
 _ROW, _ROWS = 250, 40
-
-
-@dataclass(frozen=True)
-class Histogram:
-    """Counts between edges, in the figure's unit; the first and the last bin also hold all that lies beyond."""
-
-    edges: tuple[float, ...]
-    counts: tuple[int, ...]
-
-
-@dataclass(frozen=True)
-class Distribution:
-    """A parameter's figures as the database sums them up, in `unit`: NaN where there are too few.
-
-    `limits` are those of the latest figure; `changed` tells that the earliest was held against others.
-    """
-
-    parameter: str
-    unit: str
-    limits: ParameterLimits
-    changed: bool
-    count: int
-    mean: float
-    standard_deviation: float
-    least: float
-    most: float
-    histogram: Histogram
 
 
 @dataclass(frozen=True)
@@ -97,56 +62,9 @@ def failures_by_procedure(connection: Connection, selection: Selection) -> list[
     return _failures(connection.execute(query.group_by(CHECK.c.procedure, CHECK.c.verdict)).all())
 
 
-def distribution(connection: Connection, parameter: str, selection: Selection) -> Distribution | None:
-    """Return a parameter's moments and histogram; None where the selection has no figure of it.
-
-    Each bin is a stretch of the index by value, which the database counts and adds up without sorting. Sums are taken about
-    a value in the middle, or the variance would drown in the mean's square (Chan, Golub, LeVeque, 1983).
-    """
-    in_bins = and_(FIGURE.c.parameter == parameter, selection.holds(FIGURE.c.motor))
-    looked = _ends(connection, parameter, true(), selection, _LOOK)
-    if not looked:
-        return None
-    first = _ends(connection, parameter, true(), selection, 1, earliest=True)[0]
-    limits = _limits(looked[0].low, looked[0].high)
-    seen = [row.value for row in looked if row.value is not None]
-    middle = math.fsum(seen) / len(seen) if seen else 0.0
-    edges = _edges(limits, middle, seen)
-    off = FIGURE.c.value - bound(middle)
-    sums = (func.count(), func.sum(off), func.sum(off * off))
-    bins = [
-        select(bound(n), *sums).where(
-            in_bins,
-            FIGURE.c.value >= low if math.isfinite(low) else true(),
-            FIGURE.c.value < high if math.isfinite(high) else FIGURE.c.value.is_not(None),
-        )
-        for n, (low, high) in enumerate(pairwise(edges))
-    ]
-    rows = sorted(connection.execute(union_all(*bins)).all())
-    ends = select(FIGURE.c.value).where(in_bins, FIGURE.c.value.is_not(None)).limit(1)
-    least = connection.execute(ends.order_by(FIGURE.c.value)).scalar()
-    most = connection.execute(ends.order_by(FIGURE.c.value.desc())).scalar()
-    count = sum(row[1] for row in rows)
-    full = [row for row in rows if row[1]]
-    total, squares = math.fsum(row[2] for row in full), math.fsum(row[3] for row in full)
-    spread = math.sqrt(max(0.0, squares - total * total / count) / (count - 1)) if count > 1 else math.nan
-    return Distribution(
-        parameter=parameter,
-        unit=looked[0].unit,
-        limits=limits,
-        changed=_limits(first.low, first.high) != limits,
-        count=count,
-        mean=middle + total / count if count else math.nan,
-        standard_deviation=spread,
-        least=math.nan if least is None else least,
-        most=math.nan if most is None else most,
-        histogram=_histogram(edges, [row[1] for row in rows]),
-    )
-
-
 def latest(connection: Connection, parameter: str, selection: Selection, count: int) -> list[tuple[str, float]]:
     """Return serial number and value of the last `count` motors that have one, in the order in which they were kept."""
-    rows = _ends(connection, parameter, FIGURE.c.value.is_not(None), selection, count)[::-1]
+    rows = ends_of(connection, parameter, FIGURE.c.value.is_not(None), selection, count)[::-1]
     if not rows:
         return []
     serials = select(MOTOR.c.id, MOTOR.c.serial_number).where(MOTOR.c.id.in_([row.motor for row in rows]))
@@ -156,8 +74,8 @@ def latest(connection: Connection, parameter: str, selection: Selection, count: 
 
 def held_against_limits(connection: Connection, parameter: str, selection: Selection) -> bool:
     """Tell whether the latest figure of a parameter was held against a limit."""
-    rows = _ends(connection, parameter, true(), selection, 1)
-    return any(_limits(row.low, row.high) != _limits(None, None) for row in rows)
+    rows = ends_of(connection, parameter, true(), selection, 1)
+    return any(limits_of(row.low, row.high) != limits_of(None, None) for row in rows)
 
 
 def rows_of_neighbours(connection: Connection, parameter: str, selection: Selection) -> list[list[float]]:
@@ -173,7 +91,7 @@ def rows_of_neighbours(connection: Connection, parameter: str, selection: Select
         connection.execute(
             select(FIGURE.c.value)
             .where(
-                _of(parameter),
+                of_parameter(parameter),
                 FIGURE.c.motor.between(start, start + _ROW - 1),
                 selection.holds(FIGURE.c.motor),
                 FIGURE.c.value.is_not(None),
@@ -185,12 +103,12 @@ def rows_of_neighbours(connection: Connection, parameter: str, selection: Select
     return [list(row) for row in rows]
 
 
-def _of(parameter: str) -> ColumnElement[bool]:
+def of_parameter(parameter: str) -> ColumnElement[bool]:
     """Return the condition that a figure is of a parameter, in words that no index serves: the database is to go by motor."""
     return func.coalesce(FIGURE.c.parameter, "") == parameter
 
 
-def _ends(
+def ends_of(
     connection: Connection,
     parameter: str,
     which: ColumnElement[bool],
@@ -209,7 +127,7 @@ def _ends(
     near = (first, first + _NEAR) if earliest else (last - _NEAR, last)
     order = FIGURE.c.motor if earliest else FIGURE.c.motor.desc()
     close = columns.where(
-        _of(parameter), which, FIGURE.c.motor.between(*near), selection.holds(FIGURE.c.motor, walk=True)
+        of_parameter(parameter), which, FIGURE.c.motor.between(*near), selection.holds(FIGURE.c.motor, walk=True)
     )
     rows = connection.execute(close.order_by(order).limit(count)).all()
     if len(rows) == count or last - first <= _NEAR:
@@ -233,31 +151,3 @@ def _failures(rows: Sequence[Sequence[object]]) -> list[Failures]:
         for name, verdicts in counts.items()
     ]
     return sorted(failures, key=lambda each: (-each.failed, -each.errors, each.name))
-
-
-def _edges(limits: ParameterLimits, middle: float, seen: Sequence[float]) -> list[float]:
-    """Return the bins' edges, open at both ends: the limits are edges themselves where there are two."""
-    if math.isfinite(limits.tolerance) and limits.tolerance > 0.0:
-        low, width = limits.low, limits.tolerance / _INSIDE
-        # A value on the upper limit is within it.
-        inner = [low + n * width for n in range(_INSIDE)] + [math.nextafter(limits.high, math.inf)]
-    else:
-        spread = math.sqrt(math.fsum((x - middle) ** 2 for x in seen) / max(1, len(seen) - 1)) if seen else 0.0
-        reach = _REACH * spread or 1e-3 * abs(middle) or 1.0
-        width = 2.0 * reach / _INSIDE
-        inner = [middle - reach + n * width for n in range(_INSIDE + 1)]
-    below = [inner[0] - n * width for n in range(_OUTSIDE, 0, -1)]
-    above = [inner[-1] + n * width for n in range(1, _OUTSIDE + 1)]
-    return [-math.inf, *below, *inner, *above, math.inf]
-
-
-def _histogram(edges: Sequence[float], counts: Sequence[int]) -> Histogram:
-    """Put what lies beyond the outermost bins into them."""
-    inner = list(counts[1:-1])
-    inner[0] += counts[0]
-    inner[-1] += counts[-1]
-    return Histogram(tuple(edges[1:-1]), tuple(inner))
-
-
-def _limits(low: float | None, high: float | None) -> ParameterLimits:
-    return ParameterLimits(-math.inf if low is None else low, math.inf if high is None else high)

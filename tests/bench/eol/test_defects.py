@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bench.cli.eol_defects_output import as_json, print_defects
+from bench.distribution.workforce import Workforce
 from bench.eol.defects.campaign import Campaign, measure_all, tasks_of
 from bench.eol.defects.cases import DefectCases, defect_cases
 from bench.eol.defects.check import DefectCheck
@@ -179,6 +180,7 @@ def test_json_has_no_number_that_json_has_not(cases: DefectCases) -> None:
         assert json.loads(json.dumps(as_json(checked(cases, trials, 1), None), allow_nan=False))
 
 
+@pytest.mark.slow
 def test_one_seed_gives_the_same_figures_by_one_process_and_by_several_and_a_stop_keeps_what_is_done(
     tmp_path: Path,
 ) -> None:
@@ -202,7 +204,7 @@ def test_one_seed_gives_the_same_figures_by_one_process_and_by_several_and_a_sto
     setup = TrialSetup(batch, found.cases)
     tasks = [(-1, 0, 1), (shorted, 0, 2), (-1, 1, 3), (shorted, 1, 4)]
     ready()
-    by_two = measure_all(setup, tasks, 2)
+    by_two = measure_all(setup, tasks, Workforce(2))
     bench = TrialBench(setup)
     assert by_two.complete
     assert by_two.trials == tuple(bench.measure(*task) for task in tasks)
@@ -212,7 +214,7 @@ def test_one_seed_gives_the_same_figures_by_one_process_and_by_several_and_a_sto
     def stop(done: int) -> None:
         raise KeyboardInterrupt
 
-    stopped = measure_all(setup, tasks, 1, stop)
+    stopped = measure_all(setup, tasks, Workforce(1), stop)
     assert len(stopped.trials) == 1
     assert not stopped.complete
 

@@ -63,9 +63,9 @@ def _known(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("procedures.known_parameters.catalogue", lambda: with_it)
     own = UnloadedDeclaration(FrameCapacitance.name, Origin("test"), lambda: FrameCapacitance)
     result = installed().entries
-    monkeypatch.setattr(
-        "bench.plugins.files.installed", lambda: Catalogues({**result, "procedures": (*result["procedures"], own)})
-    )
+    with_own = Catalogues({**result, "procedures": (*result["procedures"], own)})
+    for place in ("bench.plugins.files", "bench.eol.line.line_file"):
+        monkeypatch.setattr(f"{place}.installed", lambda: with_own)
 
 
 @pytest.mark.usefixtures("_known")

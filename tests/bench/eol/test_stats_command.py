@@ -7,10 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.special import ndtri
 from sqlalchemy import Engine
 
 from bench.cli.main import main
 from bench.eol.statistics.gauge import gauge_study
+from bench.eol.store.schema import FIGURE, MOTOR
+from tests.bench.eol.motor_records import motor_record
 from tests.command_line import Call, called
 
 Put = Callable[..., None]
@@ -38,10 +41,10 @@ def test_what_a_line_is_told(call: Call, put: Put) -> None:
     assert created["failures"]["by_parameter"] == [{"name": "stator_resistance", "failed": 1, "errors": 0}]
     result = created["parameters"]["stator_resistance"]
     assert result["most"] == 12.0
-    low, high = result["cpk"]["interval"]
-    assert low < result["cpk"]["value"] < high
-    # The one that is far off spoils the whole spread more than the neighbours'.
-    assert result["ppk"]["value"] < result["cpk"]["value"]
+    # The one that is far off is of no normal distribution: 40 motors leave its tail open.
+    assert (result["method"], result["normality"]["rejected"]) == ("percentiles", True)
+    assert (result["ppk"]["value"], result["ppk"]["interval"][0], result["cpk"]["value"]) == (None, 0.0, None)
+    assert result["outside"] == 1
     assert {"index": 39, "rule": 1, "serial_number": "P-0040"} in result["chart"]["signals"]
     assert result["golden"][0]["values"] == [10.5]
     code, out, _ = call("--parameter", "stator_resistance", "--golden", "GOLD", "--language", "en")
@@ -51,7 +54,7 @@ def test_what_a_line_is_told(call: Call, put: Put) -> None:
         "97.50",
         "Stator resistance",
         "Ppk",
-        "rule 1, a point beyond 3 sigma: P-0040",
+        "the figures are not normal",
         "GOLD: 1 ×",
     ):
         assert words in out
@@ -117,3 +120,143 @@ def test_asking_makes_no_database(capsys: pytest.CaptureFixture[str], tmp_path: 
 
 def test_before_the_first_motor(call: Call, engine: Engine) -> None:
     assert call()[2] == "motorbench: there are no records yet\n"
+
+
+@pytest.fixture
+def kept(engine: Engine) -> Callable[[np.ndarray, tuple[float, float]], None]:
+    """Keep figures of one parameter, much faster than one record after the other."""
+
+    def keep(values: np.ndarray, limits: tuple[float, float]) -> None:
+        low, high = (side if math.isfinite(side) else None for side in limits)
+        verdicts = ["pass" if limits[0] <= value <= limits[1] else "fail" for value in values]
+        with engine.begin() as connection:
+            connection.execute(
+                MOTOR.insert(),
+                [
+                    {column.name: getattr(motor_record(n), column.name, None) for column in MOTOR.columns}
+                    | {"id": n, "verdict": verdict}
+                    for n, verdict in enumerate(verdicts, 1)
+                ],
+            )
+            connection.execute(
+                FIGURE.insert(),
+                [
+                    {"motor": n, "parameter": "x", "value": float(value), "unit": "", "low": low, "high": high}
+                    | {"verdict": verdict}
+                    for n, (value, verdict) in enumerate(zip(values, verdicts, strict=True), 1)
+                ],
+            )
+
+    return keep
+
+
+@pytest.mark.slow
+def test_a_lognormal_process_is_not_called_capable(call: Call, kept: Callable[..., None]) -> None:
+    # 1570 of a million lie beyond the limit; the normal formula would say 2.05 of a range that is mostly empty.
+    values = np.exp(0.5 * np.random.default_rng(2).standard_normal(20_000))
+    high = math.exp(0.5 * float(ndtri(1.0 - 1570e-6)))
+    kept(values, (-math.inf, high))
+    result = json.loads(call("--json")[1])["parameters"]["x"]
+    assert result["method"] == "percentiles"
+    # By the true percentiles 0.971.
+    truth = (high - 1.0) / (math.exp(0.5 * 3.0) - 1.0)
+    assert result["ppk"]["value"] == pytest.approx(truth, abs=0.06)
+    low, up = result["ppk"]["interval"]
+    assert low < truth < up
+    assert up - low < 0.4
+    assert (result["pp"]["value"], result["cpk"]["value"]) == (None, None)
+    assert result["percentiles"][1] == pytest.approx(float(np.median(values)), rel=1e-12)
+    said = call("--language", "en")[1]
+    assert "the figures are not normal (Anderson-Darling A²" in said
+    assert "by the percentiles 0.135, 50 and 99.865 % (ISO 22514-2)" in said
+    assert "数据不服从正态分布" in call("--language", "zh")[1]
+
+
+def test_what_has_limits_comes_first_and_rules_say_their_false_alarms(call: Call, put: Put) -> None:
+    random = np.random.default_rng(5)
+    for a, b in random.normal(10.0, 0.2, (30, 2)):
+        put(limits=(-math.inf, math.inf), flux_linkage=float(a))
+        put(stator_resistance=float(b))
+    code, out, _ = call("--json")
+    assert code == 0
+    assert list(json.loads(out)["parameters"]) == ["stator_resistance", "flux_linkage"]
+    assert "at most 1.0% signal where nothing has changed" in call("--language", "en")[1]
+    assert (
+        "of charts of 30 motors signal where nothing has changed (by simulation)"
+        in call("--rule", "1", "2", "3", "--language", "en")[1]
+    )
+
+
+def test_what_goes_with_failures(call: Call, put: Put) -> None:
+    random = np.random.default_rng(6)
+    for n in range(60):
+        bad = n % 6 == 0
+        put(
+            stator_resistance=11.5 if bad else float(random.normal(10.0, 0.1)),
+            flux_linkage=float(random.normal(10.3 if bad else 10.0, 0.05)),
+            inertia=float(random.normal(10.0, 0.1)),
+        )
+    found = json.loads(call("--json")[1])["associations"]
+    assert (found[0]["failure"], found[0]["parameter"]) == ("stator_resistance", "flux_linkage")
+    assert found[0]["interval"][0] > 0.5
+    assert "inertia" not in {each["parameter"] for each in found}
+    assert "Stator resistance failed: Flux linkage of these motors lies +" in call("--language", "en")[1]
+
+
+def studied(put: Put, values: list[tuple[str, str, float]]) -> None:
+    for serial, person, value in values:
+        put(serial=serial, person=person, stator_resistance=value)
+
+
+def test_a_type_one_study(call: Call, put: Put) -> None:
+    data = np.random.default_rng(8).normal(10.02, 0.01, 50)
+    studied(put, [("REF", "Wang", float(value)) for value in data])
+    code, out, _ = call("--study", "type-1", "--parameter", "stator_resistance", "--reference", "REF=10.0", "--json")
+    assert code == 0
+    study = json.loads(out)["type_1"]["stator_resistance"]
+    # The tolerance is 2.
+    assert study["cg"] == pytest.approx(0.4 / (6.0 * data.std(ddof=1)))
+    assert study["cgk"] == pytest.approx((0.2 - abs(data.mean() - 10.0)) / (3.0 * data.std(ddof=1)))
+    assert "Cgk" in call("--study", "type-1", "--parameter", "stator_resistance", "--reference", "REF=10.0")[1]
+
+
+def test_a_study_by_ranges_and_one_of_linearity(call: Call, put: Put) -> None:
+    studied(put, [("P1", "A", 9.85), ("P2", "A", 9.75), ("P1", "B", 9.80), ("P2", "B", 9.70)])
+    code, out, _ = call("--study", "range", "--json")
+    assert code == 0
+    assert json.loads(out)["range"]["stator_resistance"]["mean_range"] == pytest.approx(0.05)
+    arguments = (
+        "--study",
+        "linearity",
+        "--parameter",
+        "stator_resistance",
+        "--reference",
+        "P1=9.8",
+        "--reference",
+        "P2=9.7",
+    )
+    code, out, _ = call(*arguments, "--json")
+    assert code == 0
+    assert json.loads(out)["linearity"]["stator_resistance"]["slope"] == pytest.approx(0.0, abs=1e-9)
+    assert "R²" in call(*arguments, "--language", "en")[1]
+    code, _, err = call("--study", "linearity", "--parameter", "stator_resistance", "--reference", "P1=9.8")
+    assert (code, "twice at least" in err) == (2, True)
+    code, _, err = call("--study", "type-1", "--parameter", "stator_resistance", "--reference", "P9=9.8")
+    assert (code, "there are no figures of P9" in err) == (1, True)
+
+
+def test_the_motors_behind_a_figure(capsys: pytest.CaptureFixture[str], reference: str, put: Put) -> None:
+    for n in range(20):
+        put(stator_resistance=9.5 + 0.1 * n)
+
+    def listed(*arguments: str) -> list[str]:
+        code, out, _ = called(capsys, "eol", "motors", *arguments, "--records", reference, "--json")
+        assert code == 0
+        return [motor["serial_number"] for motor in json.loads(out)["motors"]]
+
+    assert listed("--parameter", "stator_resistance", "--from", "9.65", "--to", "9.85") == ["P-0003", "P-0004"]
+    assert listed("--failed", "stator_resistance", "--most", "2") == ["P-0020", "P-0019"]
+    assert listed() == [f"P-{n:04d}" for n in range(20, 16, -1)]
+    assert listed("--serial", "P-0007") == ["P-0007"]
+    code, _, err = called(capsys, "eol", "motors", "--from", "1", "--records", reference)
+    assert (code, "--from and --to go with --parameter" in err) == (2, True)

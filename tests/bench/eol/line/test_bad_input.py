@@ -1,15 +1,15 @@
 """What a line is given that is not right: named, refused, and nothing lost."""
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from bench.eol.line.admission import Admission, RefusedSerial
+from bench.eol.line.admission_desk import AdmissionDesk
 from bench.eol.line.batch_log import FILE, BatchLog, BatchMotor
 from bench.eol.line.line_file import load_line
 from bench.eol.line.messages import Task
@@ -21,9 +21,10 @@ from bench.eol.record import MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.faults import StoreError
 from bench.eol.store.spool import Spool
-from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError, UsageError
 from procedures.core.bench import Role
+from tests.bench.eol.line.golden import open_gate
+from tests.bench.eol.motor_records import motor_record
 
 IDENTITY = {"name": "b", "plan": "1", "motor": "2", "line": "3", "seed": 0}
 REAL = """
@@ -67,6 +68,11 @@ def changed(bench: Any, *pairs: tuple[str, str]) -> Path:
         ("repeats = 1", "repeats = 0", "procedure stator-resistance: settings.repeats"),
         ("resistance = 3.0", 'serial = "fixed"', "put the number in"),
         ('name = "pole-pairs-back-emf"', 'name = "pole-pairs-back-emf"\nafter = ["inertia"]', "not listed before it"),
+        ("every = 2", "retries = 2", "retries = 2 says nothing with on_failure = 'go_on'"),
+        ("low = 4\nhigh = 4", "low = 4.2\nhigh = 4.8", "it is a count, and no whole number lies within 4.2 … 4.8"),
+        ("percent = 60.0", "low = 0.016\nhigh = 0.016", "low and high are both 0.016"),
+        ("percent = 60.0", 'low = "15 mOm"', "low: '15 mOm': the unit mOm is not known here"),
+        ("percent = 60.0", 'low = "15 mH"', "low: '15 mH' is in mH, and Ω is asked for"),
     ],
 )
 def test_a_plan_that_is_not_right_is_refused_before_anything_begins(
@@ -75,6 +81,33 @@ def test_a_plan_that_is_not_right_is_refused_before_anything_begins(
     with pytest.raises(InputError, match=r"plan\.toml") as refused:
         prepare(changed(bench, (old, new)), "virtual", 1)
     assert message in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "said"),
+    [
+        ([], []),
+        ([("percent = 60.0", "low = 15.2\nhigh = 16.8")], ["the type's own 0.016 (expected.stator_resistance of"]),
+        (
+            [('[[limit]]\nparameter = "pole_pairs"\nlow = 4\nhigh = 4\n', "")],
+            ["so that only what they refuse is rejected: pole-pairs-back-emf"],
+        ),
+        (
+            [
+                ('[[limit]]\nparameter = "stator_resistance"\npercent = 60.0\n', ""),
+                ('[[limit]]\nparameter = "pole_pairs"\nlow = 4\nhigh = 4\n', ""),
+            ],
+            ["there is no [[limit]]: every motor that can be measured passes"],
+        ),
+    ],
+)
+def test_limits_that_are_allowed_and_likely_a_mistake_are_told_of(
+    bench: Any, pairs: list[tuple[str, str]], said: list[str]
+) -> None:
+    notes = prepare(changed(bench, *pairs), "virtual", 1).notes
+    assert len(notes) == len(said)
+    for note, words in zip(notes, said, strict=True):
+        assert words in str(note)
 
 
 def test_a_missing_instrument_is_named(bench: Any) -> None:
@@ -131,14 +164,17 @@ def records(tmp_path: Path) -> Iterator[RecordWriter]:
 
 
 def a_record(number: int, serial: str, batch: str = "b") -> MotorRecord:
-    now = datetime(2026, 1, 1, tzinfo=UTC)
-    return MotorRecord(
-        f"{batch}-{number}", batch, number, "p", "", "s", "1", "", "m", serial, now, now, Verdict.FAIL, False, 1.0
-    )
+    return motor_record(number, identifier=f"{batch}-{number}", batch=batch, serial_number=serial)
 
 
 def admitted(
-    folder: Path, lines: str, writer: RecordWriter, *, again: bool = False, known: int = 0
+    folder: Path,
+    lines: str,
+    writer: RecordWriter,
+    *,
+    person: str = "",
+    last: int = 0,
+    finished: Sequence[str] = (),
 ) -> list[BatchMotor | RefusedSerial]:
     file = folder / "serials.txt"
     file.write_text(lines, encoding="utf-8")
@@ -147,26 +183,29 @@ def admitted(
         if not serial.isprintable():
             raise InputError(f"serial number {serial!r}: allowed are up to 64 printable characters")
 
+    desk = AdmissionDesk(writer.register, check, "record-{}".format, lambda _: None, "b", "s", "LG-400W", person=person)
     admitted = []
     with closing(serials_of_file(file)) as serials:
-        admission = Admission(serials, [], check, writer.earlier_test, batch="b", known=known, again=again)
-        while not admission.ended and (motor := admission.take()) is not None:
+        admission = Admission(serials, [], desk, open_gate(folder), last=last, finished=finished)
+        while not admission.ended and (motor := admission.take("1")) is not None:
             admitted.append(motor)
     return admitted
 
 
-def test_motors_of_earlier_batches_are_refused_unless_again(tmp_path: Path, records: RecordWriter) -> None:
+def test_motors_of_earlier_batches_are_refused_unless_a_person_answers(tmp_path: Path, records: RecordWriter) -> None:
     records.save(a_record(7, "A1", batch="last week"))
     first, second = admitted(tmp_path, "A1\nA2\n", records)
     assert isinstance(first, RefusedSerial)
-    assert "fail as motor 7 of batch last week" in str(first.why)
+    assert "fail at station S, socket 1" in str(first.why)
+    assert "motor 7 of batch last week" in str(first.why)
+    assert first.by_person
     assert second == BatchMotor(1, "A2")
-    assert admitted(tmp_path, "A1\n", records, again=True) == [BatchMotor(1, "A1")]
+    assert admitted(tmp_path, "A1\n", records, person="Wang") == [BatchMotor(1, "A1", 2, "Wang")]
 
 
 def test_a_resumed_batch_passes_over_what_it_has(tmp_path: Path, records: RecordWriter) -> None:
     records.save(a_record(1, "A1"))
-    assert admitted(tmp_path, "A1\nA2\n", records, known=1) == [BatchMotor(2, "A2")]
+    assert admitted(tmp_path, "A1\nA2\n", records, last=1, finished=["A1"]) == [BatchMotor(2, "A2")]
 
 
 def test_a_scanner_that_sends_rubbish_does_not_stop_the_line(tmp_path: Path, records: RecordWriter) -> None:
@@ -175,9 +214,10 @@ def test_a_scanner_that_sends_rubbish_does_not_stop_the_line(tmp_path: Path, rec
     assert result[2] == BatchMotor(2, "A3")
 
 
-def test_generated_serial_numbers_go_on_where_the_batch_is() -> None:
-    serials = generated_serials("V{number:03d}", 3, 4)
-    assert [serials.take(), serials.take(), serials.take()] == ["V003", "V004", None]
+def test_generated_serial_numbers_are_a_list() -> None:
+    serials = generated_serials("V{number:03d}", 2)
+    assert serials.listed
+    assert [serials.take(), serials.take(), serials.take()] == ["V001", "V002", None]
     assert serials.ended
 
 
@@ -195,6 +235,9 @@ def test_a_batch_log_tells_what_was_cut_off_and_holds_to_its_plan(tmp_path: Path
     again.close()
     last = BatchLog(tmp_path, IDENTITY)
     assert [motor.number for motor in last.begun()] == [1, 2, 3]
+    last.begin(BatchMotor(4, "A1", 2, "Wang"), "1")
+    last.begin(BatchMotor(5, "G-1", golden=True), "2")
+    assert list(last.begun())[3:] == [BatchMotor(4, "A1", 2, "Wang"), BatchMotor(5, "G-1", golden=True)]
     last.close()
     with pytest.raises(InputError, match="the plan is not the one"):
         BatchLog(tmp_path, {**IDENTITY, "plan": "other"})
@@ -221,6 +264,7 @@ def test_a_database_of_a_newer_schema_is_refused_and_left_alone(bench: Any) -> N
     open_database(str(path)).dispose()
     with closing(sqlite3.connect(path)) as connection, connection:
         connection.execute("UPDATE alembic_version SET version_num = '9999'")
+        connection.execute("UPDATE compatibility SET least = '9999'")
     with pytest.raises(InputError, match="9999"):
         bench.run()
     assert not (bench.folder / "runs" / "small" / FILE).exists(), "nothing was begun"

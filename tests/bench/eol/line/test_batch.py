@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import pytest
+
 from bench.eol.line.record_writer import own_records
 from bench.eol.verdict import Verdict
 from bench.journal.run_folder import RunFolder
@@ -22,6 +24,7 @@ def kept(bench: Any) -> "list[MotorRecord]":
         return sorted(records.read("small"), key=lambda record: record.number)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_records_however_the_sockets_are_scheduled(
     make_bench: Callable[[str], Any], timeless: Callable[..., Any]
 ) -> None:
@@ -63,6 +66,7 @@ def test_a_worker_that_is_killed_costs_its_own_motor_and_no_other(bench: Any) ->
     assert any("SIGKILL" in words for words in bench.listener.troubles)
 
 
+@pytest.mark.slow
 def test_workers_that_are_there_outlive_what_they_come_from_and_new_ones_come_all_the_same(bench: Any) -> None:
     counts, _ = bench.run(motors=1, sockets=1)
     first = bench.fork_server.pid
@@ -70,11 +74,11 @@ def test_workers_that_are_there_outlive_what_they_come_from_and_new_ones_come_al
     assert "Threads:\t1\n" in status, "a fork would cut the other threads off"
 
     bench.listener.when_begun = lambda _: os.kill(first, signal.SIGKILL)
-    counts, stopped = bench.run(motors=2, batch="during", sockets=1, again=True)
+    counts, stopped = bench.run(motors=2, batch="during", sockets=1, again=True, person="Wang")
     assert (counts.verdicts[Verdict.PASS.value], stopped, bench.listener.troubles) == (2, "", [])
 
     bench.listener.when_begun = lambda _: None
-    counts, stopped = bench.run(motors=2, batch="after", again=True)
+    counts, stopped = bench.run(motors=2, batch="after", again=True, person="Wang")
     assert (counts.verdicts[Verdict.PASS.value], stopped, bench.listener.troubles) == (2, "", [])
     assert bench.fork_server.pid != first
 
@@ -92,8 +96,16 @@ def test_a_batch_that_was_stopped_goes_on_where_it_was(bench: Any) -> None:
     bench.listener.when_done = lambda _: None
     bench.listener.records.clear()
     bench.run()
-    assert sorted(record.number for record in kept(bench)) == [1, 2, 3, 4]
     assert not done & {record.number for record in bench.listener.records}, "measured again"
+    judged = [record.serial_number for record in kept(bench) if record.verdict is Verdict.PASS]
+    assert sorted(judged) == [f"V{number:06d}" for number in range(1, 5)], "aborted motors are taken again by rule"
+    again = {record.serial_number: record for record in kept(bench) if record.test_number > 1}
+    aborted = {record.serial_number for record in kept(bench) if record.verdict is Verdict.ABORTED}
+    assert again.keys() == aborted
+    assert all(record.again_by == "" for record in again.values())
+    bench.listener.records.clear()
+    counts, _ = bench.run()
+    assert (counts.motors, counts.refused, bench.listener.records) == (0, 0, []), "nothing is left to do"
 
 
 def test_serial_numbers_that_may_not_be_measured_do_not_stop_the_line(bench: Any) -> None:

@@ -9,6 +9,7 @@ from sqlalchemy import make_url
 
 from bench.cli.main import main
 from bench.eol.line.record_writer import own_records
+from bench.eol.store.database import NoDatabaseError
 from tests.bench.eol.wire import Wire
 
 
@@ -17,8 +18,12 @@ def through(server: str, wire: Wire) -> str:
 
 
 def numbers(reference: str, batch: str) -> list[int]:
-    with own_records(reference) as records:
-        return sorted(record.number for record in records.read(batch))
+    try:
+        with own_records(reference) as records:
+            return sorted(record.number for record in records.read(batch))
+    except NoDatabaseError:
+        # The server has no tables before the first record comes.
+        return []
 
 
 def test_a_batch_on_a_server_has_the_records_of_one_in_a_file_and_its_statistics(
@@ -58,7 +63,7 @@ def test_a_server_that_goes_in_the_middle_of_a_batch_has_every_record_once_with_
     assert numbers(str(bench.folder / "runs" / "records.sqlite"), "small") == [1, 2, 3, 4]
 
     bench.listener.when_begun = lambda _: None
-    counts, stopped = bench.run(records=server, batch="next", motors=1, again=True)
+    counts, stopped = bench.run(records=server, batch="next", motors=1, again=True, person="Wang")
     assert (counts.waits.anything, stopped) == (False, "")
     assert numbers(server, "small") == [1, 2, 3, 4]
     assert numbers(server, "next") == [1]

@@ -40,6 +40,7 @@ def test_a_record_and_the_time_between_readings_are_needed() -> None:
     assert (recording.needless, sampling.needless) == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_the_example_plan_can_be_decided_and_wastes_less_than_a_tenth(fork_server: ForkServer) -> None:
     request = BatchRequest(EXAMPLE / "plan.toml", str(EXAMPLE / "line.toml"), Path(), motors=2, sockets=2)
     done = dry_run(request, fork_server)

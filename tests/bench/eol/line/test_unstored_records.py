@@ -1,19 +1,26 @@
 """Whole batches whose own database takes no records for a while."""
 
+import errno
 import json
+import os
 import sqlite3
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import pytest
-from sqlalchemy import NullPool, create_engine, text
+from sqlalchemy import Connection, Engine, NullPool, create_engine, text
+from sqlalchemy.exc import OperationalError
 
 from bench.cli.main import main
 from bench.eol.line.record_writer import own_records
+from bench.eol.record import MotorRecord
 from bench.eol.store.database import open_database
-from bench.eol.store.records import Records
+from bench.eol.store.faults import StoreError
+from bench.eol.store.insertion import insert_record
 from bench.eol.store.spool import FOLDER
 from bench.eol.store.waiting import Waiting
+from bench.journal.disk import write_file
 from tests.bench.eol.loaded_workers import loaded_workers
 
 
@@ -47,16 +54,20 @@ def test_a_database_that_is_locked_for_longer_than_a_writer_waits_costs_no_recor
     records = str(own) if to == "file" else str(request.getfixturevalue("server"))
     own.parent.mkdir(exist_ok=True)
     open_database(str(own)).dispose()
-    holders = []
+    holders, released = [], Event()
 
     def begun(motor: Any) -> None:
         if motor.number == 2:
             holders.append(lock(own))
+        elif motor.number == 4:
+            # A batch that ends sooner than anybody was told ends with records that wait.
+            released.wait(20.0)
 
     def waits(waiting: Waiting) -> None:
         # Released from the thread that says so: the batch goes on meanwhile.
         if waiting.unstored and holders:
             release(holders.pop())
+            released.set()
 
     bench.listener.when_begun = begun
     bench.listener.when_waits = waits
@@ -123,11 +134,64 @@ def test_the_command_tells_what_waits(bench: Any, capsys: pytest.CaptureFixture[
 def test_records_that_cannot_be_read_do_not_stop_a_line(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     broken = create_engine("sqlite://", poolclass=NullPool)
 
-    def unreadable(_records: Records, _serial: str) -> None:
+    def unreadable(_engine: Engine, _serial: str) -> None:
         with broken.connect() as connection:
             connection.execute(text("SELECT * FROM malformed"))
 
-    monkeypatch.setattr(Records, "last_test", unreadable)
+    monkeypatch.setattr("bench.eol.line.serial_register.earlier_tests", unreadable)
     counts, stopped = bench.run(motors=2)
     assert (counts.motors, stopped) == (2, "")
-    assert any("cannot be looked up, so it is measured: the station's records" in t for t in bench.listener.troubles)
+    (words,) = (words for words in bench.listener.troubles if "cannot be looked up" in words)
+    assert "so it is measured, and so are those after it: " in words
+    assert "no such table: malformed" in words
+
+
+@pytest.mark.parametrize("room", [0, 1], ids=["no room", "room for one record more"])
+def test_a_disk_that_fills_up_at_a_motor_stops_there_and_the_batch_goes_on_where_it_was(
+    bench: Any, monkeypatch: pytest.MonkeyPatch, room: int
+) -> None:
+    disk = {"full": False, "room": room}
+    write = write_file
+
+    def insert(connection: Connection, record: MotorRecord) -> bool:
+        if disk["full"]:
+            raise OperationalError("INSERT", {}, sqlite3.OperationalError("database or disk is full"))
+        return insert_record(connection, record)
+
+    def spool(path: Path, content: bytes) -> None:
+        if disk["full"] and not disk["room"]:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        disk["room"] -= disk["full"]
+        write(path, content)
+
+    def done(record: MotorRecord) -> None:
+        disk["full"] = disk["full"] or len(bench.listener.records) == 2
+
+    monkeypatch.setattr("bench.eol.store.forwarding.insert_record", insert)
+    monkeypatch.setattr("bench.eol.store.spool.write_file", spool)
+    monkeypatch.setattr("bench.eol.line.record_writer._RETRY_TIME", 0.0)
+    bench.listener.when_done = done
+    with pytest.raises(StoreError) as stopped:
+        bench.run(motors=6, sockets=1)
+    kept = [record.number for record in bench.listener.records]
+    assert kept == [1, 2, 3][: 2 + room], "a motor is called done when its record is on the disk"
+    lost = 3 + room
+    words = str(stopped.value)
+    assert f"the record of motor {lost} (V00000{lost}) could not be kept" in words
+    assert "no space is left on the disk" in words
+    assert "begin the batch again: it goes on where it is" in words
+    assert any(f"motor {lost} (V00000{lost}) is not kept yet" in each for each in bench.listener.troubles)
+    # The run of the motor that was told is there to be read.
+    run = words.partition("Its run is in ")[2].partition(";")[0]
+    assert (bench.folder / "runs" / "small" / run).is_dir() or Path(run).is_dir()
+    before = {record.number: record.identifier for record in bench.listener.records}
+    disk["full"] = False
+    bench.listener.when_done = lambda _: None
+    bench.listener.records.clear()
+    _, reason = bench.run(motors=6, sockets=1)
+    assert (reason, numbers(bench.folder / "records.sqlite")) == ("", [1, 2, 3, 4, 5, 6])
+    assert [record.number for record in bench.listener.records] == list(range(lost, 7))
+    with own_records(str(bench.folder / "records.sqlite")) as records:
+        found = {record.number: record.identifier for record in records.read("small")}
+    assert {number: found[number] for number in before} == before
+    assert not (bench.folder / "runs" / FOLDER).exists()

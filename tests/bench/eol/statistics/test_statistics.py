@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from bench.eol.limits import ParameterLimits
 from bench.eol.statistics.capability import Capability, of_moments, spread_within
-from bench.eol.statistics.control_chart import Signal, individuals_chart
+from bench.eol.statistics.control_chart import SHIFT, Signal, individuals_chart, simulated_false_alarms
 from bench.eol.statistics.drift import drift
 from bench.eol.statistics.gauge import gauge_study
 from bench.eol.statistics.proportion import proportion
@@ -137,12 +137,42 @@ def test_each_rule_sees_its_pattern(tail: list[float], rule: int) -> None:
     assert Signal(len(QUIET + tail) - 1, rule) in chart.signals
 
 
+@pytest.mark.parametrize("points", [10, 40, 100, 250])
+def test_charts_of_noise_seldom_signal(points: int) -> None:
+    random = np.random.default_rng(points)
+    charts = [individuals_chart(random.standard_normal(points)) for _ in range(2000)]
+    assert all(chart.false_alarms == 0.01 for chart in charts)
+    assert np.mean([bool(chart.signals) for chart in charts]) <= 0.01
+    skewed = [individuals_chart(np.exp(random.standard_normal(points)), normal=False) for _ in range(2000)]
+    assert np.mean([bool(chart.signals) for chart in skewed]) <= 0.01
+
+
+def test_a_shift_and_a_point_far_off_are_seen() -> None:
+    random = np.random.default_rng(3)
+    seen = []
+    for _ in range(200):
+        values = random.standard_normal(100)
+        values[60:] += 1.5
+        signals = individuals_chart(values).signals
+        seen.append(any(signal.rule == SHIFT and 50 <= signal.index <= 70 for signal in signals))
+    assert np.mean(seen) > 0.95
+    values = random.standard_normal(100)
+    values[30] = 7.0
+    assert Signal(30, 1) in individuals_chart(values).signals
+
+
+def test_what_nelsons_rules_cost() -> None:
+    assert simulated_false_alarms((1, 2, 3, 5, 6), 100) == pytest.approx(0.64, abs=0.03)
+    # NIST/SEMATECH 6.3.1: one point of 370 lies beyond 3 known sigma; limits from the same points leave somewhat fewer out.
+    assert 0.2 < simulated_false_alarms((1,), 100) < 0.30
+
+
 def test_a_quiet_process_gives_no_signal() -> None:
     assert individuals_chart(QUIET).signals == ()
 
 
 def test_limits_come_from_the_moving_range() -> None:
-    chart = individuals_chart([1.0, 2.0, 1.0, 2.0])
+    chart = individuals_chart([1.0, 2.0, 1.0, 2.0], rules=(1,))
     assert chart.sigma == pytest.approx(1.0 / 1.128379)
     assert chart.high == pytest.approx(1.5 + 3.0 / 1.128379)
     assert chart.range_high == pytest.approx(3.267)
@@ -156,7 +186,7 @@ def test_turning_the_values_over_breaks_the_same_rules(values: list[float]) -> N
 
 def test_the_handbooks_chart() -> None:
     # NIST/SEMATECH e-Handbook 6.3.2.2, flow rates: mean 50.81, mean range 1.8778, limits 45.8159 and 55.8041.
-    chart = individuals_chart([49.6, 47.6, 49.9, 51.3, 47.8, 51.2, 52.6, 52.4, 53.6, 52.1])
+    chart = individuals_chart([49.6, 47.6, 49.9, 51.3, 47.8, 51.2, 52.6, 52.4, 53.6, 52.1], rules=(1,))
     assert chart.centre == pytest.approx(50.81)
     assert chart.sigma * 1.128379 == pytest.approx(1.8778, abs=1e-4)
     # The handbook's factor is 2.66 for 3/1.128 = 2.6596.

@@ -178,7 +178,7 @@ def test_a_server_that_is_away_is_told_with_count_reason_and_next_try(station: S
     state = station.wait(lambda state: state.for_server == 2 and state.next_try)
     message = station.sentences(state)
     assert "records that wait for the server: 2" in message
-    assert "the server takes nothing: postgresql+psycopg://nobody@127.0.0.1:9/none" in message
+    assert "the server takes nothing: postgresql://nobody@127.0.0.1:9/none" in message
     assert station.reported, "the listener hears it"
     station.server = there
     station.all_clear()
@@ -262,10 +262,11 @@ def test_a_server_of_a_newer_version_is_told_and_left_alone(station: Station) ->
     open_database(station.server).dispose()
     with psycopg.connect(station.server, autocommit=True) as owner:
         owner.execute("UPDATE alembic_version SET version_num = '9999'")
+        owner.execute("UPDATE compatibility SET least = '9999'")
         station.save(record(1))
         state = station.wait(lambda state: state.troubles)
         assert "version 9999, which this program does not know" in station.sentences(state)
-        owner.execute("UPDATE alembic_version SET version_num = '0004'")
+        owner.execute("UPDATE alembic_version SET version_num = '0008'")
     station.all_clear()
     assert station.kept() == [1]
 

@@ -2,13 +2,14 @@
 
 import os
 import signal
+import sqlite3
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 import pytest
-from sqlalchemy import Engine, event, inspect, text
+from sqlalchemy import Engine, event, inspect
 
 from bench.eol.store import database
 from bench.eol.store.database import open_database
@@ -89,18 +90,16 @@ def test_one_that_is_killed_while_it_makes_the_tables_leaves_none(reference: str
 
 def test_who_finds_the_tables_being_made_waits_for_them(tmp_path: Path) -> None:
     reference = str(tmp_path / "records.sqlite")
-    holder = open_database(reference)
-    with holder.connect() as connection, saving(reference, [1]) as (other,):
-        connection.execute(text("UPDATE alembic_version SET version_num = '0003'"))
-        connection.execute(text("DROP TABLE parameter_label"))
-        connection.commit()
-        connection.exec_driver_sql("BEGIN IMMEDIATE")
+    with closing(sqlite3.connect(reference, isolation_level=None)) as holder, saving(reference, [1]) as (other,):
+        holder.execute("PRAGMA journal_mode = WAL")
+        holder.execute("BEGIN IMMEDIATE")
         go_on(other)
         # Longer than a writer waits for another one.
         other.join(1.5 * PATIENCE)
         assert other.returncode is None
-        connection.rollback()
+        holder.rollback()
         assert other.communicate(timeout=60)[1] == ""
         assert other.returncode == 0
-    assert Records(holder).count() == 1
-    holder.dispose()
+    engine = open_database(reference)
+    assert Records(engine).count() == 1
+    engine.dispose()

@@ -2,22 +2,18 @@
 
 import math
 from collections.abc import Callable
-from importlib import resources
 
 import numpy as np
 import pytest
-from alembic import command
-from alembic.config import Config
-from sqlalchemy import Engine, create_engine, inspect
+from sqlalchemy import Engine
 
 from bench.eol.limits import ParameterLimits
 from bench.eol.line_statistics import StatisticsRequest, line_statistics, measured_parameters
-from bench.eol.store.database import database_url, open_database
+from bench.eol.store.distribution import distribution
 from bench.eol.store.insertion import settled
 from bench.eol.store.selection import choose
 from bench.eol.store.tallies import (
     Failures,
-    distribution,
     failures_by_parameter,
     failures_by_procedure,
     latest,
@@ -133,21 +129,6 @@ def test_limits_that_changed_are_noticed(engine: Engine, put: Put) -> None:
 def test_nothing_there(engine: Engine) -> None:
     with settled(engine) as connection, pytest.raises(InputError, match="there are no records yet"):
         choose(connection, ())
-
-
-def test_a_database_of_the_first_version_is_brought_up(reference: str) -> None:
-    url = database_url(reference)
-    config = Config()
-    config.set_main_option("script_location", str(resources.files("bench.eol.store") / "migrations"))
-    old = create_engine(url)
-    with old.begin() as connection:
-        config.attributes["connection"] = connection
-        command.upgrade(config, "0001")
-    assert "figure_by_value" not in {index["name"] for index in inspect(old).get_indexes("figure")}
-    old.dispose()
-    new = open_database(reference)
-    assert "figure_by_value" in {index["name"] for index in inspect(new).get_indexes("figure")}
-    new.dispose()
 
 
 def test_a_parameter_of_every_nth_motor_is_found(engine: Engine, put: Put, monkeypatch: pytest.MonkeyPatch) -> None:

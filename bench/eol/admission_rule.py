@@ -1,0 +1,133 @@
+"""Whether a motor may be tested: one rule for all stations and databases, out of what is known of its serial number."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from bench.eol.plan_file import AgainSection
+from bench.eol.store.claims import STALE_BY_PERSON, SerialClaim
+from bench.eol.store.earlier_tests import EarlierTest
+from bench.eol.verdict import Verdict
+from drivers.interfaces.text import Text, lines, text
+
+VERDICTS: Mapping[Verdict, Text] = {
+    Verdict.PASS: text("pass"),
+    Verdict.FAIL: text("fail"),
+    Verdict.ERROR: text("error"),
+    Verdict.ABORTED: text("aborted"),
+}
+_JUDGED = (Verdict.PASS, Verdict.FAIL)
+
+
+@dataclass(frozen=True)
+class AdmittedTest:
+    """A motor may be tested; it is the serial number's test of this number, permitted by a person or by the plan."""
+
+    test_number: int = 1
+    again_by: str = ""
+
+
+@dataclass(frozen=True)
+class RefusedTest:
+    """A motor may not be tested, and why; a person may answer for it where that is said."""
+
+    why: Text
+    by_person: bool = False
+
+
+def decide(
+    serial_number: str, model: str, earlier: Sequence[EarlierTest], rule: AgainSection, person: str = ""
+) -> AdmittedTest | RefusedTest:
+    """Decide on a serial number with the `earlier` tests, in their order; `person` is who answers for one that the rule refuses.
+
+    What was found good or bad stays so until the rule or a person has it tested again; a test that came to no verdict
+    leaves the permission it had.
+    """
+    number = len(earlier) + 1
+    if not earlier:
+        return AdmittedTest()
+    last = earlier[-1]
+    if last.model != model:
+        # Nobody can answer for that: the limits are another type's.
+        return RefusedTest(
+            text(
+                "serial number {serial} is a motor of the type {model}, and this plan is for {planned}; {tested}",
+                serial=serial_number,
+                model=last.model,
+                planned=model,
+                tested=_tested(serial_number, earlier),
+            )
+        )
+    forbidden = _forbidden(earlier, rule)
+    if forbidden is None:
+        return AdmittedTest(number)
+    if person:
+        return AdmittedTest(number, person)
+    return RefusedTest(
+        lines(
+            (
+                _tested(serial_number, earlier),
+                forbidden,
+                text("a named person may have it tested all the same: --again --person NAME"),
+            ),
+            between="; ",
+        ),
+        by_person=True,
+    )
+
+
+def under_test(claim: SerialClaim) -> Text:
+    """Return why a serial number that somebody else tests now is refused."""
+    return text(
+        "serial number {serial} is under test at station {station}, socket {socket}, as motor {number} of batch {batch} "
+        "since {time}; where that has ended without a record, begin that batch again, or have a named person take the motor "
+        "{minutes} minutes later: --again --person NAME",
+        serial=claim.serial_number,
+        station=claim.station,
+        socket=claim.socket,
+        number=claim.number,
+        batch=claim.batch,
+        time=claim.since.astimezone().strftime("%Y-%m-%d %H:%M"),
+        minutes=round(STALE_BY_PERSON.total_seconds() / 60.0),
+    )
+
+
+def _forbidden(earlier: Sequence[EarlierTest], rule: AgainSection) -> Text | None:
+    """Return why the rule does not take a motor again, None where it does."""
+    counted = sum(test.verdict is not Verdict.ABORTED for test in earlier)
+    if counted >= rule.most_tests:
+        return text("the plan allows {most} tests of a motor (again.most_tests)", most=rule.most_tests)
+    permitted, closed_by = True, Verdict.PASS
+    for test in earlier:
+        if test.verdict not in _JUDGED and not (permitted or test.again_by):
+            # It was made without anybody knowing of those before it.
+            continue
+        permitted = test.verdict.value in rule.verdicts
+        closed_by = closed_by if permitted else test.verdict
+    return None if permitted else _not_after(closed_by, rule)
+
+
+def _not_after(verdict: Verdict, rule: AgainSection) -> Text:
+    allowed = ", ".join(sorted(rule.verdicts)) or "–"
+    return text(
+        "after {verdict} the plan takes no motor again (again.verdicts: {allowed})",
+        verdict=VERDICTS[verdict],
+        allowed=allowed,
+    )
+
+
+def _tested(serial_number: str, earlier: Sequence[EarlierTest]) -> Text:
+    last = earlier[-1]
+    words = text(
+        "serial number {serial} was tested before: {verdict} at station {station}, socket {socket}, on {time}, as motor "
+        "{number} of batch {batch}",
+        serial=serial_number,
+        verdict=VERDICTS[last.verdict],
+        station=last.station,
+        socket=last.socket,
+        time=last.started.astimezone().strftime("%Y-%m-%d %H:%M"),
+        number=last.number,
+        batch=last.batch,
+    )
+    if len(earlier) == 1:
+        return words
+    return text("{words} (test {count} of it)", words=words, count=len(earlier))

@@ -1,0 +1,141 @@
+"""Retention: what of the runs of old motors is removed, by a rule in a file, each removal in a log first."""
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+from bench.eol.record import MotorRecord
+from bench.eol.store.records import Records
+from bench.eol.verdict import Verdict
+from bench.files.toml_file import Section, read, validate
+from bench.i18n.errors import InputError
+from bench.journal.disk import write_all
+from bench.journal.removed import note_removed
+from drivers.interfaces.text import reason_of, text
+
+#: The log among the runs.
+LOG = "retention.jsonl"
+_WAVEFORMS = "waveforms"
+
+
+def _days() -> Any:
+    return Field(default=None, ge=0.0, le=100_000.0, description="days that it is kept; for ever where nothing is said")
+
+
+class _Days(Section):
+    """For how many days something is kept, by the motor's verdict."""
+
+    passed: float | None = _days()
+    failed: float | None = _days()
+    error: float | None = _days()
+    aborted: float | None = _days()
+
+    def of(self, verdict: Verdict) -> float | None:
+        """Return the days of a verdict."""
+        by_verdict = {
+            Verdict.PASS: self.passed,
+            Verdict.FAIL: self.failed,
+            Verdict.ERROR: self.error,
+            Verdict.ABORTED: self.aborted,
+        }
+        return by_verdict[verdict]
+
+
+class RetentionRule(Section):
+    """`[waveforms]` and `[runs]`: for how many days they are kept. Records stay, and so does what no rule is about."""
+
+    waveforms: _Days = _Days()
+    runs: _Days = _Days()
+
+
+@dataclass(frozen=True)
+class Removal:
+    """What is removed of one motor's run: `runs` for the whole folder, or `waveforms`; its size (bytes), and after how many days."""
+
+    record: MotorRecord
+    folder: Path
+    what: str
+    size: int
+    days: float
+
+
+def load_rule(path: Path) -> RetentionRule:
+    """Return the rule of a file. Raises InputError naming file, key and what is allowed."""
+    return validate(RetentionRule, read(path, text("retention rule"))[1], str(path))
+
+
+def due(records: Records, rule: RetentionRule, runs: Path, now: datetime) -> Iterator[Removal]:
+    """Give what the rule has removed now, the oldest records first; only folders among the `runs` are touched."""
+    for record in records.read():
+        folder = Path(record.run) if record.run else None
+        if folder is None or not folder.is_dir() or not folder.resolve().is_relative_to(runs.resolve()):
+            continue
+        age = now - record.ended
+        for what, days in (("runs", rule.runs.of(record.verdict)), (_WAVEFORMS, rule.waveforms.of(record.verdict))):
+            place = folder if what == "runs" else folder / _WAVEFORMS
+            if days is not None and age >= timedelta(days=days) and place.is_dir():
+                yield Removal(record, folder, what, _size(place), days)
+                break
+
+
+def remove(removal: Removal, log: Path, person: str) -> None:
+    """Log a removal, durably, and do it. Raises InputError where either cannot be done."""
+    record, now = removal.record, datetime.now(UTC)
+    entry = {
+        "time": now.isoformat(timespec="seconds"),
+        "person": person,
+        "removed": removal.what,
+        "days": removal.days,
+        "batch": record.batch,
+        "number": record.number,
+        "serial_number": record.serial_number,
+        "verdict": record.verdict.value,
+        "run": str(removal.folder),
+        "journal_sha256": record.journal_sha256,
+        "size": removal.size,
+    }
+    try:
+        _append(log, entry)
+        if removal.what == "runs":
+            shutil.rmtree(removal.folder)
+            return
+        place = removal.folder / _WAVEFORMS
+        files = {f"{_WAVEFORMS}/{file.name}": _sha256(file) for file in sorted(place.iterdir()) if file.is_file()}
+        rule = f"waveforms, {record.verdict.value}, {removal.days:g} days"
+        note_removed(removal.folder, files, rule, now.isoformat(timespec="seconds"))
+        shutil.rmtree(place)
+    except OSError as error:
+        raise InputError(
+            text(
+                "{folder}: the {what} cannot be removed: {error}",
+                folder=removal.folder,
+                what=removal.what,
+                error=reason_of(error),
+            )
+        ) from None
+
+
+def _append(log: Path, entry: dict[str, Any]) -> None:
+    file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+    try:
+        write_all(file, json.dumps(entry, ensure_ascii=False).encode("utf-8", "backslashreplace") + b"\n")
+        os.fsync(file)
+    finally:
+        os.close(file)
+
+
+def _size(folder: Path) -> int:
+    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+
+
+def _sha256(file: Path) -> str:
+    with file.open("rb") as content:
+        return hashlib.file_digest(content, "sha256").hexdigest()

@@ -1,0 +1,115 @@
+"""Whether a serial number that came may be tested now: its pattern, whoever else tests it, and its earlier tests."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Protocol, TypeVar
+
+from bench.eol.admission_rule import AdmittedTest, RefusedTest, decide, under_test
+from bench.eol.plan_file import AgainSection
+from bench.eol.store.claims import SerialClaim
+from bench.eol.store.earlier_tests import EarlierTest, in_order
+from bench.eol.store.faults import StoreError
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import Text, text, text_of
+
+_Answer = TypeVar("_Answer")
+
+
+class ClaimRegister(Protocol):
+    """Claims serial numbers and tells of their earlier tests; each method raises StoreError."""
+
+    def claim(self, wanted: SerialClaim, *, by_person: bool = False) -> SerialClaim | None:
+        """Claim a serial number; return who has it instead."""
+
+    def release(self, claim: SerialClaim) -> None:
+        """Let go of it."""
+
+    def tests_here(self, serial_number: str) -> list[EarlierTest]:
+        """Return its tests at this station."""
+
+    def tests_elsewhere(self, serial_number: str) -> list[EarlierTest]:
+        """Return its tests that the server knows of."""
+
+
+@dataclass
+class AdmissionDesk:
+    """Decides for one batch of a station; `person` answers for motors that the plan's rule refuses, empty where nobody does.
+
+    `check` refuses what is no serial number of the plan (InputError), `identifier` gives a motor's record's; `trouble` is called
+    with what could not be looked up.
+    """
+
+    register: ClaimRegister
+    check: Callable[[str], None]
+    identifier: Callable[[int], str]
+    trouble: Callable[[Text], None]
+    batch: str
+    station: str
+    model: str
+    rule: AgainSection = field(default_factory=AgainSection)
+    person: str = ""
+    _permitted: dict[str, str] = field(default_factory=dict)
+    _reported: str = ""
+
+    def permit(self, serial_number: str, person: str) -> None:
+        """Have a person answer for one serial number the next time it comes, from any thread."""
+        self._permitted[serial_number] = person
+
+    def admit(self, serial_number: str, number: int, socket: str, person: str = "") -> AdmittedTest | RefusedTest:
+        """Admit a serial number as the batch's motor of this number, or say why not; a `person` had permitted it before."""
+        person = self._permitted.pop(serial_number, "") or person or self.person
+        try:
+            self.check(serial_number)
+        except InputError as error:
+            return RefusedTest(text_of(error))
+        claim = SerialClaim(
+            serial_number, self.identifier(number), self.batch, number, self.station, socket, datetime.now(UTC)
+        )
+        # Claimed before anything is looked up: whoever claims it after this one finds its record.
+        faults: list[StoreError] = []
+        holder = _asked(lambda: self.register.claim(claim, by_person=bool(person)), None, faults)
+        if holder is not None:
+            return RefusedTest(under_test(holder), by_person=True)
+        none: Sequence[EarlierTest] = ()
+        here = _asked(lambda: self.register.tests_here(serial_number), none, faults)
+        elsewhere = _asked(lambda: self.register.tests_elsewhere(serial_number), none, faults)
+        unknown = self._unknown(serial_number, faults)
+        decision = unknown or decide(serial_number, self.model, in_order([*here, *elsewhere]), self.rule, person)
+        if isinstance(decision, RefusedTest):
+            _asked(lambda: self.register.release(claim), None, [])
+        return decision
+
+    def _unknown(self, serial_number: str, faults: Sequence[StoreError]) -> RefusedTest | None:
+        """Say what could not be looked up, and refuse the motor where the plan has it so."""
+        if not faults:
+            self._reported = ""
+            return None
+        why = text_of(faults[0])
+        if self.rule.unknown == "refuse":
+            return RefusedTest(
+                text(
+                    "whether serial number {serial} was tested before cannot be looked up, so it is refused: {error}",
+                    serial=serial_number,
+                    error=why,
+                )
+            )
+        if str(why) != self._reported:
+            self._reported = str(why)
+            self.trouble(
+                text(
+                    "whether serial number {serial} was tested before cannot be looked up, so it is measured, and so are those "
+                    "after it: {error}",
+                    serial=serial_number,
+                    error=why,
+                )
+            )
+        return None
+
+
+def _asked(ask: Callable[[], _Answer], otherwise: _Answer, faults: list[StoreError]) -> _Answer:
+    try:
+        return ask()
+    except StoreError as error:
+        faults.append(error)
+        return otherwise

@@ -1,0 +1,67 @@
+"""Limits that no motor can keep, or that say nothing: refused or said before the first motor."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+from bench.eol.limits import ParameterLimits
+from bench.eol.plan import Plan
+from bench.i18n.errors import InputError
+from bench.run.plan import Catalogue
+from drivers.interfaces.text import Text, text
+
+#: Parameters that are whole numbers.
+COUNTS = frozenset({"pole_pairs", "phase_order", "hall_faults"})
+#: What is measured of the station, for the figures after it.
+_OF_STATION = frozenset(f"channel_{number}_gain" for number in range(1, 9))
+
+
+def check_limits(plan: Plan, limits: Mapping[str, ParameterLimits]) -> None:
+    """Raise InputError for limits that no figure can keep: a count without a whole number, no room for a measured one."""
+    for parameter, bounds in limits.items():
+        where = {"source": plan.source, "parameter": parameter, "low": f"{bounds.low:g}", "high": f"{bounds.high:g}"}
+        if parameter in COUNTS:
+            if math.isfinite(bounds.tolerance) and math.ceil(bounds.low) > math.floor(bounds.high):
+                raise InputError(
+                    text(
+                        "{source}: limit on {parameter}: it is a count, and no whole number lies within {low} … {high}",
+                        **where
+                    )
+                )  # fmt: skip
+        elif bounds.tolerance == 0.0:
+            raise InputError(
+                text(
+                    "{source}: limit on {parameter}: low and high are both {low}, which leaves nothing for the figure's uncertainty; "
+                    "give them apart by a few times that (motorbench eol check tells it)",
+                    **where,
+                )
+            )
+
+
+def limit_notes(
+    plan: Plan, limits: Mapping[str, ParameterLimits], expected: Mapping[str, float], known: Catalogue
+) -> Iterator[Text]:
+    """Give what of a plan's limits is likely a mistake: the type itself outside, procedures of which nothing has a limit."""
+    for parameter, bounds in limits.items():
+        value = expected.get(parameter)
+        if value is not None and not bounds.low <= value <= bounds.high:
+            yield text(
+                "{source}: limit on {parameter}: the type's own {value:g} (expected.{parameter} of {motor}) lies outside "
+                "{low:g} … {high:g}",
+                source=plan.source,
+                parameter=parameter,
+                value=value,
+                motor=plan.motor,
+                low=bounds.low,
+                high=bounds.high,
+            )
+    if not limits:
+        yield text("{source}: there is no [[limit]]: every motor that can be measured passes", source=plan.source)
+        return
+    found = {check.name: known[check.name].parameters.keys() - _OF_STATION for check in plan.checks}
+    idle = [name for name, figures in found.items() if figures and not figures & limits.keys()]
+    if idle:
+        yield text(
+            "{source}: none of their figures has a limit, so that only what they refuse is rejected: {names}",
+            source=plan.source,
+            names=idle,
+        )

@@ -1,0 +1,125 @@
+"""What a station knows of a serial number: its claim and its earlier tests, here and at every station of the server."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import monotonic
+
+from sqlalchemy import Engine
+
+from bench.eol.record import MotorRecord
+from bench.eol.store.claims import STALE, STALE_BY_PERSON, SerialClaim, claim_serial, release_serial
+from bench.eol.store.database import open_database
+from bench.eol.store.earlier_tests import EarlierTest, earlier_test_of, earlier_tests, in_order, latest_of_plan
+from bench.eol.store.faults import FAULTS, StoreError, fault_of
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import Text, text, text_of
+
+#: After a database did not answer it is not asked for so long (s): a line must not wait for it with every motor.
+_PAUSE = 30.0
+
+
+class SerialRegister:
+    """Claims serial numbers and tells of their earlier tests, for one station.
+
+    `own` is the station's database, `server` the address of the one that all stations share, empty where there is none;
+    `spooled` gives the records that no database has. Where both are named, the server's claim counts.
+    """
+
+    def __init__(self, own: Engine, server: str, spooled: Callable[[], Iterator[MotorRecord]]) -> None:
+        self._own = own
+        self._address = server
+        # A database that can be read may not be writable.
+        self._claims = "server" if server else "own claims"
+        self._spooled = spooled
+        self._server: Engine | None = None
+        self._away: dict[str, tuple[float, Text]] = {}
+
+    def claim(self, wanted: SerialClaim, *, by_person: bool = False) -> SerialClaim | None:
+        """Claim a serial number; return who has it instead. Raises StoreError where the database of claims does not answer.
+
+        One that somebody left without a record is taken over after a while, sooner where a person answers for it.
+        """
+        stale = STALE_BY_PERSON if by_person else STALE
+        with self._asking(self._claims) as engine:
+            holder = claim_serial(engine, wanted, stale)
+            if holder is not None and self._is_recorded(holder):
+                release_serial(engine, holder)
+                holder = claim_serial(engine, wanted, stale)
+            return holder
+
+    def _is_recorded(self, claim: SerialClaim) -> bool:
+        """Tell whether its test has ended here: a server lets go of it with the record, which may wait for the server."""
+        try:
+            return any(test.identifier == claim.identifier for test in self.tests_here(claim.serial_number))
+        except StoreError:
+            return False
+
+    def release(self, claim: SerialClaim) -> None:
+        """Let go of a serial number that is not tested after all. Raises StoreError."""
+        with self._asking(self._claims) as engine:
+            release_serial(engine, claim)
+
+    def tests_here(self, serial_number: str) -> list[EarlierTest]:
+        """Return the tests of a serial number that this station's records have, in order. Raises StoreError."""
+        with self._asking("own") as engine:
+            spooled = [earlier_test_of(each) for each in self._spooled() if each.serial_number == serial_number]
+            return in_order([*earlier_tests(engine, serial_number), *spooled])
+
+    def tests_elsewhere(self, serial_number: str) -> list[EarlierTest]:
+        """Return the tests of a serial number that the server has, none without one. Raises StoreError."""
+        if not self._address:
+            return []
+        with self._asking("server") as engine:
+            return earlier_tests(engine, serial_number)
+
+    def check_plan(self, name: str, sha256: str, model: str) -> Iterator[Text]:
+        """Give what is to be said of a plan whose name the records know with another content.
+
+        Raises InputError where they know it for another type. What cannot be looked up is not known.
+        """
+        try:
+            with self._asking("server" if self._address else "own") as engine:
+                last = latest_of_plan(engine, name)
+        except StoreError:
+            return
+        if last is not None and last.model != model:
+            raise InputError(
+                text(
+                    "the records know the plan {name} for the type {other} (batch {batch}), and this one is for {model}; "
+                    "they are kept by that name: give each plan its own (plan.name)",
+                    name=name,
+                    other=last.model,
+                    batch=last.batch,
+                    model=model,
+                )
+            )
+        if last is not None and last.plan_sha256 != sha256:
+            yield text(
+                "the plan {name} is not as it was in batch {batch}; statistics show both under one name, limits as they were",
+                name=name,
+                batch=last.batch,
+            )
+
+    def close(self) -> None:
+        """Let go of the server."""
+        if self._server is not None:
+            self._server.dispose()
+            self._server = None
+
+    @contextmanager
+    def _asking(self, which: str) -> Iterator[Engine]:
+        since, why = self._away.get(which, (0.0, Text("")))
+        if since and monotonic() - since < _PAUSE:
+            raise StoreError(why)
+        try:
+            if which == "server" and self._server is None:
+                self._server = open_database(self._address)
+            yield self._server if which == "server" and self._server is not None else self._own
+        except FAULTS as error:
+            said = text_of(fault_of(error))
+            why = text("the server: {why}", why=said) if which == "server" else said
+            self._away[which] = (monotonic(), why)
+            if which == "server":
+                self.close()
+            raise StoreError(why) from error
+        self._away.pop(which, None)

@@ -1,0 +1,75 @@
+"""Serial numbers under test: of several stations that scan one at once exactly one gets it."""
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+from sqlalchemy import Engine, delete, or_, select
+from sqlalchemy.dialects import postgresql, sqlite
+
+from bench.eol.store.records import utc
+from bench.eol.store.schema import SERIAL_CLAIM
+
+#: No test takes so long: whoever claimed a serial number longer ago has left it. A person who says so is believed sooner.
+STALE, STALE_BY_PERSON = timedelta(hours=12), timedelta(minutes=10)
+
+
+@dataclass(frozen=True)
+class SerialClaim:
+    """A serial number that is under test since some time (UTC), and where; `identifier` will be the record's."""
+
+    serial_number: str
+    identifier: str
+    batch: str
+    number: int
+    station: str
+    socket: str
+    since: datetime
+
+
+_NAMES = tuple(SerialClaim.__dataclass_fields__)
+
+
+def claim_serial(engine: Engine, wanted: SerialClaim, stale: timedelta = STALE) -> SerialClaim | None:
+    """Claim a serial number; return who has it instead, None where the claim was made.
+
+    A claim of the same record is made again, and one that is older than `stale` is taken over.
+    """
+    insert = (postgresql if engine.dialect.name == "postgresql" else sqlite).insert(SERIAL_CLAIM)
+    values = {name: getattr(wanted, name) for name in _NAMES}
+    allowed = or_(SERIAL_CLAIM.c.identifier == wanted.identifier, SERIAL_CLAIM.c.since < wanted.since - stale)
+    statement = (
+        insert.values(**values)
+        .on_conflict_do_update(
+            index_elements=[SERIAL_CLAIM.c.serial_number],
+            set_={name: insert.excluded[name] for name in _NAMES[1:]},
+            where=allowed,
+        )
+        .returning(SERIAL_CLAIM.c.identifier)
+    )
+    while True:
+        with engine.begin() as connection:
+            if connection.execute(statement).first() is not None:
+                return None
+        holder = claim_of_serial(engine, wanted.serial_number)
+        # Its holder may have let go of it meanwhile.
+        if holder is not None:
+            return holder
+
+
+def claim_of_serial(engine: Engine, serial_number: str) -> SerialClaim | None:
+    """Return who tests a serial number now, None where nobody does."""
+    columns = (SERIAL_CLAIM.c[name] for name in _NAMES)
+    query = select(*columns).where(SERIAL_CLAIM.c.serial_number == serial_number)
+    with engine.connect() as connection:
+        row = connection.execute(query).mappings().first()
+    return None if row is None else SerialClaim(**{**row, "since": utc(row["since"])})
+
+
+def release_serial(engine: Engine, claim: SerialClaim) -> None:
+    """Let go of a serial number that was claimed."""
+    with engine.begin() as connection:
+        connection.execute(
+            delete(SERIAL_CLAIM).where(
+                SERIAL_CLAIM.c.serial_number == claim.serial_number, SERIAL_CLAIM.c.identifier == claim.identifier
+            )
+        )

@@ -1,0 +1,73 @@
+"""What the records say of one serial number: each of its tests, where it was and what came of it."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import datetime
+
+from sqlalchemy import Engine, select
+
+from bench.eol.record import MotorRecord
+from bench.eol.store.records import utc
+from bench.eol.store.schema import MOTOR
+from bench.eol.verdict import Verdict
+
+
+@dataclass(frozen=True)
+class EarlierTest:
+    """A test of a motor of the type `model`: where and when (UTC) it began, its number in its batch, and the verdict.
+
+    `again_by` names the person who had it tested again, empty where it was the first test or the plan allowed it.
+    """
+
+    identifier: str
+    batch: str
+    number: int
+    plan: str
+    model: str
+    station: str
+    socket: str
+    started: datetime
+    verdict: Verdict
+    again_by: str = ""
+
+
+_COLUMNS = tuple(MOTOR.c[name] for name in EarlierTest.__dataclass_fields__)
+
+
+def earlier_tests(engine: Engine, serial_number: str) -> list[EarlierTest]:
+    """Return the tests of a serial number in a database, golden motors' not among them, in any order."""
+    query = select(*_COLUMNS).where(MOTOR.c.serial_number == serial_number, MOTOR.c.golden.is_(False))
+    with engine.connect() as connection:
+        return [
+            EarlierTest(**{**row, "started": utc(row["started"]), "verdict": Verdict(row["verdict"])})
+            for row in connection.execute(query).mappings()
+        ]
+
+
+def earlier_test_of(record: MotorRecord) -> EarlierTest:
+    """Return what a record says of its test."""
+    return EarlierTest(**{name: getattr(record, name) for name in EarlierTest.__dataclass_fields__})
+
+
+@dataclass(frozen=True)
+class PlanUse:
+    """The latest test by a plan of some name: its batch, its type, and the plan's content."""
+
+    batch: str
+    model: str
+    plan_sha256: str
+
+
+def latest_of_plan(engine: Engine, name: str) -> PlanUse | None:
+    """Return the latest use of a plan's name, None where there is none."""
+    columns = (MOTOR.c.batch, MOTOR.c.model, MOTOR.c.plan_sha256)
+    query = select(*columns).where(MOTOR.c.plan == name).order_by(MOTOR.c.id.desc()).limit(1)
+    with engine.connect() as connection:
+        row = connection.execute(query).first()
+    return None if row is None else PlanUse(*row)
+
+
+def in_order(tests: Iterable[EarlierTest]) -> list[EarlierTest]:
+    """Return tests in the order in which they began, each once however many databases have it."""
+    each = {test.identifier: test for test in tests}
+    return sorted(each.values(), key=lambda test: (test.started, test.identifier))

@@ -1,0 +1,64 @@
+"""Golden motors' tests in a station's records: when one passed last at a socket, and what was measured of it there."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, date, datetime, time
+
+from sqlalchemy import ColumnElement, Engine, and_, func, select
+
+from bench.eol.store.records import Records, utc
+from bench.eol.store.schema import GOLDEN, MOTOR
+from bench.eol.verdict import Verdict
+
+
+@dataclass(frozen=True)
+class GoldenTests:
+    """The passed golden tests of one plan at one station, in `engine`'s database."""
+
+    engine: Engine
+    plan: str
+    station: str
+
+    def last_passed(self, socket: str) -> datetime | None:
+        """Return when (UTC) a golden motor passed last at a socket, None where none has."""
+        with self.engine.connect() as connection:
+            found = connection.execute(select(func.max(MOTOR.c.ended)).where(self._passed(socket))).scalar()
+        return None if found is None else utc(found)
+
+    def history(self, socket: str, serial_number: str, tests: int, since: date | None) -> dict[str, Sequence[float]]:
+        """Return the figures by parameter of the first `tests` passed tests of a golden motor at a socket `since` a day.
+
+        Nothing where there are fewer; parameters that one of them lacks are left out.
+        """
+        begin = datetime.combine(since, time()).astimezone(UTC) if since else datetime.min.replace(tzinfo=UTC)
+        query = (
+            select(MOTOR.c.identifier)
+            .where(self._passed(socket), MOTOR.c.serial_number == serial_number, MOTOR.c.started >= begin)
+            .order_by(MOTOR.c.id)
+            .limit(tests)
+        )
+        with self.engine.connect() as connection:
+            identifiers = connection.execute(query).scalars().all()
+        records = [record for record in map(Records(self.engine).find, identifiers) if record is not None]
+        if len(records) < tests:
+            return {}
+        figures = [{figure.parameter: figure.value for figure in record.measured} for record in records]
+        everywhere = set.intersection(*(set(each) for each in figures))
+        return {name: [each[name] for each in figures] for name in sorted(everywhere)}
+
+    def _passed(self, socket: str) -> ColumnElement[bool]:
+        return and_(
+            GOLDEN,
+            MOTOR.c.plan == self.plan,
+            MOTOR.c.station == self.station,
+            MOTOR.c.socket == socket,
+            MOTOR.c.verdict == Verdict.PASS.value,
+        )
+
+
+def last_test_ended(engine: Engine, station: str) -> datetime | None:
+    """Return when (UTC) a station's latest test ended, None where it has none."""
+    query = select(MOTOR.c.ended).where(MOTOR.c.station == station).order_by(MOTOR.c.started.desc()).limit(1)
+    with engine.connect() as connection:
+        found = connection.execute(query).scalar()
+    return None if found is None else utc(found)

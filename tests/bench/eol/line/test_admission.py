@@ -1,0 +1,144 @@
+"""Who may be tested at two stations of one server, with the server there and away."""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from datetime import UTC, datetime
+from pathlib import Path
+from threading import Barrier, Event
+from time import monotonic
+
+import pytest
+
+from bench.eol.admission_rule import AdmittedTest, RefusedTest
+from bench.eol.line.admission_desk import AdmissionDesk
+from bench.eol.line.record_writer import RecordWriter, open_record_writer
+from bench.eol.plan_file import AgainSection
+from bench.eol.verdict import Verdict
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import Text
+from tests.bench.eol.motor_records import motor_record
+
+AWAY = "postgresql://nobody@127.0.0.1:9/none"
+
+
+class Station:
+    """A station with its own records, and a desk that admits for its batch."""
+
+    def __init__(self, name: str, writer: RecordWriter, rule: AgainSection, *, shared: bool) -> None:
+        self.name, self.writer = name, writer
+        self.troubles: list[str] = []
+        self.shared = shared
+        self.desk = AdmissionDesk(
+            writer.register, lambda _: None, self.identifier, self._trouble, f"batch of {name}", name, "LG-400W", rule
+        )
+
+    def identifier(self, number: int) -> str:
+        return f"{self.name}-{number}"
+
+    def _trouble(self, words: Text) -> None:
+        self.troubles.append(str(words))
+
+    def admit(self, serial: str, number: int = 1) -> AdmittedTest | RefusedTest:
+        return self.desk.admit(serial, number, "1")
+
+    def done(self, serial: str, verdict: Verdict, number: int = 1, again_by: str = "") -> None:
+        """Keep the record of a test that begins now, and have the server know it."""
+        now = datetime.now(UTC)
+        self.writer.save(
+            motor_record(
+                identifier=self.identifier(number),
+                number=number,
+                batch=f"batch of {self.name}",
+                station=self.name,
+                serial_number=serial,
+                verdict=verdict,
+                again_by=again_by,
+                started=now,
+                ended=now,
+            )
+        )
+        if self.shared:
+            until = monotonic() + 10.0
+            while self.writer._forwarding.waiting() and monotonic() < until:
+                Event().wait(0.02)
+
+
+@pytest.fixture
+def make_station(tmp_path: Path) -> Iterator[Callable[..., Station]]:
+    with ExitStack() as stack:
+
+        def make(name: str, server: str, rule: AgainSection | None = None) -> Station:
+            writer = open_record_writer(server, tmp_path / name)
+            stack.callback(writer.close)
+            return Station(name, writer, rule or AgainSection(), shared=server != AWAY)
+
+        yield make
+
+
+def test_two_stations_that_scan_one_serial_number_at_once(make_station: Callable[..., Station], server: str) -> None:
+    stations = [make_station(name, server) for name in ("east", "west")]
+    barrier = Barrier(2)
+
+    def scan(station: Station) -> list[AdmittedTest | RefusedTest]:
+        decisions = []
+        for number in range(1, 9):
+            barrier.wait()
+            decisions.append(station.admit(f"A{number}", number))
+        return decisions
+
+    with ThreadPoolExecutor(2) as pool:
+        for east, west in zip(*pool.map(scan, stations), strict=True):
+            admitted, refused = (east, west) if isinstance(east, AdmittedTest) else (west, east)
+            assert admitted == AdmittedTest(1)
+            assert isinstance(refused, RefusedTest)
+            assert f"is under test at station {'east' if admitted is east else 'west'}, socket 1" in str(refused.why)
+
+
+def test_what_one_station_found_the_other_knows(make_station: Callable[..., Station], server: str) -> None:
+    east, west = make_station("east", server), make_station("west", server)
+    assert east.admit("A1") == AdmittedTest(1)
+    east.done("A1", Verdict.FAIL)
+    refused = west.admit("A1")
+    assert isinstance(refused, RefusedTest)
+    assert "fail at station east, socket 1" in str(refused.why)
+    assert "batch of east" in str(refused.why)
+    west.desk.permit("A1", "Wang")
+    assert west.admit("A1") == AdmittedTest(2, "Wang")
+    west.done("A1", Verdict.ABORTED, again_by="Wang")
+    assert east.admit("A1", 2) == AdmittedTest(3), "what a person had permitted was cut off"
+    east.done("A1", Verdict.PASS, 2)
+    assert isinstance(west.admit("A1", 2), RefusedTest)
+    assert isinstance(west.admit("A1", 3), RefusedTest), "a permission is for one test"
+
+
+def test_a_server_that_is_away_holds_nothing_up_and_is_told_of_once(make_station: Callable[..., Station]) -> None:
+    station = make_station("east", AWAY)
+    assert station.admit("A1") == AdmittedTest(1)
+    station.done("A1", Verdict.PASS)
+    assert station.admit("A2", 2) == AdmittedTest(1)
+    (words,) = station.troubles
+    assert "cannot be looked up, so it is measured, and so are those after it: the server:" in words
+    assert isinstance(station.admit("A1", 3), RefusedTest), "its own records are known all the same"
+
+
+def test_a_plan_may_refuse_what_cannot_be_looked_up(make_station: Callable[..., Station]) -> None:
+    refused = make_station("east", AWAY, AgainSection(unknown="refuse")).admit("A1")
+    assert isinstance(refused, RefusedTest)
+    assert "cannot be looked up, so it is refused: the server:" in str(refused.why)
+
+
+def test_what_is_refused_is_not_claimed(make_station: Callable[..., Station], server: str) -> None:
+    east, west = make_station("east", server), make_station("west", server)
+    east.done("A1", Verdict.PASS)
+    for station in (east, west, east):
+        refused = station.admit("A1", 2)
+        assert isinstance(refused, RefusedTest)
+        assert "was tested before: pass" in str(refused.why)
+
+    def never(serial: str) -> None:
+        raise InputError(f"{serial}: no")
+
+    west.desk.check = never
+    assert isinstance(west.admit("A2"), RefusedTest)
+    assert east.admit("A2", 2) == AdmittedTest(1)

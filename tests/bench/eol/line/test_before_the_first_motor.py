@@ -1,0 +1,201 @@
+"""What is said of plans, serial numbers, calibrations and warm-up before a batch's first motor."""
+
+from collections.abc import Callable
+from datetime import date, timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.eol.line.line_file import load_line
+from bench.eol.line.preparation import calibrations_of
+from bench.eol.line.serial_register import SerialRegister
+from bench.eol.plan import Plan, load_plan
+from bench.eol.plans_beside import PlanBeside, check_name, check_serial, plans_beside
+from bench.eol.store.database import open_database
+from bench.eol.store.records import Records
+from bench.i18n.errors import InputError, UsageError
+from bench.station.calibration_list import SOON, calibration_list
+from procedures.core.bench import Role
+from tests.bench.eol.line.conftest import PLAN
+from tests.bench.eol.motor_records import motor_record
+
+TODAY = date(2026, 11, 24)
+
+
+def plan_file(folder: Path, name: str, *pairs: tuple[str, str]) -> Plan:
+    content = PLAN.replace("motor.toml", "lg-400w")
+    for old, new in pairs:
+        assert old in content
+        content = content.replace(old, new, 1)
+    (folder / name).write_text(content, encoding="utf-8")
+    return load_plan(folder / name)
+
+
+def pattern(expression: str, name: str) -> tuple[str, str]:
+    return 'name = "small"', f'name = "{name}"\nserial_pattern = "{expression}"'
+
+
+def test_the_plans_beside_are_read_and_what_is_none_is_passed_over(tmp_path: Path) -> None:
+    own = plan_file(tmp_path, "own.toml")
+    plan_file(tmp_path, "other.toml", pattern("P-.*", "other"))
+    (tmp_path / "line.toml").write_text('[line]\nbench = "virtual"\n', encoding="utf-8")
+    (tmp_path / "broken.toml").write_text("[plan\n", encoding="utf-8")
+    (tmp_path / "odd.toml").write_text("plan = 3\n", encoding="utf-8")
+    (tmp_path / "latin.toml").write_bytes(b'[plan]\nname = "\xe9"\n')
+    assert list(plans_beside(Path(own.source))) == [PlanBeside(tmp_path / "other.toml", "other", "lg-400w", "P-.*")]
+
+
+def test_two_plans_of_one_name_are_refused_and_a_copy_is_not(tmp_path: Path) -> None:
+    own = plan_file(tmp_path, "own.toml")
+    plan_file(tmp_path, "copy.toml")
+    check_name(own)
+    plan_file(tmp_path, "other.toml", ("percent = 60.0", "percent = 50.0"))
+    with pytest.raises(InputError, match=r"plan\.name = 'small' is the name of .*other\.toml, too"):
+        check_name(own)
+
+
+def test_a_serial_number_of_another_plan_s_type_is_named(tmp_path: Path) -> None:
+    own = plan_file(tmp_path, "own.toml", pattern("P-[0-9]+", "pump"))
+    plan_file(tmp_path, "fan.toml", pattern("F-[0-9]+", "fan"))
+    wrong = '[plan]\nname = "wrong"\nmotor = "lg-400w"\nserial_pattern = "("\n'
+    (tmp_path / "wrong.toml").write_text(wrong, encoding="utf-8")
+    check_serial(own, "P-1")
+    with pytest.raises(InputError, match=r"it is one of the plan fan \(fan\.toml\), for the type lg-400w"):
+        check_serial(own, "F-1")
+    with pytest.raises(InputError) as refused:
+        check_serial(own, "X-1")
+    assert "it is one of" not in str(refused.value)
+
+
+def test_the_records_know_a_plan_by_its_name(tmp_path: Path) -> None:
+    engine = open_database(str(tmp_path / "records.sqlite"))
+    register = SerialRegister(engine, "", lambda: iter(()))
+    assert list(register.check_plan("Pump", "1" * 64, "LG-400W")) == [], "nobody knows it yet"
+    Records(engine).save(motor_record(1, batch="monday"))
+    assert list(register.check_plan("Pump", "0" * 64, "LG-400W")) == []
+    (words,) = register.check_plan("Pump", "1" * 64, "LG-400W")
+    assert "the plan Pump is not as it was in batch monday" in str(words)
+    with pytest.raises(
+        InputError, match=r"know the plan Pump for the type LG-400W \(batch monday\), and this one is for"
+    ):
+        list(register.check_plan("Pump", "0" * 64, "other"))
+    register.close()
+    engine.dispose()
+
+
+def test_a_batch_is_refused_for_its_plan_s_name_before_its_first_motor(bench: Any) -> None:
+    content = (bench.folder / "plan.toml").read_text(encoding="utf-8")
+    (bench.folder / "another.toml").write_text(content.replace("percent = 60.0", "percent = 50.0"), encoding="utf-8")
+    with pytest.raises(InputError, match="which is another plan"):
+        bench.run()
+    assert not (bench.folder / "runs").exists()
+
+
+def calibrated(due: date, certificate: str) -> str:
+    return (
+        f"[instruments.lcr_meter.calibration]\ndate = {due - timedelta(days=365)}\ndue = {due}\n"
+        f'certificate = "{certificate}"\n'
+    )
+
+
+@pytest.fixture
+def station(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Path]:
+    monkeypatch.setattr("bench.eol.line.preparation.wall_date", lambda: TODAY)
+
+    def written(table: str) -> Path:
+        path = tmp_path / "station.toml"
+        path.write_text(
+            '[station]\nname = "s"\n[instruments.lcr_meter]\ndriver = "keysight-e4980a"\n'
+            f'address = "TCPIP0::10.0.0.9::inst0::INSTR"\n{table}'
+            '[sockets.left.instruments.supply]\ndriver = "keysight-e36300"\naddress = "TCPIP0::10.0.0.1::inst0::INSTR"\n'
+            "channel = 1\nmaximum_current = 10.0\n"
+            '[sockets.right.instruments.supply]\ndriver = "keysight-e36300"\naddress = "TCPIP0::10.0.0.2::inst0::INSTR"\n'
+            "channel = 1\nmaximum_current = 10.0\n",
+            encoding="utf-8",
+        )
+        return path
+
+    return written
+
+
+@pytest.mark.parametrize(
+    ("days", "said"),
+    [
+        (-3, "was due on 2026-11-21, 3 days ago"),
+        (0, "is due on 2026-11-24, in 0 days"),
+        (SOON, f"is due on 2026-12-24, in {SOON} days"),
+        (SOON + 1, ""),
+    ],
+)
+def test_calibrations_that_are_due_are_told_of_once(station: Callable[[str], Path], days: int, said: str) -> None:
+    line = load_line(str(station(calibrated(TODAY + timedelta(days=days), "K-1"))), None)
+    words = [str(each) for each in calibrations_of(line, frozenset({Role.LCR_METER, Role.SUPPLY}))]
+    # The meter is shared by both sockets, and the supplies have no calibration, which does not press.
+    assert len(words) == bool(said)
+    assert all(said in each and "K-1" in each for each in words)
+    assert calibrations_of(line, frozenset({Role.SUPPLY})) == [], "what the plan does not use is nobody's trouble"
+
+
+def test_the_list_has_what_is_due_first_and_what_has_none_last(station: Callable[[str], Path]) -> None:
+    line = load_line(str(station(calibrated(TODAY + timedelta(days=5), "K-1"))), None)
+    entries = line.sockets[0].station
+    assert entries is not None
+    due = calibration_list(entries.entries.values(), TODAY)
+    assert [(each.role, each.days_left, each.pressing) for each in due] == [
+        ("lcr_meter", 5, True),
+        ("supply", None, False),
+    ]
+    assert "no calibration is entered" in str(due[1].words)
+    assert due[0].as_dict()["calibration"]["certificate"] == "K-1"
+
+
+PROCEDURE = """
+from typing import ClassVar
+from procedures.core.procedure import Procedure, Settings
+from procedures.core.bench import Role
+from procedures.core.steps import step
+
+
+class Nothing(Procedure[Settings]):
+    name: ClassVar[str] = "nothing"
+    title: ClassVar[str] = "Nothing"
+    section: ClassVar[str] = "9.9"
+    roles: ClassVar[frozenset[Role]] = frozenset()
+    gives: ClassVar[tuple[str, ...]] = ("pole_pairs",)
+
+    def measure(self) -> None:
+        self.know()
+
+    @step("9.9/1", "Know it")
+    def know(self) -> None:
+        quantity = self.bench.uncertainties.statistical("count", 4.0, 1e-3)
+        self.report("pole_pairs", quantity, section="9.9", estimator="known")
+"""
+
+
+@pytest.fixture
+def cold(bench: Any) -> Any:
+    """A real station that has measured nothing yet and takes 20 minutes to warm up; it needs no instrument."""
+    (bench.folder / "nothing.py").write_text(PROCEDURE, encoding="utf-8")
+    (bench.folder / "plan.toml").write_text(
+        '[plan]\nname = "small"\nmotor = "motor.toml"\n[plugins]\nfiles = ["nothing.py"]\n[[procedure]]\nname = "nothing"\n'
+        '[[limit]]\nparameter = "pole_pairs"\nlow = 3\nhigh = 5\n',
+        encoding="utf-8",
+    )
+    (bench.folder / "line.toml").write_text('[station]\nname = "s"\n[line]\nwarm_up = 1200.0\n', encoding="utf-8")
+    (bench.folder / "serials.txt").write_text("A1\nA2\n", encoding="utf-8")
+    return bench
+
+
+def test_a_person_who_says_that_it_is_warm_has_it_begin_at_once(cold: Any) -> None:
+    serials = {"motors": None, "serials": str(cold.folder / "serials.txt")}
+    with pytest.raises(UsageError, match="--warm: a person answers for it"):
+        cold.run(**serials, warm=True)
+    counts, stopped = cold.run(**serials, warm=True, person="Wang")
+    assert (counts.motors, stopped, cold.listener.troubles) == (2, "", [])
+    assert [(record.verdict.value, record.cause) for record in cold.listener.records] == [("pass", ""), ("pass", "")]
+    # From here on it is warm by itself, and nobody needs to say so.
+    (cold.folder / "serials.txt").write_text("A3\n", encoding="utf-8")
+    counts, _ = cold.run(**serials, batch="next")
+    assert (counts.motors, cold.listener.troubles) == (1, [])

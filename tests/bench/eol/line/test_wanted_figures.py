@@ -1,0 +1,59 @@
+"""A plan whose procedures want a figure that nothing before them gives is refused before the first motor."""
+
+from pathlib import Path
+
+import pytest
+
+from bench.eol.line.preparation import by_time_over_failures, prepare
+from bench.i18n.errors import InputError
+
+WINDING = "winding_resistance = 0.3, winding_inductance = 5e-4"
+PLAN = """
+[plan]
+name = "six"
+motor = "92bl-30-25l"
+{before}
+[[procedure]]
+name = "equivalent-resistance"
+settings = {{ {settings} }}
+{after}
+"""
+CONSTANT = '[[procedure]]\nname = "torque-constant"\n'
+
+
+def plan(folder: Path, before: str = "", after: str = "", settings: str = WINDING) -> Path:
+    path = folder / "plan.toml"
+    path.write_text(PLAN.format(before=before, after=after, settings=settings), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({}, "torque_constant; no procedure of the plan gives it: put torque-constant before this one, or give settings.loads"),
+        ({"after": CONSTANT}, "torque-constant gives it too late"),
+        ({"before": CONSTANT + "every = 2\n"}, "with every = 2 only, and this one is measured with every = 1"),
+        ({"settings": "loads = [0.1, 0.2, 0.3]"}, "wants stator_resistance; no procedure of the plan gives it"),
+    ],
+)  # fmt: skip
+def test_what_nothing_gives_in_time_is_refused_with_what_to_do(
+    tmp_path: Path, given: dict[str, str], said: str
+) -> None:
+    path = plan(tmp_path, **given)
+    with pytest.raises(InputError) as refused:
+        prepare(path, "virtual", 1)
+    assert str(refused.value).startswith(f"{path}: procedure equivalent-resistance: it wants ")
+    assert said in str(refused.value)
+
+
+def test_a_setting_does_instead(tmp_path: Path) -> None:
+    assert prepare(plan(tmp_path, settings=f"loads = [0.1, 0.2, 0.3], {WINDING}"), "virtual", 1).plan.checks
+
+
+def test_no_order_parts_a_procedure_from_what_it_wants(tmp_path: Path) -> None:
+    checks = prepare(plan(tmp_path, before=CONSTANT), "virtual", 1).plan.checks
+    quick_last = {"torque-constant": (100, 0, 60.0), "equivalent-resistance": (100, 50, 1.0)}
+    assert [check.name for check in by_time_over_failures(checks, quick_last)] == [
+        "torque-constant",
+        "equivalent-resistance",
+    ]

@@ -1,0 +1,271 @@
+"""What is summed up as motors end: statistics say the same with it and without, whoever else writes or removes."""
+
+import math
+import sqlite3
+import threading
+from collections.abc import Sequence
+from contextlib import closing
+from datetime import timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from sqlalchemy import Engine, delete, select
+from sqlalchemy.exc import DBAPIError
+
+from bench.eol.line.record_writer import RecordWriter
+from bench.eol.line_statistics import StatisticsRequest, line_statistics
+from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
+from bench.eol.store.database import open_database
+from bench.eol.store.insertion import insert_record
+from bench.eol.store.records import Records
+from bench.eol.store.schema import MOTOR, REPEATED_SERIAL, SUMMED_STRETCH
+from bench.eol.store.spool import Spool
+from bench.eol.store.summing import sum_up
+from bench.eol.verdict import Verdict
+from bench.i18n.errors import InputError
+from tests.bench.eol.motor_records import NOON, motor_record
+
+LIMITS = (9.0, 11.0)
+JUDGED = (Verdict.PASS, Verdict.FAIL)
+
+
+@pytest.fixture(autouse=True)
+def short_stretches(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bench.eol.store.summing.STRETCH", 5)
+    monkeypatch.setattr("bench.eol.store.summing.GROWTH", 2)
+
+
+def record_of(number: int, serial: int, batch: str, verdict: Verdict, value: float, high: float) -> MotorRecord:
+    passed = Verdict.PASS if value <= 10.0 else Verdict.FAIL
+    return motor_record(
+        number,
+        batch=batch,
+        model="small" if batch == "S" else "big",
+        serial_number=f"P-{serial}",
+        golden=serial == 0,
+        verdict=verdict,
+        first_pass=verdict is Verdict.PASS and passed is Verdict.PASS,
+        started=NOON + timedelta(minutes=number),
+        ended=NOON + timedelta(minutes=number),
+        measured=(
+            MeasuredFigure("r", value, "Ω", 0.01, 0.02, LIMITS[0], high, Verdict.PASS),
+            MeasuredFigure("open", 2.0 * value, "Ω", 0.01, 0.02, -math.inf, math.inf, Verdict.PASS),
+        ),
+        checks=(CheckRecord("r", 1, passed, 1.0), CheckRecord("r", 2, Verdict.PASS, 1.0)),
+    )
+
+
+def stretches(engine: Engine) -> list[tuple[int, int]]:
+    with engine.connect() as connection:
+        rows = connection.execute(select(SUMMED_STRETCH).order_by(SUMMED_STRETCH.c.first))
+        return [(row.first, row.last) for row in rows]
+
+
+def statistics(engine: Engine, batches: Sequence[str], model: str) -> dict[str, Any] | str:
+    """What is summed up, of all that statistics say."""
+    try:
+        found = line_statistics(engine, StatisticsRequest(batches=batches, model=model))
+    except InputError as error:
+        return str(error)
+    chosen, yields = found.selection, found.yields
+    figures = {name: each.distribution for name, each in found.parameters.items()}
+    return {
+        "batches": chosen.batches,
+        "verdicts": chosen.verdicts,
+        "first pass": chosen.first_pass,
+        "keys": (chosen.stretches, chosen.exact, chosen.everything),
+        "yields": [(each.hits, each.count) for each in (yields.motors.first_pass, yields.motors.final)],
+        "rolled": {name: (each.hits, each.count) for name, each in yields.motors.rolled.procedures.items()},
+        "retested": yields.motors.retested,
+        "count": {name: each.count for name, each in figures.items()},
+        "moments": {
+            name: (each.mean, each.standard_deviation, each.least, each.most) for name, each in figures.items()
+        },
+        # Without limits the spread at the time tells where bins lie.
+        "bins": {name: each.bins.counts for name, each in figures.items() if name == "r"},
+    }
+
+
+def assert_same(found: dict[str, Any] | str, expected: dict[str, Any] | str) -> None:
+    """Sums of floating-point numbers depend on their order, all else does not."""
+    if isinstance(found, str) or isinstance(expected, str):
+        assert found == expected
+        return
+    assert {**found, "moments": 0} == {**expected, "moments": 0}
+    for name, moments in expected["moments"].items():
+        assert found["moments"][name] == pytest.approx(moments, rel=1e-9, abs=1e-9, nan_ok=True)
+
+
+def computed(records: Sequence[MotorRecord], batches: Sequence[str], model: str) -> dict[str, Any]:
+    """The same of records that are here, one after the other."""
+    plain = [each for each in records if not each.golden]
+    chosen = [each for each in plain if each.model == model and (not batches or each.batch in batches)]
+    judged = [each for each in chosen if each.verdict in JUDGED]
+    firsts = list({each.serial_number: each for each in reversed(judged)}.values())
+    values = np.array([each.measured[0].value for each in chosen])
+    return {
+        "verdicts": {verdict: sum(each.verdict is verdict for each in chosen) for verdict in Verdict.of_motors()},
+        "rolled": (sum(each.checks[0].verdict is Verdict.PASS for each in firsts), len(firsts)),
+        "count": len(chosen),
+        "moments": (np.mean(values), np.std(values, ddof=1) if len(values) > 1 else math.nan),
+    }
+
+
+STEPS = st.lists(
+    st.one_of(
+        st.tuples(
+            st.integers(0, 5),
+            st.sampled_from(["A", "B", "S"]),
+            st.sampled_from([Verdict.PASS, Verdict.FAIL, Verdict.ERROR, Verdict.ABORTED]),
+            st.sampled_from([8.5, 9.0, 9.7, 10.0, 10.4, 11.0, 12.5]),
+            st.sampled_from([11.0, 11.0, 11.0, 12.0]),
+        ),
+        st.sampled_from(["sum", "remove A", "remove B"]),
+    ),
+    min_size=1,
+    max_size=24,
+)
+
+
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(STEPS)
+def test_statistics_are_those_of_the_records(engine: Engine, records: Records, steps: list[Any]) -> None:
+    with engine.begin() as connection:
+        connection.execute(delete(MOTOR))
+        connection.execute(delete(REPEATED_SERIAL))
+    assert stretches(engine) == [], "what is removed is forgotten"
+    kept: list[MotorRecord] = []
+    for number, step in enumerate(steps, 1):
+        if step == "sum":
+            sum_up(engine)
+        elif isinstance(step, str):
+            records.remove(step[-1])
+            kept = [each for each in kept if each.batch != step[-1]]
+        else:
+            kept.append(record_of(number, *step))
+            records.save(kept[-1])
+    asked = [((), "big"), (("A",), "big"), (("A", "B"), ""), ((), "")]
+    before = [statistics(engine, *each) for each in asked]
+    sum_up(engine)
+    summed = [statistics(engine, *each) for each in asked]
+    with engine.begin() as connection:
+        connection.execute(delete(SUMMED_STRETCH))
+        connection.execute(delete(REPEATED_SERIAL))
+    direct = [statistics(engine, *each) for each in asked]
+    for some in (before, summed):
+        for found, expected in zip(some, direct, strict=True):
+            assert_same(found, expected)
+    for found, (batches, model) in zip(summed[:2], asked[:2], strict=True):
+        if isinstance(found, dict) and found["count"]:
+            expected = computed(kept, batches, model)
+            assert found["verdicts"] == expected["verdicts"]
+            assert found["rolled"].get("r", (0, 0)) == expected["rolled"]
+            assert found["count"]["r"] == expected["count"]
+            assert found["moments"]["r"][:2] == pytest.approx(expected["moments"], rel=1e-9, abs=1e-9, nan_ok=True)
+
+
+def test_stretches_grow_and_each_is_summed_up_once(engine: Engine, records: Records) -> None:
+    seen = []
+    for number in range(1, 14):
+        records.save(record_of(number, number, "A", Verdict.PASS, 10.0, 11.0))
+        seen.append(sum_up(engine))
+    assert stretches(engine) == [(1, 5), (6, 10), (11, 12)]
+    # A fifth motor fills a stretch, and fewer than two are not worth it.
+    assert seen == [0, 1, 0, 1, 1, 0, 1, 0, 1, 1, 0, 1, 0]
+
+
+def test_an_older_station_that_sums_nothing_up_is_counted(engine: Engine, records: Records) -> None:
+    for number in range(1, 8):
+        records.save(record_of(number, number, "A", Verdict.PASS, 10.0, 11.0))
+    sum_up(engine)
+    for number in range(8, 12):
+        with engine.begin() as connection:
+            insert_record(connection, record_of(number, number, "B", Verdict.FAIL, 10.4, 11.0))
+    found = line_statistics(engine, StatisticsRequest())
+    assert found.selection.verdicts[Verdict.FAIL] == 4
+    assert found.parameters["r"].distribution.count == 11
+    assert {name: each.count for name, each in found.yields.motors.rolled.procedures.items()} == {"r": 11}
+
+
+def test_who_removes_by_other_means_has_the_sums_forgotten(tmp_path: Path) -> None:
+    reference = str(tmp_path / "records.sqlite")
+    engine = open_database(reference)
+    for number in range(1, 13):
+        Records(engine).save(record_of(number, number, "A" if number < 7 else "B", Verdict.PASS, 10.0, 11.0))
+    sum_up(engine)
+    assert stretches(engine) == [(1, 5), (6, 10), (11, 12)]
+    # Without references switched on, and with tables of its own mind.
+    with closing(sqlite3.connect(reference)) as connection, connection:
+        for table in ("figure", "check_attempt"):
+            connection.execute(f"DELETE FROM {table} WHERE motor IN (SELECT id FROM motor WHERE batch = 'A')")  # noqa: S608
+        connection.execute("DELETE FROM motor WHERE batch = 'A'")
+        assert connection.execute("SELECT count(*) FROM summed_figures WHERE first < 11").fetchone() == (0,)
+    assert stretches(engine) == [(11, 12)]
+    assert line_statistics(engine, StatisticsRequest()).parameters["r"].distribution.count == 6
+    engine.dispose()
+
+
+def test_who_is_still_writing_on_a_server_is_waited_for(server: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bench.eol.store.summing._PATIENCE", "200ms")
+    engine = open_database(server)
+    records = Records(engine)
+    with engine.connect() as slow:
+        # It has the lowest key, and commits last.
+        insert_record(slow, record_of(1, 1, "A", Verdict.FAIL, 10.4, 11.0))
+        for number in range(2, 9):
+            records.save(record_of(number, number, "A", Verdict.PASS, 10.0, 11.0))
+        with pytest.raises(DBAPIError, match="lock timeout"):
+            sum_up(engine)
+        assert stretches(engine) == []
+        slow.commit()
+    assert sum_up(engine) == 2
+    found = line_statistics(engine, StatisticsRequest())
+    assert (found.selection.count, found.selection.verdicts[Verdict.FAIL]) == (8, 1)
+    engine.dispose()
+
+
+def test_stations_that_sum_up_at_once_do_it_once(server: str) -> None:
+    engine = open_database(server)
+    for number in range(1, 41):
+        Records(engine).save(record_of(number, number, "A", Verdict.PASS, 10.0, 11.0))
+    done: list[int] = []
+    stations = [threading.Thread(target=lambda: done.append(sum_up(engine))) for _ in range(3)]
+    for station in stations:
+        station.start()
+    for station in stations:
+        station.join()
+    assert (sum(done), len(stretches(engine))) == (8, 8)
+    assert line_statistics(engine, StatisticsRequest()).parameters["r"].distribution.count == 40
+    engine.dispose()
+
+
+def test_a_batch_s_end_sums_up_here_and_on_the_server(server: str, tmp_path: Path) -> None:
+    own = open_database(str(tmp_path / "records.sqlite"))
+    writer = RecordWriter(own, Spool(tmp_path / "unstored", "records.sqlite"), server)
+    for number in range(1, 8):
+        writer.save(record_of(number, number, "A", Verdict.PASS, 10.0, 11.0))
+    writer.close()
+    assert writer.left.for_server == 0
+    for reference in (str(tmp_path / "records.sqlite"), server):
+        engine = open_database(reference)
+        assert stretches(engine) == [(1, 5), (6, 7)]
+        engine.dispose()
+
+
+def test_a_long_batch_sums_up_before_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bench.eol.store.forwarding._SUM_AFTER", 5)
+    own = open_database(str(tmp_path / "records.sqlite"))
+    writer = RecordWriter(own, Spool(tmp_path / "unstored", "records.sqlite"))
+    for number in range(1, 6):
+        writer.save(record_of(number, number, "A", Verdict.PASS, 10.0, 11.0))
+    until = threading.Event()
+    for _ in range(600):
+        if stretches(own):
+            break
+        until.wait(0.05)
+    assert stretches(own) == [(1, 5)]
+    writer.close()

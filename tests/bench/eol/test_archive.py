@@ -1,0 +1,147 @@
+"""A batch archived, removed, restored; and thinned out by a rule."""
+
+import json
+import tarfile
+import tracemalloc
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from sqlalchemy import Engine
+
+from bench.eol.archive.batch_archive import read_archive, write_archive
+from bench.eol.archive.retention import load_rule
+from bench.eol.store.batch_plans import BatchPlan, keep_plan, plans_of
+from bench.eol.store.database import open_database
+from bench.eol.store.records import Records
+from bench.eol.verdict import Verdict
+from bench.i18n.errors import FileError, InputError
+from bench.journal.removed import removed_files
+from tests.bench.eol.motor_records import motor_record
+from tests.command_line import called
+
+Call = Callable[..., tuple[int, str, str]]
+PLAN = BatchPlan("B1", "0" * 64, "1" * 64, "[plan]\n# 计划\n", "[nameplate]\n")
+
+
+@pytest.fixture
+def call(capsys: pytest.CaptureFixture[str], reference: str, tmp_path: Path) -> Call:
+    def run(*arguments: str) -> tuple[int, str, str]:
+        return called(capsys, "eol", *arguments, "--records", reference, "--runs", str(tmp_path / "runs"), "--json")
+
+    return run
+
+
+@pytest.fixture
+def batches(records: Records, engine: Engine, tmp_path: Path) -> Path:
+    """Records and runs of two batches; the folder of the runs."""
+    runs = tmp_path / "runs"
+    for number, batch in enumerate(("B1", "B1", "B1", "B2"), 1):
+        folder = runs / batch / "000" / f"{number:06d}-P"
+        (folder / "waveforms").mkdir(parents=True)
+        (folder / "journal.packed").write_bytes(bytes(range(256)) * number)
+        (folder / "waveforms" / "0001-a.h5").write_bytes(b"samples")
+        verdict = Verdict.FAIL if number == 2 else Verdict.PASS
+        ended = datetime.now(UTC) - timedelta(days=10 * number)
+        records.save(motor_record(number, batch=batch, run=str(folder), verdict=verdict, ended=ended))
+    with engine.begin() as connection:
+        keep_plan(connection, PLAN)
+    return runs
+
+
+def files_of(runs: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(runs)): path.read_bytes() for path in runs.rglob("*") if path.is_file()}
+
+
+def test_a_batch_goes_into_a_file_and_comes_back(
+    call: Call, batches: Path, records: Records, engine: Engine, tmp_path: Path
+) -> None:
+    before, files = [repr(record) for record in records.read("B1")], files_of(batches)
+    out = tmp_path / "B1.tar.gz"
+    code, said, _ = call("archive", "B1", "--output", str(out), "--remove", "all")
+    assert (code, json.loads(said)["motors"], json.loads(said)["files"]) == (0, 3, 6)
+    assert (records.batches(), list(batches.iterdir())) == (["B2"], [batches / "B2"])
+    with engine.connect() as connection:
+        assert plans_of(connection, "B1") == []
+    code, said, _ = call("restore", str(out))
+    assert (code, json.loads(said)["restored"]) == (0, 3)
+    assert [repr(record) for record in records.read("B1")] == before
+    assert files_of(batches) == files
+    with engine.connect() as connection:
+        assert plans_of(connection, "B1") == [PLAN]
+    assert json.loads(call("restore", str(out))[1])["restored"] == 0
+    assert call("archive", "B1", "--output", str(out))[0] == 2
+
+
+def test_what_is_no_whole_archive_is_refused_and_restores_nothing(
+    call: Call, batches: Path, records: Records, tmp_path: Path
+) -> None:
+    out = tmp_path / "B1.tar.gz"
+    call("archive", "B1", "--output", str(out), "--remove", "all")
+    content = out.read_bytes()
+    changed = tmp_path / "changed.tar.gz"
+    with tarfile.open(out, "r:gz") as old, tarfile.open(changed, "w:gz") as new:
+        for member in old:
+            file = old.extractfile(member)
+            assert file is not None
+            if member.name.endswith("000002-P/journal.packed"):
+                file.read(1)
+                member.size -= 1
+            new.addfile(member, file)
+    with pytest.raises(FileError, match="not as they were archived"):
+        read_archive(changed)
+    for broken in (content[:-200], b"nothing", b""):
+        (tmp_path / "broken").write_bytes(broken)
+        assert call("restore", str(tmp_path / "broken"))[0] == 2
+    assert records.batches() == ["B2"]
+    assert call("archive", "B9", "--output", str(tmp_path / "x"))[0] == 1
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_rule_thins_out_and_logs_it(call: Call, batches: Path, records: Records, tmp_path: Path) -> None:
+    rule = tmp_path / "rule.toml"
+    rule.write_text("[waveforms]\npassed = 5\n[runs]\npassed = 25\n")
+    code, said, _ = call("retain", str(rule), "--dry-run")
+    assert (code, json.loads(said)) == (0, {"runs": 2, "waveforms": 1, "size": 3 * 7 + 256 * 7, "removed": False})
+    before = files_of(batches)
+    assert json.loads(call("retain", str(rule), "--person", "Wang")[1])["removed"]
+    first = batches / "B1" / "000" / "000001-P"
+    assert removed_files(first).keys() == {"waveforms/0001-a.h5"}
+    left = files_of(batches)
+    # The failed motor is kept for ever: no rule names it.
+    assert set(before) - set(left) == {
+        "B1/000/000001-P/waveforms/0001-a.h5",
+        *(name for name in before if "000003-P" in name or "000004-P" in name),
+    }
+    log = [json.loads(line) for line in (batches / "retention.jsonl").read_text().splitlines()]
+    assert [(entry["removed"], entry["number"], entry["person"]) for entry in log] == [
+        ("waveforms", 1, "Wang"),
+        ("runs", 3, "Wang"),
+        ("runs", 4, "Wang"),
+    ]
+    assert records.count() == 4
+    assert json.loads(call("retain", str(rule))[1])["runs"] == 0
+
+
+@pytest.mark.parametrize("content", ["[run]\n", "[runs]\npassed = -1\n", "[runs]\ngood = 1\n", "["])
+def test_a_rule_that_is_none(content: str, tmp_path: Path) -> None:
+    (tmp_path / "rule.toml").write_text(content)
+    with pytest.raises(InputError, match=r"rule\.toml"):
+        load_rule(tmp_path / "rule.toml")
+
+
+def test_an_archive_takes_no_more_memory_for_a_longer_batch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bench.eol.store.records._AT_ONCE", 20)
+    engine = open_database(str(tmp_path / "records.sqlite"))
+    records, peaks = Records(engine), []
+    # A cause of 20 kB each: read whole, the longer batch would take 1.6 MB more.
+    for batch, count in (("short", 40), ("long", 120)):
+        for number in range(count):
+            records.save(motor_record(number + 1, identifier=f"{batch}-{number}", batch=batch, cause="x" * 20_000))
+        tracemalloc.start()
+        assert write_archive(engine, batch, tmp_path, tmp_path / f"{batch}.tar.gz").motors == count
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    engine.dispose()
+    assert peaks[1] - peaks[0] < 300_000, peaks

@@ -1,0 +1,129 @@
+"""Yields by motor, held against counting one motor after the other."""
+
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from sqlalchemy import Engine, delete
+
+from bench.eol.record import CheckRecord
+from bench.eol.store.records import Records
+from bench.eol.store.schema import CHECK, MOTOR
+from bench.eol.store.selection import choose, golden_motors
+from bench.eol.verdict import Verdict
+from bench.eol.yields import GROUPINGS, MotorYields, motor_yields, shift_starts
+from bench.i18n.errors import UsageError
+from tests.bench.eol.motor_records import NOON, motor_record
+
+#: A motor, its batch, its socket, the verdict, and whether it passed at once.
+Tested = tuple[int, str, str, str, bool]
+JUDGED = ("pass", "fail")
+
+
+def keep(records: Records, tests: Sequence[Tested]) -> None:
+    for number, (motor, batch, socket, verdict, at_once) in enumerate(tests, 1):
+        began = NOON + timedelta(minutes=7 * number)
+        first = Verdict.PASS if at_once and verdict == "pass" else Verdict.FAIL
+        records.save(
+            motor_record(
+                number,
+                batch=batch,
+                socket=socket,
+                serial_number=f"A{motor}",
+                verdict=Verdict(verdict),
+                first_pass=at_once and verdict == "pass",
+                started=began,
+                ended=began,
+                checks=(CheckRecord("r", 1, first, 1.0),),
+            )
+        )
+
+
+def yields_of(engine: Engine, batches: Sequence[str] = ()) -> MotorYields:
+    with engine.connect() as connection:
+        selection = choose(connection, batches, golden=golden_motors(connection))
+        plain = motor_yields(connection, selection)
+        grouped = motor_yields(connection, selection, GROUPINGS)
+    # In words: a share of nothing is NaN, which is equal to nothing.
+    assert repr((plain.first_pass, plain.final, plain.rolled)) == repr(
+        (grouped.first_pass, grouped.final, grouped.rolled)
+    )
+    for groups in grouped.groups.values():
+        assert sum(group.final.count for group in groups) == grouped.final.count
+        assert sum(group.final.hits for group in groups) == grouped.final.hits
+        assert sum(group.first_pass.hits for group in groups) == grouped.first_pass.hits
+    return grouped
+
+
+def counted(tests: Sequence[Tested], batches: Sequence[str]) -> tuple[int, int, int]:
+    """Motors, those that passed at once, and those that passed in the end, one motor after the other."""
+    motors = first = final = 0
+    for motor in {test[0] for test in tests}:
+        judged = [test for test in tests if test[0] == motor and test[3] in JUDGED]
+        chosen = [test for test in judged if test[1] in batches]
+        if chosen:
+            motors += 1
+            first += judged[0] == chosen[0] and judged[0][3] == "pass" and judged[0][4]
+            final += chosen[-1][3] == "pass"
+    return motors, first, final
+
+
+TESTS = st.lists(
+    st.tuples(
+        st.integers(1, 4),
+        st.sampled_from(["B1", "B2"]),
+        st.sampled_from(["1", "2"]),
+        st.sampled_from(["pass", "fail", "error", "aborted"]),
+        st.booleans(),
+    ),
+    min_size=1,
+    max_size=14,
+)
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(TESTS)
+def test_they_are_those_of_motors_counted_one_by_one(engine: Engine, records: Records, tests: list[Tested]) -> None:
+    with engine.begin() as connection:
+        connection.execute(delete(CHECK))
+        connection.execute(delete(MOTOR))
+    keep(records, tests)
+    for batches in ({"B1", "B2"}, {test[1] for test in tests[:1]}):
+        chosen = [batch for batch in batches if batch in {test[1] for test in tests}]
+        found = yields_of(engine, chosen)
+        assert (found.final.count, found.first_pass.hits, found.final.hits) == counted(tests, chosen)
+
+
+def test_eight_motors_of_sixteen_tests_are_eight(engine: Engine, records: Records) -> None:
+    first = [(n, "B1", "1", "fail" if n == 3 else "error", False) for n in range(8)]
+    keep(records, [*first, *((n, "B1", "2", "pass", n != 5) for n in range(8))])
+    found = yields_of(engine)
+    assert (found.final.count, found.final.hits, found.first_pass.hits, found.retested) == (8, 8, 6, 1)
+    by_socket = {group.name: (group.final.count, group.first_pass.hits) for group in found.groups["socket"]}
+    assert by_socket == {"S · 1": (1, 0), "S · 2": (7, 6)}
+    assert found.rolled.procedures["r"].count == 8
+    assert found.rolled.procedures["r"].hits == 6
+
+
+def test_golden_motors_are_left_out(engine: Engine, records: Records) -> None:
+    keep(records, [(1, "B1", "1", "pass", True)])
+    records.save(motor_record(99, serial_number="G-1", golden=True))
+    records.save(motor_record(98, serial_number="G-1", golden=True))
+    found = yields_of(engine)
+    assert (found.final.count, found.final.hits) == (1, 1)
+
+
+def test_a_night_shift_is_of_the_day_on_which_it_began(engine: Engine, records: Records) -> None:
+    at = datetime(2026, 11, 25, 2, 3).astimezone().astimezone(UTC)
+    records.save(motor_record(1, verdict=Verdict.PASS, started=at, ended=at))
+    found = yields_of(engine)
+    assert [group.name for group in found.groups["shift"]] == ["2026-11-24 22:00"]
+    assert [group.name for group in found.groups["date"]] == ["2026-11-25"]
+
+
+@pytest.mark.parametrize("wrong", ["6", "06:03", "25:00", "06:00+08:00", "x"])
+def test_shifts_begin_at_a_time_of_day(wrong: str) -> None:
+    with pytest.raises(UsageError, match="--shifts"):
+        shift_starts([wrong])
