@@ -9,6 +9,7 @@ from nicegui.client import templates
 from starlette.requests import Request
 
 import reports
+from bench.eol.statistics_messages import GROUPING_WORDS
 from bench.i18n.errors import InputError
 from bench.panel.content_policy import mark_scripts
 from bench.panel.gate import Gate
@@ -19,6 +20,7 @@ from bench.panel.pages.history import compare_page, history_page
 from bench.panel.pages.line import line_page
 from bench.panel.pages.login import login_page
 from bench.panel.pages.motor_form import motor_page
+from bench.panel.pages.motor_tests import motor_tests_page
 from bench.panel.pages.run import run_page
 from bench.panel.pages.start import start_page
 from bench.panel.pages.statistics import statistics_page
@@ -56,7 +58,7 @@ def build(panel: Panel, hosts: AllowedHosts) -> None:
     async def new_motor(request: Request) -> None:
         motor_page(panel, _session(request))
 
-    @ui.page("/runs/{name}")
+    @ui.page("/runs/{name:path}")
     async def run(request: Request, name: str) -> None:
         try:
             live = await panel.follow(name)
@@ -76,9 +78,19 @@ def build(panel: Panel, hosts: AllowedHosts) -> None:
 
     @ui.page("/statistics")
     async def statistics(
-        request: Request, model: str = "", batch: str | None = None, parameter: str = "", golden: str = ""
+        request: Request,
+        model: str = "",
+        batch: str | None = None,
+        parameter: str = "",
+        golden: str = "",
+        by: str = Choice.by,
     ) -> None:
-        statistics_page(panel, _session(request), Choice(model, batch, parameter, serial_numbers(golden)))
+        by = by if by in GROUPING_WORDS else Choice.by
+        statistics_page(panel, _session(request), Choice(model, batch, parameter, serial_numbers(golden), by))
+
+    @ui.page("/motors")
+    async def motor_tests(request: Request, serial_number: str = "") -> None:
+        motor_tests_page(panel, _session(request), serial_number)
 
     @ui.page("/history")
     async def history(request: Request) -> None:

@@ -2,11 +2,12 @@
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from bench.journal.packed import is_journal, packed_path
 from bench.journal.stored_result import stored_definition
 from bench.panel.tail import JournalTail
 from drivers.interfaces.text import Text, word
@@ -44,18 +45,23 @@ class Archived:
     figures: Mapping[str, Figure]
     withheld: Mapping[str, WithheldFigure] = field(default_factory=dict)
 
-    def matches(self, words: str) -> bool:
-        """Tell whether every word is found in name, motor, serial number, person, status or a parameter's name."""
+    def matches(self, words: str, shown: Sequence[str] = ()) -> bool:
+        """Tell whether every word is found in name, date, motor, serial number, person, status, a parameter's name or `shown`.
+
+        `shown` is what a reader sees of it in words of a language.
+        """
         searched = " ".join(
             (
                 self.name,
                 self.date,
+                f"{self.date[:4]}-{self.date[4:6]}-{self.date[6:8]}",
                 self.motor,
                 self.serial_number,
                 self.person,
                 self.status,
                 *self.figures,
                 *self.withheld,
+                *shown,
             )
         )
         return all(word in searched.lower() for word in words.lower().split())
@@ -81,10 +87,10 @@ class Archive:
             folders = [Path(entry.path) for entry in entries if entry.is_dir()]
         for folder in folders:
             journal, result = folder / "journal.jsonl", folder / "result.json"
-            if not journal.is_file():
+            if not is_journal(journal):
                 continue
             source = result if result.is_file() else journal
-            changed = source.stat().st_mtime
+            changed = (source if source.is_file() else packed_path(journal)).stat().st_mtime
             known = self._known.get(folder.name)
             if known is None or known[0] != changed:
                 self._known[folder.name] = known = (changed, _archived(folder, source))

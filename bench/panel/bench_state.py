@@ -19,6 +19,8 @@ FRESH, KNOWN = 1.0, 2.0
 #: What may be touched although it is energised: from this direct voltage (V) on no hand comes near. Up to it, separated extra-low
 #: voltage needs no basic protection in dry places (IEC 60364-4-41, 414.4.5; one source).
 EXTRA_LOW = 60.0
+#: Readings, in English, that say nothing more of what is energised.
+_UNSAID = ("electrical speed", "power")
 
 
 class StateKind(StrEnum):
@@ -177,12 +179,13 @@ def _going_down(run: LiveRun) -> ShownState:
 
 def _last_read(view: LiveView, role: str) -> Text:
     since = view.energised[role]
-    values = [
-        (kept.values[-1], kept.unit)
-        for (instrument, _), kept in view.readings.items()
-        if instrument == role and kept.times and kept.times[-1] >= since
-    ]
-    return _values(role, values) if values else role_name(role)
+    values: dict[str, float] = {}
+    for (instrument, quantity), kept in view.readings.items():
+        # The field's speed is no shaft's, and power is what the others make; of several currents the largest says how much it is.
+        if instrument != role or quantity in _UNSAID or not kept.times or kept.times[-1] < since:
+            continue
+        values[kept.unit] = max(values.get(kept.unit, 0.0), kept.values[-1], key=abs)
+    return _values(role, [(value, unit) for unit, value in values.items()]) if values else role_name(role)
 
 
 def _rest(found: Sequence[Mapping[str, Any]], but: Sequence[Mapping[str, Any]]) -> Text:

@@ -1,6 +1,7 @@
 """What every request passes before any page: host, origin, session, size; and what every answer carries."""
 
 import asyncio
+from contextlib import suppress
 
 from starlette.datastructures import MutableHeaders
 from starlette.requests import cookie_parser
@@ -18,6 +19,10 @@ _LARGEST_UNKNOWN = 1 << 14
 _LARGEST = 1 << 20
 #: A body is there within this time (s).
 _BODY_TIME = 20.0
+#: Whether somebody has left is known within this time (s).
+_LOOK = 0.05
+#: What servers note of a request that was left (no standard's number).
+_LEFT = 499
 LOGIN = "/login"
 #: Of NiceGUI: its live connections, and scripts and styles, which are the same for everyone.
 _LIVE = "/_nicegui_ws"
@@ -71,8 +76,10 @@ class Gate:
             await self._app(scope, _again(body, asker), send)
         except RuntimeError as error:
             # Starlette's words where a page was left before it was answered: nobody misses the answer.
-            if not asker.has_left or str(error) != "No response returned.":
+            if str(error) != "No response returned." or not await asker.has_left():
                 raise
+            # Whoever stands before this gate wants an answer all the same.
+            await Response(status_code=_LEFT)(scope, asker, send)
 
     def _refusal(self, scope: Scope) -> Response | None:
         for refused in (self._hosts.refusal(scope), origin_refusal(scope)):
@@ -167,12 +174,20 @@ class _Asker:
 
     def __init__(self, receive: Receive) -> None:
         self._receive = receive
-        self.has_left = False
+        self._left = False
 
     async def __call__(self) -> Message:
         message = await self._receive()
-        self.has_left = self.has_left or message["type"] == "http.disconnect"
+        self._left = self._left or message["type"] == "http.disconnect"
         return message
+
+    async def has_left(self) -> bool:
+        """Say whether it has; where nobody has looked, a server tells it at once."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_LOOK):
+                while not self._left:
+                    await self()
+        return self._left
 
 
 def _again(body: bytes, receive: Receive) -> Receive:

@@ -22,12 +22,16 @@ _TO_DO = text(
 
 @dataclass(frozen=True)
 class Choice:
-    """What a reader wants to see; `batch` is None for the latest one, `model` and `parameter` are empty where any will do."""
+    """What a reader wants to see; `batch` is None for the latest one, `model` and `parameter` are empty where any will do.
+
+    Yields are grouped `by` one of `bench.eol.yields.GROUPINGS`.
+    """
 
     model: str = ""
     batch: str | None = None
     parameter: str = ""
     golden: tuple[str, ...] = ()
+    by: str = "socket"
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,7 @@ def read_statistics(reference: str, choice: Choice) -> StatisticsView:
 def _read(engine: "Engine", choice: Choice) -> StatisticsView:
     from bench.eol.line_statistics import StatisticsRequest, line_statistics, measured_parameters, parameter_labels
     from bench.eol.store.selection import kept_batches
+    from bench.eol.yields import GROUPINGS
 
     with engine.connect() as connection:
         kept = kept_batches(connection)
@@ -100,7 +105,12 @@ def _read(engine: "Engine", choice: Choice) -> StatisticsView:
     choice = replace(choice, model=model, batch=batch)
     if batch != ALL and batch not in batches:
         return StatisticsView(choice, models, batches, fault=text("There is no batch {name}.", name=batch))
-    wanted = StatisticsRequest(() if batch == ALL else (batch,), model, golden=choice.golden)
+    wanted = StatisticsRequest(
+        () if batch == ALL else (batch,),
+        model,
+        golden=choice.golden,
+        by=[each for each in GROUPINGS if each == choice.by],
+    )
     parameters = tuple(measured_parameters(engine, wanted))
     fault = None
     if choice.parameter and choice.parameter not in parameters:

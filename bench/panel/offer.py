@@ -26,7 +26,7 @@ class StepWords:
 class Offered:
     """One procedure as it can be chosen; `settings` by name with default, unit and description.
 
-    One that is `end_of_line` is chosen by name only, one that is `manual` is a run of its own.
+    One that is not `in_all` is chosen by name only, one that is `manual` is a run of its own.
     """
 
     name: str
@@ -35,7 +35,7 @@ class Offered:
     roles: tuple[str, ...]
     steps: tuple[StepWords, ...]
     settings: Mapping[str, Mapping[str, Any]]
-    end_of_line: bool = False
+    in_all: bool = True
     manual: bool = False
 
 
@@ -131,7 +131,7 @@ async def _offered(station: str) -> dict[str, Offered]:
             tuple(data["roles"]),
             tuple(StepWords(step["id"], step["text"]) for step in data["steps"]),
             data["settings"],
-            data["end_of_line"],
+            not (data["end_of_line"] or data["at_load"] or data["manual"]),
             data["manual"],
         )
         for name, data in reply["procedures"].items()

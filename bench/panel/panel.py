@@ -64,10 +64,12 @@ class Panel:
         await self.line.close()
 
     async def follow(self, name: str) -> LiveRun:
-        """Return a run by its name, followed from now on. Raises InputError where there is none."""
+        """Return a run by its name, followed from now on: its folder's under the runs, that of a batch's motor with the folders on the
+        way. Raises InputError where there is none.
+        """
         async with self._opening:
             if name not in self._live:
-                if "/" in name or name.startswith("."):
+                if not all(part and not part.startswith(".") for part in name.split("/")):
                     raise InputError(
                         text("{name}: a run's name is that of its folder under {runs}", name=name, runs=self.runs)
                     )
@@ -75,6 +77,10 @@ class Panel:
                 await run.open()
                 self._live[name] = run
             return self._live[name]
+
+    def of_batch(self, run: LiveRun) -> bool:
+        """Tell whether a run is a batch's motor, which is begun again at the line only."""
+        return run.folder.path.parent != self.runs
 
     def running(self) -> list[LiveRun]:
         """Return the runs that go on now, newest first."""

@@ -16,9 +16,12 @@ from reports.tables.figures import Scale, scale_of
 POINTS = 3000
 #: Those of a small plot beside others.
 _FIT_POINTS = 400
+#: A legend's row and the mark of an entry, a letter at most, and the room of the smallest plot (px).
+_LEGEND_ROW, _LEGEND_ENTRY, _LETTER, _LEGEND_WIDTH = 20, 50.0, 6.2, 330.0
 #: Colour, kind and width of a curve: told apart by more than the colour.
 _LINES: Mapping[Manner, tuple[str, str, float]] = {
     Manner.READING: ("#17202a", "solid", 0.0),
+    Manner.TO_COME: ("#9aa5b1", "solid", 0.0),
     Manner.RECORD: ("#b4bec8", "solid", 4.0),
     Manner.BROAD: ("#b4bec8", "solid", 4.0),
     Manner.FIT: ("#0b4fa0", "solid", 2.0),
@@ -141,10 +144,10 @@ def fit_plot(upper: Mapping[str, Any], left: Mapping[str, Any] | None = None) ->
     # Residuals are over what the fit is over, and share its labels.
     shared = left is not None and left["x"] == upper["x"]
     low = {"top": "68%", "height": "16%"} if shared else {"top": "72%", "height": "13%"}
-    boxes: list[dict[str, Any]] = [{"top": 34, "bottom": 46}]
+    names = dict.fromkeys(name for name, *_ in upper["curves"] if name)
+    boxes: list[dict[str, Any]] = [{"top": 34 + _LEGEND_ROW * (_legend_rows(list(names)) - 1), "bottom": 46}]
     if left is not None:
         boxes = [{"top": 34, "height": "46%" if shared else "42%"}, low]
-    names = dict.fromkeys(name for name, *_ in upper["curves"] if name)
     drawn: dict[str, Any] = {
         "animation": False,
         "tooltip": {"trigger": "axis"},
@@ -166,7 +169,7 @@ def fit_plot(upper: Mapping[str, Any], left: Mapping[str, Any] | None = None) ->
         x_axis = {**axis, "scale": not from_zero[0], "name": "" if shared and not lowest else part["x"], "nameGap": 26}
         if shared:
             # What the fit leaves stands below what it was fitted to.
-            x_axis |= {"min": "dataMin", "max": "dataMax"}
+            x_axis |= {"min": _least(upper) if from_zero[0] else "dataMin", "max": "dataMax"}
         ends = {"showMinLabel": from_zero[0] or not shared, "showMaxLabel": not shared}
         label = {"show": lowest or not shared, "hideOverlap": True, **ends}
         drawn["xAxis"].append({**x_axis, "axisLabel": label})
@@ -179,13 +182,33 @@ def fit_plot(upper: Mapping[str, Any], left: Mapping[str, Any] | None = None) ->
     return drawn
 
 
+def _least(axes: Mapping[str, Any]) -> float:
+    """Return the least of all x and 0."""
+    return min([0.0, *(float(np.min(x)) for _, x, *_ in axes["curves"] if np.size(x))])
+
+
+def _legend_rows(names: Sequence[str]) -> int:
+    """Return how many rows a legend of these names takes in the smallest plot, at least one."""
+    rows, used = 1, 0.0
+    for name in names:
+        width = _LEGEND_ENTRY + sum(_LETTER if letter < "\u2e80" else 2.0 * _LETTER for letter in name)
+        if used and used + width > _LEGEND_WIDTH:
+            rows, used = rows + 1, 0.0
+        used += width
+    return rows
+
+
 def _series(name: str, x: ArrayLike, y: ArrayLike, manner: Manner) -> dict[str, Any]:
     colour, kind, width = _LINES[manner]
     points = thinned(x, y, _FIT_POINTS)
-    series = line(name, points, marks=manner is Manner.READING)
+    marks = manner in (Manner.READING, Manner.TO_COME)
+    series = line(name, points, marks=marks)
     series |= {"lineStyle": {"width": width, "type": kind, "color": colour}, "itemStyle": {"color": colour}}
-    if manner is not Manner.READING:
+    if not marks:
         series["symbol"] = "none"
+    elif manner is Manner.READING:
+        # What was read is filled, what is to come a ring.
+        series |= {"symbol": "circle", "symbolSize": 5}
     if manner is Manner.BARS:
         series |= {"type": "bar", "barWidth": 18}
     return series

@@ -4,8 +4,9 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from bench.eol.statistics.control_chart import Chart
 from bench.eol.statistics.pareto import pareto
-from bench.eol.statistics_messages import RULE_WORDS, outside, scale_for, trimmed
+from bench.eol.statistics_messages import outside, rule_words, scale_for, trimmed
 from bench.panel.plots import axes, line
 from drivers.interfaces.text import Text, Translate, text
 from reports.labels import ParameterLabels
@@ -126,10 +127,11 @@ def control_plot(each: "ParameterStatistics", label: Text, translate: Translate)
             solid=solid,
         )
         for words, value, colour, solid in sides
+        if math.isfinite(value)
     ]
     plot["series"][0]["markLine"] = _lines(marks)
     # The limits stay in sight also where all points are near the centre.
-    reach = [*values, chart.low / scale.factor, chart.high / scale.factor]
+    reach = [*values, *(side / scale.factor for side in (chart.low, chart.high) if math.isfinite(side))]
     room = 0.08 * (max(reach) - min(reach)) or 1.0
     plot["yAxis"] |= {
         "min": round(min(reach) - room, digits),
@@ -141,8 +143,9 @@ def control_plot(each: "ParameterStatistics", label: Text, translate: Translate)
         broken.setdefault(signal.index, []).append(signal.rule)
     points = [
         {
+            "name": each.serial_numbers[index],
             "value": [index, values[index]],
-            "tooltip": {"formatter": "{b}: " + figure(values[index], digits) + "\n" + _rules(rules, translate)},
+            "tooltip": {"formatter": "{b}: " + figure(values[index], digits) + "\n" + _rules(rules, chart, translate)},
         }
         for index, rules in broken.items()
     ]
@@ -174,13 +177,8 @@ def golden_plot(each: "ParameterStatistics", label: Text, translate: Translate) 
     return plot
 
 
-def rule_words(rule: int) -> Text:
-    """Return a rule of the control chart in words."""
-    return text("rule {rule}, {words}", rule=rule, words=RULE_WORDS[rule])
-
-
-def _rules(rules: Sequence[int], translate: Translate) -> str:
-    return "\n".join(rule_words(rule).render(translate) for rule in rules)
+def _rules(rules: Sequence[int], chart: Chart, translate: Translate) -> str:
+    return "\n".join(rule_words(rule, chart).render(translate) for rule in rules)
 
 
 def _described(plot: dict[str, Any], words: str) -> dict[str, Any]:

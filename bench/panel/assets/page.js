@@ -4,12 +4,20 @@
     const LOST = 3000; // ms of silence
     const STOOD = 2000; // ms between two looks: the page itself stood still, and hears only now what came
     const SLOW = 1500; // ms in which a server that answers again is heard again
+    const SETTLED = 6000; // ms that a page has to hear the server for the first time
+    const LOADING = 20000; // ms that a slow server has for a page that is loaded anew: asked again, it would begin again
     const CONFIRM = 400; // ms after a step appears, so that one press cannot confirm two
     const PAUSE = 1000; // ms after which what was typed outside of a field is no code any more
+    const PUTTING = 10000; // ms after the server was first heard in which a step's parts may be made anew, and lose what was put back
+    const KEPT = "motorbench_typed";
     const root = document.documentElement;
     const find = (selector) => document.querySelector(selector);
     let heard = performance.now();
+    const born = heard;
+    let asked = -LOADING;
     let awake = heard;
+    let joined = 0;
+    let touched = false;
 
     function lostNow() {
         return root.classList.contains("mb-lost");
@@ -40,13 +48,60 @@
     // A server that was started anew knows this page no more: once it answers, the page is loaded anew.
     // One that was only slow is soon heard again, and what was typed stays.
     async function comeBack() {
-        if (!lostNow()) return;
+        const now = performance.now();
+        if (!lostNow() || now - born < SETTLED || now - asked < LOADING) return;
         try {
             const answer = await fetch("/assets/page.css", { cache: "no-store" });
             await new Promise((resolve) => setTimeout(resolve, SLOW));
-            if (answer.status < 500 && lostNow()) location.reload();
+            if (answer.status < 500 && lostNow() && performance.now() - asked >= LOADING) {
+                asked = performance.now();
+                location.reload();
+            }
         } catch {
             // Still nobody there.
+        }
+    }
+
+    function typedIn() {
+        const fields = document.querySelectorAll("input[data-focus], input[data-keep]");
+        return [...fields].filter((field) => field.offsetParent && field.getAttribute("aria-label"));
+    }
+
+    function unitsOf(field) {
+        return [...(field.closest(".mb-field")?.querySelectorAll("[role=radio]") ?? [])];
+    }
+
+    // What was typed and not entered outlives the loading, with the unit that was chosen for it: whoever loads the page
+    // anew, for NiceGUI does so itself where a server that was started anew does not know it.
+    function keepTyped() {
+        // A page that is loaded again before it has its fields keeps what the one before kept.
+        if (sessionStorage.getItem(KEPT) && !touched) return;
+        const fields = typedIn().map((field) => ({
+            name: field.getAttribute("aria-label"),
+            words: field.value,
+            unit: unitsOf(field).find((unit) => unit.getAttribute("aria-checked") === "true")?.textContent.trim(),
+        }));
+        sessionStorage.setItem(KEPT, JSON.stringify({ path: location.pathname, fields }));
+    }
+
+    // For the same question only, and once the server hears what is put in; never against somebody's hands.
+    function putBack() {
+        const kept = JSON.parse(sessionStorage.getItem(KEPT) ?? "null");
+        const loaded = performance.getEntriesByType("navigation")[0]?.type;
+        if (loaded !== "reload" || kept?.path !== location.pathname || touched || performance.now() - joined > PUTTING) {
+            sessionStorage.removeItem(KEPT);
+            return;
+        }
+        for (const { name, words, unit } of kept.fields) {
+            const field = typedIn().find((one) => one.getAttribute("aria-label") === name);
+            if (!field) continue;
+            const chosen = unitsOf(field).find((one) => one.textContent.trim() === unit);
+            if (chosen && chosen.getAttribute("aria-checked") !== "true") chosen.click();
+            if (!words || field.value === words) continue;
+            field.value = words;
+            field.dispatchEvent(new Event("input", { bubbles: true }));
+            // What is typed next goes on from there.
+            if (document.activeElement === field) field.setSelectionRange(words.length, words.length);
         }
     }
 
@@ -205,7 +260,11 @@
 
     new MutationObserver((changes) => {
         for (const { attributeName, target, addedNodes, removedNodes } of changes) {
-            if (attributeName === "data-beat") heard = performance.now();
+            if (attributeName === "data-beat") {
+                heard = performance.now();
+                joined ||= heard;
+                if (sessionStorage.getItem(KEPT)) setTimeout(putBack);
+            }
             if (attributeName === "data-step") appeared();
             if (attributeName === "data-sound") sound(target.dataset.sound);
             const among = (nodes, name) => [...nodes].some((node) => node.matches?.(name) || node.querySelector?.(name));
@@ -232,6 +291,10 @@
     window.addEventListener("click", early, true);
     window.addEventListener("click", pressed);
     for (const kind of ["pointerdown", "keydown"]) window.addEventListener(kind, allow);
+    for (const kind of ["pointerdown", "keydown", "input"]) {
+        window.addEventListener(kind, (event) => (touched ||= event.isTrusted), true);
+    }
+    window.addEventListener("pagehide", keepTyped);
     setInterval(watch, 250);
     setInterval(comeBack, 2000);
 })();

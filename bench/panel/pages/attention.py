@@ -4,9 +4,9 @@ from collections.abc import Awaitable, Callable, Sequence
 
 from nicegui import ui
 
-from bench.panel.pages.parts import named
+from bench.panel.pages.parts import expansion, named
 from bench.panel.pages.reader import Reader
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 from reports.tables.attention import Attention, Rank
 
 #: Findings of one rank that stand open; the rest is unfolded.
@@ -42,7 +42,7 @@ class AttentionPart:
                 (text("For your information, nothing to do: {count}", count=len(known)), known),
             ):
                 if rest:
-                    with ui.expansion(say(title)).classes("w-full text-base"):
+                    with expansion(say(title)):
                         for each in rest:
                             self._one(each, repeatable)
 
@@ -61,7 +61,7 @@ class AttentionPart:
             with ui.element("div").classes("grow min-w-0"):
                 ui.label(say(each.message)).classes("text-base")
                 origin = [say(self._title(each.procedure))] if each.procedure else []
-                ui.label(" · ".join([*origin, each.identifier])).classes("mb-small")
+                ui.label(" · ".join([*origin, say(word(each.identifier))])).classes("mb-small")
             if self._repeat is not None and each.procedure in repeatable and each.rank is not Rank.KNOWN:
                 repeat, procedure = self._repeat, each.procedure
                 button = ui.button(say(text("Repeat")), on_click=lambda: repeat(procedure)).props("outline no-caps")

@@ -3,16 +3,17 @@
 from nicegui import ui
 
 from bench.panel.live_run import LiveRun
-from bench.panel.pages.parts import named, table
+from bench.panel.pages.parts import expansion, named, table
 from bench.panel.pages.reader import Reader
-from drivers.interfaces.text import text, word
+from bench.panel.panel import Panel
+from drivers.interfaces.text import text
 from procedures.core.result import Parameter
 from reports.document.model import Cell
 from reports.document.parameters import budget_table
 from reports.labels import phrase
 
 
-def budgets_part(run: LiveRun, reader: Reader) -> None:
+def budgets_part(panel: Panel, run: LiveRun, reader: Reader) -> None:
     """Build the budgets of a run's parameters."""
     say, parameters = reader.say, run.view.run.parameters().parameters
     with_budget = [p for p in parameters.values() if p.budget]
@@ -21,8 +22,8 @@ def budgets_part(run: LiveRun, reader: Reader) -> None:
     with named(ui.element("section").classes("mb-card mb-4"), say(text("Uncertainty budgets"))):
         ui.label(say(text("Uncertainty budgets"))).classes("text-lg font-semibold")
         for parameter in with_budget:
-            title = f"{say(parameter.label)} ({say(word(parameter.procedure))}): {say(phrase(parameter.estimator))}"
-            with ui.expansion(title).classes("w-full text-base"):
+            title = f"{say(parameter.label)} ({say(panel.offer.title(parameter.procedure))}): {say(phrase(parameter.estimator))}"
+            with expansion(title):
                 _table(parameter, reader)
 
 

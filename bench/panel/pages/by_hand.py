@@ -81,9 +81,8 @@ class ByHandForm:
             with ui.element("section").classes("min-w-0"):
                 self._build_connection(roles)
         with ui.row().classes("w-full items-end gap-4 mt-4"):
-            line = (
-                ui.input(label=say(text("Or type a command; help lists them"))).props("outlined dense").classes("grow")
-            )
+            line = ui.input(label=say(text("Or type a command; help lists them"))).props("outlined dense data-keep")
+            line.classes("grow")
             line.on("keydown.enter", lambda: self._line(str(line.value or "")))
 
     def _build_command(self, roles: list[str]) -> None:

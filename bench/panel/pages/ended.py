@@ -1,5 +1,6 @@
 """What a run came to, and what can be done with it."""
 
+import asyncio
 from datetime import UTC, datetime
 from urllib.parse import quote, urlencode
 
@@ -7,6 +8,7 @@ from nicegui import ui
 
 from bench.i18n.errors import InputError
 from bench.journal.events.run import MotorReference
+from bench.journal.journal_file import read_journal
 from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import type_values_of
 from bench.panel.pages.attention import AttentionPart
@@ -15,7 +17,7 @@ from bench.panel.pages.by_hand import read_part
 from bench.panel.pages.fits import fits_part
 from bench.panel.pages.history import STATUS
 from bench.panel.pages.parameter_picture import parameter_picture
-from bench.panel.pages.parts import named, table, untaken_note
+from bench.panel.pages.parts import expansion, named, table, untaken_note
 from bench.panel.pages.products import ProductsPart
 from bench.panel.pages.reader import Reader
 from bench.panel.pages.sign_off import SignOffPart
@@ -48,12 +50,16 @@ class _Ended:
         view = run.view.run
         # Nobody takes up commands where they ended.
         self._manual = any(panel.offer.is_manual(name) for name in view.planned)
+        # A batch's motor is measured again at its line.
+        self._may_lead = session.may_lead and not panel.of_batch(run)
         self._exports = catalogues_of_run(view.start.software if view.start is not None else {}).exports
         self._parameters = view.parameters()
         self._rows = deviations(self._parameters, *type_values_of(view.start))
         self._found = ranked(self._parameters, view.warnings(), view.finished)
 
     def build(self) -> None:
+        untouched = ui.element("div").classes("w-full")
+        ui.timer(_LATER, lambda: self._say_if_changed(untouched), once=True)
         self._outcome()
         with named(ui.element("section").classes("mb-card mb-4"), self._reader.say(text("Result"))):
             headline = ui.label(self._reader.say(self._headline())).classes("text-3xl font-bold")
@@ -63,13 +69,12 @@ class _Ended:
             self._fault = ui.label().props("role=alert").classes("mb-refused whitespace-pre-line")
         self._products = ProductsPart(self._run, self._reader)
         self._picture()
-        lead = self._session.may_lead
-        AttentionPart(self._reader, self._panel.offer.title, self._resume if lead else None).build(
+        AttentionPart(self._reader, self._panel.offer.title, self._resume if self._may_lead else None).build(
             self._found, self._run.view.run.planned
         )
         later = ui.element("div").classes("w-full")
         read_part(self._run.view.run.finished, self._reader)
-        budgets_part(self._run, self._reader)
+        budgets_part(self._panel, self._run, self._reader)
         WaveformsPart(self._panel, self._run, self._reader).build()
         SignOffPart(self._run, self._session, self._reader, self._panel.access).build()
 
@@ -97,7 +102,20 @@ class _Ended:
             ui.label(f"{say(text('Run {status}.', status=status))} {say(off)}").classes("text-xl font-bold")
             ui.label(" · ".join(part for part in parts if part)).classes("text-base")
             if view.run.cause:
-                ui.label(view.run.cause).classes("text-base whitespace-pre-line")
+                ui.label(say(view.run.told)).classes("text-base whitespace-pre-line")
+
+    async def _say_if_changed(self, place: ui.element) -> None:
+        """Say where the journal is not the one that the run wrote: all else here was read from it."""
+        try:
+            # The longest journals take seconds, and other pages are to be heard meanwhile.
+            await asyncio.to_thread(read_journal, self._run.folder.journal)
+        except InputError as error:
+            if place.is_deleted:
+                return
+            with place, ui.element("section").classes("mb-refused mb-4").props("role=alert"):
+                changed = text("This record was changed after it was written: do not use what this page shows.")
+                ui.label(self._reader.say(changed)).classes("text-xl font-bold")
+                ui.label(self._reader.fault(error)).classes("text-base whitespace-pre-line")
 
     def _headline(self) -> Text:
         count = len(self._rows)
@@ -116,29 +134,28 @@ class _Ended:
     def _actions(self, headline: ui.element) -> None:
         say, view = self._reader.say, self._run.view.run
         with ui.row().classes("gap-3 mt-3 items-center"):
-            if self._session.may_lead and view.status != "completed" and not self._manual:
+            if self._may_lead and view.status != "completed" and not self._manual:
                 go_on = ui.button(say(text("Go on where it ended")), on_click=lambda: self._resume(), color=None)
                 go_on.classes("mb-go").props("no-caps")
-            if self._session.may_lead:
+            if self._may_lead:
                 following = f"/?{urlencode({'as_before': self._run.name})}"
                 onward = ui.button(say(text("Measure the next motor")), on_click=lambda: ui.navigate.to(following))
                 onward.props("no-caps data-next")
             # After a run that is complete Enter goes on; after any other nothing happens by itself.
-            went_well = self._session.may_lead and view.status == "completed"
-            (onward if went_well else headline).props("data-focus")
+            (onward if self._may_lead and view.status == "completed" else headline).props("data-focus")
             ui.button(say(text("Report")), on_click=lambda: self._products.report()).props("outline no-caps")
             with self._menu(text("Export")):
                 for name, target in self._exports.items():
                     ui.item(target.title, on_click=lambda name=name: self._export(name))
-            if self._session.may_lead and not self._manual:
+            if self._may_lead and not self._manual:
                 with self._menu(text("Repeat")):
                     for name in view.planned:
                         title = say(self._panel.offer.title(name))
                         ui.item(title, on_click=lambda name=name: self._resume(name))
-            against = f"/compare/{quote(self._run.name, safe='')}/type"
-            ui.button(say(text("Compare with the type")), on_click=lambda: ui.navigate.to(against)).props(
-                "outline no-caps"
-            )
+            if not self._panel.of_batch(self._run):
+                against = f"/compare/{quote(self._run.name, safe='')}/type"
+                compared = ui.button(say(text("Compare with the type")), on_click=lambda: ui.navigate.to(against))
+                compared.props("outline no-caps")
             if self._session.may_change:
                 ui.button(say(text("Sign …")), on_click=lambda: ui.run_javascript(_TO_SIGNATURES)).props(
                     "outline no-caps"
@@ -154,9 +171,9 @@ class _Ended:
         if not self._rows and not self._parameters.withheld:
             return
         with named(ui.element("section").classes("mb-card mb-4"), say(text("Parameters"))):
-            if self._rows:
-                parameter_picture(self._rows, self._reader)
-            with ui.expansion(say(text("All figures as a table"))).classes("w-full text-base"):
+            lacking = [reasons[0] for reasons in self._parameters.withheld.values()]
+            parameter_picture(self._rows, lacking, self._reader)
+            with expansion(say(text("All figures as a table"))):
                 self._table(with_truth=bool(view.truth))
 
     def _table(self, *, with_truth: bool) -> None:

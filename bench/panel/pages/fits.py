@@ -1,7 +1,8 @@
-"""How well the models fit: each fit with its readings, what it leaves below, and that in a word."""
+"""What a run's procedures draw: how well the models fit, what each fit leaves and that in a word; and the plots that judge no fit."""
 
 import math
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from nicegui import ui
@@ -22,28 +23,32 @@ from reports.tables.figures import decimals_for, figure, scale_of
 
 
 def fits_part(panel: Panel, run: LiveRun, reader: Reader) -> None:
-    """Build it; nothing where no procedure fits a model."""
-    fits = [
-        (result, title, *pair)
+    """Build it; nothing where no procedure draws anything."""
+    drawn = [
+        (result, reader.say(title), plot)
         for result in run.view.run.finished.values()
         for title in [panel.offer.title(result.procedure)]
-        for pair in _fits(result, title)
+        for plot in plots(ProcedureRecord(result.procedure, title, result.section, {}, (), result))
     ]
-    if not fits:
-        return
-    heading = reader.say(text("How well the models fit"))
+    fits = [(result, title, *pair) for result, title, plot in drawn for pair in _pairs(plot)]
+    if fits:
+        with _card(text("How well the models fit"), reader):
+            for result, title, upper, left in fits:
+                _one(result, title, upper, left, reader)
+    others = [(title, plot.caption, axes) for _, title, plot in drawn for axes in _others(plot)]
+    if others:
+        with _card(text("Plots"), reader):
+            for title, caption, axes in others:
+                _other(title, caption, axes, reader)
+
+
+@contextmanager
+def _card(words: Text, reader: Reader) -> Iterator[None]:
+    heading = reader.say(words)
     with named(ui.element("section").classes("mb-card mb-4"), heading):
         ui.label(heading).classes("text-lg font-semibold").props("role=heading aria-level=2")
         with ui.element("div").classes("mb-fits"):
-            for result, title, upper, left in fits:
-                _one(result, reader.say(title), upper, left, reader)
-
-
-def _fits(result: ProcedureResult, title: Text) -> Iterator[tuple[Axes, Axes]]:
-    """Give each fit with what it leaves."""
-    record = ProcedureRecord(result.procedure, title, result.section, {}, (), result)
-    for plot in plots(record):
-        yield from _pairs(plot)
+            yield
 
 
 def _pairs(plot: Plot) -> Iterator[tuple[Axes, Axes]]:
@@ -57,6 +62,25 @@ def _pairs(plot: Plot) -> Iterator[tuple[Axes, Axes]]:
                 yield above[column], axes
             elif column and not is_residual(row[column - 1]):
                 yield row[column - 1], axes
+
+
+def _others(plot: Plot) -> Iterator[Axes]:
+    """Give a plot's axes that belong to no fit."""
+    fitted = [upper for upper, _ in _pairs(plot)]
+    for axes in (each for row in plot.rows for each in row):
+        if not is_residual(axes) and not any(axes is each for each in fitted):
+            yield axes
+
+
+def _other(title: str, caption: Text, axes: Axes, reader: Reader) -> None:
+    say = reader.say
+    # A plane of two currents is named by what is drawn on it.
+    heading = title if axes.x_unit == axes.y_unit else f"{title} · {say(axes.y_label)}"
+    with named(ui.element("figure").classes("mb-fit"), f"{heading}: {say(caption)}"):
+        with ui.element("figcaption"):
+            ui.label(heading).classes("text-base font-semibold")
+            ui.label(say(caption)).classes("mb-small")
+        ui.echart(fit_plot(labelled(axes, say))).classes("w-full h-80")
 
 
 def _one(result: ProcedureResult, title: str, upper: Axes, left: Axes, reader: Reader) -> None:

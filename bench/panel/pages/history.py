@@ -77,7 +77,7 @@ class _History:
 
     def _show(self) -> None:
         say = self._reader.say
-        runs = [run for run in self._runs if run.matches(str(self._words.value or ""))]
+        runs = [run for run in self._runs if run.matches(str(self._words.value or ""), self._words_of(run))]
         if self._parameter.value:
             runs = [run for run in runs if self._parameter.value in {*run.figures, *run.withheld}]
         every = len(self._runs)
@@ -113,16 +113,19 @@ class _History:
                 named(box.props("dense"), self._reader.say(text("Choose {name}", name=run.name)))
             with ui.element("td"):
                 ui.link(run.name, f"/runs/{quote(run.name, safe='')}")
-            ended = STATUS.get(run.status, Text("{status}", {"status": run.status}))
-            if run.withheld:
-                ended = text("{status}, {count} withheld", status=ended, count=len(run.withheld))
-            status = self._reader.say(ended)
-            for words in (run.motor, run.serial_number, run.person, status):
+            for words in (run.motor, run.serial_number, run.person, self._reader.say(_ended(run))):
                 with ui.element("td"):
                     ui.label(words)
             if self._parameter.value:
                 with ui.element("td").classes("num"):
                     ui.label(self._figure(run, self._parameter.value))
+
+    def _words_of(self, run: Archived) -> list[str]:
+        """Return what stands in the run's line, and what its parameters are called."""
+        say = self._reader.say
+        measured = (each.label for each in run.figures.values())
+        lacking = (each.label for each in run.withheld.values())
+        return [say(_ended(run)), *(say(label) for label in (*measured, *lacking))]
 
     def _figure(self, run: Archived, name: str) -> str:
         if name in run.figures:
@@ -141,6 +144,11 @@ class _History:
         ui.navigate.to("/".join(("/compare", *(quote(name, safe="") for name in self._chosen))))
 
 
+def _ended(run: Archived) -> Text:
+    ended = STATUS.get(run.status, Text("{status}", {"status": run.status}))
+    return text("{status}, {count} withheld", status=ended, count=len(run.withheld)) if run.withheld else ended
+
+
 def compare_page(panel: Panel, session: Session, first: str, second: str) -> None:
     """Build the comparison of two runs; `second` is `type` for the type values of the first one's motor file."""
     with frame(panel, session, text("Compare"), "/history") as reader:
@@ -152,7 +160,11 @@ def compare_page(panel: Panel, session: Session, first: str, second: str) -> Non
             return
         other = _type_figures(panel, first, known[first].figures) if second == "type" else known[second].figures
         names = [first, say(text("Type values")) if second == "type" else second]
-        ui.label(" ↔ ".join(names)).classes("text-2xl font-bold mb-3")
+        ui.label(" ↔ ".join(names)).classes("text-2xl font-bold")
+        # Two runs are told apart by their motors, not by when they began.
+        motors = [known[name] for name in (first, second) if name in known]
+        told = (" · ".join(part for part in (run.motor, run.serial_number) if part) for run in motors)
+        ui.label(" ↔ ".join(told)).classes("text-base mb-3")
         compared = compare(known[first].figures, other)
         with ui.element("section").classes("mb-card"):
             if not compared and second == "type" and not other:

@@ -3,15 +3,17 @@
 from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
+from urllib.parse import urlencode
 
 from nicegui import events, ui
 
+from bench.eol.statistics.proportion import proportion
 from bench.journal.stored_result import restore_text
 from bench.panel.pages.ended_session import offer_abort
 from bench.panel.pages.frame import frame
 from bench.panel.pages.line_start import LineStart
+from bench.panel.pages.line_state import LineStateRow
 from bench.panel.pages.line_tile import VERDICTS, Tile
-from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
@@ -44,9 +46,19 @@ _STYLE = """
   .mb-plan-card[aria-checked=true] { border: 4px solid #0b4fa0; padding: calc(.75rem - 2px) calc(1rem - 2px); background: #eef4ff; }
   .mb-count { font-size: 2rem; font-weight: 700; font-variant-numeric: tabular-nums; }
   .mb-scan input { font-size: 2rem; }
-  .mb-line-top { position: sticky; top: 0; z-index: 3; flex-wrap: nowrap; padding-block: 8px; background: var(--ground); }
-  @media (width <= 43.75rem) and (height > 32.5rem) { .mb-line-top { flex-wrap: wrap; gap: 8px; } .mb-scan { flex-basis: 100%; }
-    .mb-line-top .q-btn { flex: 1; } }
+  .mb-line-head { position: sticky; top: 0; z-index: 3; background: var(--ground); padding-bottom: 2px; }
+  .mb-line-state { position: static; padding: 8px 0; }
+  .mb-line-top { display: flex; align-items: center; gap: 16px; padding: 8px 16px; border-radius: 10px; background: #17202a; color: #fff; }
+  .mb-line-top .mb-line-said { flex: 1; min-width: 0; font-size: 1.625rem; line-height: 1.2; font-weight: 700; overflow-wrap: anywhere; }
+  .mb-line-top[data-wrong=true] { background: #fff; color: #7a130d; outline: 4px solid #b3121d; outline-offset: -4px; }
+  .mb-line-top .mb-line-said[data-said=wrong] { font-size: 1.25rem; }
+  .mb-line-top .q-field__control { background: #fff; }
+  .mb-scan { width: 22rem; max-width: 100%; }
+  .mb-line-below { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fit, minmax(min(24rem, 100%), 1fr)); align-items: start; }
+  @media (width <= 62.5rem) { .mb-line-top { flex-wrap: wrap; gap: 8px; } .mb-scan { flex: 1; }
+    .mb-line-top .mb-line-said { flex-basis: 100%; } }
+  @media (height <= 32.5rem) { .mb-line-state { padding: 4px 0; } .mb-line-top { padding: 2px 12px; flex-wrap: nowrap; }
+    .mb-line-top .mb-line-said { flex-basis: 0; font-size: 1rem; } .mb-scan { width: 14rem; flex: none; } }
 </style>
 """
 #: The field is emptied where it is filled: a scanner is at the next number before the server has heard of this one.
@@ -67,6 +79,7 @@ class _LinePage:
         self._panel, self._session, self._reader = panel, session, reader
         self._seen: tuple[int, bool] | None = None
         self._tiles: dict[str, Tile] = {}
+        self._refused = ""
 
     def build(self) -> None:
         say = self._reader.say
@@ -77,22 +90,26 @@ class _LinePage:
             LineStart(self._panel, self._session, self._reader, self._begun).build()
         self._work = ui.element("div").classes("w-full flex flex-col flex-nowrap gap-4")
         with self._work:
-            with ui.row().classes("w-full items-center gap-4 mb-line-top"):
-                self._scan = ui.input(say(text("Scan a serial number"))).props(
-                    "outlined autofocus autocomplete=off data-scan"
-                )
-                self._scan.classes("grow mb-scan").on("keydown.enter", self._scanned, js_handler=_TAKE)
-                self._end = ui.button(say(text("Finish the batch")), on_click=self._finish).props("outline no-caps")
-                self._end.classes("text-lg")
-                self._abort = ui.button(say(text("ABORT")), on_click=self._stop, color=None)
-                named(self._abort.classes("mb-abort text-xl px-8"), say(text("Abort the batch: everything off")))
-                ui.tooltip(say(text("Every socket shuts down. Key: Ctrl+Esc. Finish: Ctrl+End")))
-            self._message = ui.label().classes("text-2xl rounded-lg px-4 py-3 w-full").props("role=status")
+            with ui.element("div").classes("mb-line-head"):
+                self._state = LineStateRow(self._reader, self._stop)
+                self._band = ui.element("div").classes("mb-line-top")
+                with self._band:
+                    self._message = ui.label().classes("mb-line-said").props("role=status")
+                    self._scan = ui.input(say(text("Scan a serial number"))).props(
+                        "outlined dense autofocus autocomplete=off data-scan"
+                    )
+                    self._scan.classes("mb-scan").on("keydown.enter", self._scanned, js_handler=_TAKE)
+                    self._end = ui.button(say(text("Finish the batch")), on_click=self._finish, color=None)
+                    self._end.classes("text-lg").props("unelevated no-caps").style("background:#fff;color:#0b4fa0")
+            self._again = ui.button(on_click=self._test_again).props("outline no-caps").classes("text-lg")
             self._records = ui.label().classes("mb-records text-lg rounded-lg px-4 py-3 w-full whitespace-pre-line")
             self._records.props("role=alert").style("background:#fff4e0;color:#6b3d00")
             self._grid = ui.element("div").classes("grid gap-4 grid-cols-1 md-grid-cols-2 xl-grid-cols-4 w-full")
-            self._counters = ui.row().classes("w-full gap-8 items-baseline")
-        offer_abort(self._aborted, self._abort, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
+            with ui.element("div").classes("mb-line-below"):
+                self._counters = ui.element("section").classes("mb-card flex items-baseline")
+                self._counters.style("flex-wrap: wrap; gap: 12px 32px")
+                self._reasons = ui.element("section").classes("mb-card")
+        offer_abort(self._aborted, self._state.stop, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
         self.look()
 
     def look(self) -> None:
@@ -111,8 +128,8 @@ class _LinePage:
 
     def _show(self, state: Mapping[str, Any], *, running: bool) -> None:
         say = self._reader.say
-        for button in (self._end, self._abort):
-            button.set_visibility(running)
+        self._state.show(state, running=running)
+        self._end.set_visibility(running)
         self._scan.set_enabled(running and self._session.may_lead and not state["ending"])
         if [socket["name"] for socket in state["sockets"]] != list(self._tiles):
             self._grid.clear()
@@ -124,13 +141,21 @@ class _LinePage:
         self._show_records(state.get("records") or {})
         self._counters.clear()
         counts = state["counts"]
-        motors = sum(counts["verdicts"].values())
+        motors = counts.get("motors", 0)
         with self._counters:
-            self._count(text("Motors"), str(motors))
+            self._count(text("Motors judged"), str(motors))
             for verdict, (mark, words) in VERDICTS.items():
                 self._count(words, f"{mark} {counts['verdicts'][verdict]}")
             if motors:
-                self._count(text("First-pass yield"), f"{100.0 * counts['first_pass'] / motors:.1f} %")
+                low, high = proportion(counts["first_pass"], motors).interval
+                self._count(
+                    text("First-pass yield"),
+                    f"{100.0 * counts['first_pass'] / motors:.1f} %",
+                    f"95 %: {100.0 * low:.1f} … {100.0 * high:.1f} %",
+                )
+                self._count(text("Final yield"), f"{100.0 * counts['final'] / motors:.1f} %")
+            if counts.get("golden"):
+                self._count(text("Golden tests"), str(counts["golden"]))
             self._count(text("Waiting"), str(state["waiting"]))
             ui.label(
                 say(
@@ -142,12 +167,29 @@ class _LinePage:
                     )
                 )
             ).classes("text-base")
+            address = f"/statistics?{urlencode({'batch': state['batch']})}"
+            ui.link(say(text("Statistics of this batch")), address).classes("mb-link text-base")
+        self._why(counts.get("reworks", {}))
 
-    def _count(self, what: Text, number: str) -> None:
+    def _count(self, what: Text, number: str, below: str = "") -> None:
         with ui.element("div") as box:
             box.props["data-count"] = what.template
             ui.label(self._reader.say(what)).classes("text-sm")
             ui.label(number).classes("mb-count")
+            if below:
+                ui.label(below).classes("text-sm")
+
+    def _why(self, reworks: Mapping[str, int]) -> None:
+        """Show how many motors failed by which part, the most frequent first."""
+        self._reasons.set_visibility(bool(reworks))
+        self._reasons.clear()
+        say = self._reader.say
+        with self._reasons:
+            ui.label(say(text("Why motors failed"))).classes("text-base font-semibold")
+            for code, count in sorted(reworks.items(), key=lambda item: (-item[1], item[0])):
+                with ui.row().classes("w-full justify-between gap-8"):
+                    ui.label(code or say(text("no part named"))).classes("text-base")
+                    ui.label(str(count)).classes("text-base font-semibold")
 
     def _show_message(self, state: Mapping[str, Any], *, running: bool) -> None:
         say, message = self._reader.say, state["message"]
@@ -163,6 +205,25 @@ class _LinePage:
         else:
             words, wrong = f"✗ {say(restore_text(message['text']))}", True
         self._say(words, wrong=wrong)
+        refused = str((message or {}).get("again") or "") if running and not state["ending"] else ""
+        self._again.set_visibility(bool(refused) and self._session.may_lead)
+        self._refused = refused
+        self._again.set_text(
+            say(text("Test {serial} again: {person} answers for it", serial=refused, person=self._person()))
+        )
+
+    async def _test_again(self) -> None:
+        """Have the person at this page answer for the motor that was refused last."""
+        if not self._refused or not self._leads():
+            return
+        if not self._session.person:
+            self._say(
+                self._reader.say(text("Who has a motor tested again gives a name when the batch is begun.")), wrong=True
+            )
+            return
+        fault = await self._panel.line.say({"serial": self._refused, "again": self._session.person})
+        if fault:
+            self._say(f"✗ {self._reader.say(fault)}", wrong=True)
 
     def _show_records(self, records: Mapping[str, Any]) -> None:
         """Show which records are not where they belong, and why."""
@@ -172,7 +233,8 @@ class _LinePage:
 
     def _say(self, words: str, *, wrong: bool) -> None:
         self._message.set_text(words)
-        self._message.style("background:#fdecea;color:#7a130d" if wrong else "background:#e7f4ec;color:#0b4a28")
+        self._message.props["data-said"] = "wrong" if wrong else ""
+        self._band.props["data-wrong"] = "true" if wrong else "false"
 
     async def _scanned(self, event: events.GenericEventArguments) -> None:
         serial = str(event.args or "").strip()

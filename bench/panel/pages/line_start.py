@@ -12,7 +12,7 @@ from bench.eol.plan_name import plan_name
 from bench.i18n.errors import InputError
 from bench.panel.child_command import child_command
 from bench.panel.launch import BatchOrder
-from bench.panel.pages.parts import named
+from bench.panel.pages.parts import expansion, named
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
@@ -138,7 +138,7 @@ class LineStart:
 
     def _build_making(self) -> None:
         say = self._reader.say
-        with ui.expansion(say(text("Make a plan from a measured motor …"))).classes("w-full text-base"):
+        with expansion(say(text("Make a plan from a measured motor …"))):
             words = text("Its procedures become the plan's, and what was found the middle of the limits.")
             ui.label(say(words)).classes("text-base mb-2")
             with ui.row().classes("items-end gap-3"):
@@ -190,9 +190,11 @@ def _offered(folder: Path) -> list[_Offered]:
 def _about(path: Path) -> _Offered:
     # A panel without a line need not load what reads plans.
     from bench.eol.plan import load_plan
+    from bench.eol.plans_beside import check_name
 
     try:
         plan = load_plan(path)
+        check_name(plan)
     except InputError as error:
         return _Offered(path, path.stem, text("Cannot begin: {reason}", reason=text_of(error)), usable=False)
     words = text("{limits} limits · {procedures} procedures", limits=len(plan.limited), procedures=len(plan.checks))

@@ -44,6 +44,7 @@ class Tile:
             self._serial = ui.label().classes("text-2xl font-semibold break-all")
             self._detail = ui.label().classes("text-base whitespace-pre-line")
             self._figures = ui.element("div").classes("w-full")
+            self._diagnosis = ui.label().classes("text-lg font-semibold whitespace-pre-line mb-diagnosis")
             self._next = ui.label().classes("mb-tile-next")
         named(self._box, say(text("Socket {name}", name=name))).props("aria-live=polite")
 
@@ -53,12 +54,16 @@ class Tile:
         last = socket["last"]
         self._since = socket["since"]
         self._figures.clear()
+        self._diagnosis.set_text(_diagnosis(last) if last is not None and not socket["serial_number"] else "")
         if socket["serial_number"]:
             self._set("measuring", "…", socket["serial_number"])
             self.tick()
         elif last is not None:
             mark, words = VERDICTS[last["verdict"]]
             self._set(last["verdict"], f"{mark} {say(words)}", last["serial_number"])
+            if last.get("golden"):
+                self._serial.set_text(say(text("golden motor {serial}", serial=last["serial_number"])))
+                self._next.set_text(say(text("Take it out, and put it back with the golden motors.")))
             # Of a figure outside its limits the cause says the same again.
             self._detail.set_text("" if last["outside"] else last["cause"] or self._inside(last))
             with self._figures:
@@ -69,6 +74,10 @@ class Tile:
         else:
             self._set("empty", "–", say(text("free")))
             self._detail.set_text("")
+        if socket.get("braked") and not socket["serial_number"]:
+            self._box.props["data-braked"] = "true"
+            self._detail.set_text(say(restore_text(socket["braked"])))
+            self._next.set_text(say(text("This socket takes no more motors.")))
 
     def tick(self) -> None:
         """Count the seconds of the motor that is measured."""
@@ -106,3 +115,9 @@ class Tile:
         self._verdict.set_text(verdict)
         self._serial.set_text(serial)
         self._next.set_text(self._reader.say(_NEXT[state]))
+
+
+def _diagnosis(last: Mapping[str, Any]) -> str:
+    """Return the parts at fault, a line each, and what the rework place's list calls them."""
+    lines = [line for line in last.get("diagnosis", "").split("; ") if line]
+    return "\n".join([*lines, *((f"→ {last['rework']}",) if last.get("rework") else ())])

@@ -1,6 +1,6 @@
 """A run's parameters as a picture: each with its interval, the note's figure and the type's tolerance on one axis of per cent."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
@@ -8,6 +8,7 @@ from nicegui.elements.mixins.text_element import TextElement
 from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
 from drivers.interfaces.text import Text, text
+from procedures.core.result import Withheld
 from procedures.plausibility.type_tolerance import Conformity
 from reports.labels import phrase
 from reports.tables.deviation import DeviationRow, OnAxis, axis_end
@@ -15,9 +16,9 @@ from reports.tables.deviation import DeviationRow, OnAxis, axis_end
 _TICKS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 
 
-def parameter_picture(rows: Sequence[DeviationRow], reader: Reader) -> None:
-    """Build it, a table whose last column is the axis."""
-    _Picture(rows, reader).build()
+def parameter_picture(rows: Sequence[DeviationRow], withheld: Iterable[Withheld], reader: Reader) -> None:
+    """Build it, a table whose last column is the axis, or the reason where a figure is withheld."""
+    _Picture(rows, reader).build(withheld)
 
 
 class _Picture:
@@ -26,19 +27,25 @@ class _Picture:
         self._reader = reader
         self._end = axis_end(rows)
 
-    def build(self) -> None:
+    def build(self, withheld: Iterable[Withheld]) -> None:
         with ui.element("table").classes("mb-picture"):
             self._head()
             with ui.element("tbody"):
                 for row in self._rows:
                     self._row(row)
-        self._legend()
+                for reason in withheld:
+                    self._lacking(reason)
+        if self._rows:
+            self._legend()
 
     def _head(self) -> None:
         say = self._reader.say
         with ui.element("thead"), ui.element("tr"):
             _words("th", say(text("Parameter"))).props("scope=col")
             _words("th", say(text("Value"))).props("scope=col").classes("num")
+            if not self._rows:
+                _words("th", say(text("Reason"))).props("scope=col")
+                return
             with ui.element("th").props("scope=col"):
                 _words("div", say(self._meaning())).classes("mb-axis-title")
                 with ui.element("div").classes("mb-axis-ticks").props("aria-hidden=true"):
@@ -74,6 +81,16 @@ class _Picture:
                     self._axis(row, row.on_axis)
                 elif row.exact is not None:
                     _words("span", say(row.exact))
+
+    def _lacking(self, reason: Withheld) -> None:
+        say = self._reader.say
+        with ui.element("tr"):
+            with ui.element("th").props("scope=row").classes("mb-quantity"):
+                _words("div", say(reason.label)).classes("mb-quantity-name")
+            with ui.element("td").classes("num"):
+                _words("span", f"⚠ {say(text('withheld'))}").classes("mb-verdict")
+            with ui.element("td").classes("mb-axis-cell"):
+                _words("span", say(reason.message))
 
     def _verdict(self, row: DeviationRow) -> Text:
         tolerance = row.tolerance or 0.0

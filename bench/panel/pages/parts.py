@@ -1,7 +1,7 @@
 """Parts of pages that hold texts of files and people: made of elements, for what stands in markup could act in it."""
 
-from collections.abc import Iterable, Sequence
-from typing import TypeVar
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, TypeAlias, TypeVar
 from xml.etree import ElementTree as Xml
 
 from nicegui import ui
@@ -13,6 +13,8 @@ from drivers.interfaces.text import text
 #: The code that is Done to a scanner.
 CONFIRMS = "DONE"
 
+#: Words and the address that they lead to, each.
+Links: TypeAlias = tuple[tuple[str, str], ...]
 _Element = TypeVar("_Element", bound=ui.element)
 
 
@@ -20,6 +22,13 @@ def named(element: _Element, name: str) -> _Element:
     """Give an element the name that a screen reader says."""
     element.props["aria-label"] = name
     return element
+
+
+def expansion(title: str) -> ui.expansion:
+    """Build a part that opens by its title, which is also what a screen reader says of its arrow."""
+    part = ui.expansion(title).classes("w-full text-base")
+    part.props["toggle-aria-label"] = title
+    return part
 
 
 def untaken_note(reader: Reader) -> None:
@@ -33,8 +42,10 @@ def untaken_note(reader: Reader) -> None:
     note.props["data-code"] = CONFIRMS
 
 
-def table(head: Sequence[str], lines: Iterable[Sequence[str]], *, numeric: frozenset[int] = frozenset()) -> None:
-    """Build a table; columns of `numeric` stand to the right."""
+def table(
+    head: Sequence[str], lines: Iterable[Sequence[str | Links]], *, numeric: frozenset[int] = frozenset()
+) -> None:
+    """Build a table; columns of `numeric` stand to the right, a cell is words or links."""
     with ui.element("table").classes("mb-table"):
         with ui.element("thead"), ui.element("tr"):
             for number, title in enumerate(head):
@@ -46,8 +57,31 @@ def table(head: Sequence[str], lines: Iterable[Sequence[str]], *, numeric: froze
                         _cell("td", words, numeric=number in numeric)
 
 
-def _cell(tag: str, words: str, *, numeric: bool) -> TextElement:
-    cell = TextElement(tag=tag, text=words)
+def plot(options: dict[str, Any], on_point: Callable[[str, str], object] | None = None) -> None:
+    """Build a plot, which a screen reader says by its own description; `on_point` takes a pressed point's series and name."""
+    words = options["aria"]["label"]["description"]
+    chart = named(ui.echart(options).classes("w-full h-80").props("role=img"), words)
+    if on_point is not None:
+        chart.on_point_click(lambda event: on_point(str(event.series_name or ""), str(event.name or "")))
+
+
+def beside() -> ui.element:
+    """Build a place for two parts, beside each other where there is room."""
+    return ui.element("div").classes("mb-beside")
+
+
+def link_row(links: Links) -> None:
+    """Build links beside each other."""
+    with ui.element("div").classes("flex").style("flex-wrap: wrap; gap: 4px 16px"):
+        for words, address in links:
+            ui.link(words, address).classes("mb-link text-base")
+
+
+def _cell(tag: str, words: str | Links, *, numeric: bool) -> TextElement:
+    cell = TextElement(tag=tag, text=words if isinstance(words, str) else "")
+    if not isinstance(words, str):
+        with cell:
+            link_row(words)
     return cell.classes("num") if numeric else cell
 
 

@@ -7,7 +7,7 @@ from nicegui import ui
 
 from bench.panel.child_command import child_command
 from bench.panel.live_run import LiveRun
-from bench.panel.pages.parts import named
+from bench.panel.pages.parts import expansion, named
 from bench.panel.pages.reader import Reader
 from drivers.interfaces.text import text
 
@@ -84,7 +84,7 @@ class ProductsPart:
             )
             named(button.props("outline no-caps dense"), say(text("Download {name} again", name=product.name)))
         if product.preview:
-            with ui.expansion(say(text("What is in it"))).classes("w-full text-base"):
+            with expansion(say(text("What is in it"))):
                 first = product.preview.splitlines()
                 rest = [] if len(first) <= _PREVIEW else ["…"]
                 ui.label("\n".join([*first[:_PREVIEW], *rest])).classes("mb-preview")

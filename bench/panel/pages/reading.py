@@ -33,7 +33,7 @@ class ReadingCard:
         with named(ui.element("section").classes("mb-card"), say(text("Live reading"))):
             with ui.element("div").classes("mb-what"):
                 self._what = ui.label(say(text("No reading yet")))
-                self._age = ui.label()
+                self._age = ui.label().props("data-age")
             self._value = ui.label("–").classes("mb-big").props("data-reading")
             with ui.element("div").classes("mb-side-plot") as self._trend:
                 self._chart = ui.echart(axes("", say(text("bench time / s")), "")).classes("mb-chart")
@@ -80,7 +80,8 @@ class ReadingCard:
         if latest is not None:
             values, unit = _for_people(list(latest.values), latest.unit)
             scale = scale_of(max(map(abs, values)), unit)
-            options = axes("", say(text("bench time / s")), scale.unit)
+            # The digits above may be another quantity's by now.
+            options = axes("", say(text("bench time / s")), f"{say(latest.quantity)} / {scale.unit}")
             points = thinned(list(latest.times), [value / scale.factor for value in values], 600)
             options["series"] = [line(say(latest.quantity), points, marks=len(values) < 60)]
         self._chart.options.clear()

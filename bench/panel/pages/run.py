@@ -129,7 +129,7 @@ class _RunPage:
         failed = [f"{event.instrument}: {event.error}" for event in view.made_safe.values() if event.error]
         lines = []
         if ended and view.run.status == "aborted":
-            lines.append(say(text("ABORTED: {cause}", cause=view.run.cause)))
+            lines.append(say(text("ABORTED: {cause}", cause=view.run.told)))
         elif ended and not view.ended:
             lines.append(say(text("THE RUN'S PROCESS IS GONE. Look at the bench: is everything off?")))
         if failed:

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterable, Mapping
 from nicegui import ui
 
 from bench.panel.offer import Offered
+from bench.panel.pages.parts import expansion
 from bench.panel.pages.reader import Reader
 from drivers.interfaces.text import Text, text
 
@@ -18,7 +19,7 @@ class SettingsPart:
         given = (setting.partition("=") for setting in before)
         self._before = {name: value for name, _, value in given if "." in name}
         self._typed: dict[str, ui.input] = {}
-        with ui.expansion(reader.say(text("Settings"))).classes("w-full text-base") as self._part:
+        with expansion(reader.say(text("Settings"))) as self._part:
             self._rows = ui.element("div").classes("w-full")
             self._choice = ui.select({}, label=reader.say(text("Change a setting")), with_input=True)
             self._choice.props("outlined dense").classes("w-full").on_value_change(self._chosen)

@@ -148,7 +148,7 @@ class _StartPage:
                 missing = [] if self._roles is None else sorted(set(procedure.roles) - self._roles)
                 box = ui.checkbox(
                     f"{say(Text(procedure.title))} · {say(section_name(procedure.section))}",
-                    value=not missing and (name in self._planned if self._planned else not procedure.end_of_line),
+                    value=not missing and (name in self._planned if self._planned else procedure.in_all),
                 )
                 box.props("dense").classes("text-base")
                 needs = text("needs {roles}", roles=[role_name(role) for role in procedure.roles])
@@ -190,7 +190,7 @@ class _StartPage:
     def _mark(self, value: bool) -> None:
         """Take none, or all that `all` takes."""
         for name, box in self._boxes.items():
-            if box.enabled and not (value and self._offered and self._offered[name].end_of_line):
+            if box.enabled and not (value and self._offered and not self._offered[name].in_all):
                 box.set_value(value)
 
     async def _rehearse(self) -> None:

@@ -1,5 +1,6 @@
 """What the line's records say of motors, process and station: yields, failures, capability, charts."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -8,35 +9,38 @@ from urllib.parse import urlencode
 from nicegui import events, ui
 from nicegui import run as background
 
-from bench.eol.statistics.pareto import pareto
 from bench.eol.statistics_messages import (
-    VERDICTS,
     bounds,
+    distribution_words,
     drift_figures,
     drift_words,
-    index,
-    interval,
-    latest_of,
-    percentage,
+    false_alarm_words,
+    indices,
+    rule_words,
     scale_for,
+    share_outside,
     signals,
 )
-from bench.eol.verdict import Verdict
 from bench.panel.line_records import ALL, Choice, StatisticsView, read_statistics, serial_numbers
+from bench.panel.motor_records import motor_address
+from bench.panel.pages.failures import show_failures
 from bench.panel.pages.frame import frame
-from bench.panel.pages.parts import named, table
+from bench.panel.pages.parts import Links, beside, expansion, link_row, named, plot, table
 from bench.panel.pages.reader import Reader
+from bench.panel.pages.yields import show_grouped_yields, show_yields
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from bench.panel.statistics_plots import control_plot, golden_plot, histogram_plot, pareto_plot, rule_words
+from bench.panel.statistics_plots import control_plot, golden_plot, histogram_plot
 from drivers.interfaces.text import Text, text
 from reports.labels import ParameterLabels
 from reports.tables.figures import decimals_for, figure
 
 if TYPE_CHECKING:
     from bench.eol.line_statistics import LineStatistics, ParameterStatistics
-    from bench.eol.store.tallies import Failures
 
+_TO_GROUPING = "setTimeout(() => document.querySelector('[data-part=yield-by] input')?.focus(), 50)"
+#: So many motors that break a rule are named beside it.
+_LINKED = 5
 _STYLE = """
 <style>
   .mb-yield { font-size: 2.6rem; line-height: 1.15; font-weight: 700; font-variant-numeric: tabular-nums; }
@@ -71,6 +75,7 @@ class _Statistics:
                 for event in ("keydown.enter", "blur"):
                     golden.on(event, lambda: self._change(golden=serial_numbers(str(golden.value or ""))))
                 ui.button(say(text("Read again")), on_click=self._read).props("outline no-caps")
+                ui.link(say(text("One motor's tests")), "/motors").classes("mb-link text-base")
             self._status = ui.label().props("role=status").classes("text-base mt-2")
         self._fault = ui.label().props("role=alert").classes("text-xl whitespace-pre-line").style("color:#7a130d")
         self._content = ui.element("div").classes("w-full flex flex-col flex-nowrap gap-4")
@@ -96,11 +101,15 @@ class _Statistics:
             return
         with self._content:
             with ui.element("div").classes("grid gap-4 grid-cols-1 lg-grid-cols-2 w-full"):
-                self._yields(statistics)
+                with self._card(text("Yield"), "yield"):
+                    show_yields(statistics.yields, self._reader)
                 each = statistics.parameters.get(view.choice.parameter) if view.fault is None else None
                 if each is not None:
                     self._capability(each)
-            self._failures(statistics)
+            with self._card(text("Yield by …"), "yield-by"):
+                show_grouped_yields(statistics.yields.motors, view.choice.by, self._reader, self._group)
+            with self._card(text("Failures"), "failures"):
+                show_failures(statistics, self._labels, self._reader)
             if each is not None:
                 self._histogram(each)
                 self._chart(each)
@@ -138,6 +147,7 @@ class _Statistics:
             "model": choice.model,
             "parameter": choice.parameter,
             "golden": ",".join(choice.golden),
+            "by": "" if choice.by == Choice.by else choice.by,
         }
         asked = {key: value for key, value in asked.items() if value}
         if choice.batch is not None:
@@ -146,78 +156,27 @@ class _Statistics:
         ui.navigate.history.replace(f"/statistics?{urlencode(asked)}")
         await self._read()
 
-    # the parts
+    async def _group(self, by: str) -> None:
+        await self._change(by=by)
+        # The choice was built anew with its table; whoever has no mouse goes on where he was.
+        with self._content:
+            ui.run_javascript(_TO_GROUPING)
 
-    def _yields(self, statistics: "LineStatistics") -> None:
-        say, yields = self._reader.say, statistics.yields
-        with self._card(text("Yield"), "yield"), ui.row().classes("gap-x-8 items-start"):
-            for key, words, share in (
-                ("first_pass", text("First pass"), yields.first_pass),
-                ("final", text("Final"), yields.final),
-            ):
-                with ui.element("div") as box:
-                    box.props["data-yield"] = key
-                    ui.label(say(words)).classes("text-base")
-                    ui.label(f"{percentage(share.share)} %").classes("mb-yield")
-                    ui.label(say(text("95 % interval: {interval} %", interval=interval(share)))).classes("text-base")
-                    ui.label(say(text("{hits} of {count} judged", hits=share.hits, count=share.count))).classes(
-                        "text-base"
-                    )
-            others = [v for v in (Verdict.ERROR, Verdict.ABORTED) if yields.verdicts[v]]
-            if others:
-                counted = " · ".join(f"{say(VERDICTS[verdict])}: {yields.verdicts[verdict]}" for verdict in others)
-                ui.label(counted).classes("text-base w-full")
+    # the parts
 
     def _capability(self, each: "ParameterStatistics") -> None:
         say, distribution = self._reader.say, each.distribution
         with self._card(text("Capability: {parameter}", parameter=self._labels[distribution.parameter]), "capability"):
-            rows = [
-                [name, index(by, which)]
-                for name, by, which in (
-                    ("Cp", each.within, "cp"),
-                    ("Cpk", each.within, "cpk"),
-                    ("Pp", each.overall, "cp"),
-                    ("Ppk", each.overall, "cpk"),
-                )
-            ]
+            rows = [[name, shown] for name, shown in zip(("Cp", "Cpk", "Pp", "Ppk"), indices(each), strict=True)]
+            rows.append([say(text("Outside, %")), share_outside(each, 0.95)])
             self._table([text("Index"), text("Value [95 % interval]")], rows, numeric={1})
             words = text("Cp and Cpk by the spread between neighbours, Pp and Ppk by the spread of all.")
             ui.label(say(words)).classes("text-sm mt-2")
+            if (other := distribution_words(each, self._labels[distribution.parameter])) is not None:
+                ui.label(say(other)).classes("text-base mt-2")
             if distribution.changed:
                 changed = text("The limits were others at first; shown are those of the latest motor.")
                 ui.label(say(changed)).classes("text-base mt-2")
-
-    def _failures(self, statistics: "LineStatistics") -> None:
-        by_parameter, by_procedure = statistics.by_parameter, statistics.by_procedure
-        with self._card(text("Failures"), "failures"):
-            if not by_parameter and not by_procedure:
-                yields = statistics.yields
-                again = yields.first_pass != yields.final
-                said = text("Nothing failed in the end; some motors passed only when tried again.")
-                ui.label(self._reader.say(said if again else text("Nothing failed."))).classes("text-base")
-                return
-            with _beside():
-                with ui.element("div"):
-                    if any(each.failed for each in by_parameter):
-                        self._plot(pareto_plot(by_parameter, self._labels, self._reader.translate))
-                with ui.element("div").classes("flex flex-col flex-nowrap gap-4"):
-                    for title, failures in ((text("Parameter"), by_parameter), (text("Procedure"), by_procedure)):
-                        if failures:
-                            self._pareto(title, failures)
-
-    def _pareto(self, title: Text, failures: Sequence["Failures"]) -> None:
-        rows = [
-            [
-                self._reader.say(self._labels[each.name]),
-                str(each.failed),
-                percentage(row.share, 1),
-                percentage(row.cumulative, 1),
-                str(each.errors),
-            ]
-            for each, row in zip(failures, pareto([each.failed for each in failures]), strict=True)
-        ]
-        head = [title, text("Failed"), text("% of failures"), text("Cumulative, %"), text("Errors")]
-        self._table(head, rows, numeric={1, 2, 3, 4})
 
     def _histogram(self, each: "ParameterStatistics") -> None:
         distribution, scale = each.distribution, scale_for(each)
@@ -232,8 +191,8 @@ class _Statistics:
             (text("Standard deviation, neighbours"), figure(each.within.standard_deviation / scale.factor, digits + 1)),
             (text("Least … most"), bounds(distribution.least, distribution.most, scale, digits)),
         ]
-        with self._card(text("Distribution: {parameter}", parameter=name), "distribution"), _beside():
-            self._plot(histogram_plot(each, name, self._reader.translate))
+        with self._card(text("Distribution: {parameter}", parameter=name), "distribution"), beside():
+            plot(histogram_plot(each, name, self._reader.translate))
             with ui.element("div"):
                 head = [name, Text("{unit}", {"unit": scale.unit})]
                 self._table(head, [[self._reader.say(words), value] for words, value in rows], numeric={1})
@@ -250,20 +209,26 @@ class _Statistics:
             if chart is None:
                 ui.label(say(text("A control chart needs two motors at least."))).classes("text-base")
                 return
-            self._plot(control_plot(each, name, self._reader.translate))
+            plot(control_plot(each, name, self._reader.translate), lambda _, serial: _go_to(serial))
+            with expansion(say(text("Motors of the chart: figures and runs"))):
+                link_row(_links(each.serial_numbers))
             digits = decimals_for(chart.sigma / scale.factor, chart.centre / scale.factor)
             line = text(
-                "Centre {centre}, control limits {limits} {unit} (3 sigma by the moving range)",
+                "Centre {centre}, control limits {limits} {unit} ({reach} sigma by the moving range)",
+                reach=f"{chart.reach:.3g}" if math.isfinite(chart.reach) else "–",
                 centre=figure(chart.centre / scale.factor, digits),
                 limits=bounds(chart.low, chart.high, scale, digits),
                 unit=scale.unit,
             )
             ui.label(say(line)).classes("text-base my-2")
+            ui.label(say(false_alarm_words(chart, len(each.values), named=False))).classes("text-base my-2")
             broken = signals(each)
             if not broken:
                 ui.label(say(text("No rule is broken."))).classes("text-base")
                 return
-            rows = [[say(rule_words(rule)), str(len(at)), latest_of(at)] for rule, at in broken.items()]
+            rows: list[list[str | Links]] = [
+                [say(rule_words(rule, chart)), str(len(at)), _links(at[-_LINKED:])] for rule, at in broken.items()
+            ]
             self._table(
                 [text("Broken rule"), text("Points"), text("Serial numbers, the latest last")], rows, numeric={1}
             )
@@ -271,18 +236,18 @@ class _Statistics:
     def _golden(self, each: "ParameterStatistics") -> None:
         say, scale = self._reader.say, scale_for(each)
         missing = [name for name in self._choice.golden if name not in {g.serial_number for g in each.golden}]
-        if not self._choice.golden:
+        if not each.golden and not missing:
             return
         name = self._labels[each.distribution.parameter]
         with self._card(text("Golden motors: {parameter}", parameter=name), "golden"):
             if each.golden:
-                self._plot(golden_plot(each, name, self._reader.translate))
-                rows = []
+                plot(golden_plot(each, name, self._reader.translate), lambda serial, _: _go_to(serial))
+                rows: list[list[str | Links]] = []
                 for golden in each.golden:
                     figures = drift_figures(golden, scale)
                     slope = f"{figures['slope']} [{figures['low']}, {figures['high']}]"
                     shown = [figures["mean"], figures["s"], slope, say(drift_words(golden.drift))]
-                    rows.append([golden.serial_number, str(golden.drift.count), *shown])
+                    rows.append([_links([golden.serial_number]), str(golden.drift.count), *shown])
                 head = [text("Motor"), text("Times"), text("Mean"), Text("s")]
                 head += [text("Drift a day [95 % interval]"), text("What it tells")]
                 self._table(head, rows, numeric={1, 2, 3, 4})
@@ -301,16 +266,16 @@ class _Statistics:
             ui.label(words).classes("text-lg font-semibold mb-2").props("role=heading aria-level=2")
         return card
 
-    def _plot(self, options: dict[str, Any]) -> None:
-        words = options["aria"]["label"]["description"]
-        named(ui.echart(options).classes("w-full h-80").props("role=img"), words)
-
-    def _table(self, head: Sequence[Text], rows: Sequence[Sequence[str]], *, numeric: set[int]) -> None:
+    def _table(self, head: Sequence[Text], rows: Sequence[Sequence[str | Links]], *, numeric: set[int]) -> None:
         table([self._reader.say(t) for t in head], rows, numeric=frozenset(numeric))
 
 
-def _beside() -> ui.element:
-    return ui.element("div").classes("mb-beside")
+def _links(serial_numbers: Sequence[str]) -> Links:
+    return tuple((serial, motor_address(serial)) for serial in serial_numbers)
+
+
+def _go_to(serial_number: str) -> None:
+    ui.navigate.to(motor_address(serial_number))
 
 
 def _selected(statistics: "LineStatistics") -> Text:

@@ -6,7 +6,7 @@ from bench.panel.live_run import LiveRun
 from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
-from drivers.interfaces.text import text
+from drivers.interfaces.text import text, word
 
 
 class ProgressCard:
@@ -29,7 +29,7 @@ class ProgressCard:
             motor = view.run.start.motor
             self._motor.set_text(" · ".join(part for part in (motor.name, motor.serial_number) if part))
         states = [(name, self._state(name)) for name in view.run.planned]
-        warnings = [f"{notice.identifier}: {say(notice.message)}" for _, notice in view.run.warnings()]
+        warnings = [f"{say(word(notice.identifier))}: {say(notice.message)}" for _, notice in view.run.warnings()]
         if (states, warnings) == self._shown:
             return
         self._shown = (states, warnings)

@@ -71,6 +71,13 @@ class Server:
         self._process.close()
         return message
 
+    def kill(self) -> None:
+        """End it as no program can prepare for."""
+        assert self._process is not None
+        self._process.send_signal(signal.SIGKILL)
+        self._process.communicate(timeout=20)
+        self._process.close()
+
     def pass_an_hour(self) -> None:
         """Move the sessions' clock on, before the next request; two without one between may be one."""
         assert self._process is not None

@@ -14,3 +14,16 @@ def test_what_the_panel_loads_to_start() -> None:
         check=True,
     )
     assert content.stdout.strip() == "[]"
+
+
+def test_its_sockets_load_no_client() -> None:
+    begin = (
+        "from bench.panel.socket_server import load_socket_server; load_socket_server(); import bench.panel.app, sys; "
+    )
+    content = subprocess.run(
+        [sys.executable, "-c", begin + "print('aiohttp' in sys.modules, 'tornado' in sys.modules); import aiohttp"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert content.stdout.strip() == "False False"

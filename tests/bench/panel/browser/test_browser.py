@@ -4,6 +4,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Error, Page, expect
 
 from tests.bench.panel.browser.conftest import Panel
@@ -60,6 +61,7 @@ def kinds(server: Server, run: str) -> list[str]:
     return [json.loads(line)["kind"] for line in lines]
 
 
+@pytest.mark.slow
 def test_the_connections_are_drawn_and_told(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
     begin(page, panel, "Pole pairs by stable positions")
@@ -74,6 +76,7 @@ def test_the_connections_are_drawn_and_told(panel: Panel, new_page: NewPage) -> 
     page.set_viewport_size({"width": 1400, "height": 900})
 
 
+@pytest.mark.slow
 def test_a_small_screen_shows_the_whole_drawing_and_keeps_abort_in_reach(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
     page.set_viewport_size({"width": 820, "height": 600})
@@ -108,6 +111,7 @@ def test_abort_takes_the_way_down_and_cannot_be_overlooked(panel: Panel, new_pag
     expect(page.get_by_role("button", name="Go on where it ended")).to_be_visible()
 
 
+@pytest.mark.slow
 def test_a_reloaded_and_a_second_browser_in_chinese_show_the_run_where_it_is(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
     begin(page, panel, "Pole pairs by stable positions")
@@ -130,6 +134,7 @@ def test_a_reloaded_and_a_second_browser_in_chinese_show_the_run_where_it_is(pan
     expect(second.get_by_role("rowheader", name=re.compile("^极对数"))).to_be_visible()
 
 
+@pytest.mark.slow
 def test_who_has_no_name_is_called_so_in_each_readers_language(panel: Panel, new_page: NewPage) -> None:
     page, other = new_page(), new_page()
     run = begin(page, panel, "Pole pairs by stable positions")

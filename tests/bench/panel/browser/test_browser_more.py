@@ -13,6 +13,8 @@ from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_browser import answer_until_end, begin, choose
 from tests.bench.panel.conftest import QUICK, Server
 
+pytestmark = pytest.mark.slow
+
 LG_400W = Path(__file__).parents[4] / "bench" / "motors" / "lg-400w.toml"
 
 Serve = Callable[..., Server]
@@ -64,12 +66,17 @@ def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPa
     expect(page.get_by_text("2 of 2 runs")).to_be_visible()
     page.get_by_label("Search").fill("sn-2 lg-400w")
     expect(page.get_by_text("1 of 2 runs")).to_be_visible()
-    page.get_by_label("Search").fill("")
+    page.get_by_role("button", name="中文").click()
+    for words, found in (("已完成 定子电阻", 2), ("sn-1 定子电阻", 1), ("已中止", 0)):
+        page.get_by_label("搜索").fill(words)
+        expect(page.get_by_text(f"共 2 次，符合 {found} 次")).to_be_visible()
+    page.get_by_role("button", name="English").click()
     expect(page.get_by_text("2 of 2 runs")).to_be_visible()
     for box in page.get_by_role("checkbox", name=re.compile("^Choose ")).all():
         box.click()
     page.get_by_role("button", name="Compare the two chosen").click()
     page.wait_for_url("**/compare/**")
+    expect(page.get_by_text(re.compile("LG-400W · SN-[12] ↔ LG-400W · SN-[12]"))).to_be_visible()
     expect(page.get_by_role("row", name=re.compile("Stator resistance .* mΩ"))).to_be_visible()
     run = sorted(path.name for path in runs.iterdir())[0]
     page.goto(f"{server.url}/runs/{run}")
@@ -92,6 +99,29 @@ def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPa
     made = page.get_by_role("status", name="Made of this run")
     made.get_by_text("What is in it").click()
     expect(made.get_by_text(re.compile('"stator_resistance"'))).to_be_visible()
+
+
+def test_a_record_that_was_changed_is_said_to_be(serve: Serve, new_page: NewPage, runs: Path) -> None:
+    server, page = serve("--virtual"), new_page()
+    run = min(runs.iterdir())
+    changed = page.get_by_role("alert").filter(has_text="This record was changed after it was written")
+    page.goto(f"{server.url}/runs/{run.name}")
+    expect(page.get_by_role("button", name="Measure the next motor")).to_be_visible()
+    expect(changed).to_have_count(0)
+    journal = run / "journal.jsonl"
+    whole = journal.read_bytes()
+    place = whole.index(b"SN-1") + len("SN-")
+    journal.write_bytes(whole[:place] + b"7" + whole[place + 1 :])
+    page.reload()
+    expect(changed).to_contain_text("does not follow from the line before")
+    page.get_by_role("button", name="中文").click()
+    expect(page.get_by_role("alert").filter(has_text="此记录在写入之后被改动过")).to_be_visible()
+    # One that has read nothing of it before.
+    server.stop()
+    server.start()
+    page.goto(f"{server.url}/runs/{run.name}")
+    expect(page.get_by_text("之前一行不符").or_(page.get_by_text("此记录在写入之后被改动过")).first).to_be_visible()
+    page.get_by_role("button", name="English").click()
 
 
 def test_the_end_of_a_run_is_a_picture_and_the_next_motor_is_measured_as_before(

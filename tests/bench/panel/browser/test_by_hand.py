@@ -3,9 +3,12 @@
 import json
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.bench.panel.browser.conftest import Panel
+
+pytestmark = pytest.mark.slow
 
 NewPage = Callable[[], Page]
 

@@ -60,6 +60,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return next((folder / "runs").glob("*/result.json")).parent
 
 
+@pytest.mark.slow
 def test_a_hostile_runs_name_does_nothing(serve: Serve, new_page: NewPage, finished: Path, tmp_path: Path) -> None:
     (tmp_path / "runs").mkdir()
     shutil.copytree(finished, tmp_path / "runs" / HOSTILE)
@@ -83,6 +84,7 @@ def test_a_hostile_runs_name_does_nothing(serve: Serve, new_page: NewPage, finis
     assert_nothing_acted(page)
 
 
+@pytest.mark.slow
 def test_hostile_sockets_serial_numbers_and_plans_do_nothing(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
     (tmp_path / "runs" / "batch").mkdir(parents=True)
     now = datetime.now(UTC).isoformat()
@@ -123,6 +125,7 @@ def test_hostile_sockets_serial_numbers_and_plans_do_nothing(serve: Serve, new_p
         batch.close()
 
 
+@pytest.mark.slow
 def test_a_hostile_motor_does_nothing_in_its_drawing(panel: Panel, new_page: NewPage) -> None:
     panel.motors.mkdir()
     file = panel.motors / "motor.toml"
@@ -179,6 +182,7 @@ def test_an_ended_sessions_page_says_so_and_still_aborts(serve: Serve, new_page:
     expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_contain_text("anna")
 
 
+@pytest.mark.slow
 def test_who_logs_out_is_out_in_every_tab(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
     people = tmp_path / "people.toml"
     add_person(people, "anna", "engineer", "correct horse", QUICK)

@@ -4,10 +4,13 @@ import json
 import re
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_browser import begin
+
+pytestmark = pytest.mark.slow
 
 NewPage = Callable[[], Page]
 #: Of what has the focus: whether it, or what stands around it, is marked, and whether a person sees it.

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 from playwright.sync_api import Page, expect
 
 from bench.journal.stored_result import store_text
@@ -11,6 +12,8 @@ from procedures.techniques.shaft_plots import coast_plot, ramp_plot
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_run_page import assert_accessible, assert_fits
 from tests.bench.panel.shown_run import ShownRun
+
+pytestmark = pytest.mark.slow
 
 COAST = text("Coast-down")
 #: What stands in the chart that is to be seen, in the browser.

@@ -4,6 +4,7 @@ import signal
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Locator, Page, expect
 
@@ -91,6 +92,7 @@ def test_a_step_by_keyboard_alone_on_four_screens(panel: Panel, new_page: NewPag
     assert_accessible(page)
 
 
+@pytest.mark.slow
 def test_a_number_is_typed_in_its_unit_and_held_back_where_it_is_far_off(
     serve: Serve, new_page: NewPage, tmp_path: Path
 ) -> None:
@@ -188,6 +190,48 @@ def test_a_lost_connection_is_seen_and_comes_back_by_itself(panel: Panel, new_pa
     expect(done).to_be_visible()
 
 
+@pytest.mark.slow
+def test_what_was_typed_outlives_a_killed_server(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    station.write_text(BY_HAND)
+    server, page = serve("--station", str(station)), new_page()
+    begin(page, server, "Stator resistance ·")
+    field, done = page.locator("input[data-focus]"), page.locator("[data-done]:not([aria-disabled])")
+    lost = page.get_by_text(re.compile(r"Connection lost \d"))
+    expect(done).to_be_visible()
+    while not (field.is_visible() and "resistance" in heading(page).inner_text()):
+        next_step(page)
+    page.keyboard.type("0.0318")
+    page.keyboard.press("Enter")
+    expect(heading(page)).to_contain_text("reading 2 of 3")
+    expect(page.locator("[data-age]")).to_be_visible()
+    # The unit is another than the page chooses by itself, and must not be lost without the number.
+    page.get_by_role("radio", name="Ω", exact=True).click()
+    field.fill("0.03")
+    expect(done).to_contain_text("Enter 0.03 Ω")
+    server.kill()
+    expect(lost).to_be_visible()
+    # An age that nobody counts on is none.
+    expect(page.locator("[data-age]")).to_be_hidden()
+    server.start()
+    expect(lost).to_be_hidden()
+    expect(page.get_by_role("radio", name="Ω", exact=True)).to_have_attribute("aria-checked", "true")
+    expect(field).to_have_value("0.03")
+    expect(done).to_contain_text("Enter 0.03 Ω")
+    expect(field).to_be_focused()
+    page.keyboard.type("19")
+    expect(done).to_contain_text("Enter 0.0319 Ω")
+    page.keyboard.press("Enter")
+    expect(heading(page)).to_contain_text("reading 3 of 3")
+    readings = page.get_by_role("region", name="Readings")
+    expect(readings).to_contain_text("31.8 mΩ")
+    expect(readings).to_contain_text("31.9 mΩ")
+    expect(page.get_by_role("region", name="Progress")).to_contain_text("Stator resistance")
+    page.keyboard.press("Control+Escape")
+    expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_be_visible()
+
+
+@pytest.mark.slow
 def test_the_other_pages_are_accessible_and_fit(panel: Panel, new_page: NewPage) -> None:
     page = new_page()
     for path in ("/", "/motor", "/history", "/statistics", "/line"):

@@ -1,6 +1,7 @@
 import json
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,8 @@ from bench.eol.verdict import Verdict
 from tests.bench.eol.motor_records import motor_record
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.conftest import Server
+
+pytestmark = pytest.mark.slow
 
 Serve = Callable[..., Server]
 NewPage = Callable[[], Page]
@@ -45,14 +48,17 @@ def record(number: int, batch: str, serial: str, model: str, values: dict[str, f
     )
 
 
-def keep(path: Path, *batches: tuple[str, str, Iterable[tuple[str, dict[str, float]]]]) -> str:
-    """Keep batches' motors, each a serial number and its figures; return the file."""
+def keep(
+    path: Path, *batches: tuple[str, str, Iterable[tuple[str, dict[str, float]]]], golden: Collection[str] = ()
+) -> str:
+    """Keep batches' motors, each a serial number and its figures, and which are golden ones; return the file."""
     engine = open_database(str(path))
     records, number = Records(engine), 0
     for batch, model, motors in batches:
         for serial, values in motors:
             number += 1
-            records.save(record(number, batch, serial or f"P-{number:03d}", model, values))
+            kept = record(number, batch, serial or f"P-{number:03d}", model, values)
+            records.save(replace(kept, golden=serial in golden, socket=str(1 + number % 2)))
     engine.dispose()
     return str(path)
 
@@ -92,9 +98,14 @@ def choose(page: Page, label: str, option: str) -> None:
 
 
 def shows_index(page: Page, name: str, result: dict[str, Any]) -> None:
-    low, high = result["interval"]
     row = part(page, "capability").get_by_role("row").filter(has=page.get_by_text(name, exact=True))
-    expect(row).to_contain_text(f"{result['value']:.2f} [{low:.2f}, {high:.2f}]")
+    if result["interval"] is None:
+        # Not given where the figures are not normal.
+        expect(row).to_contain_text("–")
+        return
+    low, high = ("–" if bound is None else f"{bound:.2f}" for bound in result["interval"])
+    value = "–" if result["value"] is None else f"{result['value']:.2f}"
+    expect(row).to_contain_text(value if low == high == "–" else f"{value} [{low}, {high}]")
 
 
 def shows_yields(page: Page, result: dict[str, Any]) -> None:
@@ -120,7 +131,7 @@ def test_it_shows_what_the_command_says(panel: Panel, new_page: NewPage, capsys:
     for name in ("cp", "cpk", "pp", "ppk"):
         shows_index(page, name.capitalize(), result[name])
     expect(part(page, "failures")).to_contain_text("Stator resistance")
-    expect(part(page, "chart")).to_contain_text("rule 1, a point beyond 3 sigma")
+    expect(part(page, "chart")).to_contain_text("rule 1, a point beyond 4.")
     expect(part(page, "chart")).to_contain_text("P-FAR")
     for chart in ("Histogram of Stator resistance", "Control chart of Stator resistance", "Failures by parameter"):
         expect(page.get_by_role("img", name=chart).locator("canvas")).to_be_visible()
@@ -135,7 +146,7 @@ def test_it_shows_what_the_command_says(panel: Panel, new_page: NewPage, capsys:
     # The address holds the choice, the other language shows the same.
     page.get_by_role("button", name="中文").click()
     expect(part(page, "capability")).to_contain_text("过程能力")
-    expect(page.get_by_text("一次合格")).to_be_visible()
+    expect(page.get_by_text("一次合格", exact=True)).to_be_visible()
     shows_yields(page, whole)
     shows_index(page, "Cpk", whole["parameters"]["cogging_torque"]["cpk"])
 
@@ -156,6 +167,27 @@ def test_golden_motors_and_a_second_type(panel: Panel, new_page: NewPage, capsys
     golden = part(page, "golden")
     expect(golden.get_by_role("row").filter(has_text="GOLD")).to_contain_text("the station drifts")
     expect(golden).to_contain_text("There are no figures of: NOBODY")
+
+
+def test_yields_by_group_and_the_golden_motors_that_the_records_know(
+    panel: Panel, new_page: NewPage, capsys: pytest.CaptureFixture[str]
+) -> None:
+    steady = [("GOLD", {"stator_resistance": 10.0 + 0.001 * (n % 2)}) for n in range(6)]
+    records = keep(panel.records, ("A", "LG-400W", [*motors(31, 1), *steady]), golden={"GOLD"})
+    page = new_page()
+    page.goto(f"{panel.url}/statistics?parameter=stator_resistance")
+    for option, grouping in (("Station", "station"), ("Socket", "socket"), ("Plan", "plan")):
+        choose(page, "Yield by …", option)
+        expect(part(page, "yield-by").get_by_role("columnheader").first).to_have_text(option)
+        groups = reported(capsys, records, "--by", grouping)["yield"]["by"][grouping]
+        assert sum(group["final"]["count"] for group in groups) == 31, "golden motors are none of the line's"
+        for group in groups:
+            row = part(page, "yield-by").locator("tbody tr").filter(has_text=group["name"])
+            for share in (group["first_pass"], group["final"]):
+                expect(row).to_contain_text(f"{100.0 * share['share']:.2f}")
+    page.reload()
+    expect(part(page, "yield-by").get_by_role("columnheader").first).to_have_text("Plan")
+    expect(part(page, "golden").get_by_role("row").filter(has_text="GOLD")).to_contain_text("6")
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,8 @@ from playwright.sync_api import Page, expect
 from tests.bench.panel.browser.test_browser import begin
 from tests.bench.panel.conftest import Server
 
+pytestmark = pytest.mark.slow
+
 Serve = Callable[..., Server]
 NewPage = Callable[[], Page]
 STATION = """
