@@ -12,6 +12,7 @@ from bench.analysis.back_emf_record import BackEmfRecord, read_record
 from bench.analysis.outcome import AnalysisOutcome, named, paths_of
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
+from bench.analysis.time_base import warn_of_frequency
 from bench.captures import WHOLE, CaptureError, CapturePart
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Translate, english, text, text_of
@@ -92,6 +93,7 @@ def analyze_back_emf(
     for record in records:
         outcome.assume(*record.capture.assumptions)
         warn_of_record(outcome, record.capture, record.fit)
+        warn_of_frequency(outcome, record.fit.frequency)
     pole_pairs = _pole_pairs(outcome, fit, pole_pairs, speed_rpm, speed_uncertainty_rpm)
     over = _over_speeds(records)
     misfit = Misfit.together((*(record.misfit for record in records), over.misfit))

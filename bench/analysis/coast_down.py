@@ -13,6 +13,7 @@ from bench.analysis.applied import Applied, ErrorInput
 from bench.analysis.outcome import AnalysisOutcome, estimated, paths_of, pick
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
+from bench.analysis.time_base import warn_of_coast
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_capture
 from bench.captures.capture import FloatArray
 from drivers.interfaces.text import Text, Translate, english, text
@@ -22,6 +23,8 @@ from procedures.estimation.mechanics.turning import SpeedRamp
 from reports.labels import ParameterLabels
 
 _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
+#: Readings at an end that are looked at together.
+_AT_ENDS = 5
 #: A coast-down that ends above this share of its top speed does not show what low speeds do.
 _LOW_ENOUGH = 0.1
 _RATES = ("coulomb_deceleration", "viscous_rate")
@@ -125,6 +128,7 @@ def analyze_coast_down(
     square = QUADRATIC if driven else "quadratic_rate"
     low, high = fit.interval(square)
     outcome.detail(**{square: {"value": fit.value(square), "low": low, "high": high}})
+    warn_of_coast(outcome, max(float(np.ptp(part.time)) for part in parts))
     if driven:
         outcome.assume(
             text("torque of a record without a torque column is 0"),
@@ -139,7 +143,7 @@ def analyze_coast_down(
         outcome.detail(ramps=len(parts), residual_rms=fit.residual_rms)
         return outcome.as_dict()
     outcome.assume(text("no torque on the shaft but its own friction"))
-    reached = min(float(np.min(np.abs(part.speed))) / float(np.max(np.abs(part.speed))) for part in parts)
+    reached = min(_reached(np.abs(part.speed)) for part in parts)
     if reached > _LOW_ENOUGH:
         outcome.warn(
             text(
@@ -157,6 +161,12 @@ def analyze_coast_down(
     else:
         _frictions(outcome, found, fit, inertia, inertia_uncertainty)
     return outcome.as_dict()
+
+
+def _reached(speeds: FloatArray) -> float:
+    """Return the end of a coast-down (n,) over its beginning; by medians, for single readings may be none."""
+    ends = float(np.median(speeds[:_AT_ENDS])), float(np.median(speeds[-_AT_ENDS:]))
+    return min(ends) / max(ends)
 
 
 def _frictions(

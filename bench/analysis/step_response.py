@@ -11,6 +11,7 @@ from bench.analysis.outcome import AnalysisOutcome, estimated, named, paths_of, 
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
+from bench.analysis.time_base import warn_of_time_constant
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_captures
 from drivers.interfaces import Accuracy
 from drivers.interfaces.text import Translate, english, text, text_of, word
@@ -23,8 +24,6 @@ from procedures.techniques.temperature_settings import COLD
 
 #: Channels that are later than this (s) beside each other are no two of one record.
 _LONGEST_SKEW = 1.0
-#: Windings of permanent-magnet motors have time constants of 0.1 to 100 ms, large machines some more (s).
-_LONG_TIME_CONSTANT = 0.5
 _FITTED = ("resistance", "inductance")
 _ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"
 _SKEW = "as taken"
@@ -163,15 +162,7 @@ def analyze_step_response(
         "E10",
     )
     tau = fit.value("inductance") / fit.value("resistance")
-    if tau > _LONG_TIME_CONSTANT:
-        outcome.warn(
-            text(
-                "the time constant is {tau:.3g} s, where windings have 0.1 ms to 100 ms: is the time column really in seconds? Times in ms "
-                "under a heading in s make the inductance a thousand times too large, and nothing else in the record shows it",
-                tau=tau,
-            ),
-            "long-time-constant",
-        )
+    warn_of_time_constant(outcome, tau)
     outcome.detail(
         time_constant=tau,
         correlation_resistance_inductance=fit.correlation("resistance", "inductance"),

@@ -9,6 +9,7 @@ import numpy as np
 
 from bench.captures.capture import Capture, CaptureError
 from bench.captures.hdf5 import read_hdf5
+from bench.captures.interval import check_interval
 from bench.captures.part import WHOLE, CapturePart
 from bench.captures.plain import read_plain
 from bench.captures.rohde_schwarz import is_rohde_schwarz, read_rohde_schwarz
@@ -18,6 +19,12 @@ from bench.captures.text import read_lines
 from drivers.interfaces.text import text
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+#: Makers' formats: what tells them, and what reads them.
+_SCOPES = (
+    (is_rohde_schwarz, read_rohde_schwarz),
+    (is_siglent, read_siglent),
+    (is_tektronix, read_tektronix),
+)
 
 
 def read_capture(path: Path | str, *, abscissa: str = "time", selection: CapturePart = WHOLE) -> Capture:
@@ -40,16 +47,15 @@ def _read(path: Path | str, abscissa: str, time_column: str | None) -> Capture:
             _refuse_column(file, time_column)
             return read_hdf5(file, selected)
     lines = read_lines(file)
-    if is_rohde_schwarz(lines):
-        _refuse_column(file, time_column)
-        return read_rohde_schwarz(file, lines)
-    if is_siglent(lines):
-        _refuse_column(file, time_column)
-        return read_siglent(file, lines)
-    if is_tektronix(lines):
-        _refuse_column(file, time_column)
-        return read_tektronix(file, lines)
-    return read_plain(file, lines, abscissa=abscissa, time_column=time_column)
+    for written_by, read in _SCOPES:
+        if written_by(lines):
+            _refuse_column(file, time_column)
+            capture = read(file, lines)
+            break
+    else:
+        capture = read_plain(file, lines, abscissa=abscissa, time_column=time_column)
+    check_interval(lines, capture)
+    return capture
 
 
 def _refuse_column(file: Path, time_column: str | None) -> None:

@@ -18,7 +18,7 @@ def is_tektronix(lines: list[str]) -> bool:
 
 
 def read_tektronix(path: Path, lines: list[str]) -> Capture:
-    """Return the capture, checked against the record length and sampling interval it states. Raises CaptureError."""
+    """Return the capture, checked against the record length it states. Raises CaptureError."""
     settings: dict[str, str] = {}
     for line in lines[:40]:
         cells = [cell.strip() for cell in line.split(",")]

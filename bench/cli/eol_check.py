@@ -12,6 +12,7 @@ from cyclopts.validators import Number
 from bench.cli.eol_defects_output import as_json, print_defects, print_proposal, shown_progress
 from bench.cli.options import Seed
 from bench.cli.output import print_json
+from bench.distribution.workforce import Workforce
 from bench.eol.defects.check import DefectRequest, check_defects
 from bench.eol.defects.proposal import write_plan
 from bench.eol.line.dry_run import DryRun, dry_run
@@ -25,7 +26,7 @@ from reports.labels import ParameterLabels
 if TYPE_CHECKING:
     from rich.console import Console
 
-#: Software that adds more than this to a cycle is worth a word.
+#: A cycle that is by more than this above its floor is worth a word.
 _MUCH = 0.1
 
 
@@ -39,6 +40,7 @@ def check(
     each: Annotated[int, Parameter(validator=Number(gte=0, lte=10_000))] = 4,
     sound: Annotated[int, Parameter(validator=Number(gte=0, lte=1_000_000))] = 100,
     jobs: Annotated[int | None, Parameter(validator=Number(gte=1, lte=1024))] = None,
+    cluster: str = "",
     output: Path | None = None,
     seed: Seed = 0,
     json: bool = False,
@@ -55,7 +57,7 @@ def check(
     sockets
         How many sockets, where the station file does not say.
     motors
-        How many motors are tried; as many as there are sockets, and two at least.
+        How many motors are tried for the times; three a socket where none is given.
     operator
         virtual: hands do what a fixture does otherwise.
     each
@@ -64,6 +66,8 @@ def check(
         How many motors without a defect, drawn from the type's spread.
     jobs
         How many processes measure them, as many as there are cores where none is given. The figures do not depend on it.
+    cluster
+        Address of a Dask scheduler whose workers measure them, or local for a cluster made here.
     output
         Write the plan with limits and an order that follow from what was found to this file, which must not be there yet.
     seed
@@ -91,8 +95,9 @@ def check(
         _print(console_on(sys.stdout), done, translate)
     checked, proposal = None, None
     if each or sound:
+        workforce = Workforce(jobs or len(os.sched_getaffinity(0)), cluster)
         with shown_progress(translate) as progress:
-            checked = check_defects(request, DefectRequest(each, sound, jobs or len(os.sched_getaffinity(0)), progress))
+            checked = check_defects(request, DefectRequest(each, sound, workforce, progress))
         if not json:
             print_defects(checked, translate)
         # What was stopped speaks for no limit.
@@ -135,14 +140,15 @@ def _print(console: "Console", done: DryRun, translate: Translate) -> None:
         )
     console.print(limits)
     cycle = text(
-        "Cycle {cycle:.1f} s a motor ({waits:.1f} s of it waiting for other sockets and in the shutdown); physical floor {floor:.1f} s, "
-        "overhead {overhead:.1f} %",
+        "Cycle {cycle:.1f} s a motor, {times:.2f} × its physical floor of {floor:.1f} s: {waits:.1f} s of waiting for other sockets, "
+        "software {overhead:.1f} %",
         cycle=done.cycle,
-        waits=done.waits,
+        times=done.over_floor,
         floor=done.floor,
+        waits=done.waits,
         overhead=100.0 * done.overhead,
     )
-    much = say(text(" (more than a tenth)")) if done.overhead > _MUCH else ""
+    much = say(text(" (more than a tenth)")) if done.over_floor > 1.0 + _MUCH else ""
     console.print(say(cycle) + much, markup=False)
     rate = text("Sockets: {sockets}; {rate:.0f} motors an hour", sockets=done.sockets, rate=done.per_hour)
     console.print(say(rate), markup=False)

@@ -11,6 +11,7 @@ from bench.eol.labels import label_of
 from bench.eol.line.admission import RefusedSerial
 from bench.eol.line.batch import Counts, run_batch
 from bench.eol.line.batch_listener import BatchListener
+from bench.eol.line.brakes import AppliedBrake
 from bench.eol.line.preparation import BatchRequest
 from bench.eol.record import MotorRecord
 from bench.eol.store.faults import StoreError
@@ -20,6 +21,9 @@ from bench.i18n.errors import InputError
 from bench.i18n.language import language_of, translator
 from bench.run.console import console_on
 from drivers.interfaces.text import Text, Translate, lines, text, text_of
+
+#: The exit status of a batch that the line itself did not go on with.
+_BRAKED = 3
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -38,11 +42,15 @@ def run(
     person: str = "",
     operator: str = "",
     again: bool = False,
+    warm: bool = False,
     seed: Seed = 0,
     language: str = "auto",
     json: bool = False,
 ) -> int:
     """Measure a batch of motors, several at once where there are several sockets; a batch that was cut off goes on.
+
+    Exit status 0 where every motor passed, 1 where one did not or the batch was stopped, 3 where a brake or a golden motor that
+    is due ended it.
 
     Parameters
     ----------
@@ -69,7 +77,9 @@ def run(
     operator
         Who does the hand work; the usual one of the station where none is given.
     again
-        Measure motors that have a record already.
+        Measure motors that the plan does not take again, too; --person NAME answers for it.
+    warm
+        Begin at once: the instruments have been on long enough, --person NAME says so.
     seed
         Seed of the virtual motors and benches.
     language
@@ -92,6 +102,7 @@ def run(
         language=language_of(language),
         seed=seed,
         again=again,
+        warm=warm,
     )
     began = monotonic()
     translate = translator(request.language)
@@ -111,6 +122,13 @@ def run(
     if stopped:
         sentence = text("the batch was stopped by {person}; the same command goes on with it", person=stopped)
         print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
+    if counts.held_up is not None:
+        print(f"motorbench: {counts.held_up.render(translate)}", file=sys.stderr)
+    if counts.brakes and not stopped:
+        for brake in counts.brakes:
+            print(f"motorbench: {brake.why.render(translate)}", file=sys.stderr)
+    if counts.unfinished:
+        return _BRAKED
     return 0 if not stopped and counts.verdicts[Verdict.PASS.value] == counts.motors else 1
 
 
@@ -127,10 +145,16 @@ class _Printer(BatchListener):
         self._line(label_of(record))
         if record.cause:
             self._line(f"    {record.cause}")
+        if record.diagnosis:
+            self._line(f"    → {record.rework}: {record.diagnosis}")
 
     def refused(self, refused: RefusedSerial) -> None:
         """Print why."""
         self._line(text("refused: {why}", why=refused.why).render(self._translate))
+
+    def braked(self, brake: AppliedBrake) -> None:
+        """Print why."""
+        self.trouble(brake.why)
 
     def trouble(self, words: Text) -> None:
         """Print it."""
@@ -155,7 +179,12 @@ def _summary(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
     return {
         "motors": counts.motors,
         **{verdict.value: counts.verdicts[verdict.value] for verdict in Verdict.of_motors()},
-        "first_pass": counts.first_pass,
+        "yield": {
+            "motors": counts.by_motor.motors,
+            "first_pass": counts.by_motor.first_pass,
+            "final": counts.by_motor.final,
+        },
+        "golden": dict(counts.golden),
         "refused": counts.refused,
         "bench_time": counts.bench_time,
         "wall_time": wall,
@@ -168,23 +197,38 @@ def _summary(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
         ],
         "waits_because": [str(trouble.why) for trouble in counts.waits.troubles],
         "stopped": stopped,
+        "brakes": [{"socket": brake.socket, "why": str(brake.why)} for brake in counts.brakes],
+        "unfinished": counts.unfinished,
+        "held_up": None if counts.held_up is None else str(counts.held_up),
     }
 
 
 def _print(console: "Console", summary: dict[str, Any], translate: Translate) -> None:
-    motors = summary["motors"]
     counts = {verdict.value: summary[verdict.value] for verdict in Verdict.of_motors()}
     sentences = [
-        text("motors: {motors}; {pass} pass, {fail} fail, {error} error, {aborted} aborted", motors=motors, **counts),
+        text(
+            "tests: {motors}; {pass} pass, {fail} fail, {error} error, {aborted} aborted",
+            motors=summary["motors"],
+            **counts,
+        ),
         text("serial numbers refused: {count}", count=summary["refused"]),
     ]
-    if motors:
+    judged = summary["yield"]["motors"]
+    if judged:
         share = text(
-            "yield {first:.1f} % at once, {last:.1f} % in the end",
-            first=100.0 * summary["first_pass"] / motors,
-            last=100.0 * summary["pass"] / motors,
+            "motors judged: {motors}, yield {first:.1f} % at once, {last:.1f} % in the end",
+            motors=judged,
+            first=100.0 * summary["yield"]["first_pass"] / judged,
+            last=100.0 * summary["yield"]["final"] / judged,
         )
         sentences.insert(1, share)
+    if summary["golden"]:
+        passed = text(
+            "golden motors: {count} tests, {passed} passed",
+            count=sum(summary["golden"].values()),
+            passed=summary["golden"].get(Verdict.PASS.value, 0),
+        )
+        sentences.append(passed)
     pace = text(
         "{seconds:.1f} s, {rate:.2f} motors a second", seconds=summary["wall_time"], rate=summary["motors_per_second"]
     )

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from bench.eol.line_statistics import LineStatistics, ParameterStatistics
-from bench.eol.statistics.gauge import GaugeStudy
+from bench.eol.yields import MotorYields
 
 
 def statistics_as_dict(found: LineStatistics) -> dict[str, Any]:
@@ -16,23 +16,39 @@ def statistics_as_dict(found: LineStatistics) -> dict[str, Any]:
             "model": found.selection.model,
             "batches": found.selection.batches,
             "golden": found.selection.golden,
+            "tests": found.selection.count,
             "motors": found.selection.count,
             "verdicts": {verdict.value: count for verdict, count in found.yields.verdicts.items()},
-            "yield": {"first_pass": asdict(found.yields.first_pass), "final": asdict(found.yields.final)},
+            "yield": _yields(found.yields.motors),
             "failures": {
                 "by_parameter": [asdict(each) for each in found.by_parameter],
                 "by_procedure": [asdict(each) for each in found.by_procedure],
             },
+            "associations": [asdict(each) for each in found.associations],
             "parameters": {name: _parameter(each) for name, each in found.parameters.items()},
         }
     )
     return made
 
 
-def gauge_as_dict(studies: Mapping[str, tuple[GaugeStudy, str]]) -> dict[str, Any]:
-    """Return gauge studies by parameter as one JSON object."""
+def _yields(motors: MotorYields) -> dict[str, Any]:
+    return {
+        "motors": motors.final.count,
+        "retested": motors.retested,
+        "first_pass": asdict(motors.first_pass),
+        "final": asdict(motors.final),
+        "rolled": {
+            "share": motors.rolled.share,
+            "procedures": {name: asdict(each) for name, each in motors.rolled.procedures.items()},
+        },
+        "by": {grouping: [asdict(group) for group in groups] for grouping, groups in motors.groups.items()},
+    }
+
+
+def studies_as_dict(study: str, studies: Mapping[str, tuple[Any, str]]) -> dict[str, Any]:
+    """Return studies of gauges by parameter as one JSON object, under the study's name."""
     made: dict[str, Any] = _defined(
-        {"gauge": {name: {"unit": unit, **asdict(study)} for name, (study, unit) in studies.items()}}
+        {study: {name: {"unit": unit, **asdict(found)} for name, (found, unit) in studies.items()}}
     )
     return made
 
@@ -51,10 +67,10 @@ def _parameter(each: ParameterStatistics) -> dict[str, Any]:
         "standard_deviation": {"overall": found.standard_deviation, "within": each.within.standard_deviation},
         "least": found.least,
         "most": found.most,
-        "cp": {"value": each.within.cp, "interval": each.within.cp_interval},
-        "cpk": {"value": each.within.cpk, "interval": each.within.cpk_interval},
-        "pp": {"value": each.overall.cp, "interval": each.overall.cp_interval},
-        "ppk": {"value": each.overall.cpk, "interval": each.overall.cpk_interval},
+        "outside": found.outside,
+        "normality": {**asdict(each.normality), "rejected": each.percentiles is not None},
+        "method": "normal" if each.percentiles is None else "percentiles",
+        **_indices(each),
         "histogram": asdict(found.histogram),
         "chart": chart,
         "latest": [
@@ -63,9 +79,30 @@ def _parameter(each: ParameterStatistics) -> dict[str, Any]:
         ],
         "golden": [
             {"serial_number": g.serial_number, "times": [at.isoformat() for at in g.times], "values": g.values}
-            | {"drift": asdict(g.drift)}
+            | {"drift": asdict(g.drift), "chart": None if g.chart is None else asdict(g.chart)}
             for g in each.golden
         ],
+    }
+
+
+def _indices(each: ParameterStatistics) -> dict[str, Any]:
+    """Return Cp, Cpk, Pp, Ppk; the former are null where the figures are not normal, and the percentiles are there."""
+    other = each.percentiles
+    if other is None:
+        within, overall = each.within, each.overall
+        return {
+            "cp": {"value": within.cp, "interval": within.cp_interval},
+            "cpk": {"value": within.cpk, "interval": within.cpk_interval},
+            "pp": {"value": overall.cp, "interval": overall.cp_interval},
+            "ppk": {"value": overall.cpk, "interval": overall.cpk_interval},
+        }
+    nothing = {"value": None, "interval": None}
+    return {
+        "cp": nothing,
+        "cpk": nothing,
+        "pp": {"value": other.pp, "interval": other.pp_interval},
+        "ppk": {"value": other.ppk, "interval": other.ppk_interval},
+        "percentiles": other.percentiles,
     }
 
 

@@ -3,42 +3,53 @@
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
+from bench.cli.eol_yields_output import groups_table, yields_table
+from bench.cli.plain_table import plain_table
 from bench.eol.line_statistics import LineStatistics, ParameterStatistics
-from bench.eol.statistics.gauge import GaugeStudy
+from bench.eol.statistics.association import Association
 from bench.eol.statistics.pareto import pareto
 from bench.eol.statistics_messages import (
-    RULE_WORDS,
-    VERDICTS,
+    association_words,
     bounds,
+    distribution_words,
     drift_figures,
     drift_words,
-    index,
-    interval,
+    false_alarm_words,
+    indices,
     latest_of,
     outside,
     percentage,
+    rule_words,
     scale_for,
+    share_outside,
     signals,
     trimmed,
 )
 from bench.eol.store.tallies import Failures
-from bench.eol.verdict import Verdict
 from bench.run.console import console_on
 from drivers.interfaces.text import Text, Translate, text
 from reports.labels import ParameterLabels
-from reports.tables.figures import decimals_for, figure, scale_of
+from reports.tables.figures import decimals_for, figure
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 _BLOCKS = " ▁▂▃▄▅▆▇█"
 _WIDEST = 50
+#: Figures that are named beside a failure.
+_SHOWN = 3
 
 
 def print_statistics(
-    found: LineStatistics, labels: ParameterLabels, confidence: float, translate: Translate, *, detailed: bool
+    found: LineStatistics,
+    labels: ParameterLabels,
+    confidence: float,
+    translate: Translate,
+    *,
+    detailed: bool,
+    named_rules: bool,
 ) -> None:
     """Print the yields, what failed, a line a parameter; `detailed` adds histogram and chart of each."""
     console = console_on(sys.stdout)
@@ -50,21 +61,25 @@ def print_statistics(
     batches = ", ".join(selection.batches[:5]) + (" …" if len(selection.batches) > 5 else "")
     say(
         text(
-            "{model}, motors: {count}, batches: {names}",
+            "{model}, tests: {count}, batches: {names}",
             model=selection.model,
             count=selection.count,
             names=batches,
         )
     )
-    console.print(_yields(found, confidence, translate))
+    console.print(yields_table(found.yields, confidence, translate))
+    for grouping, groups in found.yields.motors.groups.items():
+        console.print(groups_table(grouping, groups, translate))
     for title, failures in (
         (text("Parameter"), found.by_parameter),
         (text("Procedure"), found.by_procedure),
     ):
         if failures:
             console.print(_pareto(title, failures, labels, translate))
+    for stands_out in _farthest(found):
+        say(association_words(stands_out, labels))
     console.print(_figures(found.parameters, labels, translate))
-    console.print(_capabilities(found.parameters, labels, translate))
+    console.print(_capabilities(found.parameters, labels, confidence, translate))
     say(
         text(
             "Cp and Cpk by the spread within (moving range of neighbours), Pp and Ppk by the overall one; in brackets the "
@@ -72,6 +87,13 @@ def print_statistics(
             confidence=confidence,
         )
     )
+    for name, each in found.parameters.items():
+        words = distribution_words(each, labels[name])
+        if words is not None:
+            say(words)
+    charts = [(each.chart, len(each.values)) for each in found.parameters.values() if each.chart is not None]
+    if charts:
+        say(false_alarm_words(*max(charts, key=lambda chart: chart[0].false_alarms), named=named_rules))
     for name, each in found.parameters.items():
         if each.distribution.changed:
             say(
@@ -86,76 +108,8 @@ def print_statistics(
         _print_golden(say, labels[name], each)
 
 
-def print_gauge(
-    studies: Mapping[str, tuple[GaugeStudy, str]], labels: ParameterLabels, confidence: float, translate: Translate
-) -> None:
-    """Print a gauge study, a line a parameter."""
-    console = console_on(sys.stdout)
-    made = _table(
-        translate,
-        text("Parameter"),
-        text("Unit"),
-        text("Repeatability"),
-        text("Reproducibility"),
-        Text("R&R"),
-        text("R&R, {confidence:.0%} interval", confidence=confidence),
-        text("Parts"),
-        text("R&R, %"),
-        text("Categories"),
-        text("Interaction"),
-        left=2,
-    )
-    for name, (study, unit) in studies.items():
-        scale = scale_of(study.total, unit)
-        digits = decimals_for(study.grr / scale.factor, 0.0, 3)
-        numbers = (study.repeatability, study.reproducibility, study.grr)
-        low, high = study.grr_interval
-        pooled = text("p = {p:.3f}, pooled", p=study.interaction_p)
-        kept = text("p = {p:.3f}, kept", p=study.interaction_p)
-        made.add_row(
-            labels[name].render(translate),
-            scale.unit,
-            *(figure(number / scale.factor, digits) for number in numbers),
-            f"{figure(low / scale.factor, digits)} … {figure(high / scale.factor, digits)}",
-            figure(study.parts / scale.factor, digits),
-            f"{100.0 * study.grr_share:.1f}",
-            str(study.categories),
-            (pooled if study.pooled else kept).render(translate),
-        )
-    console.print(made)
-    alpha = next(iter(studies.values()))[0].alpha if studies else 0.05
-    said = text(
-        "Standard deviations; R&R in % of the total variation. The interaction of part and appraiser is pooled into "
-        "repeatability where its p is above {alpha:g}.",
-        alpha=alpha,
-    )
-    console.print(said.render(translate), markup=False)
-
-
-def _table(translate: Translate, *headings: Text, left: int = 1) -> "Table":
-    from rich import box
-    from rich.table import Table
-
-    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
-    for n, heading in enumerate(headings):
-        justify: Literal["left", "right"] = "left" if n < left else "right"
-        made.add_column(heading.render(translate), justify=justify, no_wrap=n > 0, overflow="ellipsis" if n else "fold")
-    return made
-
-
-def _yields(found: LineStatistics, confidence: float, translate: Translate) -> "Table":
-    surely = text("{confidence:.0%} interval", confidence=confidence)
-    made = _table(translate, text("Yield"), text("Motors"), Text("%"), surely)
-    for words, share in ((text("First pass"), found.yields.first_pass), (text("Final"), found.yields.final)):
-        made.add_row(words.render(translate), f"{share.hits} / {share.count}", percentage(share.share), interval(share))
-    for verdict, count in found.yields.verdicts.items():
-        if verdict in (Verdict.ERROR, Verdict.ABORTED) and count:
-            made.add_row(VERDICTS[verdict].render(translate), str(count), "", "")
-    return made
-
-
 def _pareto(title: Text, failures: Sequence[Failures], labels: ParameterLabels, translate: Translate) -> "Table":
-    made = _table(
+    made = plain_table(
         translate, title, text("Failed"), text("% of failures"), text("Cumulative, %"), text("Errors"), text("")
     )
     made.columns[-1].justify = "left"
@@ -172,7 +126,7 @@ def _pareto(title: Text, failures: Sequence[Failures], labels: ParameterLabels, 
 
 
 def _figures(parameters: Mapping[str, ParameterStatistics], labels: ParameterLabels, translate: Translate) -> "Table":
-    made = _table(
+    made = plain_table(
         translate,
         text("Parameter"),
         text("Unit"),
@@ -200,20 +154,28 @@ def _figures(parameters: Mapping[str, ParameterStatistics], labels: ParameterLab
 
 
 def _capabilities(
-    parameters: Mapping[str, ParameterStatistics], labels: ParameterLabels, translate: Translate
+    parameters: Mapping[str, ParameterStatistics], labels: ParameterLabels, confidence: float, translate: Translate
 ) -> "Table":
-    made = _table(translate, text("Parameter"), Text("Cp"), Text("Cpk"), Text("Pp"), Text("Ppk"))
+    made = plain_table(
+        translate, text("Parameter"), Text("Cp"), Text("Cpk"), Text("Pp"), Text("Ppk"), text("Outside, %")
+    )
     for name, each in parameters.items():
-        made.add_row(
-            labels[name].render(translate),
-            *(index(by, which) for by in (each.within, each.overall) for which in ("cp", "cpk")),
-        )
+        made.add_row(labels[name].render(translate), *indices(each), share_outside(each, confidence))
     return made
+
+
+def _farthest(found: LineStatistics) -> list[Association]:
+    """Return of each failure the three figures in which its motors lie farthest off."""
+    shown: list[Association] = []
+    for each in found.associations:
+        if sum(one.failure == each.failure for one in shown) < _SHOWN:
+            shown.append(each)
+    return shown
 
 
 def _histogram(each: ParameterStatistics, label: Text, translate: Translate) -> "Table":
     found, scale = each.distribution, scale_for(each)
-    made = _table(
+    made = plain_table(
         translate,
         text("From ({parameter}, {unit})", parameter=label.render(translate), unit=scale.unit),
         text("Motors"),
@@ -256,9 +218,8 @@ def _print_chart(say: Callable[[Text], None], label: Text, each: ParameterStatis
     for rule, at in signals(each).items():
         say(
             text(
-                "  rule {rule}, {words}: {motors}",
-                rule=rule,
-                words=RULE_WORDS[rule],
+                "  {rule}: {motors}",
+                rule=rule_words(rule, chart),
                 motors=latest_of(at),
             )
         )
@@ -282,7 +243,9 @@ def _print_golden(say: Callable[[Text], None], label: Text, each: ParameterStati
 
 
 def _spark(values: Sequence[float], low: float, high: float) -> str:
-    """Draw values as blocks between the control limits; what lies beyond them is marked."""
+    """Draw values as blocks between the control limits, or between their ends where there are none; what lies beyond is marked."""
+    if not (math.isfinite(low) and math.isfinite(high)):
+        low, high = min(values), max(values)
     made = []
     for value in values:
         if not low <= value <= high:

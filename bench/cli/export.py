@@ -1,5 +1,6 @@
 """`motorbench export`: a run's parameters as a controller's file."""
 
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -29,6 +30,7 @@ def export(
     force: bool = False,
     largest_uncertainty: float | None = None,
     bandwidth: float | None = None,
+    loop_rate: float | None = None,
     as_detected: bool = False,
     json: bool = False,
     language: str = "auto",
@@ -44,7 +46,8 @@ def export(
         The run's folder, or its name under `--runs`.
     for_
         A target by its name, as --list gives them:
-        vesc, odrive (firmware 0.5), odrive-0.6, simplefoc, moteus, ti, st, mathworks, motulator, gym-electric-motor, json, csv or c-header.
+        vesc, odrive (firmware 0.5), odrive-0.6, simplefoc, moteus, ti, st, mathworks, motulator, gym-electric-motor, json, csv, c-header,
+        or of a flux map: motulator-map, mathworks-lut, c-tables or flux-map-csv.
     list_
         List the targets and where each comes from.
     station
@@ -58,6 +61,9 @@ def export(
     bandwidth
         Bandwidth of the current loop, Hz, that VESC's, ODrive's, moteus' and SimpleFOC's gains are for: 159 (1000 rad/s) where not given,
         0 for a file without gains.
+    loop_rate
+        Samples of the current loop a second, Hz: its delay of one and a half samples is reckoned with, so that the loop has the bandwidth
+        itself. Without it the gains are those of a loop without delay, which comes out faster. Up to a fifteenth of it is allowed.
     as_detected
         Inductances as the controller's own detection stores them: VESC scales them by 0.9, and its HFI counts on it.
     json
@@ -72,7 +78,7 @@ def export(
     from bench.plugins.files import catalogues_of_run
     from bench.report.exporting import subject_of
     from reports.exports.checks import ExportRefusedError, UncertaintyBounds
-    from reports.exports.current_loop import DEFAULT_BANDWIDTH
+    from reports.exports.current_loop import DEFAULT_BANDWIDTH, LARGEST_SHARE
     from reports.exports.target import sheet_for
 
     if list_:
@@ -94,6 +100,17 @@ def export(
                 most=_FASTEST,
             )
         )
+    asked = DEFAULT_BANDWIDTH if bandwidth is None else bandwidth
+    if loop_rate is not None and not max(asked, 1.0) <= LARGEST_SHARE * loop_rate < math.inf:
+        raise UsageError(
+            text(
+                "--loop-rate {loop_rate:g}: a loop of {bandwidth:.4g} Hz needs at least {least:.6g} samples a second, for its delay not to "
+                "make it overshoot; lower --bandwidth, or leave --loop-rate out",
+                loop_rate=loop_rate,
+                bandwidth=asked,
+                least=max(asked, 1.0) / LARGEST_SHARE,
+            )
+        )
     translate = translator(language_of(language))
     read = read_run(run, runs)
     exports = catalogues_of_run(read.start.software).exports
@@ -109,7 +126,8 @@ def export(
             target,
             subject_of(read),
             UncertaintyBounds(largest_uncertainty),
-            bandwidth=DEFAULT_BANDWIDTH if bandwidth is None else bandwidth,
+            bandwidth=asked,
+            loop_rate=loop_rate,
             as_detected=as_detected,
         )
     except ExportRefusedError as refused:

@@ -45,6 +45,7 @@ def make_app() -> App:
         ("report", "Write a run's report as a page and a PDF."),
         ("sign", "Sign a run: measured, checked or approved."),
         ("export", "Write a run's parameters as a motor controller's file."),
+        ("study", "What a station will know of a type: drawn motors on its virtual twin."),
         ("serve", "The operator's panel in a browser."),
         ("doctor", "Check the installation: libraries, VISA backends, permissions."),
     )
@@ -66,6 +67,12 @@ def make_app() -> App:
     analyze.command(
         "bench.cli.analyze_table:table", name="table", help="Published figures beside a run's or a motor's."
     )
+    for name, words in (
+        ("flux-map", "Inductances, MTPA and torque of a table of flux linkages."),
+        ("short-circuit", "Inductances, resistance and torque of shorted terminals."),
+        ("efficiency", "Efficiency and losses of a table of load points."),
+    ):
+        analyze.command(f"bench.cli.analyze_maps:{name.replace('-', '_')}", name=name, help=words)
     app.command(analyze)
     sim = App(name="sim", help="Simulations that stand alone.", default_parameter=lists)
     sim.command("bench.cli.six_step:six_step", name="six-step", help="Steady state of a six-step BLDC drive.")
@@ -88,6 +95,11 @@ def make_app() -> App:
     station.command(
         "bench.cli.station_traffic:replay", name="replay", help="Replay a recording through the drivers, or serve it."
     )
+    station.command(
+        "bench.cli.station_framing:set_framing",
+        name="set-framing",
+        help="Set rate, format and unit of an instrument on its serial line.",
+    )
     station.command("bench.cli.station:reset", name="reset", help="Allow runs again after an interlock was open.")
     app.command(station)
     eol = App(name="eol", help="End of line: batches of motors, their records and statistics.", default_parameter=lists)
@@ -96,9 +108,16 @@ def make_app() -> App:
         ("eol_check:check", "check", "Try a plan on virtual benches: time, limits, instruments."),
         ("eol_schema:schema", "schema", "The plan file's JSON schema, for editors."),
         ("eol_export:export", "export", "Records as CSV, Parquet, JUnit XML or JSON lines."),
+        ("eol_motor:motor", "motor", "One motor's tests, the part at fault, and what changed from one to the next."),
         ("eol_labels:labels", "labels", "The label line of each motor of a batch."),
+        ("eol_archive:archive", "archive", "A batch's records, plan and runs in one file."),
+        ("eol_archive:restore", "restore", "Put an archived batch back."),
+        ("eol_retain:retain", "retain", "Remove old waveforms and runs by a rule, with a log."),
+        ("eol_pack:pack", "pack", "Compress the runs of batches that were measured before."),
+        ("eol_motors:motors", "motors", "The motors behind a figure or a failure, and their runs."),
         ("eol_plan:plan", "plan", "Write a plan from a measured motor."),
-        ("eol_stats:stats", "stats", "Yield, failures, capability, charts, gauge R&R."),
+        ("eol_migrate:migrate", "migrate", "Bring the tables of records up to this version."),
+        ("eol_stats:stats", "stats", "Yield, failures, capability, charts, gauge studies."),
     ):
         eol.command(f"bench.cli.{where}", name=name, help=words)
     app.command(eol)

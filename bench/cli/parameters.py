@@ -45,7 +45,10 @@ def parameters(*, station: str = "virtual", json: bool = False, markdown: bool =
     from rich.table import Table
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in (text("Parameter"), text("Unit"), text("Meaning"), text("Convention")):
+    # A name is copied and a unit read as one word: only sentences go over several lines.
+    for heading in (text("Parameter"), text("Unit")):
+        table.add_column(heading.render(translate), no_wrap=True)
+    for heading in (text("Meaning"), text("Convention")):
         table.add_column(heading.render(translate), overflow="fold")
     for name, row in known.items():
         table.add_row(name, row.unit, row.label.render(translate), translate(row.convention) if row.convention else "")

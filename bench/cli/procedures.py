@@ -43,17 +43,12 @@ def procedures(*, station: str = "virtual", json: bool = False, markdown: bool =
         sys.stdout.write(tables(found, translate))
         return
     console = console_on(sys.stdout)
-    shown = sorted(listed.items(), key=lambda item: (item[1]["manual"], item[1]["end_of_line"]))
+    shown = sorted(listed.items(), key=lambda item: tuple(item[1][kind] for kind in reversed(_KINDS)))
     for number, (name, entry) in enumerate(shown):
-        if entry["end_of_line"] and not shown[number - 1][1]["end_of_line"]:
-            heading = text("End-of-line checks (each is run where it is named; all does not include them)").render(
-                translate
-            )
-            console.print(f"[bold underline]{heading}[/bold underline]")
-            console.print()
-        if entry["manual"] and not shown[number - 1][1]["manual"]:
-            console.print(f"[bold underline]{text('By hand (a run of its own)').render(translate)}[/bold underline]")
-            console.print()
+        for kind, heading in _KINDS.items():
+            if entry[kind] and not shown[number - 1][1][kind]:
+                console.print(f"[bold underline]{heading.render(translate)}[/bold underline]")
+                console.print()
         origin = "" if found.origin(name).name == OURS else f"  [dim]({found.origin(name)})[/dim]"
         console.print(f"[bold]{name}[/bold]  §{entry['section']}  {entry['title']}{origin}")
         if entry["roles"]:
@@ -69,12 +64,21 @@ def procedures(*, station: str = "virtual", json: bool = False, markdown: bool =
     say_broken(broken_of(catalogues, found), translate)
 
 
+#: Procedures that `all` does not include, in the order of the list, with what stands above them.
+_KINDS = {
+    "at_load": text("At every current, under load (each is run where it is named; all does not include them)"),
+    "end_of_line": text("End-of-line checks (each is run where it is named; all does not include them)"),
+    "manual": text("By hand (a run of its own)"),
+}
+
+
 def describe(procedure: type[Procedure[Any]], translate: Translate) -> dict[str, Any]:
     """Return a procedure in JSON's types; step sentences keep the names of settings in braces."""
     return {
         "title": translate(procedure.title),
         "section": procedure.section,
         "end_of_line": procedure.end_of_line,
+        "at_load": procedure.at_load,
         "manual": procedure.manual,
         "roles": sorted(role.value for role in procedure.roles),
         "gives": list(procedure.parameters),

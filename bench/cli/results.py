@@ -139,7 +139,7 @@ def schema() -> None:
     print_json(journal_schema())
 
 
-#: `motorbench results RUN`, `results list`, `results schema` and `results verify RUN`.
+#: `motorbench results RUN`, `results list`, `results schema`, `results unpack RUN` and `results verify RUN`.
 command = App(
     name="results",
     help="Show a run, whole or cut off.",
@@ -149,4 +149,5 @@ command = App(
 command.default(results)
 command.command(list_runs, name="list", help="List the runs of a folder.")
 command.command(schema, name="schema", help="Print the JSON schema of the journal.")
+command.command("bench.cli.unpack:unpack", name="unpack", help="Have a packed journal as lines of text again.")
 command.command("bench.cli.verify:verify", name="verify", help="Prove that a run is as it was written.")

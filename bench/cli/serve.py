@@ -90,6 +90,9 @@ def serve(
     for address in trusted_proxy:
         _check_address(address)
     _check_free(host, port)
+    from bench.panel.socket_server import load_socket_server
+
+    load_socket_server()
     from nicegui import app, ui
 
     from bench.panel.access import Access

@@ -273,7 +273,7 @@ def _tell(
         return
     for role, ways in bench.addresses().items():
         for way, address in ways.items():
-            print(f"# {role:<13}{way:<8}{as_text(address)}")
+            print(f"# {role:<13}{way:<7} {as_text(address)}")
     print(f"# {'control':<21}{bench.control}")
     for role, left in bench.bench.left.items():
         print(f"# {role:<13}left as: {'; '.join(left)}")

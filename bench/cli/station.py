@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from bench.cli.calibrations_output import print_due
 from bench.cli.output import padded, print_json, say_broken
 from bench.cli.station_needs import good as needs_met
 from bench.cli.station_needs import outlooks, print_outlooks
@@ -24,6 +25,7 @@ from bench.safety.station_instruments import StationInstruments
 from bench.safety.trip_latch import Latch, Trip
 from bench.safety.watchdog_relays import open_relay
 from bench.safety.watchdogs import armed_watchdogs
+from bench.station.calibration_list import calibration_list
 from bench.station.clock import SystemClock, wall_date
 from bench.station.station_file import Entry, Station, load_station
 from bench.station.visa_library import StationVisa
@@ -55,7 +57,7 @@ def check(
     language: str = "auto",
     json: bool = False,
 ) -> int:
-    """Open every instrument of a station file, say who answers, whose calibration is overdue and which watchdogs are armed,
+    """Open every instrument of a station file, say who answers, when each is due for calibration, which watchdogs are armed,
     and for each procedure what the station lacks or what people are asked for.
 
     Nothing is energised. Exit status 1 where an instrument does not answer, or a procedure that is named cannot run; where none is
@@ -78,6 +80,7 @@ def check(
     translate = english if json and language == "auto" else translator(language_of(language))
     read = load_station(station)
     needs = outlooks(read, procedures, set_)
+    due = calibration_list(read.entries.values(), wall_date())
     overdue = [notice.message.render(translate) for notice in read.check_calibrations(wall_date(), read.entries)]
     prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, Nobody())
     nowhere = Unrecorded()
@@ -115,6 +118,7 @@ def check(
                 "procedures": {each.name: each.as_dict(translate) for each in needs},
                 "closing": list(closing),
                 "overdue": overdue,
+                "calibrations": [each.as_dict() for each in due],
                 "broken": [one.as_dict() for one in read.catalogues.broken(load=False)],
                 "good": good,
             }
@@ -126,6 +130,8 @@ def check(
         for one in watchdogs:
             mark = "!" if one.missing else "✓"
             console_on(sys.stdout).print(f"  {mark} {one.words.render(translate)}", markup=False, soft_wrap=True)
+        if due:
+            print_due(due, translate)
         if named or read.entries:
             print_outlooks(needs, translate)
     return 0 if good else 1

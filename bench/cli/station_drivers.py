@@ -1,25 +1,41 @@
 """`motorbench station drivers`: what a station may name, and where it comes from."""
 
-from bench.cli.output import print_catalogue, print_json, say_broken
+import sys
+
+from bench.cli.output import padded, print_catalogue, print_json, say_broken
+from bench.i18n.errors import InputError
 from bench.i18n.language import language_of, translator
+from bench.plugins.catalogues import Catalogues
+from bench.station.command_table import markdown_tables, packages_with_commands
 from bench.station.station_file import catalogues_at
-from drivers.interfaces.text import Text, lines, text, word
+from drivers.command_sources import SourcedCommand, SourcesError, declared_commands, sources_of
+from drivers.interfaces.text import Text, Translate, lines, text, text_of, word
 
 
-def drivers(*, station: str = "virtual", language: str = "auto", json: bool = False) -> int:
+def drivers(
+    name: str = "", *, station: str = "virtual", language: str = "auto", json: bool = False, markdown: bool = False
+) -> int:
     """List the drivers by role, those of safety devices, the simulated instruments and the outputs, and where each comes from.
 
     Parameters
     ----------
+    name
+        A driver: what it sends to its instrument, command by command, and who says that the instrument has it.
     station
         A station file, whose plug-ins are listed too.
     language
         en, zh, or auto by the locale; JSON is English where none is asked for.
     json
         Print one JSON object and nothing else.
+    markdown
+        Print the tables of `docs/reference/instrument-commands.md`, of every driver that has one, or of the named one.
 
     """
     catalogues = catalogues_at(station)
+    if markdown:
+        return _print_markdown(name, catalogues, translator(language_of(language)))
+    if name:
+        return _commands_of(name, catalogues, translator(language_of(language)), json=json)
     found, simulated, outputs = catalogues.drivers, catalogues.simulated_instruments, catalogues.records
     relays, contacts = catalogues.watchdog_relays, catalogues.interlocks
     listed = [
@@ -78,3 +94,59 @@ def drivers(*, station: str = "virtual", language: str = "auto", json: bool = Fa
     print_catalogue(outputs, lambda _: say(text("records")))
     say_broken(broken, translate)
     return 0
+
+
+def _commands_of(name: str, catalogues: Catalogues, translate: Translate, *, json: bool) -> int:
+    """Print one driver's commands with their sources. Raises InputError for a driver that says nothing of them."""
+    commands = _declared(name, catalogues)
+    if json:
+        print_json({"driver": name, "commands": [_described(one) for one in commands]})
+        return 0
+    if not commands:
+        print(text("it sends nothing").render(translate))
+    for one in commands:
+        keys = ", ".join(source.key for source in one.sources) or "–"
+        print(f"{one.command:<32}{padded(one.words.render(translate), 24)}{keys}")
+    print()
+    for source in sources_of(commands):
+        print(f"{source.key:<16}{source.name}\n{'':<16}{source.address}")
+    return 0
+
+
+def _declared(name: str, catalogues: Catalogues) -> tuple[SourcedCommand, ...]:
+    packages = packages_with_commands(catalogues)
+    if name not in packages:
+        raise InputError(
+            text(
+                "{name}: no driver that names the sources of its commands; known are: {known}",
+                name=name,
+                known=", ".join(packages),
+            )
+        )
+    try:
+        return declared_commands(packages[name], name)
+    except SourcesError as error:
+        raise InputError(text_of(error)) from error
+
+
+def _print_markdown(name: str, catalogues: Catalogues, translate: Translate) -> int:
+    """Print the tables of one driver, or of all; where a table cannot be had, that is said and the others are printed."""
+    tables, failed = {}, False
+    for one in (name,) if name else packages_with_commands(catalogues):
+        try:
+            tables[one] = _declared(one, catalogues)
+        except InputError as error:
+            if name:
+                raise
+            failed = True
+            print(f"motorbench: {text_of(error).render(translate)}", file=sys.stderr)
+    sys.stdout.write(markdown_tables(tables, translate))
+    return 1 if failed else 0
+
+
+def _described(one: SourcedCommand) -> dict[str, object]:
+    return {
+        "command": one.command,
+        "independent": one.independent,
+        "sources": [{"name": source.name, "address": source.address} for source in one.sources],
+    }

@@ -58,7 +58,7 @@ def scan(
     modbus
         Serial ports, or tcp://host:port, to look for Modbus units on; only registers are read.
     can
-        CAN buses to look for CANopen nodes on, like socketcan/can0; only objects are read.
+        CAN buses to look for CANopen nodes on, like socketcan/can0; with ?fd=true, or fdcanusb:///dev/fdcanusb, for nodes of CAN FD.
     units
         The Modbus unit numbers to try.
     station

@@ -1,4 +1,4 @@
-"""What simulated instruments understand: SCPI's commands and queries, Modbus registers, CANopen objects."""
+"""What simulated instruments understand: SCPI's commands and queries, Modbus registers, CANopen objects, registers on CAN FD."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -40,6 +40,9 @@ def _understood(virtual: "VirtualBench", role: str) -> list[str]:
     if transport == "can":
         objects = sorted(instrument.entries, key=lambda entry: (entry.index, entry.subindex))
         return [f"{one.index:04X}h:{one.subindex:02X} {one.kind} {one.access} {one.name}" for one in objects]
+    if transport == "can-fd":
+        understood: list[str] = instrument.understands()
+        return understood
     lines = []
     for number, unit in sorted(instrument.units.items()):
         lines += [f"unit {number}: {first:04X}H … {first + count - 1:04X}H" for first, count in unit.ranges]

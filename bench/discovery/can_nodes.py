@@ -9,8 +9,9 @@ from bench.discovery.findings import FoundInstrument
 from bench.discovery.inquiry import Inquiry, shown
 from drivers.interfaces import Identity, InstrumentError
 from drivers.interfaces.text import text
-from drivers.transport.can.addresses import parse_bus
+from drivers.transport.can.addresses import parse_bus, with_flexible_data_rate
 from drivers.transport.can.buses import SharedBus
+from drivers.transport.can.fdcanusb import is_fdcanusb
 from drivers.transport.can.objects import NodeObjects
 from drivers.transport.canonical_address import is_serial_line
 
@@ -27,8 +28,8 @@ _OPENING_TIME = 5.0
 
 
 def bus_address(given: str) -> str:
-    """Return `can://interface/channel` for what a person typed, with or without `can://`."""
-    return given if given.startswith("can://") else f"can://{given}"
+    """Return `can://interface/channel` for what a person typed, with or without `can://`; an fdcanusb's address as it is."""
+    return given if given.startswith("can://") or is_fdcanusb(given) else f"can://{given}"
 
 
 def bus_and_nodes(address: str) -> tuple[str, Collection[int]]:
@@ -62,7 +63,8 @@ def ask_bus(
     opened: list[SharedBus] = []
 
     def answering() -> list[int] | None:
-        opened.append(SharedBus(parse_bus(bus, bus), bus))
+        named = parse_bus(bus, bus)
+        opened.append(SharedBus(with_flexible_data_rate(named) if "fd" in dict(named.settings) else named, bus))
         return _answering(inquiry, opened[0], free) or None
 
     try:

@@ -9,7 +9,7 @@ from drivers.catalogue import Driver
 from drivers.interfaces import Identity
 from drivers.interfaces.strangers_code import strangers_code
 from drivers.interfaces.text import Text, text_of
-from drivers.recognition import CanOpenProfile, ModbusUnit, Registers, ScpiIdentity, SerialTalk
+from drivers.recognition import CanFdTalk, CanOpenProfile, ModbusUnit, Registers, ScpiIdentity, SerialTalk
 
 A = TypeVar("A")
 B = TypeVar("B")
@@ -60,6 +60,10 @@ class KnownInstruments:
             for kind in driver.recognised_by
             if isinstance(kind, CanOpenProfile) and kind.matches(device_type)
         )
+
+    def fd_nodes(self) -> tuple[tuple[Driver, CanFdTalk], ...]:
+        """Return what nodes of CAN FD may answer."""
+        return tuple((d, kind) for d in self._drivers for kind in d.recognised_by if isinstance(kind, CanFdTalk))
 
     def modbus_units(self) -> tuple[ModbusUnit, ...]:
         """Return every unit that a driver knows."""

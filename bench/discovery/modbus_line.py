@@ -10,6 +10,7 @@ from drivers.interfaces import CommunicationError, ReportedError
 from drivers.interfaces.text import Text, lines, text
 from drivers.recognition import ModbusUnit
 from drivers.transport.modbus.line import LINE_ERRORS, NO_SUCH_UNIT, RTU_SILENCE, ModbusClient, ModbusLine, client_for
+from drivers.transport.serial.port_errors import not_opened
 
 #: How long (s) a unit may take to answer where its framing is known, and where several are tried.
 ANSWER_TIME, SWEEP_TIME = 0.5, 0.15
@@ -49,20 +50,26 @@ def sweep(inquiry: Inquiry, port: str, units: Collection[int], used_by: tuple[st
             )
         )
     what = text("units {first} to {last} by function 3 (register 0000H)", first=min(units), last=max(units))
+    refused: list[str] = []
     for address in addresses:
-        asking = partial(_units_at, inquiry, address, units, _patience(addresses))
+        asking = partial(_units_at, inquiry, address, units, _patience(addresses), refused)
         found = inquiry.ask(address, what, asking, longest((address,), units) + _OPENING)
         if found:
             _judge(inquiry, address, found, used_by)
+        if found or refused:
             return
 
 
 def _units_at(
-    inquiry: Inquiry, address: str, units: Collection[int], timeout: float
+    inquiry: Inquiry, address: str, units: Collection[int], timeout: float, refused: list[str]
 ) -> dict[int, dict[int, tuple[int, ...]]] | None:
-    """Return the registers of each unit that answers; None where none does."""
+    """Return the registers of each unit that answers; None where none does. An address that cannot be opened is put into `refused`."""
     client = client_for(address, timeout)
     if not client.connect():
+        refused.append(address)
+        refusal = getattr(client, "refusal", None)
+        if refusal is not None:
+            raise not_opened(address, address, refusal) from refusal
         raise CommunicationError(address, text("cannot be opened at {address}", address=address))
     try:
         line = ModbusLine(client, address, clock=inquiry.clock if address.startswith("rtu") else None)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
-from bench.discovery import announced, can_nodes, modbus_line, scpi, serial_lines
+from bench.discovery import announced, can_nodes, fd_nodes, modbus_line, scpi, serial_lines
 from bench.discovery.findings import ScanReport
 from bench.discovery.inquiry import Inquiry
 from bench.discovery.matching import KnownInstruments
@@ -15,6 +15,7 @@ from bench.station.visa_library import StationVisa
 from drivers.catalogue import Driver
 from drivers.interfaces import Clock
 from drivers.interfaces.text import Text, text
+from drivers.transport.can.fdcanusb import is_fdcanusb
 from drivers.transport.in_process import IN_PROCESS
 
 
@@ -50,7 +51,8 @@ def scan(
 ) -> ScanReport:
     """Look, and return what was found; after Ctrl-C what was found so far.
 
-    Nothing is set, energised or reset: *IDN?, Modbus function 3, SDO uploads and listening are all that is used.
+    Nothing is set, energised or reset: *IDN?, Modbus function 3, SDO uploads, reads of registers by CAN FD and listening are all that is
+    used.
     """
     inquiry = Inquiry(clock, request.within, KnownInstruments(drivers), owner, say)
     try:
@@ -77,16 +79,19 @@ def _by_address(station: Station) -> dict[str, list[Entry]]:
 
 def _ask_station(inquiry: Inquiry, visa: StationVisa, station: Station) -> None:
     """Ask each address; nodes of one bus together, which many adapters can be opened for but once."""
-    buses: dict[str, dict[int, tuple[str, ...]]] = {}
+    buses: dict[tuple[str, bool], dict[int, tuple[str, ...]]] = {}
     for address, entries in _by_address(station).items():
         scheme, _, rest = address.partition("://")
-        if scheme.casefold() == "can" and not rest.startswith(f"{IN_PROCESS}/"):
+        on_bus = scheme.casefold() == "can" and not rest.startswith(f"{IN_PROCESS}/")
+        if on_bus or is_fdcanusb(address):
             bus, nodes = can_nodes.bus_and_nodes(address)
-            buses.setdefault(bus, {}).update(dict.fromkeys(nodes, tuple(one.role.value for one in entries)))
+            fd = any(fd_nodes.fd_talk_of(one.driver) for one in entries)
+            buses.setdefault((bus, fd), {}).update(dict.fromkeys(nodes, tuple(one.role.value for one in entries)))
         else:
             _ask_entry(inquiry, visa, entries)
-    for bus, roles in buses.items():
-        can_nodes.ask_bus(inquiry, bus, tuple(roles), roles)
+    for (bus, fd), roles in buses.items():
+        ask = fd_nodes.ask_fd_bus if fd else can_nodes.ask_bus
+        ask(inquiry, bus, tuple(roles), roles)
 
 
 def _ask_entry(inquiry: Inquiry, visa: StationVisa, entries: list[Entry]) -> None:
@@ -116,7 +121,11 @@ def _ask_named(inquiry: Inquiry, visa: StationVisa, request: ScanRequest) -> Non
     for line in request.modbus:
         modbus_line.sweep(inquiry, line, request.units)
     for bus in request.can:
-        can_nodes.ask_bus(inquiry, *can_nodes.bus_and_nodes(can_nodes.bus_address(bus)))
+        address, nodes = can_nodes.bus_and_nodes(can_nodes.bus_address(bus))
+        if not is_fdcanusb(address):
+            can_nodes.ask_bus(inquiry, address, nodes)
+        if fd_nodes.speaks_fd(address):
+            fd_nodes.ask_fd_bus(inquiry, address, nodes)
 
 
 def _look_around(inquiry: Inquiry, visa: StationVisa, computer: Computer, request: ScanRequest) -> None:

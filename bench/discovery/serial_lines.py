@@ -11,7 +11,8 @@ from bench.station.computer import Computer
 from drivers.interfaces.text import Text, text
 from drivers.recognition import SerialTalk
 from drivers.transport.canonical_address import serial_port
-from drivers.transport.serial.line_settings import open_port
+from drivers.transport.serial.line_settings import PORT_ERRORS, open_port
+from drivers.transport.serial.port_errors import not_opened
 from drivers.transport.visa.session import IDENTITY_QUERY
 
 #: How long (s) an answer may take on a serial line, and how much longer a question may take to open and close the port.
@@ -89,7 +90,10 @@ def _ask_identity(inquiry: Inquiry, port: str) -> bool:
 
 def _exchange(inquiry: Inquiry, port: str, talk: SerialTalk, known: Callable[[bytes], Text | None]) -> bytes | None:
     """Return what comes until it is recognised, for the talk's time at most; None where nothing does."""
-    line = open_port(port, talk.baudrate, _READ_TIME)
+    try:
+        line = open_port(port, talk.baudrate, _READ_TIME)
+    except PORT_ERRORS as error:
+        raise not_opened(port, port, error) from error
     try:
         line.reset_input_buffer()
         if talk.question:

@@ -9,7 +9,7 @@ from bench.drawings.leads import Lead, LeadKind, leads_of
 from procedures.core.bench import Role
 
 #: Those that feed or excite what they are on: they come last.
-SOURCES = (Role.SUPPLY, Role.LCR_METER, Role.INVERTER, Role.DRIVE, Role.INSULATION_TESTER)
+SOURCES = (Role.SUPPLY, Role.LCR_METER, Role.INVERTER, Role.DRIVE, Role.INSULATION_TESTER, Role.SWITCH_MATRIX)
 
 
 class ShaftWork(Enum):

@@ -32,6 +32,7 @@ SOCKETS: Mapping[Socket, tuple[Role, str]] = {
     Socket.DRIVE_2: (Role.DRIVE, "2"),
     Socket.DRIVE_3: (Role.DRIVE, "3"),
     Socket.INSULATION_HIGH: (Role.INSULATION_TESTER, "H"),
+    Socket.LINK: (Role.SWITCH_MATRIX, "≡"),
 }
 
 

@@ -9,13 +9,15 @@ from bench.drawings.lettering import width_of
 from bench.drawings.palette import INK, PLUS
 from bench.drawings.sheet import APART, OPEN, PHASES, DrawingSheet, Horizontal
 from drivers.interfaces.role import ROLES
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from procedures.core.bench import Role
 
 #: Between sockets of one instrument, between the clips of leads that are joined, between two tracks.
 _SOCKETS, _CLIPS, _TRACKS = 40.0, 56.0, 28.0
 _DEEP_UPRIGHT = 74.0
 _TOGETHER = text("leads clipped together")
+#: The link that joins terminals belongs to no instrument.
+_LINK = text("Shorting link")
 #: Half a terminal's box along the axis in the upright form.
 _HALF_ALONG = 26.0
 
@@ -80,7 +82,7 @@ def draw_sources(sheet: DrawingSheet, sources: Sources) -> None:
         sheet.canvas.box(Layer.BOX, (0.0, case.first), (sources.deep, case.last))
         middle = (case.first + case.last) / 2.0
         x, y = (middle, 26.0) if sheet.upright else (sources.deep / 2.0, case.first + 24.0)
-        sheet.canvas.words(x, y, sheet.say(ROLES[case.role].label), bold=True)
+        sheet.canvas.words(x, y, sheet.say(_label(case.role)), bold=True)
     for socket, leads in sources.feeds.items():
         turn = sources.track.get(socket, sources.deep)
         sheet.horizontals.append(Horizontal(sources.place[socket], sources.deep, turn, socket))
@@ -103,7 +105,11 @@ def _outputs(sheet: DrawingSheet) -> list[Lead]:
 
 
 def _name_width(sheet: DrawingSheet, role: Role) -> float:
-    return width_of(sheet.say(ROLES[role].label), 18, bold=True)
+    return width_of(sheet.say(_label(role)), 18, bold=True)
+
+
+def _label(role: Role) -> Text:
+    return _LINK if role is Role.SWITCH_MATRIX else ROLES[role].label
 
 
 def _stand(

@@ -1,6 +1,6 @@
 """What a person can put right: bad files, bad arguments, runs that cannot go on."""
 
-from drivers.interfaces.text import Text, Translate, text, text_of
+from drivers.interfaces.text import Text, Translate, lines, text, text_of
 
 
 class InputError(Exception):
@@ -11,7 +11,7 @@ class InputError(Exception):
 
     def __init__(self, said: Text | str) -> None:
         super().__init__(said)
-        self.text = said if isinstance(said, Text) else Text("{said}", {"said": said})
+        self.text = said if isinstance(said, Text) else as_said(said)
 
 
 class FileError(InputError):
@@ -29,5 +29,21 @@ def at(place: object, said: Text | str) -> Text:
 
 def message(cause: BaseException, translate: Translate) -> str:
     """Return what went wrong in the reader's language, with the notes that the shutdown added."""
-    said = text_of(cause).render(translate)
-    return "\n".join([said or type(cause).__name__, *getattr(cause, "__notes__", ())])
+    return told(cause).render(translate)
+
+
+def told(cause: BaseException) -> Text:
+    """Return what went wrong, with the notes that the shutdown added, for a reader of any language."""
+    said = text_of(cause)
+    named = said if said.render() else as_said(type(cause).__name__)
+    notes = [as_said(note) for note in getattr(cause, "__notes__", ())]
+    return lines([named, *notes]) if notes else named
+
+
+#: Where there is nothing to say.
+NOTHING = Text("")
+
+
+def as_said(words: str) -> Text:
+    """Return words as they stand in every language."""
+    return Text("{said}", {"said": words})

@@ -8,7 +8,7 @@ from enum import Enum
 from operator import attrgetter
 from typing import Any
 
-from bench.journal.stored_result import store, store_notice
+from bench.journal.stored_result import Sentence, store, store_notice, store_sentence
 from drivers.interfaces.text import Text
 from procedures.core.events import UnknownAction
 from procedures.core.result import Notice, ProcedureResult
@@ -17,6 +17,7 @@ from procedures.core.result import Notice, ProcedureResult
 _STORED: Mapping[type, Callable[[Any], Any]] = {
     ProcedureResult: store,
     Notice: store_notice,
+    Sentence: store_sentence,
     UnknownAction: attrgetter("details"),
 }
 #: Depth beyond which a value is told instead of taken apart (a structure that contains itself). A sentence within a sentence takes three.

@@ -1,7 +1,7 @@
 """A run read back from its folder: what the journal comes to, the motor's plate, and where the record ends."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bench.i18n.errors import FileError
@@ -49,4 +49,7 @@ def read_run(reference: str, runs: Path) -> FinishedRun:
     if view.start is None:
         raise FileError(text("{journal}: the journal has no beginning; nothing was recorded", journal=folder.journal))
     motor = recorded_motor(view.start.motor_file, view.start.motor.source)
-    return FinishedRun(folder, journal.events, view, view.start, motor.nameplate, journal.last_hash, journal.torn)
+    # A type's file has no serial number, or another motor's: what was scanned or typed for the run counts.
+    number = view.start.motor.serial_number or motor.nameplate.serial_number
+    plate = replace(motor.nameplate, serial_number=number)
+    return FinishedRun(folder, journal.events, view, view.start, plate, journal.last_hash, journal.torn)

@@ -105,7 +105,8 @@ def journal_head(folder: Path, *, durable: bool) -> RecordEnd | None:
     With `durable` it is on the disk: who wrote it is dead and cannot see to that.
     """
     try:
-        if durable:
+        # One that was packed is on the disk.
+        if durable and (folder / "journal.jsonl").exists():
             file = os.open(folder / "journal.jsonl", os.O_RDONLY)
             try:
                 os.fsync(file)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from bench.i18n.errors import FileError, InputError
 from bench.journal.codec import RecordedEvent, decode
+from bench.journal.packed import open_journal
 from drivers.interfaces.text import reason_of, text
 
 #: No event is longer than this (bytes); a file without line ends must not be taken into memory whole.
@@ -50,7 +51,7 @@ class JournalFile:
 def read_lines(path: Path) -> Iterator[JournalLine]:
     """Give a journal's lines in order, whatever they hold. Raises FileError where the file cannot be read."""
     try:
-        with path.open("rb") as file:
+        with open_journal(path) as file:
             place = 0
             while content := file.readline(LONGEST_LINE):
                 place += 1
@@ -100,9 +101,9 @@ def read_journal(path: Path) -> JournalFile:
 def last_whole_line(path: Path) -> JournalLine | None:
     """Return a journal's last line that was written to its end, None where there is none; its place is its event's number.
 
-    Raises OSError.
+    Raises OSError; FileError for a packed journal that is none.
     """
-    with path.open("rb") as file:
+    with open_journal(path) as file:
         size = file.seek(0, os.SEEK_END)
         wanted = min(size, _TAIL)
         while True:

@@ -12,6 +12,7 @@ from bench.files.toml_file import nearest
 from bench.i18n.errors import FileError, InputError
 from bench.journal.disk import write_file
 from bench.journal.encoding import plain, to_bytes
+from bench.journal.packed import is_journal, packed_path
 from drivers.interfaces.text import Text, reason_of, text
 
 #: What a rehearsal's folder holds in place of a run's journal, so that neither is taken for the other.
@@ -31,7 +32,7 @@ class RunFolder:
 
     @property
     def journal(self) -> Path:
-        """The append-only record."""
+        """The append-only record; of a run that was packed, where it would be (`open_journal`)."""
         return self.path / "journal.jsonl"
 
     @property
@@ -92,7 +93,7 @@ def existing_run_folder(reference: str, runs: Path) -> RunFolder:
     """Return a run by its folder, by its name under `runs`, or the one begun last for `latest`. Raises FileError for none."""
     for path in (Path(reference), runs / reference):
         # Unlike Path.is_file, these take a name that is too long, too.
-        if os.path.isfile(path / "journal.jsonl"):
+        if os.path.isfile(path / "journal.jsonl") or os.path.isfile(packed_path(path / "journal.jsonl")):
             return RunFolder(path)
         if os.path.isfile(path / REHEARSAL):
             raise FileError(
@@ -120,7 +121,7 @@ def existing_run_folder(reference: str, runs: Path) -> RunFolder:
 def run_folders(runs: Path) -> list[RunFolder]:
     """Return all runs of a folder, in the order they began by their names. Raises FileError where it cannot be read."""
     try:
-        found = sorted(path for path in runs.iterdir() if (path / "journal.jsonl").is_file())
+        found = sorted(path for path in runs.iterdir() if is_journal(path / "journal.jsonl"))
     except FileNotFoundError:
         return []
     except OSError as error:

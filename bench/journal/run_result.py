@@ -4,9 +4,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from bench.i18n.errors import InputError
+from bench.journal.disk import write_file
+from bench.journal.encoding import plain
 from bench.journal.events.run import TELLS_WITHHELD, RunFinished
 from bench.journal.journal_file import JournalFile, read_journal
 from bench.journal.run_folder import RunFolder
+from bench.journal.run_tables import tables_of
 from bench.journal.run_view import RunView, view_of
 from drivers.interfaces.text import Translate, english
 
@@ -39,7 +42,7 @@ def end_of(journal: JournalFile) -> dict[str, Any]:
 
 
 def conclude(folder: RunFolder, view: RunView, translate: Translate) -> dict[str, Any]:
-    """Write `result.json` from the journal as it lies on the disk and return it.
+    """Write `result.json`, and the tables that belong to it, from the journal as it lies on the disk, and return it.
 
     Where either cannot be done `view` is told why, its status is no longer `completed`, and its own figures are returned.
     """
@@ -48,6 +51,8 @@ def conclude(folder: RunFolder, view: RunView, translate: Translate) -> dict[str
         if journal.events and isinstance(journal.events[-1].event, RunFinished):
             result = result_of(journal, translate)
             folder.write_result(result)
+            for name, content in tables_of(plain(result)):
+                write_file(folder.path / name, content)
             return result
         why = f"{folder.journal} has no end, so there is no result.json"
     except (InputError, OSError) as error:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from bench.i18n.errors import InputError
+from bench.i18n.errors import NOTHING, InputError, as_said
 from bench.journal.codec import RecordedEvent, UnknownEvent
 from bench.journal.encoding import plain
 from bench.journal.events.run import (
@@ -18,7 +18,7 @@ from bench.journal.events.run import (
     RunResumed,
     RunStarted,
 )
-from drivers.interfaces.text import Translate, english, text
+from drivers.interfaces.text import Text, Translate, english, text
 from procedures.core.events import Event, StepFailed, StepFinished, StepStarted
 from procedures.core.misfit_text import told_again
 from procedures.core.parameter_set import ParameterSet, merge
@@ -32,6 +32,7 @@ class ProcedureView:
     steps: list[dict[str, Any]] = field(default_factory=list)
     result: ProcedureResult | None = None
     cause: str = ""
+    told: Text = NOTHING
     sentences: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -44,6 +45,7 @@ class RunView:
         self.procedures: dict[str, ProcedureView] = {}
         self.status = "interrupted"
         self.cause = ""
+        self.told = NOTHING
         self.bench_time = 0.0
         self.wall_time = 0.0
         self.hand_time = 0.0
@@ -59,7 +61,7 @@ class RunView:
                 self.start, self.sessions = event, 1
                 self.planned = tuple(event.procedures)
             case RunResumed():
-                self.status, self.cause = "interrupted", ""
+                self.status, self.cause, self.told = "interrupted", "", NOTHING
                 self.sessions += 1
             case KnownBefore():
                 found = (event.procedure, event.warning)
@@ -75,11 +77,12 @@ class RunView:
             case ProcedureFinished(result=result):
                 self.procedures[result.procedure].result = result
             case ProcedureFailed():
-                self.procedures[event.procedure].cause = event.cause
+                failed = self.procedures[event.procedure]
+                failed.cause, failed.told = event.cause, _told(event)
             case StepStarted() | StepFinished() | StepFailed():
                 self._step(event)
             case RunFinished():
-                self.status, self.cause = event.status, event.cause
+                self.status, self.cause, self.told = event.status, event.cause, _told(event)
                 self.bench_time += event.bench_time
                 self.wall_time += event.wall_time
                 self.hand_time += event.hand_time
@@ -140,7 +143,7 @@ class RunView:
         if self.start is not None and self.start.probe_verification:
             made["probe_verification"] = self.start.probe_verification
         if self.cause:
-            made["cause"] = self.cause
+            made["cause"] = self.told.render(translate)
         return made
 
     def _misfit(self, translate: Translate) -> list[dict[str, Any]]:
@@ -166,6 +169,11 @@ class RunView:
                 if isinstance(event, StepFailed):
                     entry["error"] = event.error
                 return
+
+
+def _told(event: ProcedureFailed | RunFinished) -> Text:
+    """Return why for a reader of any language; older versions wrote it in the run's alone."""
+    return as_said(event.cause) if event.told is None else event.told.text
 
 
 def _clock_notice(event: ClockSetBack) -> Notice:
@@ -221,5 +229,5 @@ def _procedure(view: ProcedureView, translate: Translate) -> dict[str, Any]:
         "steps": view.steps,
     }
     if view.cause:
-        made["cause"] = view.cause
+        made["cause"] = view.told.render(translate)
     return made

@@ -9,6 +9,7 @@ from pydantic_core import core_schema
 
 from bench.journal.codec import KINDS
 from bench.journal.events.run import SCHEMA
+from bench.journal.stored_result import Sentence
 from drivers.interfaces.text import Text
 from procedures.core.events import UnknownAction
 from procedures.core.parameter_definition import ParameterDefinition
@@ -42,6 +43,7 @@ _STORED: Mapping[type, JsonSchemaValue] = {
         },
         "required": ["name", "procedure", "section", "cause", "message"],
     },
+    Sentence: _SENTENCE,
     Notice: {
         "type": "object",
         "description": "A warning: its id, and its sentence as a template with values.",

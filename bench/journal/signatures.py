@@ -3,7 +3,7 @@
 import json
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from enum import Enum
 from pathlib import Path
@@ -56,7 +56,8 @@ class Signature:
 def sign(folder: RunFolder, person: str, role: str, words: str, when: datetime, meaning: Meaning) -> None:
     """Add a signature to a run that has ended.
 
-    Raises InputError where nobody signs, the run has no end, its journal is not whole, or the file cannot be written.
+    Raises InputError where nobody signs, or signs the same again, the run has no end, its journal is not whole, or the
+    file cannot be written.
     """
     if not person.strip():
         raise InputError(text("a signature needs the name of who signs"))
@@ -77,7 +78,12 @@ def sign(folder: RunFolder, person: str, role: str, words: str, when: datetime, 
         end["sha256"],
         meaning=meaning.value,
     )
-    kept = [*_stored(_path(folder)), made]
+    before = _stored(_path(folder))
+    if any(replace(one, time=made.time) == made for one in before):
+        raise InputError(
+            text("{person} has signed this already: {meaning}", person=made.person, meaning=MEANINGS[made.meaning])
+        )
+    kept = [*before, made]
     content = json.dumps(
         [{k: v for k, v in asdict(s).items() if k != "holds"} for s in kept], ensure_ascii=False, indent=2
     )

@@ -17,6 +17,11 @@ _PARTS: Mapping[str, tuple[Text, str]] = {
     "speed": (text("speed"), "rad/s"),
     "torque": (text("torque"), "N·m"),
     "power": (text("power"), "W"),
+    "d_current": (text("d-axis current"), "A"),
+    "q_current": (text("q-axis current"), "A"),
+    "d_voltage": (text("d-axis voltage"), "V"),
+    "q_voltage": (text("q-axis voltage"), "V"),
+    "electrical_speed": (text("electrical speed"), "rad/s"),
 }
 #: Quantities of readings of one value, by the call that gave them.
 _CALLS: Mapping[str, Text] = {
@@ -34,6 +39,14 @@ _SETTINGS: Mapping[tuple[str, str], tuple[tuple[Text, str], ...]] = {
     ("inverter", "driving_frequency"): ((text("frequency"), "Hz"), (text("current"), "A")),
     ("inverter", "driving_current"): ((text("current"), "A"),),
     ("inverter", "set_current"): ((text("current"), "A"),),
+    ("inverter", "driving_dq_current"): ((text("d-axis current"), "A"), (text("q-axis current"), "A")),
+    ("inverter", "set_dq_current"): ((text("d-axis current"), "A"), (text("q-axis current"), "A")),
+    ("inverter", "alternate_dq_current"): (
+        (text("d-axis current"), "A"),
+        (text("q-axis current"), "A"),
+        (text("other d-axis current"), "A"),
+        (text("other q-axis current"), "A"),
+    ),
     ("dynamometer", "driving_speed"): ((text("speed"), "rad/s"),),
     ("dynamometer", "set_speed"): ((text("speed"), "rad/s"),),
     ("dynamometer", "driving_torque"): ((text("torque"), "N·m"),),

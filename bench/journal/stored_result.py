@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from string import Formatter
 from typing import Any
 
@@ -13,6 +14,13 @@ from procedures.known_parameters import definition_of
 
 #: How a value may be formatted: with a short width, so that no file can ask for a line of any length.
 _FORM = re.compile(r"[<>^]?[-+ ]?0?\d{0,2}(\.\d{1,2})?[a-zA-Z%]?")
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A sentence that the journal keeps with its values, so that it can be said in any language."""
+
+    text: Text
 
 
 def store(result: ProcedureResult) -> dict[str, Any]:
@@ -113,6 +121,16 @@ def store_text(message: Text) -> dict[str, Any]:
 def restore_text(data: Mapping[str, Any]) -> Text:
     """Return the sentence that `store_text` took apart. Raises ValueError, KeyError or TypeError for one that cannot be said."""
     return _sayable(Text(data["template"], {name: _restore_value(value) for name, value in data["values"].items()}))
+
+
+def store_sentence(sentence: Sentence) -> dict[str, Any]:
+    """Return it in JSON's types."""
+    return store_text(sentence.text)
+
+
+def restore_sentence(data: Mapping[str, Any]) -> Sentence:
+    """Return the sentence that `store_sentence` took apart."""
+    return Sentence(restore_text(data))
 
 
 def _sayable(sentence: Text) -> Text:

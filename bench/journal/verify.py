@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,8 +15,10 @@ from bench.journal.encoding import plain
 from bench.journal.events.instruments import WaveformsTaken
 from bench.journal.events.run import RunBegun, RunFinished
 from bench.journal.journal_file import JournalFile, JournalLine, read_lines
+from bench.journal.removed import removed_files
 from bench.journal.run_folder import RunFolder, stored_form
 from bench.journal.run_result import result_of
+from bench.journal.run_tables import tables_of
 from bench.journal.verification import RecordFault, Verification
 from bench.journal.verify_guardian import check_chain, check_guardian
 from drivers.interfaces.text import Text, Translate, english, reason_of, text
@@ -102,6 +104,7 @@ def _stored_end(folder: RunFolder, found: Verification) -> _End | None:
 
 
 def _check_waveforms(folder: RunFolder, events: Sequence[RecordedEvent], found: Verification) -> None:
+    removed = removed_files(folder.path)
     for recorded in events:
         # A plan may have said that they need not be kept; those that were are vouched for by the motor's record.
         if not isinstance(recorded.event, WaveformsTaken) or not recorded.event.file.sha256:
@@ -109,6 +112,10 @@ def _check_waveforms(folder: RunFolder, events: Sequence[RecordedEvent], found: 
         file = recorded.event.file
         found.waveforms += 1
         path = folder.path / file.path
+        if not path.is_file() and removed.get(file.path) == file.sha256:
+            found.waveforms -= 1
+            found.doubt(text("{file} was removed by a rule of retention", file=file.path))
+            continue
         if not path.is_file():
             what = text("is missing; event {number} of the journal refers to it", number=recorded.number)
         elif _sha256(path) != file.sha256:
@@ -141,6 +148,17 @@ def _check_result(
     elif folder.result.read_bytes() != stored_form(view):
         what = text("was written anew: its content is the same, and its form is not that in which a run writes it")
         found.findings.append(RecordFault(folder.result.name, 0, what))
+    else:
+        _check_tables(folder, view, found)
+
+
+def _check_tables(folder: RunFolder, result: Mapping[str, Any], found: Verification) -> None:
+    for name, content in tables_of(result):
+        path = folder.path / name
+        if not path.is_file():
+            found.findings.append(RecordFault(name, 0, text("is missing; result.json holds it as a table")))
+        elif path.read_bytes() != content:
+            found.findings.append(RecordFault(name, 0, text("was changed: it differs from the table in result.json")))
 
 
 def _unproven(events: Sequence[RecordedEvent], end: _End | None, torn: int, noted: str) -> Text | None:

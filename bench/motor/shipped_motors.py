@@ -35,3 +35,10 @@ def motor_content(reference: str) -> tuple[str, bytes, dict[str, Any]]:
         )
     content, data = read(path, text("motor file"))
     return str(path), content, data
+
+
+def folder_of(reference: str) -> Path:
+    """Return the folder in which a motor's file stands, by its path or shipped name."""
+    if reference in shipped_motors():
+        return Path(str(resources.files("bench") / "motors"))
+    return Path(reference).parent

@@ -19,7 +19,7 @@ from bench.operators.fixture import ROLES as FIXTURE
 from bench.rehearsal.script import Script, highest_as_dict
 from bench.rehearsal.twin import Twin, twin_of
 from bench.run.needs import check_needs, possible
-from bench.run.plan import Catalogue, make_plan
+from bench.run.plan import Catalogue, make_plan, titles_of
 from bench.run.progress import Progress
 from bench.run.request import RunRequest
 from bench.run.retry_policy import never_stop
@@ -147,7 +147,7 @@ def rehearse(request: RunRequest, catalogue: Catalogue, console: "Console") -> R
         script = Script(context.clock.now, lambda: context.operator.hand_time, own, offered, names, translate)
         journal.listen(view.apply)
         journal.listen(script.hear)
-        journal.listen(Progress(console, [planned.name for planned in plan], live=True).hear)
+        journal.listen(Progress(console, titles_of(plan, translate), live=True).hear)
         instruments = StationInstruments(
             context.station,
             request.motor.nameplate,
@@ -216,7 +216,7 @@ def _entry(station: Station, name: str) -> Entry:
 
 def _amount(entry: Entry, parameter: str) -> Amount | None:
     amounts = (one for each in declarations(entry.role.interface).values() for one in each.amounts.values())
-    return next((one for one in amounts if one.label == parameter), None)
+    return next((one for one in amounts if parameter in (one.label, one.vector)), None)
 
 
 def _station(request: RunRequest) -> Station:

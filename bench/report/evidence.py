@@ -45,7 +45,7 @@ def record_of(run: FinishedRun) -> RunRecord:
     return RunRecord(
         name=run.name,
         status=view.status,
-        cause=view.cause,
+        cause=view.told if view.cause else "",
         started=_minute(run.events[0].wall),
         ended=_minute(run.events[-1].wall),
         nameplate=run.nameplate,
@@ -117,7 +117,7 @@ def _procedure(
         settings=passage.settings,
         steps=[_step(run, step, steps.get(step.identifier), values) for step in passage.steps],
         result=view.result,
-        cause=view.cause,
+        cause=view.told if view.cause else "",
         connections=connections,
         described=_described(kind),
     )

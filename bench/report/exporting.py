@@ -3,6 +3,7 @@
 from bench.journal.finished_run import FinishedRun
 from bench.plugins.files import catalogues_of_run
 from procedures.known_parameters import givers
+from reports.exports.exported_map import ExportedMap, exported_map
 from reports.exports.subject import Datasheet, Subject, doubtful, pole_pairs_doubt
 
 
@@ -27,4 +28,11 @@ def subject_of(run: FinishedRun) -> Subject:
         pole_pairs_doubt=pole_pairs_doubt(found, run.view.finished),
         given_by=givers(catalogues_of_run(run.start.software).procedures),
         withheld=found.withheld,
+        flux_map=_map_of(run),
     )
+
+
+def _map_of(run: FinishedRun) -> ExportedMap | None:
+    """Return the run's first flux map."""
+    made = (exported_map(name, result.findings) for name, result in run.view.finished.items())
+    return next((each for each in made if each is not None), None)

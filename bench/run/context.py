@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from bench.i18n.errors import UsageError
 from bench.i18n.language import translator
+from bench.plugins.catalogues import installed
 from bench.run.request import RunRequest
 from bench.run.run_operator import FixtureHands, PanelHands, RunOperator, TerminalHands, VirtualHands
 from bench.run.simulation import InProcessSimulation, ServedSimulation, Simulation
@@ -20,7 +21,7 @@ from bench.station.station_file import VIRTUAL, Station, load_station
 from bench.station.visa_library import StationVisa
 from bench.virtual.fault_hooks import inject
 from drivers.catalogue import MANUAL
-from drivers.interfaces import Clock
+from drivers.interfaces import Clock, InverterAbility
 from drivers.interfaces.text import text
 
 if TYPE_CHECKING:
@@ -225,8 +226,9 @@ def _served(station: Station, request: RunRequest, console: "Console", interrupt
 @contextmanager
 def _virtual(request: RunRequest, console: "Console", interrupts: Interrupts) -> Iterator[RunContext]:
     from bench.operators.virtual import VirtualOperator
-    from bench.virtual.virtual_station import virtual_station
+    from bench.virtual.virtual_station import dq_inverter_for, virtual_station
     from sim_instruments.bench import BenchSetting, VirtualBench
+    from sim_instruments.catalogue import standard_units
 
     motor, by_fixture = request.motor, request.operator == "fixture"
     truth, setting = motor.virtual_motor(), None
@@ -234,13 +236,15 @@ def _virtual(request: RunRequest, console: "Console", interrupts: Interrupts) ->
         from bench.virtual.disturbance_file import load_disturbances
 
         setting = BenchSetting(disturbances=load_disturbances(request.disturbances))
+    dq_inverter = dq_inverter_for(motor.nameplate) if _commands_dq(request) else None
+    units = standard_units(six_step=motor.six_step is not None, fixture=by_fixture, dq_inverter=dq_inverter)
     with VirtualBench(
-        truth, seed=request.seed, six_step=motor.six_step, sockets=False, fixture=by_fixture, setting=setting
+        truth, units, seed=request.seed, six_step=motor.six_step, sockets=False, fixture=by_fixture, setting=setting
     ) as bench:
         worker = VirtualOperator(bench.world, request.seed)
         inject(request.faults, bench.injector.add)
         context = RunContext(
-            virtual_station(bench.addresses()),
+            virtual_station(bench.addresses(), dq_inverter),
             bench.clock,
             VirtualHands.of(worker),
             StationVisa(bench.visa_library),
@@ -250,3 +254,12 @@ def _virtual(request: RunRequest, console: "Console", interrupts: Interrupts) ->
             context = with_fixture(context, worker.thermometer)
         with _in_front(context, worker, request, console, interrupts) as operated:
             yield operated
+
+
+def _commands_dq(request: RunRequest) -> bool:
+    """Tell whether a procedure of a run needs an inverter that d- and q-axis currents can be commanded of."""
+    known = installed().procedures
+    named = [known[name] for name in request.procedures if name in known]
+    return any(
+        InverterAbility.DQ_CURRENT in demand.abilities for procedure in named for demand in procedure.needs.values()
+    )

@@ -26,7 +26,8 @@ def possible(plan: Sequence[Planned], station: Station, console: "Console", tran
     for planned in plan:
         missing = unmet(planned, station)
         if missing:
-            left_out = text("{procedure} is left out: {why}", procedure=planned.name, why=lines(missing, between="; "))
+            title = Text(planned.procedure.title)
+            left_out = text("{procedure} is left out: {why}", procedure=title, why=lines(missing, between="; "))
             console.print(left_out.render(translate), markup=False)
         else:
             possible.append(planned)
@@ -83,6 +84,11 @@ def _lacking(entry: Entry, demand: Demand) -> Iterator[Text]:
         yield from _unstated(entry, (*demand.figures, *demand.screen))
     elif entry.driver.name in BY_HAND and (demand.waveforms or demand.screen):
         yield from _unstated(entry, (Measurand.AMPLITUDE,))
+    offered = entry.driver.abilities
+    for ability in sorted(demand.abilities - offered, key=lambda one: one.value) if offered is not None else ():
+        yield text(
+            "{role}: {driver} does not offer {ability}", role=role, driver=entry.driver.name, ability=ability.label
+        )
     probes = getattr(entry.options, "probes", None)
     if isinstance(probes, Mapping):
         kinds = [getattr(probe, "kind", probe) for probe in probes.values()]

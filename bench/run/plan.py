@@ -10,7 +10,7 @@ from bench.i18n.errors import UsageError
 from bench.plugins.catalogue import Catalogue as Plugins
 from bench.station.station_file import Station
 from drivers.interfaces.role import Role
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, Translate, text
 from procedures.core.parameter_definition import ParameterTable
 from procedures.core.procedure import Procedure, Settings
 from procedures.known_parameters import known_parameters
@@ -30,6 +30,11 @@ class Planned:
 def parameters_of(plan: Iterable[Planned]) -> ParameterTable:
     """Return the table's parameters, and those that the plan's procedures define besides."""
     return known_parameters({each.name: each.procedure for each in plan})
+
+
+def titles_of(plan: Iterable[Planned], translate: Translate) -> Mapping[str, str]:
+    """Return what the plan's procedures are called in a reader's language, by their names, in the plan's order."""
+    return {each.name: translate(each.procedure.title) for each in plan}
 
 
 def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catalogue) -> list[Planned]:

@@ -1,6 +1,6 @@
 """One line that says which step is under way."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bench.journal.events.run import KnownBefore, ProcedureStarted, RunFinished
@@ -11,11 +11,15 @@ if TYPE_CHECKING:
 
 
 class Progress:
-    """Hears a journal's events and shows the present step: one changing line on a live terminal, else a line a step."""
+    """Hears a journal's events and shows the present step: one changing line on a live terminal, else a line a step.
 
-    def __init__(self, console: "Console", names: Sequence[str], *, live: bool) -> None:
+    `titles` are what the procedures, by their names, are called there, in the run's order.
+    """
+
+    def __init__(self, console: "Console", titles: Mapping[str, str], *, live: bool) -> None:
         self._console = console
-        self._names = list(names)
+        self._titles = titles
+        self._names = list(titles)
         self._live = live and console.is_terminal
         self._procedure = ""
         self._sentences: Mapping[str, str] = {}
@@ -26,10 +30,10 @@ class Progress:
             case ProcedureStarted():
                 self._procedure, self._sentences = event.procedure, event.steps
                 if self._live:
-                    self._show(f"{self._place()} {self._procedure}")
+                    self._show(self._place())
             case StepStarted():
                 sentence = self._sentences.get(event.step, event.text)
-                self._show(f"{self._place()} {self._procedure}  §{event.step}  {sentence}")
+                self._show(f"{self._place()}  §{event.step}  {sentence}")
             case KnownBefore():
                 self._say(f"{event.warning.identifier}: {event.message}")
             case RunFinished():
@@ -48,7 +52,7 @@ class Progress:
 
     def _place(self) -> str:
         number = self._names.index(self._procedure) + 1 if self._procedure in self._names else 0
-        return f"[{number}/{len(self._names)}]"
+        return f"[{number}/{len(self._names)}] {self._titles.get(self._procedure, self._procedure)}"
 
     def _show(self, line: str) -> None:
         from rich.cells import set_cell_size

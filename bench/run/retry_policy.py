@@ -4,7 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
+from bench.i18n.errors import NOTHING
 from bench.run.plan import Planned
+from drivers.interfaces.text import Text
 from procedures.core.result import ProcedureResult
 
 
@@ -18,7 +20,7 @@ class Next(Enum):
 
 @dataclass(frozen=True)
 class Attempt:
-    """What was planned and what came of it: a result, or the error with its words.
+    """What was planned and what came of it: a result, or the error with its words, in the run's language and for any.
 
     `started` and `ended` are bench time (s), the wait for instruments that others used left out.
     """
@@ -29,6 +31,7 @@ class Attempt:
     result: ProcedureResult | None = None
     error: Exception | None = None
     cause: str = ""
+    told: Text = NOTHING
 
 
 #: Decides what follows.

@@ -12,6 +12,7 @@ from bench.journal.disk import Reserve, write_file
 from bench.journal.encoding import plain
 from bench.journal.journal import Journal, Listener
 from bench.journal.journal_file import JournalFile
+from bench.journal.packed import unpack
 from bench.journal.run_folder import new_run_folder
 from bench.journal.run_result import conclude
 from bench.journal.run_view import RunView, view_of
@@ -22,7 +23,7 @@ from bench.run.context import RunContext, run_context
 from bench.run.guarding import guarded
 from bench.run.needs import check_needs, possible
 from bench.run.photos import kept_photos
-from bench.run.plan import Catalogue, Planned, make_plan, roles_of
+from bench.run.plan import Catalogue, Planned, make_plan, roles_of, titles_of
 from bench.run.probe_limits import check_asked, given_limits, unstated_probes
 from bench.run.probe_verification import verified_before, verified_channels
 from bench.run.progress import Progress
@@ -86,7 +87,7 @@ def run(
         options = RunOptions(
             after=never_stop if request.go_on else stop_at_failure,
             warnings=context.station.check_calibrations(today(), used),
-            listeners=(*listeners, Progress(console, [planned.name for planned in plan], live=live).hear),
+            listeners=(*listeners, Progress(console, titles_of(plan, translate), live=live).hear),
         )
         done = carry_out(request, plan, context, interrupts, options)
         _hand_over(done, context.station, request, console)
@@ -165,6 +166,7 @@ def carry_out(
         if guard.about() is not None:
             leaving.enter_context(set_aside())
         reserve = Reserve(folder.reserve) if options.durable else None
+        unpack(folder.journal)
         journal = Journal(
             folder.journal, context.clock.now, durable=options.durable, previous=previous, reserve=reserve
         )

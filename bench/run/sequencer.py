@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from time import monotonic
 from typing import Any, Protocol
 
-from bench.i18n.errors import message
+from bench.i18n.errors import as_said, at, message, told
 from bench.journal.errors import RecordError
 from bench.journal.events.run import (
     ConsistencyChecked,
@@ -22,6 +22,7 @@ from bench.journal.events.run import (
 from bench.journal.events.safety import ShutdownStarted
 from bench.journal.journal import Journal
 from bench.journal.run_view import RunView
+from bench.journal.stored_result import Sentence
 from bench.run.feeding import FeedingRoles
 from bench.run.plan import Planned
 from bench.run.retry_policy import After, Attempt, Next, stop_at_failure
@@ -33,7 +34,7 @@ from bench.safety.shutdown import failures, shut_down
 from bench.station.sharing import Alone, Sharing
 from bench.station.shutdown_sequence import OFF_BY, ShutdownSequence
 from drivers.interfaces import Clock, Instrument, InstrumentError
-from drivers.interfaces.text import Translate, text
+from drivers.interfaces.text import Text, Translate, lines, text
 from procedures.core.bench import Bench, Operator, ProcedureError, Role
 from procedures.core.events import Event
 from procedures.core.live_plot import NobodyLooks, Onlooker
@@ -115,7 +116,7 @@ class Runner:
         """
         started, bench_started = monotonic(), self.clock.now()
         self.journal.listen(self.interrupts.hear)
-        status, causes = "completed", list[str]()
+        status, causes = "completed", list[Text]()
         with self.interrupts.raising():
             try:
                 try:
@@ -125,13 +126,13 @@ class Runner:
                     self.interrupts.shutdown_begins()
             except (Interrupted, KeyboardInterrupt) as stop:
                 status = "aborted"
-                causes.append(_interruption(stop, self.translate))
+                causes.append(_interruption(stop))
             except Exception as error:  # noqa: BLE001  the journal itself may have failed; the shutdown follows all the same
                 status = "failed"
-                causes.append(message(error, self.translate))
+                causes.append(told(error))
             finally:
                 unsafe = self._down(causes)
-                causes += unsafe
+                causes += map(as_said, unsafe)
                 if unsafe and status == "completed":
                     status = "failed"
                 self._finish(status, causes, self.clock.now() - bench_started, monotonic() - started)
@@ -144,7 +145,7 @@ class Runner:
         after: After,
         repeat: Collection[str],
         warnings: Sequence[Notice],
-        causes: list[str],
+        causes: list[Text],
         *,
         unsafe_before: bool,
     ) -> str:
@@ -174,7 +175,7 @@ class Runner:
                 attempt = self._procedure(bench, planned)
             if attempt.error is not None:
                 status = "failed"
-                causes.append(f"{planned.name}: {attempt.cause}")
+                causes.append(at(planned.name, attempt.told))
             if follows is Next.STOP:
                 break
         self._check_consistency(plan)
@@ -249,9 +250,16 @@ class Runner:
             result = self.tape.perform(bench, made) if self.tape else made().run()
             self.journal.record(ProcedureFinished(result=result))
         except BaseException as error:
-            cause = _cause(error, self.translate)
-            trace = traceback.format_exception(error)
-            self.journal.record(ProcedureFailed(procedure=planned.name, cause=cause, trace=trace))
+            why = _cause(error)
+            cause = why.render(self.translate)
+            self.journal.record(
+                ProcedureFailed(
+                    procedure=planned.name,
+                    cause=cause,
+                    told=Sentence(why),
+                    trace=traceback.format_exception(error),
+                )
+            )
             if not isinstance(error, Exception) or isinstance(error, RecordError):
                 # What is shared stays so until the shutdown is done.
                 raise
@@ -259,7 +267,7 @@ class Runner:
             # The shutdown has opened relays, and people look what is wrong.
             bench.state.forget()
             self._give_back(shared)
-            return Attempt(planned, started, self.clock.now(), error=error, cause=cause)
+            return Attempt(planned, started, self.clock.now(), error=error, cause=cause, told=why)
         ended = self.clock.now()
         self._give_back(shared)
         return Attempt(planned, started, ended, result)
@@ -273,11 +281,11 @@ class Runner:
             self.sharing.release()
             self.journal.record(LeaseEnded(faults=faults))
 
-    def _down(self, causes: Sequence[str]) -> list[str]:
+    def _down(self, causes: Sequence[Text]) -> list[str]:
         self.interrupts.shutdown_begins()
         self.guard.going_down()
         try:
-            why = "\n".join(causes) or "the procedures have ended"
+            why = lines(causes).render(self.translate) if causes else "the procedures have ended"
             self.journal.record(ShutdownStarted(cause=why, **self.interrupts.delays()))
         except OSError:
             # The shutdown does not need the journal; what needs it is said when the run is finished.
@@ -296,10 +304,10 @@ class Runner:
         silent = self.instruments.silent()
         return failures(shut_down(self.way_down, opened, self.journal, self.clock, hurry=hurry, silent=silent))
 
-    def _finish(self, status: str, causes: Sequence[str], bench_time: float, wall_time: float) -> None:
+    def _finish(self, status: str, causes: Sequence[Text], bench_time: float, wall_time: float) -> None:
         ended = RunFinished(
             status=status,
-            cause="\n".join(causes),
+            **self._why(causes),
             bench_time=bench_time,
             wall_time=wall_time,
             guardian=self.guard.record_end(),
@@ -309,9 +317,16 @@ class Runner:
             self.journal.record(ended)
         except OSError as error:
             # The disk is full or gone: the view is told directly, so that the caller still learns how it ended.
-            unwritten = text("the journal cannot be written: {error}", error=error).render(self.translate)
-            self.view.apply(replace(ended, status="failed", cause="\n".join([*causes, unwritten])))
+            unwritten = text("the journal cannot be written: {error}", error=error)
+            self.view.apply(replace(ended, status="failed", **self._why([*causes, unwritten])))
         self.journal.close()
+
+    def _why(self, causes: Sequence[Text]) -> dict[str, Any]:
+        """Return why a run ended as its last event has it."""
+        if not causes:
+            return {"cause": ""}
+        why = lines(causes)
+        return {"cause": why.render(self.translate), "told": Sentence(why)}
 
 
 def secure(instruments: Instruments, roles: Iterable[Role], walk: Callable[[], Sequence[str]]) -> list[str]:
@@ -326,14 +341,12 @@ def secure(instruments: Instruments, roles: Iterable[Role], walk: Callable[[], S
     return [*unreached, *walk()]
 
 
-def _interruption(stop: BaseException, translate: Translate) -> str:
-    if isinstance(stop, Interrupted):
-        return message(stop, translate)
-    return text("interrupted").render(translate)
+def _interruption(stop: BaseException) -> Text:
+    return told(stop) if isinstance(stop, Interrupted) else text("interrupted")
 
 
-def _cause(error: BaseException, translate: Translate) -> str:
+def _cause(error: BaseException) -> Text:
     if isinstance(error, ProcedureError | InstrumentError | EstimationError | Interrupted):
-        return message(error, translate)
+        return told(error)
     # Anything else is a fault of the program: its kind belongs to the message, its trace is in the journal.
-    return f"{type(error).__name__}: {message(error, translate)}"
+    return at(type(error).__name__, told(error))

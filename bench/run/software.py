@@ -7,7 +7,9 @@ from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
+from bench.i18n.errors import InputError
 from bench.plugins.catalogues import Catalogues, installed
+from drivers.interfaces.text import text
 
 #: Packages of this program that take part in a figure.
 _OWN = ("bench", "drivers", "procedures", "sim_instruments")
@@ -23,6 +25,17 @@ def software(catalogues: Catalogues | None = None) -> dict[str, str]:
     own = {name: version(name) for name in _LIBRARIES} | {"python": platform.python_version(), "code": _code()}
     plugins = (catalogues or installed()).about()
     return own | {told["name"]: told.get("version") or told.get("sha256", "") for told in plugins}
+
+
+def check_code(code: str) -> None:
+    """Raise InputError where this process runs another program than the one with this hash; empty is any."""
+    if code and code != _code():
+        raise InputError(
+            text(
+                "{host} runs another state of motorbench than the one that sends the work: install the same on all",
+                host=platform.node(),
+            )
+        )
 
 
 @cache

@@ -2,14 +2,18 @@
 
 import os
 import re
+import stat
 from collections.abc import Callable, Iterator
 from urllib.parse import urlsplit
 
 from bench.station.computer import Computer, UsbDevice
 from bench.station.station_file import Station
+from drivers.catalogue import Driver
 from drivers.interfaces import CommunicationError
 from drivers.interfaces.text import Text, text, text_of
-from drivers.transport.can.addresses import parse_bus
+from drivers.recognition import CanFdTalk
+from drivers.transport.can.addresses import parse_bus, with_flexible_data_rate
+from drivers.transport.can.fdcanusb import is_fdcanusb
 from drivers.transport.in_process import IN_PROCESS, is_in_process
 from drivers.transport.modbus.line import client_for
 from drivers.transport.parameters import parameters_of, refuse_unknown
@@ -24,24 +28,37 @@ _PACKAGES = {
 }
 #: What a GPIB adapter's own library is called: linux-gpib's, National Instruments'.
 _GPIB_LIBRARIES = ("gpib", "gpib-32", "ni4882")
+#: How much faster the data of a frame of CAN FD go than the rest of it.
+_FASTER = 5
 
 
 def problems(station: Station, computer: Computer) -> Iterator[tuple[str, str, tuple[Text, ...]]]:
     """Give each instrument, relay and contact of a station with its address and what stands in the way of opening it."""
-    places = [(entry.role.value, entry.address) for entry in station.entries.values()]
-    places += [(f"interlocks.{entry.name}", entry.address) for entry in station.interlocks]
-    places += [(f"watchdog_relays.{entry.name}", entry.address) for entry in station.watchdog_relays]
-    for name, address in places:
+    places = [(entry.role.value, entry.address, _fd_bitrate(entry.driver)) for entry in station.entries.values()]
+    places += [(f"interlocks.{entry.name}", entry.address, 0) for entry in station.interlocks]
+    places += [(f"watchdog_relays.{entry.name}", entry.address, 0) for entry in station.watchdog_relays]
+    for name, address, fd_bitrate in places:
         if address:
-            yield name, address, tuple(_judged(address, station.visa_library, computer))
+            yield name, address, tuple(_judged(address, station.visa_library, computer, fd_bitrate))
 
 
-def _judged(address: str, visa_library: str, computer: Computer) -> Iterator[Text]:
+def _fd_bitrate(driver: Driver) -> int:
+    """Return the rate of the slow phase (bit/s) of a driver that speaks CAN FD, 0 for others."""
+    return next((kind.bitrate for kind in driver.recognised_by if isinstance(kind, CanFdTalk)), 0)
+
+
+def _judged(address: str, visa_library: str, computer: Computer, fd_bitrate: int) -> Iterator[Text]:
     scheme = address.partition("://")[0].casefold() if "://" in address else ""
     if is_in_process(address) or f"://{IN_PROCESS}/" in address:
         yield text("only the virtual bench has such an address; give the instrument's own")
     elif scheme == "can":
-        yield from _can(address, computer)
+        yield from _can(address, computer, fd_bitrate)
+    elif is_fdcanusb(address):
+        path, _, query = address.partition("://")[2].partition("?")
+        yield from _refused(
+            lambda: _line_keys("&".join(key for key in query.split("&") if not key.startswith("node=")))
+        )
+        yield from _serial(path, computer)
     elif scheme in ("rtu", "tcp"):
         yield from _refused(lambda: client_for(address, 1.0))
         if scheme == "rtu":
@@ -115,12 +132,15 @@ def _serial(path: str, computer: Computer) -> Iterator[Text]:
         yield text("{path} is not there; there are {ports}", path=path, ports=", ".join(there) or text("none"))
     elif not os.access(path, os.R_OK | os.W_OK):
         yield text("{path} may not be used; add yourself to its group (often dialout) and log in anew", path=path)
+    elif not stat.S_ISCHR(os.stat(path).st_mode):
+        there = list(computer.serial_ports())
+        yield text("{path} is no serial port; there are {ports}", path=path, ports=", ".join(there) or text("none"))
 
 
-def _can(address: str, computer: Computer) -> Iterator[Text]:
+def _can(address: str, computer: Computer, fd_bitrate: int) -> Iterator[Text]:
     try:
         bus = parse_bus(address, "")
-        bus.arguments(1.0)
+        (with_flexible_data_rate(bus) if fd_bitrate else bus).arguments(1.0)
     except (CommunicationError, ValueError, OSError, ImportError) as error:
         yield error.what if isinstance(error, CommunicationError) else text_of(error)
         return
@@ -130,7 +150,8 @@ def _can(address: str, computer: Computer) -> Iterator[Text]:
             yield from _serial(path, computer)
         return
     interfaces = computer.can_interfaces()
-    up = f"sudo ip link set {bus.channel} up type can bitrate {bus.bitrate}"
+    rates = f"bitrate {fd_bitrate} dbitrate {_FASTER * fd_bitrate} fd on" if fd_bitrate else f"bitrate {bus.bitrate}"
+    up = f"sudo ip link set {bus.channel} up type can {rates}"
     if bus.channel not in interfaces:
         yield text(
             "there is no CAN interface {channel}; there are {interfaces}",

@@ -1,41 +1,45 @@
 """For tests of other people's plans and drivers: virtual motors whose truth is known, measured and judged as on a line."""
 
-import io
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
+from bench.eol.diagnosis.diagnose import diagnose
+from bench.eol.diagnosis.diagnosed import Diagnosis
 from bench.eol.limits import ParameterLimits
 from bench.eol.line.judging import MotorJudge
-from bench.eol.line.preparation import check_parameters, planned_of
-from bench.eol.plan import Plan, load_plan
+from bench.eol.line.preparation import planned_of, prepare
+from bench.eol.plan import Plan
 from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.verdict import Verdict
 from bench.files.toml_file import nearest
 from bench.i18n.errors import InputError
 from bench.journal.run_folder import RunFolder
 from bench.motor.motor_file import MotorFile, load_motor
-from bench.plugins.catalogues import installed
-from bench.run.console import console_on
-from bench.run.context import run_context
 from bench.run.needs import check_needs
 from bench.run.plan import Planned, make_plan
 from bench.run.request import RunOptions, RunRequest
 from bench.run.run import carry_out
 from bench.safety.interrupts import Interrupts
 from bench.station.library_logs import quieten_libraries
+from bench.station.station_file import VIRTUAL
+from bench.testing.benches import BenchAsked, BenchUnderTest
 from bench.virtual.fault_file import given_faults
-from bench.virtual.fault_hooks import inject
-from bench.virtual.true_values import true_values
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Parameter, Withheld
-from procedures.known_parameters import known_parameters
-from sim_instruments.bench import VirtualBench
 
-if TYPE_CHECKING:
-    from pyvisa.resources import MessageBasedResource
+__all__ = [
+    "BenchAsked",
+    "BenchUnderTest",
+    "Judged",
+    "PlanUnderTest",
+    "Ran",
+    "assert_holds_truth",
+    "run_planned",
+    "run_procedures",
+    "virtual_motor",
+]
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,8 @@ class Ran:
     """A run on the virtual bench: how it ended, what it found, what is true, and where its record lies.
 
     `status` is `completed`, `failed` or `aborted`, `warnings` are the identifiers of what the run warned of, `left` tells what was
-    really so on the bench after the shutdown, `withheld` why there is no figure of a parameter that procedures withheld.
+    really so on the bench after the shutdown, `withheld` why there is no figure of a parameter that procedures withheld,
+    `findings` what else each procedure found.
     """
 
     status: str
@@ -54,17 +59,19 @@ class Ran:
     left: Mapping[str, Any]
     folder: RunFolder
     withheld: Mapping[str, tuple[Withheld, ...]] = field(default_factory=dict)
+    findings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What a plan says of one motor: verdict, figures with their limits, every attempt, and the run behind it."""
+    """What a plan says of one motor: verdict, figures with their limits, every attempt, the run behind it, and the parts at fault."""
 
     verdict: Verdict
     first_pass: bool
     figures: Mapping[str, MeasuredFigure]
     attempts: tuple[CheckRecord, ...]
     run: Ran
+    diagnoses: tuple[Diagnosis, ...] = ()
 
 
 def virtual_motor(reference: str = "lg-400w", **truth: Any) -> MotorFile:
@@ -81,36 +88,6 @@ def virtual_motor(reference: str = "lg-400w", **truth: Any) -> MotorFile:
     return replace(motor, virtual=replace(nominal, **truth))
 
 
-class BenchUnderTest:
-    """A virtual bench in this process, for a driver of one's own: instruments by address, their world, and its truth."""
-
-    def __init__(self, motor: MotorFile, seed: int, faults: Sequence[str]) -> None:
-        self._open = ExitStack()
-        nominal = motor.virtual_motor()
-        self.bench = self._open.enter_context(VirtualBench(nominal, seed=seed, six_step=motor.six_step, sockets=False))
-        self.truth = true_values(known_parameters(), nominal, motor.six_step)
-        self.inject(*faults)
-
-    def inject(self, *faults: str) -> None:
-        """Have faults happen, each in a few words like "supply: silence at 12". Raises InputError for words that say none."""
-        inject(given_faults(None, faults), self.bench.injector.add)
-
-    def resource(self, role: str, **options: Any) -> "MessageBasedResource":
-        """Open the instrument of a role by PyVISA, as its maker's manual has it; closed at the bench's end."""
-        from pyvisa import ResourceManager
-
-        addresses = {name: where for name, where in self.bench.addresses().items() if "::" in str(where)}
-        if role not in addresses:
-            raise InputError(f"there is no instrument {role!r} with a VISA address: {nearest(role, list(addresses))}")
-        opened = ResourceManager(self.bench.visa_library).open_resource(str(addresses[role]), **options)
-        self._open.callback(opened.close)
-        return cast("MessageBasedResource", opened)
-
-    def close(self) -> None:
-        """Close what was opened."""
-        self._open.close()
-
-
 def run_procedures(
     names: Sequence[str],
     motor: MotorFile,
@@ -119,26 +96,42 @@ def run_procedures(
     seed: int,
     settings: Mapping[str, object],
     faults: Sequence[str],
+    bench: BenchAsked | None = None,
 ) -> Ran:
-    """Measure a virtual motor by procedures, all by the real drivers. Raises InputError for names and settings that are none."""
-    planned = make_plan(names, [f"{name}={_toml(value)}" for name, value in settings.items()], installed().procedures)
-    return run_planned(planned, motor, runs, seed=seed, faults=faults)
+    """Measure a virtual motor by procedures, all by the real drivers. Raises InputError for names and settings that are none.
+
+    `bench` says on which bench, a standard one with virtual hands where it is None.
+    """
+    asked = bench or BenchAsked(operator="virtual")
+    planned = make_plan(names, [f"{name}={_toml(value)}" for name, value in settings.items()], asked.procedures())
+    return run_planned(planned, motor, runs, seed=seed, faults=faults, bench=asked)
 
 
 class PlanUnderTest:
-    """An end-of-line plan of one's own, read and checked; `measure` judges virtual motors by it."""
+    """An end-of-line plan of one's own, read and checked; `measure` judges virtual motors by it.
 
-    def __init__(self, path: Path, runs: Path) -> None:
-        self.plan: Plan = load_plan(path)
+    The bench is that of `motorbench eol run` on virtual sockets: with a fixture unless `operator` is virtual, instruments with
+    individual errors drawn from the seed, the twins of a `station` file's where one is named.
+    """
+
+    def __init__(self, path: Path, runs: Path, *, station: Path | str = VIRTUAL, operator: str = "") -> None:
+        prepared = prepare(path, str(station), None, operator)
+        self.plan: Plan = prepared.plan
+        self.motor = prepared.motor
+        self.limits: Mapping[str, ParameterLimits] = prepared.limits
         self._runs = runs
-        known = self.plan.catalogues().procedures
+        self._bench = BenchAsked(prepared.line.source, operator, drawn_errors=True)
+        known = self.plan.catalogues(prepared.line.catalogues).procedures
         self._planned = planned_of(self.plan.checks, self.plan.source, known)
-        check_parameters(self.plan, self._planned, known)
-        self.motor = load_motor(self.plan.motor, known)
-        self.limits: Mapping[str, ParameterLimits] = self.plan.limits(self.motor.nameplate.expected)
 
     def measure(
-        self, motor: MotorFile | None = None, *, seed: int = 0, faults: Sequence[str] = (), **truth: Any
+        self,
+        motor: MotorFile | None = None,
+        *,
+        seed: int = 0,
+        faults: Sequence[str] = (),
+        disturbances: Path | str | None = None,
+        **truth: Any,
     ) -> Judged:
         """Measure and judge one motor: the plan's own type, with some true values changed, or another."""
         if motor is None:
@@ -147,11 +140,15 @@ class PlanUnderTest:
             raise InputError("give a motor, or true values to change in the plan's own")
         judge = MotorJudge(self.plan.checks, self.limits, self.plan.guard, self.plan.minimum_ratio)
         options = RunOptions(after=judge.after)
-        ran = run_planned(self._planned, motor, self._runs, seed=seed, faults=faults, options=options)
+        bench = replace(self._bench, disturbances=None if disturbances is None else Path(disturbances))
+        ran = run_planned(self._planned, motor, self._runs, seed=seed, faults=faults, options=options, bench=bench)
         found = ParameterSet(dict(ran.parameters), {}, (), dict(ran.withheld))
         figures = {figure.parameter: figure for figure in judge.figures(found)}
         verdict = judge.verdict(figures.values(), aborted=ran.status == "aborted", planned=len(self._planned))
-        return Judged(verdict, judge.first_pass(verdict), figures, judge.attempts, ran)
+        diagnoses: tuple[Diagnosis, ...] = ()
+        if verdict is Verdict.FAIL:
+            diagnoses = diagnose(ran.findings, figures.values(), judge.errors, self.motor.nameplate.expected)
+        return Judged(verdict, judge.first_pass(verdict), figures, judge.attempts, ran, diagnoses)
 
 
 def assert_holds_truth(
@@ -196,15 +193,25 @@ def run_planned(
     faults: Sequence[str] = (),
     options: RunOptions | None = None,
     interrupts: Interrupts | None = None,
+    bench: BenchAsked | None = None,
 ) -> Ran:
     """Carry out a run on the virtual bench in this process; `interrupts` are what may stop it."""
     quieten_libraries()
-    given = given_faults(None, faults)
+    asked = bench or BenchAsked(operator="virtual")
     interrupts = interrupts or Interrupts()
     request = RunRequest(
-        [each.name for each in planned], motor, "virtual", "en", runs, seed=seed, faults=given, guardian=False
+        [each.name for each in planned],
+        motor,
+        VIRTUAL,
+        "en",
+        runs,
+        operator=asked.operator,
+        seed=seed,
+        faults=given_faults(None, faults),
+        disturbances=asked.disturbances,
+        guardian=False,
     )
-    with run_context(request, console_on(io.StringIO()), interrupts) as context:
+    with asked.context(request, interrupts) as context:
         check_needs(planned, context.station)
         done = carry_out(request, planned, context, interrupts, options or RunOptions())
     return Ran(
@@ -216,6 +223,7 @@ def run_planned(
         done.left,
         done.folder,
         done.view.parameters().withheld,
+        {name: result.findings for name, result in done.view.finished.items()},
     )
 
 

@@ -15,6 +15,8 @@ _ASKED = re.compile(rb"\*IDN\?|SYST\w*:CTYP\w*\?")
 _THIRD_FIELD = re.compile(rb"[^,]*,[^,]*,\s*([^,\s]{4,})\s*,")
 #: Subindex 4 of the identity object (CiA 301) in a reply to its upload.
 _SERIAL_OBJECT = re.compile(rb"(#43181004)[0-9A-F]{8}")
+#: The three registers of a moteus' serial number (0x120) in a frame of CAN FD, on a bus or as an fdcanusb tells it.
+_SERIAL_REGISTERS = re.compile(rb"((?:##[0-9A-F]|rcv [0-9A-F]+ )(?:[0-9A-F]{2})*?2BA002)[0-9A-F]{24}", re.IGNORECASE)
 
 
 def anonymous(recording: SessionRecording) -> SessionRecording:
@@ -54,6 +56,7 @@ class InstrumentSerials:
     def crossed_out(self, line: TrafficLine) -> TrafficLine:
         """Return a line without those of its instrument that are known by now."""
         content = _SERIAL_OBJECT.sub(rb"\g<1>00000000", line.content)
+        content = _SERIAL_REGISTERS.sub(rb"\g<1>" + b"0" * 24, content)
         for number in self._numbers.get(line.role, ()):
             content = content.replace(number, b"X" * len(number))
         return replace(line, content=content)

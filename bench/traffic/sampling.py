@@ -19,6 +19,8 @@ def sample(instrument: Any, role: Role) -> Iterator[tuple[str, InstrumentError |
         needed = [key for key, default in declaration.arguments.items() if default is Parameter.empty]
         if declaration.effect is not Effect.READING or needed not in ([], ["channel"]):
             continue
+        if declaration.ability is not None and declaration.ability not in instrument.abilities:
+            continue
         channels = list(instrument.channels(ProbeKind.VOLTAGE)[:1]) if needed else []
         if len(channels) == len(needed):
             yield name, _failed(getattr(instrument, name), *channels)

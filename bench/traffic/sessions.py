@@ -14,8 +14,11 @@ from drivers.transport.wire import Carrier
 from sim_instruments.catalogue import Transport
 from sim_instruments.recorded.replies import Exchange, RecordedSession
 
-#: A CAN frame as candump writes it.
-_FRAME = re.compile(rb"[0-7][0-9A-F]{2}#(?:R|(?:[0-9A-F]{2}){0,8})")
+#: A CAN frame as candump writes it; one of CAN FD has a digit of flags, and 29 bits of identifier where it needs them.
+_FRAME = re.compile(
+    rb"[0-7][0-9A-F]{2}#(?:R|(?:[0-9A-F]{2}){0,8})"
+    rb"|(?:[0-7][0-9A-F]{2}|[01][0-9A-F]{7})##[0-9A-F](?:[0-9A-F]{2}){0,64}"
+)
 
 
 def session_of(recording: SessionRecording, role: Role, *, tolerant: bool) -> RecordedSession:

@@ -1,4 +1,4 @@
-"""What disturbs a virtual bench: a TOML file with tables of its channels, its dynamometer's sensors, its contacts and its hands."""
+"""What disturbs a virtual bench: a TOML file with tables of channels, dynamometer, contacts, hands and inverter."""
 
 import math
 from pathlib import Path
@@ -10,6 +10,7 @@ from bench.motor.motor_sections import number
 from drivers.interfaces.text import text
 from sim_instruments.disturbances.bench import Contacts, Disturbances, Hands, ShaftSensors
 from sim_instruments.disturbances.channel import ChannelPath
+from sim_instruments.disturbances.current_loop import CurrentLoop
 
 _TURN = 2.0 * math.pi
 
@@ -87,6 +88,23 @@ class HandsSection(Section):
     )
 
 
+class InverterSection(Section):
+    """`[inverter]`: legs, sensors, encoder and timing of a drive that regulates currents at its rotor's angle."""
+
+    dead_time: float = number("s", 0.0, at_least=0.0, up_to=1e-3, description="of a leg, twice a period")
+    device_drop: float = number("V", 0.0, at_least=0.0, up_to=100.0, description="of what conducts, at no current")
+    device_resistance: float = number("ohm", 0.0, at_least=0.0, up_to=100.0, description="of what conducts")
+    knee_current: float = number("A", 0.0, at_least=0.0, up_to=1e4, description="below it dead time and drop fade")
+    current_gain: float = number("", 0.0, at_least=-0.5, up_to=0.5, description="flowing over shown, minus 1")
+    current_offset_a: float = number("A", 0.0, at_least=-1e3, up_to=1e3, description="of phase A's sensor")
+    current_offset_b: float = number("A", 0.0, at_least=-1e3, up_to=1e3, description="of phase B's sensor")
+    voltage_gain: float = number("", 0.0, at_least=-0.5, up_to=0.5, description="shown over real, minus 1")
+    angle_error: float = number("rad", 0.0, at_least=-_TURN, up_to=_TURN, description="electrical, of the encoder")
+    voltage_delay: float = number("s", 0.0, at_least=-1e-2, up_to=1e-2, description="of the voltage behind its command")
+    current_noise: float = number("A", 0.0, at_least=0.0, up_to=1e3, description="standard deviation of a reading")
+    voltage_noise: float = number("V", 0.0, at_least=0.0, up_to=1e3, description="standard deviation of a reading")
+
+
 class ChannelsSection(Section):
     """`[channels]`: the oscilloscope's, by number."""
 
@@ -106,6 +124,7 @@ class _File(Section):
     dynamometer: DynamometerSection = DynamometerSection()
     contacts: ContactsSection = ContactsSection()
     hands: HandsSection = HandsSection()
+    inverter: InverterSection = InverterSection()
 
 
 def load_disturbances(path: Path) -> Disturbances:
@@ -117,4 +136,5 @@ def load_disturbances(path: Path) -> Disturbances:
         ShaftSensors(**file.dynamometer.model_dump()),
         Contacts(**file.contacts.model_dump()),
         Hands(**file.hands.model_dump()),
+        CurrentLoop(**file.inverter.model_dump()),
     )

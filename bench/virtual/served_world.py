@@ -25,7 +25,11 @@ class ServedWorld:
         self._control = control
         parts = urlsplit(control)
         self._connection = http.client.HTTPConnection(parts.hostname or "", parts.port, timeout=_TIMEOUT)
-        told = self._ask("GET", "/clock")
+        try:
+            told = self._ask("GET", "/clock")
+        except BaseException:
+            self._connection.close()
+            raise
         #: The bench's time.
         self.clock = ServedClock(float(told["time"]), float(told["speedup"]), interrupts)
 

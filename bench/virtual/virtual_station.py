@@ -5,10 +5,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from bench.station.station_file import VIRTUAL, Station, make_station
+from procedures.core.nameplate import Nameplate
+from sim_instruments.catalogue import DQ_INVERTER
 
 #: What the virtual units' individual errors are drawn from.
 _PROBE_SOURCE = "within the limits of the virtual oscilloscope"
 _UNIT_SOURCE = "specification of the virtual unit"
+#: A virtual inverter for d- and q-axis currents has this bus voltage (V) and this current (A, peak) at least.
+_LEAST_BUS, _LEAST_CURRENT = 48.0, 30.0
 #: An address as the virtual bench gives it: text, or for a CAN node its parts.
 Address = str | Mapping[str, str | int]
 
@@ -18,9 +22,12 @@ def describe(
     control: str = "",
     interlocks: Mapping[str, Mapping[str, Any]] | None = None,
     watchdog_relays: Mapping[str, Mapping[str, Any]] | None = None,
+    *,
+    dq_inverter: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Return what the station file of a virtual bench at these addresses (by role) would hold.
 
+    With `dq_inverter`, the ratings of the simulated one, d- and q-axis currents can be commanded of its inverter.
     `control` is the address of the control endpoint of a bench that another process serves, `interlocks` are where its
     safety contacts are read, `watchdog_relays` where its relays with a watchdog are reached.
     """
@@ -62,10 +69,20 @@ def describe(
             "hall_state": {"object": "0x2011:00", "type": "u8"},
         },
     }
+    if dq_inverter is not None:
+        options["inverter"] = {
+            "driver": DQ_INVERTER,
+            "maximum_current": dq_inverter["maximum_current"],
+            # Its loop's voltages are means already: more of them a turn would say the same.
+            "sample_interval": 0.02,
+            "current_accuracy": {"gain": 5.0e-3, "resolution": 1.0e-3, "source": _UNIT_SOURCE},
+            "voltage_accuracy": {"gain": 3.0e-3, "resolution": 1.0e-3, "source": _UNIT_SOURCE},
+        }
     if not addresses.keys() <= options.keys():
         options |= _fixture()
     # The virtual bench in process has no watch, for its process cannot leave it on; one computer that plays both is slow.
-    for role in {"inverter", "drive", "rotor_actuator"} & options.keys():
+    on_can_open = {"drive", "rotor_actuator"} if dq_inverter else {"inverter", "drive", "rotor_actuator"}
+    for role in on_can_open & options.keys():
         options[role]["heartbeat_time"] = 3.0 if control else 0.0
         # Faults strike what is asked and answered.
         options[role]["process_data"] = False
@@ -97,10 +114,25 @@ def _fixture() -> dict[str, dict[str, Any]]:
     }
 
 
-def virtual_station(addresses: Mapping[str, Address]) -> Station:
+def virtual_station(addresses: Mapping[str, Address], dq_inverter: Mapping[str, Any] | None = None) -> Station:
     """Return the station; its identity does not depend on the addresses, which differ from start to start."""
-    fixed = json.dumps(describe(dict.fromkeys(addresses, "-")), sort_keys=True)
-    return make_station(describe(addresses), VIRTUAL, fixed.encode())
+    fixed = json.dumps(describe(dict.fromkeys(addresses, "-"), dq_inverter=dq_inverter), sort_keys=True)
+    return make_station(describe(addresses, dq_inverter=dq_inverter), VIRTUAL, fixed.encode())
+
+
+def dq_inverter_for(nameplate: Nameplate) -> Mapping[str, Any]:
+    """Return the ratings of a virtual inverter for d- and q-axis currents that carries a motor, larger than the real one if need be."""
+    voltage = max(_LEAST_BUS, nameplate.rated_voltage or 0.0)
+    current = max(_LEAST_CURRENT, nameplate.current_bound)
+    return {
+        "dc_voltage": voltage,
+        "maximum_current": current,
+        "conf": {
+            "servo.max_voltage": 1.2 * voltage,
+            "servo.max_power_W": 1.5 * voltage * current,
+            "servo.override_board_max_power": True,
+        },
+    }
 
 
 def virtual_roles(*, fixture: bool = False, six_step: bool = False) -> frozenset[str]:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator
 
 from bench.journal.events.safety import UNTOLD, GuardianEnd, GuardianStart, InterlocksStart
-from bench.journal.stored_result import restore, restore_notice
+from bench.journal.stored_result import Sentence, restore, restore_notice, restore_sentence
 from procedures.core.events import Event, optional
 from procedures.core.result import Notice, ProcedureResult
 
@@ -17,6 +17,7 @@ SCHEMA = 2
 TELLS_WITHHELD = 2
 
 StoredNotice = Annotated[Notice, BeforeValidator(restore_notice)]
+StoredSentence = Annotated[Sentence, BeforeValidator(restore_sentence)]
 StoredResult = Annotated[ProcedureResult, BeforeValidator(restore)]
 
 
@@ -120,10 +121,14 @@ class RehearsalStarted(Event, kind="rehearsal_started"):
 
 @dataclass(frozen=True, kw_only=True)
 class RunFinished(Event, kind="run_finished", durable=True, closing=True):
-    """A session of a run has ended: completed, failed or aborted, why, and how long it took (s of bench, of wall time and of hand work)."""
+    """A session of a run has ended: completed, failed or aborted, why, and how long it took (s of bench, of wall time and of hand work).
+
+    `cause` is in the run's language; `told` is the same for readers of any.
+    """
 
     status: str
     cause: str = ""
+    told: StoredSentence | None = optional()  # noqa: RUF009  a field, made anew for each class
     bench_time: float
     wall_time: float
     guardian: GuardianEnd | None = None
@@ -150,10 +155,11 @@ class ProcedureFinished(Event, kind="procedure_finished", durable=True):
 
 @dataclass(frozen=True, kw_only=True)
 class ProcedureFailed(Event, kind="procedure_failed", durable=True, closing=True):
-    """A procedure was left by an error; `trace` is the program's."""
+    """A procedure was left by an error: why, in the run's language and (`told`) for readers of any; `trace` is the program's."""
 
     procedure: str
     cause: str
+    told: StoredSentence | None = optional()  # noqa: RUF009  a field, made anew for each class
     trace: Sequence[str] = ()
 
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
+from bench.safety.guardian.light_visa import give_arrays, load_visa
 from bench.safety.instrument_threads import InstrumentThreads
 from bench.safety.interrupts import Flag
 from bench.safety.shutdown import Outcome, shut_down
@@ -45,6 +46,9 @@ class GuardedInstruments:
         self._guarded = {
             role: _Deferred(partial(self._open, entry)) for role, entry in entries.items() if not _by_hand(entry)
         }
+        # Before there is a thread that might import anything else.
+        if any("::" in entries[role].address for role in self._guarded):
+            load_visa()
 
     @property
     def roles(self) -> frozenset[Role]:
@@ -103,7 +107,10 @@ class GuardedInstruments:
 
     def _open(self, entry: Entry) -> Instrument:
         given = Surroundings(self._clock, self._manager, can_buses=self._can_buses, guarding=True)
-        return entry.driver.open(entry.address, entry.options, given, name=entry.name)
+        try:
+            return entry.driver.open(entry.address, entry.options, given, name=entry.name)
+        finally:
+            give_arrays()
 
     def _manager(self) -> "ResourceManager":
         with self._lock:

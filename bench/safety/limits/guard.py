@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from functools import cache, partial
 from inspect import Parameter
 from types import TracebackType
@@ -77,13 +78,18 @@ class LimitGuard:
         declaration = self._declarations[method]
         arguments, named = self._checked(method, declaration)(arguments, named)
         given = {**dict(zip(declaration.arguments, arguments, strict=False)), **named}
-        for argument, amount in declaration.amounts.items():
-            if amount.own and given[argument] is not None:
+        set_points = [(amount, given[argument]) for argument, amount in declaration.amounts.items()]
+        set_points += [
+            (_length_of(vector, components), math.hypot(*(given[argument] for argument in components)))
+            for vector, components in declaration.vectors.items()
+        ]
+        for amount, value in set_points:
+            if amount.own and value is not None:
                 highest = getattr(self._instrument, amount.own)
                 lowest = -highest if amount.signed else 0.0
-                if not lowest <= given[argument] <= highest:
+                if not lowest <= value <= highest:
                     raise SetpointError(
-                        self._name, amount.label, given[argument], amount.unit, lowest, highest, text("the instrument")
+                        self._name, amount.label, value, amount.unit, lowest, highest, text("the instrument")
                     )
 
     def __getattr__(self, attribute: str) -> Any:
@@ -159,6 +165,10 @@ class LimitGuard:
             (names.index(argument), argument, one, None if one.also else self._set_point_bound(one))
             for argument, one in declaration.amounts.items()
         ]
+        lengths = [
+            (_length_of(vector, components), tuple(map(names.index, components)), tuple(components))
+            for vector, components in declaration.vectors.items()
+        ]
 
         def checked(arguments: tuple[Any, ...], named: dict[str, Any]) -> tuple[tuple[Any, ...], dict[str, Any]]:
             count = len(arguments)
@@ -181,6 +191,10 @@ class LimitGuard:
                     named = {**named, argument: value}
                 elif value is not arguments[position]:
                     arguments = (*arguments[:position], value, *arguments[position + 1 :])
+            for amount, positions, components in lengths:
+                places = zip(positions, components, strict=True)
+                length = math.hypot(*(arguments[place] if place < count else named[one] for place, one in places))
+                check_set_point(self._name, name, amount, length, self._set_point_bound(amount), self._observe)
             return arguments, named
 
         return checked
@@ -231,6 +245,11 @@ class _Block(AbstractContextManager[Any]):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool | None:
         return self._inner.__exit__(kind, error, trace)
+
+
+def _length_of(vector: str, components: Mapping[str, Amount]) -> Amount:
+    """Return what the length of a vector is held against: what each of its components is."""
+    return replace(next(iter(components.values())), signed=False, label=vector, vector="")
 
 
 @cache

@@ -30,6 +30,7 @@ _KINDS: dict[str, tuple[FaultKind, ...]] = {
     "modbus": (FaultKind.SILENCE, FaultKind.HALF, FaultKind.EXCEPTION, FaultKind.WRONG_UNIT),
     "serial": (FaultKind.SILENCE, FaultKind.HALF, FaultKind.GARBAGE, FaultKind.NOT_A_NUMBER),
     "can": (FaultKind.SILENCE, FaultKind.HALF, FaultKind.REPLACE),
+    "can-fd": (FaultKind.SILENCE, FaultKind.HALF, FaultKind.NOT_A_NUMBER),
 }
 _NO_READING = (FaultKind.NOT_A_NUMBER, FaultKind.OVERFLOW)
 

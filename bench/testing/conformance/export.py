@@ -6,11 +6,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from bench.i18n.errors import InputError
 from bench.plugins.catalogues import Catalogues, installed
 from bench.testing.conformance.report import Checks, ConformanceReport
 from procedures.core.result import Parameter
 from reports.exports.checks import ExportRefusedError
+from reports.exports.exported_map import ExportedMap
+from reports.exports.map_quantities import FromMap
 from reports.exports.quantities import ExportQuantity, Fixed, FromPlate
 from reports.exports.subject import Datasheet, Subject
 from reports.exports.target import Target, sheet_for
@@ -54,7 +58,17 @@ def example_subject(export: Target) -> Subject:
             each.name, value, each.unit, deviation, math.inf, (value - 2.0 * deviation, value + 2.0 * deviation), "example",
             "", "example",
         )  # fmt: skip
-    return Subject("LG-400W", "4711", "run", "2026-01-01", "motorbench", values, _PLATE)
+    return Subject("LG-400W", "4711", "run", "2026-01-01", "motorbench", values, _PLATE, flux_map=_linear_map())
+
+
+def _linear_map() -> ExportedMap:
+    """Return the map of a motor that does not saturate: L_d 0.2 mH, L_q 0.4 mH, λ 10 mWb."""
+    axis = np.linspace(-10.0, 10.0, 5)
+    d, q = np.meshgrid(axis, axis, indexing="ij")
+    psi_d, psi_q = 0.01 + 2e-4 * d, 4e-4 * q
+    each = (d, q, psi_d, psi_q, np.full_like(d, 1e-5), np.full_like(d, 1e-5))
+    points = np.column_stack([values.ravel() for values in each])
+    return ExportedMap("flux-map", 4.0, points, axis, axis, psi_d, psi_q, np.hypot(d, q) <= 10.0, 0.05)
 
 
 def _needed(export: Target) -> list[Any]:
@@ -79,6 +93,11 @@ def _check_refused(export: Target, subject: Subject, checks: Checks) -> None:
             continue
         if isinstance(field.quantity, FromPlate):
             less = replace(subject, datasheet=Datasheet())
+        elif isinstance(field.quantity, FromMap):
+            if field.optional:
+                # Without a map nobody asked for one, and there is nothing to say.
+                continue
+            less = replace(subject, flux_map=None)
         else:
             less = replace(subject, parameters=_without(subject.parameters, field.quantity))
         if not field.optional:

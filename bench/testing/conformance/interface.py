@@ -28,6 +28,15 @@ def check_interface(trial: Trial) -> None:
             have = {one.name: one.default for one in parameters}
             right, advice = have == dict(declared.arguments), "Take the interface's names and defaults"
             checks.that(f"signature of {name}", right, f"{have} instead of {dict(declared.arguments)}", advice)
+            offered = declared.ability is None or declared.ability in instrument.abilities
+            own = getattr(type(instrument), name) is not getattr(interface, name)
+            advice = "State in `abilities` what it can do, and have a method for each"
+            wrong = f"{declared.ability} is {'' if offered else 'not '}stated"
+            checks.that(f"ability of {name}", declared.ability is None or offered is own, wrong, advice)
+        if (stated_abilities := subject.driver.abilities) is not None:
+            wrong = f"{instrument.abilities}, the driver declares {stated_abilities}"
+            same = instrument.abilities == stated_abilities
+            checks.that("abilities", same, wrong, "Declare of the driver what its instrument states")
         identity = instrument.identity
         known = isinstance(identity, Identity) and bool(identity.model)
         checks.that("identity", known, f"{identity}", "Ask the instrument when it is opened")

@@ -8,8 +8,8 @@ from bench.testing.conformance.manual import StatedLimits
 from bench.testing.conformance.report import Checks, enter
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
-from drivers.interfaces import InstrumentError, Role, SetpointError
-from drivers.interfaces.declarations import declarations
+from drivers.interfaces import AbilityError, InstrumentError, Role, SetpointError
+from drivers.interfaces.declarations import Declaration, declarations
 
 
 def check_limits(trial: Trial) -> None:
@@ -43,17 +43,15 @@ def check_limits(trial: Trial) -> None:
 
 def _refused(made: Stand, instrument: Any, role: Role, checks: Checks, remedy: str) -> None:
     for name, declared in declarations(role.interface).items():
+        if not is_offered(instrument, declared):
+            _not_offered(made, instrument, name, declared, checks)
+            continue
         for argument, amount in declared.amounts.items():
             if not amount.own:
                 continue
             highest = float(getattr(instrument, amount.own))
             checks.that(f"{amount.own} is positive", highest > 0.0, f"{highest}", "State the largest value")
-            given = declared.arguments.items()
-            allowed = {other: 0.0 if one is inspect.Parameter.empty else one for other, one in given}
-            if role is Role.INSULATION_TESTER:
-                allowed["duration"] = 1.0
-            if role is Role.LCR_METER:
-                allowed["level"] = 1.0
+            allowed = _allowed(declared, role)
             wrong = [1.001 * highest + 1e-6, math.nan, math.inf, -1.001 * highest - 1e-6]
             for value in (one for one in wrong if not math.isinf(highest)):
                 made.messages.clear()
@@ -63,6 +61,39 @@ def _refused(made: Stand, instrument: Any, role: Role, checks: Checks, remedy: s
                 sent = [message for message, _ in made.messages]
                 checks.that(f"{name}: nothing is sent for what is refused", not sent, f"{sent}", remedy)
                 checks.that(f"{name}: nothing is on for what is refused", not made.energised, "it is on", remedy)
+        for vector, components in declared.vectors.items():
+            most = {one: 0.9 * float(getattr(instrument, amount.own)) for one, amount in components.items()}
+            made.messages.clear()
+            with checks.refuses(f"{name}: {vector} beyond", SetpointError, remedy=remedy):
+                enter(getattr(instrument, name)(**{**_allowed(declared, role), **most}))
+            sent = [message for message, _ in made.messages]
+            checks.that(f"{name}: nothing is sent for what is refused", not sent, f"{sent}", remedy)
+
+
+def _allowed(declared: Declaration, role: Role) -> dict[str, Any]:
+    """Return what a method may be called with: nothing but what it cannot do without."""
+    given = {other: 0.0 if one is inspect.Parameter.empty else one for other, one in declared.arguments.items()}
+    least: dict[str, Any] = {"duration": 1.0 if role is Role.INSULATION_TESTER else 0.01, "strokes": 1}
+    if role is Role.LCR_METER:
+        least["level"] = 1.0
+    return {**given, **{name: value for name, value in least.items() if name in given}}
+
+
+def is_offered(instrument: Any, declared: Declaration) -> bool:
+    """Tell whether an instrument says that it can do what a method takes."""
+    return declared.ability is None or declared.ability in instrument.abilities
+
+
+def _not_offered(made: Stand, instrument: Any, name: str, declared: Declaration, checks: Checks) -> None:
+    """Check that what an instrument says it cannot do is refused by name, with nothing sent."""
+    made.messages.clear()
+    remedy = "Leave the method out: the interface's own refuses it"
+    with checks.refuses(f"{name}: what it does not offer", AbilityError, remedy=remedy):
+        enter(
+            getattr(instrument, name)(*(0.0 for one in declared.arguments.values() if one is inspect.Parameter.empty))
+        )
+    sent = [message for message, _ in made.messages]
+    checks.that(f"{name}: nothing is sent for what is not offered", not sent, f"{sent}", remedy)
 
 
 def _as_stated(made: Stand, instrument: Any, stated: StatedLimits, checks: Checks, remedy: str) -> None:

@@ -17,7 +17,7 @@ from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import FIXTURE, Options, SimulatedInstrument, SimulatedUnit
 from sim_instruments.faults.line_faults import Faults
 
-_TRANSPORTS = ("visa", "modbus", "serial", "can")
+_TRANSPORTS = ("visa", "modbus", "serial", "can", "can-fd")
 
 
 def check_simulated_instrument(

@@ -100,6 +100,7 @@ def test_a_step_without_a_baseline_is_withheld_and_says_what_to_do(tmp_path: Pat
 DC = {"": "dc"}
 
 
+@pytest.mark.slow
 def test_back_emf_holds_the_truth_of_one_scope_whose_channels_err_together(tmp_path: Path) -> None:
     random = np.random.default_rng(5)
     accuracy = read_statements(["voltage=3%+50mV", "time=1%"])
@@ -163,6 +164,7 @@ def test_a_drifting_speed_keeps_its_budget(tmp_path: Path) -> None:
     sums_up(found)
 
 
+@pytest.mark.slow
 def test_coast_down_holds_the_truth_of_a_tachometer_and_a_transducer(tmp_path: Path) -> None:
     random = np.random.default_rng(6)
     names = ("inertia", "coulomb_friction", "viscous_friction")

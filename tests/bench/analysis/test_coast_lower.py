@@ -22,6 +22,15 @@ def test_one_that_ends_above_a_tenth_of_its_top_speed(tmp_path, end, told):
     assert ("coast-lower" in {warning["id"] for warning in found["warnings"]}) == told
 
 
+def test_a_reading_that_is_none_is_no_end_of_the_coast_down(tmp_path):
+    time = np.arange(0.0, 10.0, 0.01)
+    speed = 310.0 * np.exp(-0.1 * time) + np.random.default_rng(3).normal(0.0, 0.05, time.size)
+    speed[500] = 0.0
+    path = tmp_path / "coast.csv"
+    np.savetxt(path, np.column_stack((time, speed)), delimiter=",", header="time (s),speed (rad/s)", comments="")
+    assert {"dropouts", "coast-lower"} <= {warning["id"] for warning in analyze_coast_down(path)["warnings"]}
+
+
 @pytest.mark.parametrize("share", [0.0, 0.1])
 def test_friction_that_grows_below_what_was_recorded_is_in_the_intervals(share):
     coulomb, viscous, top, step = 20.0, 0.1, 300.0, 0.001

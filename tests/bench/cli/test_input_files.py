@@ -42,6 +42,7 @@ INPUTS = {
     "station replay": ["FILE", "FILE --serve"],
     "station scan": ["--station FILE"],
     "station drivers": ["--station FILE"],
+    "station set-framing": ["FILE dynamometer --rate 19200"],
     "station reset": ["FILE --by me"],
     "doctor": ["FILE"],
     "eol run": ["FILE --station virtual --motors 1"],
@@ -50,9 +51,20 @@ INPUTS = {
     "eol plan": ["FILE --output out.toml"],
     "eol labels": ["--batch one --records FILE"],
     "eol stats": ["--records FILE"],
+    "eol motors": ["--records FILE"],
+    "eol motor": ["P-0001 --records FILE"],
+    "eol migrate": ["--records FILE"],
+    "eol archive": ["one --records FILE --output out.tar.gz"],
+    "eol restore": ["FILE"],
+    "eol retain": ["FILE"],
+    "results unpack": ["FILE"],
+    "study": ["nameplate --station FILE --motor lg-400w", "nameplate --motor FILE"],
+    "analyze flux-map": ["FILE"],
+    "analyze short-circuit": ["FILE --pole-pairs 4"],
+    "analyze efficiency": ["FILE"],
 }
 #: These take no file that has to be there.
-NONE = {"station new", "results list", "results schema", "eol schema", "user add"}
+NONE = {"station new", "results list", "results schema", "eol schema", "eol pack", "user add"}
 
 
 def commands(app: App, *before: str) -> set[str]:

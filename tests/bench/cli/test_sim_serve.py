@@ -76,6 +76,7 @@ def test_a_run_through_the_wires_holds_the_truth(served: Served, tmp_path: Path)
         assert world.motor_truth() == served.told["motor"]["truth"]
 
 
+@pytest.mark.slow
 def test_a_fault_waits_on_a_served_bench_for_the_step_that_the_run_reports(served: Served, tmp_path: Path) -> None:
     phrase = "supply: disconnect at step 3.1.2.1/3 of pole-pairs-static after 1"
     words = ("pole-pairs-static", "--station", str(served.file), "--motor", "lg-400w", "--runs", str(tmp_path))

@@ -81,6 +81,7 @@ def test_a_wye_has_one_branch(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert parts == pytest.approx(branch["terminal"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "magic"), [("figure.png", b"\x89PNG"), ("figure.svg", b"<?xml")])
 def test_plot(tmp_path: Path, name: str, magic: bytes) -> None:
     path = tmp_path / name

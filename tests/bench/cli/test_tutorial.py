@@ -52,6 +52,7 @@ def shown_in_order(shown: list[str], lines: list[str]) -> str | None:
     return None
 
 
+@pytest.mark.slow
 def test_what_is_typed_prints_what_is_shown(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(".")
     typed = 0

@@ -17,7 +17,7 @@ from procedures.core.bench import Role
 from sim_instruments.server.served_bench import ServedBench
 from tests.command_line import Call
 
-ONE_FRAMING = "?baudrate=19200&parity=N&stopbits=2"
+ONE_FRAMING = "?baudrate=9600&parity=N&stopbits=2"
 
 
 @pytest.fixture(scope="module")

@@ -12,9 +12,11 @@ from bench.drawings.layout import Layout
 from bench.drawings.lines import lines_of
 from bench.motor.motor_file import load_motor
 from bench.plugins.catalogues import installed
+from drivers.interfaces import AbilityError
 from procedures.core.actions import Action, MarkRestPositions, TurnToRest
 from procedures.core.bench import Operator, ProcedureError
 from procedures.core.nameplate import Nameplate, WindingConnection
+from procedures.estimation.fitting.fit import EstimationError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.physics.hall import SimulatedHallSensors
 from tests.runs.on_bench import measure
@@ -56,7 +58,7 @@ def actions() -> dict[str, tuple[Action, ...]]:
         with (
             VirtualBench(motor, seed=3, sockets=False, **drive) as bench,
             # What it asked for until then is drawn all the same.
-            contextlib.suppress(ProcedureError),
+            contextlib.suppress(ProcedureError, AbilityError, EstimationError),
         ):
             measure(bench, plate, name, *_SETTINGS.get(name, ()), hands=hands)
         found[name] = tuple(noted)

@@ -89,8 +89,13 @@ def told(layout: Layout) -> set[tuple[str, str, str]]:
         fed = {lead.node for lead in leads if lead.role is Role.SUPPLY and lead.socket.replace("−", "-") == sign}
         for node in (*fed, f"S{sign}"):
             same[node] = fed | {f"S{sign}"}
+    # So does the shorting link: whatever is on one of its terminals is on all.
+    linked = {lead.node for lead in leads if lead.role is Role.SWITCH_MATRIX}
+    for node in linked:
+        same[node] = same.get(node, set()) | linked
     found = set()
-    for lead in leads:
+    # The link is copper and no instrument: what it joins is seen by what is on its terminals.
+    for lead in (each for each in leads if each.role is not Role.SWITCH_MATRIX):
         socket = "⏚" if lead.kind is LeadKind.REFERENCE else lead.socket
         found |= {(lead.role.value, socket, node) for node in same.get(lead.node, set()) | {lead.node}}
     return {(role, socket, node) for role, socket, node in found if (role, node[:1]) != ("supply", "S")}
@@ -101,6 +106,7 @@ def scenes() -> list[Scene]:
     return every_scene()
 
 
+@pytest.mark.slow
 def test_every_procedures_hand_work_is_drawn_by_the_rules(scenes: list[Scene]) -> None:
     """No label meets a lead, nothing crosses without a hop, no marks overlap, leads drawn are leads told."""
     seen = {lead for scene in scenes for lead in leads_of(scene.layout)}

@@ -39,6 +39,14 @@ def test_a_signature_names_the_journals_end(ended: RunFolder) -> None:
     assert (second.person, second.holds) == ("王工", True)
 
 
+def test_the_same_is_signed_once(ended: RunFolder) -> None:
+    sign(ended, "J. Doe", "engineer", "", NOON, Meaning.MEASURED)
+    with pytest.raises(InputError, match=r"J\. Doe has signed this already: I measured this motor"):
+        sign(ended, "J. Doe", "engineer", "", NOON.replace(hour=13), Meaning.MEASURED)
+    sign(ended, "J. Doe", "engineer", "", NOON, Meaning.APPROVED)
+    assert [signature.meaning for signature in signatures(ended)] == ["measured", "approved"]
+
+
 def test_a_journal_that_went_on_voids_it(ended: RunFolder) -> None:
     sign(ended, "J. Doe", "engineer", "", NOON, Meaning.MEASURED)
     journal = Journal(ended.journal, lambda: 0.0, previous=read_journal(ended.journal))

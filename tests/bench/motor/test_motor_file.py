@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from bench.i18n.errors import InputError
-from bench.motor.motor_file import load_motor
+from bench.motor.motor_file import load_motor, recorded_motor
 from bench.motor.shipped_motors import shipped_motors
 from bench.motor.six_step_file import load_drive
 from bench.virtual.true_values import true_values
@@ -14,6 +14,8 @@ from procedures.known_parameters import givers
 from sim_instruments.physics.bearing import Bearing
 from sim_instruments.physics.hall import SimulatedHallSensors
 from sim_instruments.physics.iron import Iron
+from sim_instruments.physics.magnets import Magnets
+from tests.studies import flux_map_example
 
 LG = (Path(__file__).parents[3] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")
 
@@ -26,7 +28,7 @@ def refusal(path: Path, old: str, new: str) -> str:
     return str(error.value)
 
 
-@pytest.mark.parametrize("name", ["lg-400w", "ipmsm", "outrunner-delta", "gimbal", "drone"])
+@pytest.mark.parametrize("name", ["lg-400w", "ipmsm", "ipmsm-map", "outrunner-delta", "gimbal", "drone"])
 def test_shipped_motors_are_whole(name: str) -> None:
     motor = load_motor(name)
     assert name in shipped_motors()
@@ -61,9 +63,11 @@ def test_type_values_are_read_by_parameter_name(tmp_path: Path) -> None:
 
 def test_every_parameter_that_a_procedure_gives_may_have_a_type_value(tmp_path: Path) -> None:
     path = tmp_path / "motor.toml"
-    names = sorted(givers())
-    path.write_text(LG + "\n[expected]\n" + "".join(f"{name} = 1\n" for name in names), encoding="utf-8")
-    assert load_motor(str(path)).nameplate.expected == dict.fromkeys(names, 1.0)
+    # As large as its bounds allow, and 1 where they do.
+    values = {name: min(1.0, PARAMETERS[name].bounds.high or 1.0) for name in sorted(givers())}
+    lines = [f"{name} = {value if value < 1.0 else 1}\n" for name, value in values.items()]
+    path.write_text(LG + "\n[expected]\n" + "".join(lines), encoding="utf-8")
+    assert load_motor(str(path)).nameplate.expected == values
 
 
 @pytest.mark.parametrize(
@@ -247,3 +251,97 @@ def test_a_tolerance_needs_a_type_value_and_is_a_share_of_it(tmp_path: Path) -> 
         path.write_text(plate + table)
         with pytest.raises(InputError, match=said):
             load_motor(str(path))
+
+
+# On a flux map
+
+MAPPED = (Path(__file__).parents[3] / "bench" / "motors" / "ipmsm-map.toml").read_text(encoding="utf-8")
+MAP = (Path(__file__).parents[3] / "bench" / "motors" / "ipmsm-map.csv").read_text(encoding="utf-8")
+
+
+def mapped(folder: Path, old: str = "", new: str = "", table: str | None = MAP) -> Path:
+    """Write the shipped motor on a map and its table, changed, into a folder; return the motor's file."""
+    assert old in MAPPED
+    path = folder / "motor.toml"
+    path.write_text(MAPPED.replace(old, new, 1), encoding="utf-8")
+    if table is not None:
+        (folder / "ipmsm-map.csv").write_text(table, encoding="utf-8")
+    return path
+
+
+def test_a_motor_on_a_map_has_the_maps_constants(tmp_path: Path) -> None:
+    motor = load_motor(str(mapped(tmp_path))).virtual_motor()
+    assert motor == load_motor("ipmsm-map").virtual_motor()
+    assert motor.flux_map is not None
+    assert motor.flux_linkage_y == motor.flux_map.flux_linkage == pytest.approx(16.063e-3, rel=1e-3)
+    step = 1e-3
+    d_after, d_before = motor.flux_map.flux(step, 0.0)[0], motor.flux_map.flux(-step, 0.0)[0]
+    q_after, q_before = motor.flux_map.flux(0.0, step)[1], motor.flux_map.flux(0.0, -step)[1]
+    truth = true_values(PARAMETERS, motor)
+    assert truth["flux_linkage"] == motor.flux_map.flux(0.0, 0.0)[0]
+    assert truth["d_axis_inductance"] == pytest.approx((d_after - d_before) / (2.0 * step), rel=1e-6)
+    assert truth["q_axis_inductance"] == pytest.approx((q_after - q_before) / (2.0 * step), rel=1e-6)
+    assert truth["torque_constant"] == pytest.approx(1.5 * 4 * motor.flux_linkage_y)
+    iron = 1.5 * 4 * 2.0 * motor.flux_linkage_y**2
+    assert truth["coulomb_friction"] == pytest.approx(0.03 + iron)
+    assert truth["viscous_friction"] == pytest.approx(5e-5 + 1.5 * 16 * 0.004 * motor.flux_linkage_y**2)
+
+
+def test_the_shipped_map_is_made_by_its_command() -> None:
+    assert flux_map_example.table() == MAP
+
+
+def test_a_delta_on_a_map_has_its_y_equivalents(tmp_path: Path) -> None:
+    wye = load_motor("ipmsm-map").virtual_motor()
+    delta = load_motor(str(mapped(tmp_path, 'connection = "wye"', 'connection = "delta"'))).virtual_motor()
+    assert delta.flux_linkage_y == pytest.approx(wye.flux_linkage_y)
+    assert delta.d_axis_inductance_y == pytest.approx(wye.d_axis_inductance_y)
+    assert delta.q_axis_inductance == pytest.approx(3.0 * wye.q_axis_inductance)
+
+
+def test_the_map_holds_at_its_magnets_temperature(tmp_path: Path) -> None:
+    path = mapped(tmp_path, "magnet_temperature = 25.0", "magnet_temperature = 75.0")
+    warm, cold = load_motor(str(path)).virtual_motor(), load_motor("ipmsm-map").virtual_motor()
+    assert warm.flux_linkage_at(75.0) == pytest.approx(cold.flux_linkage * 1.05 * 0.95)
+    assert warm.flux_linkage == pytest.approx(cold.flux_linkage * 1.05)
+    assert warm.d_axis_inductance != cold.d_axis_inductance
+
+
+def test_magnets_of_their_own_temperature(tmp_path: Path) -> None:
+    path = mapped(
+        tmp_path, "[virtual.iron]", "[virtual.magnets]\ntime_constant = 900.0\nwinding_share = 0.7\n[virtual.iron]"
+    )
+    assert load_motor(str(path)).virtual_motor().magnets == Magnets(900.0, 0.7)
+    assert load_motor("ipmsm-map").virtual_motor().magnets == Magnets()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "table", "parts"),
+    [
+        ("", "", None, ["virtual.flux_map.file = 'ipmsm-map.csv'", "there is no such file"]),
+        ("", "", MAP.replace("psi_q_Vs", "psi_Q"), ["virtual.flux_map.file", "no column psi_q_Vs", "id_A,iq_A,psi_d_Vs"]),
+        ("", "", MAP.replace("-75,-75,", "-75,-74,"), ["virtual.flux_map.file", "holes", "first at id = -75 A, iq = -75 A"]),
+        ("", "", MAP.replace("id_A,iq_A", "iq_A,id_A"), ["virtual.flux_map.file", "two columns are swapped"]),
+        ("pole_pairs = 4", "d_axis_inductance = 1e-4\npole_pairs = 4", MAP,
+         ["virtual: d_axis_inductance is what the table of flux_map says", "leave flux_map out"]),
+        ("pole_pairs = 4", "q_axis_saturation_current = 60.0\npole_pairs = 4", MAP, ["q_axis_saturation_current is what"]),
+        ('file = "ipmsm-map.csv"', "files = 3", MAP, ["unknown key virtual.flux_map.files; did you mean file?"]),
+        ('file = "ipmsm-map.csv"          # beside this file\n', "", MAP, ["virtual.flux_map.file is missing"]),
+        ("magnet_temperature = 25.0", "magnet_temperature = 500.0", MAP, ["virtual.flux_map.magnet_temperature = 500.0"]),
+        ("eddy_loss = 0.004", "eddy_loss = -1.0", MAP, ["virtual.iron.eddy_loss = -1.0", "1/ohm"]),
+        ("hysteresis_loss = 2.0", "hysteresis_loss = 2.0\neddy_coupling = 0.3", MAP, ["virtual", "leave one of them out"]),
+        ("[virtual.iron]", "[virtual.magnets]\n[virtual.iron]", MAP, ["virtual.magnets.time_constant is missing"]),
+    ],
+)  # fmt: skip
+def test_faults_of_a_map_are_named(tmp_path: Path, old: str, new: str, table: str | None, parts: list[str]) -> None:
+    with pytest.raises(InputError) as error:
+        load_motor(str(mapped(tmp_path, old, new, table)))
+    for part in ["motor.toml", *parts]:
+        assert part in str(error.value)
+
+
+def test_a_recorded_motor_needs_no_table(tmp_path: Path) -> None:
+    content = mapped(tmp_path, table=None).read_text(encoding="utf-8")
+    read = recorded_motor(content, "gone/motor.toml")
+    assert read.nameplate.name == "IPMSM 1 kW, flux map"
+    assert read.virtual is None

@@ -68,10 +68,10 @@ def wheel(folder: Path, name: str, entries: str, modules: Mapping[str, str]) -> 
 def test_everything_of_ours_can_be_loaded() -> None:
     catalogues = installed()
     assert catalogues.broken() == ()
-    assert len(catalogues.drivers) == 13
-    assert len(catalogues.simulated_instruments) == 12
-    assert len(catalogues.procedures) == 23
-    assert len(catalogues.exports) == 13
+    assert len(catalogues.drivers) == 14
+    assert len(catalogues.simulated_instruments) == 13
+    assert len(catalogues.procedures) == 28
+    assert len(catalogues.exports) == 17
     assert list(catalogues.records) == ["json-lines"]
     assert next(iter(catalogues.procedures)) == "nameplate"
 

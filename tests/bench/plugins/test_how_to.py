@@ -113,6 +113,7 @@ def served(folder: Path) -> Iterator[ServedBench]:
         yield bench
 
 
+@pytest.mark.slow
 def test_a_run_and_a_line_on_real_sockets(call: Call, folder: Path) -> None:
     (folder / "plan.toml").write_text(PLAN, encoding="utf-8")
     (folder / "serials.txt").write_text("A1\n", encoding="utf-8")

@@ -185,3 +185,14 @@ def test_what_a_station_lacks_is_named_before_anything_is_touched(
         assert str(refused.value) == f"{file}: {name}: {'; '.join(said)}"
     else:
         check_needs(plan, station)
+
+
+def test_what_an_inverter_cannot_do_is_said_from_its_driver(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    table = 'driver = "mjbots-moteus"\naddress = "can://socketcan/can0?node=1"\nmaximum_current = 5.0\n'
+    station.write_text(f'[station]\nname = "x"\n[instruments.inverter]\n{table}', encoding="utf-8")
+    for name, said in (("pole-pairs-inverter", True), ("no-load-current", False)):
+        (planned,) = make_plan([name], [], installed().procedures)
+        lacking = [str(one) for one in unmet(planned, load_station(station))]
+        refused = "inverter: mjbots-moteus does not offer a frequency at a current" in lacking
+        assert refused is said, lacking

@@ -119,14 +119,41 @@ def test_can(tmp_path, root, address, said):
         assert wanted in given
 
 
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("can://socketcan/can0?node=1", []),
+        ("can://socketcan/can1?node=1", ["ip link set can1 up type can bitrate 1000000 dbitrate 5000000 fd on"]),
+        ("can://socketcan/can0?node=1&fdd=true", ["unknown key fdd; is fd meant?"]),
+        ("fdcanusb:///dev/ttyACM7?node=1", ["/dev/ttyACM7 is not there"]),
+        ("fdcanusb:///dev/null?node=1&baudrat=9600", ["unknown key baudrat; is baudrate meant?"]),
+        ("fdcanusb:///dev/null?node=1", []),
+    ],
+)
+def test_a_bus_of_can_fd(tmp_path, root, address, said):
+    found = judged(tmp_path, "inverter", "mjbots-moteus", address, Described(root), "maximum_current = 5.0\n")
+    assert len(found) == len(said)
+    for given, wanted in zip(found, said, strict=True):
+        assert wanted in given
+
+
 def test_a_serial_line_s_framing_and_port(tmp_path, root):
     limits = "maximum_speed = 300.0\nmaximum_torque = 1.0\n"
     path = root / "dev/ttyUSB0"
+    path.unlink()
+    path.symlink_to("/dev/null")
     said = judged(tmp_path, "dynamometer", "delta-dyn200", f"rtu://{path}?parity=even", Described(root), limits)
     assert [each.partition(";")[0] for each in said] == ["parity=even"]
     assert judged(tmp_path, "tachometer", "lutron-tachometer", str(path), Described(root)) == []
     (said,) = judged(tmp_path, "tachometer", "lutron-tachometer", f"{path}?speed=9600", Described(root))
     assert "unknown key speed" in said
+
+
+def test_a_file_or_folder_in_a_serial_port_s_place(tmp_path, root):
+    for path in (root / "plain", root):
+        (root / "plain").touch()
+        (said,) = judged(tmp_path, "tachometer", "lutron-tachometer", str(path), Described(root))
+        assert said.startswith(f"{path} is no serial port; there are ")
 
 
 def test_what_is_connected(root):

@@ -52,6 +52,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> subprocess.CompletedProces
     )
 
 
+@pytest.mark.slow
 def test_the_example_project(done: subprocess.CompletedProcess[str]) -> None:
     assert "1 failed, 9 passed" in done.stdout, done.stdout + done.stderr
 

@@ -9,6 +9,7 @@ from bench.i18n.errors import InputError
 from bench.virtual.disturbance_file import load_disturbances
 from sim_instruments.disturbances.bench import Contacts, Disturbances, Hands, ShaftSensors
 from sim_instruments.disturbances.channel import ChannelPath
+from sim_instruments.disturbances.current_loop import CurrentLoop
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "disturbances.toml"
 
@@ -28,6 +29,13 @@ def test_an_empty_file_disturbs_nothing(tmp_path: Path) -> None:
     assert load_disturbances(file) == Disturbances()
 
 
+def test_an_inverters_legs_sensors_and_timing(tmp_path: Path) -> None:
+    file = tmp_path / "inverter.toml"
+    file.write_text("[inverter]\ndead_time = 2e-6\nangle_error = -0.01\nvoltage_delay = 3e-5\n", encoding="utf-8")
+    loop = CurrentLoop(dead_time=2e-6, angle_error=-0.01, voltage_delay=3e-5)
+    assert load_disturbances(file) == Disturbances(inverter=loop)
+
+
 @pytest.mark.parametrize(
     ("content", "said"),
     [
@@ -37,6 +45,8 @@ def test_an_empty_file_disturbs_nothing(tmp_path: Path) -> None:
         ("[dynamometer]\ndropouts = 1.0", ["dynamometer.dropouts = 1.0", "below 1"]),
         ("[contacts]\nthermal_emf = 2", ["contacts.thermal_emf = 2", "up to 1 V"]),
         ("[hands]\nslips = '50 %'", ["hands.slips = '50 %' is text, not a number"]),
+        ("[inverter]\ndead_time = -1e-6", ["inverter.dead_time = -1e-06", "at least 0", "s"]),
+        ("[inverter]\nangle = 0.1", ["unknown key inverter.angle", "did you mean angle_error?"]),
         ("[hand]\nslips = 0.5", ["unknown key hand", "did you mean hands?"]),
     ],
 )

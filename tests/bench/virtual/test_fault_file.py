@@ -173,6 +173,7 @@ def test_what_the_bench_cannot_have_is_refused_before_the_run(call: Call, tmp_pa
     assert not (tmp_path / "runs").exists()
 
 
+@pytest.mark.slow
 def test_what_libraries_log_does_not_stand_between_the_lines(tmp_path: Path) -> None:
     words = ("run", "pole-pairs-inverter", "--motor", "lg-400w", "--station", "virtual", "--runs", str(tmp_path))
     done = subprocess.run(

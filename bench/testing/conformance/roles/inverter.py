@@ -1,13 +1,14 @@
-"""Use of an inverter: a field that turns both ways, and a regulated current."""
+"""Use of an inverter, as far as it says that it can: a field that turns both ways, a regulated q-axis current, currents of both axes."""
 
 import math
 from contextlib import AbstractContextManager
 from typing import Any
 
 from bench.testing.conformance.report import Checks, enter
+from bench.testing.conformance.roles.dq_currents import both_currents, both_currents_fully, holding_still
 from bench.testing.conformance.session import CheckSession
 from bench.testing.conformance.stand import Stand
-from drivers.interfaces import InstrumentError
+from drivers.interfaces import InstrumentError, InverterAbility
 
 _SETTLED = 0.1
 
@@ -16,9 +17,22 @@ def _prepare(stand: Stand) -> None:
     stand.world.connect({"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"})
 
 
-def _energise(_: Stand, inverter: Any) -> AbstractContextManager[None]:
-    block: AbstractContextManager[None] = inverter.driving_frequency(5.0, _current(inverter, 0.2))
-    return block
+def _can(inverter: Any, ability: InverterAbility) -> bool:
+    return ability in inverter.abilities
+
+
+def _energise(stand: Stand, inverter: Any) -> AbstractContextManager[None]:
+    current = _current(inverter, 0.2)
+    if _can(inverter, InverterAbility.FREQUENCY):
+        turning: AbstractContextManager[None] = inverter.driving_frequency(5.0, current)
+        return turning
+    # A current would speed the rotor up: it is held from now on.
+    stand.world.lock_rotor()
+    if _can(inverter, InverterAbility.Q_CURRENT):
+        holding: AbstractContextManager[None] = inverter.driving_current(current)
+        return holding
+    regulating: AbstractContextManager[None] = inverter.driving_dq_current(0.0, current)
+    return regulating
 
 
 def _current(inverter: Any, share: float) -> float:
@@ -48,34 +62,36 @@ def _turn(stand: Stand, inverter: Any, checks: Checks, frequency: float, current
 
 
 def _brief(stand: Stand, inverter: Any, checks: Checks) -> None:
-    _turn(stand, inverter, checks, 5.0, _current(inverter, 0.2))
+    if _can(inverter, InverterAbility.FREQUENCY):
+        _turn(stand, inverter, checks, 5.0, _current(inverter, 0.2))
+    if _can(inverter, InverterAbility.DQ_CURRENT):
+        both_currents(stand, inverter, checks)
+    elif not _can(inverter, InverterAbility.FREQUENCY):
+        _regulate(stand, inverter, checks, _current(inverter, 0.2))
 
 
 def _full(stand: Stand, inverter: Any, checks: Checks) -> None:
+    if _can(inverter, InverterAbility.FREQUENCY):
+        _turn_fully(stand, inverter, checks)
+    if _can(inverter, InverterAbility.Q_CURRENT):
+        inverter.make_safe()
+        for share in (-stand.between(0.1, 0.3), stand.between(0.4, 0.9)):
+            _regulate(stand, inverter, checks, _current(inverter, share))
+        most = inverter.maximum_current
+        for act in (inverter.driving_current, inverter.set_current):
+            checks.rejects("currents that cannot be", act, *((one,) for one in (2.0 * most, -2.0 * most, math.nan)))
+        _cannot_flow(stand, checks, lambda: inverter.driving_current(_current(inverter, 0.5)))
+    if _can(inverter, InverterAbility.DQ_CURRENT):
+        inverter.make_safe()
+        both_currents_fully(stand, inverter, checks)
+        _cannot_flow(stand, checks, lambda: inverter.driving_dq_current(0.0, _current(inverter, 0.5)))
+    if _can(inverter, InverterAbility.FREQUENCY):
+        _run_away(stand, inverter, checks)
+
+
+def _turn_fully(stand: Stand, inverter: Any, checks: Checks) -> None:
     for frequency in (stand.between(10.0, 20.0), -stand.between(5.0, 10.0)):
         _turn(stand, inverter, checks, frequency, _current(inverter, stand.between(0.4, 0.9)))
-    inverter.make_safe()
-    stand.world.lock_rotor()
-    remedy = "Compare the command with the manual: rms or peak, mA, per mille of rated, sign"
-    for share in (-stand.between(0.1, 0.3), stand.between(0.4, 0.9)):
-        current = _current(inverter, share)
-        with stand.sampling(stand.world.inverter.current_amplitude) as currents, inverter.driving_current(current):
-            found, slack = stand.world.inverter.q_current(), 0.03 * abs(current) + 0.05
-            checks.close("set point: current", found, current, slack, remedy)
-            stand.wait(_SETTLED)
-            _compare(stand, inverter, checks, "at a current")
-            inverter.set_current(-current / 2.0)
-            found = stand.world.inverter.q_current()
-            checks.close("set point: current in a block", found, -current / 2.0, slack, remedy)
-            most, none = max(currents, default=0.0), "Command no current before the drive is enabled"
-            less = most <= 1.2 * abs(current) + 0.2
-            checks.that("no more current on the way", less, f"{most:.3g} A for {current:.3g} A", none)
-            inverter.command_zero()
-            stand.wait(_SETTLED)
-            found = stand.world.inverter.q_current()
-            checks.close("command_zero(): current", found, 0.0, 0.05, "Command no current and no speed")
-        stand.off(checks)
-    stand.world.release_rotor()
     with inverter.driving_frequency(5.0, _current(inverter, 0.5)):
         inverter.command_zero()
         stand.wait(2.0)
@@ -84,15 +100,40 @@ def _full(stand: Stand, inverter: Any, checks: Checks) -> None:
     highest, current = inverter.maximum_frequency, inverter.maximum_current
     wrong = ((2.0 * highest, 1.0), (-2.0 * highest, 1.0), (math.nan, 1.0), (1.0, -1.0), (1.0, 2.0 * current))
     checks.rejects("set points that cannot be", inverter.driving_frequency, *wrong)
-    for act in (inverter.driving_current, inverter.set_current):
-        checks.rejects("currents that cannot be", act, *((one,) for one in (2.0 * current, -2.0 * current, math.nan)))
+
+
+def _regulate(stand: Stand, inverter: Any, checks: Checks, current: float) -> None:
+    remedy = "Compare the command with the manual: rms or peak, mA, per mille of rated, sign"
+    sampling = stand.sampling(stand.world.inverter.current_amplitude)
+    with sampling as currents, holding_still(stand, lambda: inverter.driving_current(current)):
+        found, slack = stand.world.inverter.q_current(), 0.03 * abs(current) + 0.05
+        checks.close("set point: current", found, current, slack, remedy)
+        stand.wait(_SETTLED)
+        _compare(stand, inverter, checks, "at a current")
+        inverter.set_current(-current / 2.0)
+        found = stand.world.inverter.q_current()
+        checks.close("set point: current in a block", found, -current / 2.0, slack, remedy)
+        most, none = max(currents, default=0.0), "Command no current before the drive is enabled"
+        less = most <= 1.2 * abs(current) + 0.2
+        checks.that("no more current on the way", less, f"{most:.3g} A for {current:.3g} A", none)
+        inverter.command_zero()
+        stand.wait(_SETTLED)
+        found = stand.world.inverter.q_current()
+        checks.close("command_zero(): current", found, 0.0, 0.05, "Command no current and no speed")
+    stand.off(checks)
+
+
+def _cannot_flow(stand: Stand, checks: Checks, drive: Any) -> None:
     stand.world.connect({})
     remedy = "Wait for it, and raise where it does not come"
     with checks.refuses("a current that cannot flow", InstrumentError, remedy=remedy):
-        enter(inverter.driving_current(_current(inverter, 0.5)))
+        enter(drive())
     stand.off(checks)
     _prepare(stand)
     stand.wait(5.0)
+
+
+def _run_away(stand: Stand, inverter: Any, checks: Checks) -> None:
     remedy = "Wait until the ramp has ended, for settle_timeout at most"
     stand.world.damage.run_inverter_away(80.0)
     with checks.refuses("a frequency that is not reached", InstrumentError, remedy=remedy):

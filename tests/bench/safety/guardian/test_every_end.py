@@ -185,8 +185,9 @@ def test_the_guardian_answers_an_interlock_where_the_run_does_not(hold: Callable
     run = hold("deadlock")
     served.contact("door", closed=False)
     assert served.seconds_until_off() < SOON
-    causes = [event.data["cause"] for event in run.guardian if event.kind == "took"]
-    assert causes == ["the interlock door, which is open"]
+    # By itself, or because a watching thread of the run has asked for a shutdown that does not begin: whichever looks first.
+    (cause,) = [event.data["cause"] for event in run.guardian if event.kind == "took"]
+    assert cause.endswith("the interlock door, which is open")
     run.signal(signal.SIGKILL)
     run.guardian_left()
     served.contact("door", closed=True)

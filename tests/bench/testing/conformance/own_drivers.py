@@ -28,6 +28,7 @@ OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "keysight-34970a": {"crosspoints": crosspoints()},
     "cia402-rotor-actuator": {"maximum_speed": 30.0, "heartbeat_time": 0.0},
     "gwinstek-gpt9800": {},
+    "mjbots-moteus": {"maximum_current": 20.0},
     "scpi-supply": {"maximum_voltage": 30.0, "maximum_current": 5.0},
 }
 
@@ -67,6 +68,17 @@ def _objects(values: Mapping[int, int]) -> Any:
     return write
 
 
+def _configured(items: Mapping[str, float]) -> Any:
+    """Return what sets up a simulated moteus, and leaves half a line on its diagnostic stream."""
+
+    def configure(simulated: Any) -> None:
+        for name, value in items.items():
+            simulated.configuration.put(name, value)
+        simulated._console.take(b"tel get servo_st")
+
+    return configure
+
+
 FOUND: Mapping[str, Any] = {
     "keysight-e4980a": _messages("FUNC:IMP CPD", "TRIG:SOUR INT", "FORM REAL", "FUNC:IMP:RANG:AUTO OFF", "BIAS:STAT ON"),
     "keysight-34461a": _messages("CONF:VOLT:AC", "TRIG:SOUR BUS"),
@@ -82,6 +94,9 @@ FOUND: Mapping[str, Any] = {
     "delta-dyn200": _stopping_by_ramp,
     "cia402-inverter": _objects({0x6071: 900, 0x60FF: 4000}),
     "cia402-rotor-actuator": _objects({0x60FF: 200_000}),
+    "mjbots-moteus": _configured(
+        {"servo.fw.enable": 1.0, "servo.max_current_A": 100.0, "servopos.position_min": -0.01, "servopos.position_max": 0.01}
+    ),
 }  # fmt: skip
 
 _REFUSED: Mapping[str, Sequence[tuple[Mapping[str, Any], Any]]] = {
@@ -132,4 +147,5 @@ VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
     "cia402-six-step": ({"heartbeat_time": 1.0},),
     "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}, {"timeout": 0.3}),
     "gwinstek-gpt9800": ({"ramp_time": 0.5}, GPT9800_SLOW),
+    "mjbots-moteus": ({"pole_pairs": 4}, {"maximum_voltage": 50.0}, {"sample_interval": 0.002}),
 }

@@ -19,6 +19,7 @@ from drivers.interfaces import (
 )
 from drivers.keysight.options import ImpedanceCalibration, Probe
 from tests.bench.testing.conformance.own_cia402_manuals import INVERTER, ROTOR, SIX_STEP
+from tests.bench.testing.conformance.own_moteus_manual import MOTEUS
 
 _RPM = 2.0 * math.pi / 60.0
 _VOLTS, _AMPERES = Accuracy(gain=3e-4, offset=2e-3), Accuracy(gain=5e-4, offset=10e-3)
@@ -446,4 +447,5 @@ MANUALS: Mapping[str, Manual] = {
     "gwinstek-gpt9800": _GPT9800,
     "keysight-34970a": _34970A,
     "scpi-supply": _SCPI_SUPPLY,
+    "mjbots-moteus": MOTEUS,
 }

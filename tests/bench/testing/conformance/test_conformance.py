@@ -63,6 +63,17 @@ def test_our_drivers_conform(name: str) -> None:
     assert len(report.findings) > 30
 
 
+@pytest.mark.slow
+def test_a_moteus_conforms() -> None:
+    name = "mjbots-moteus"
+    report = check_driver(
+        name, options=OPTIONS[name], found=FOUND[name], manual=manual_of(name), variants=VARIANTS[name]
+    )
+    assert report.passed, "\n".join(map(str, report.failures))
+    # What it cannot do is checked, too.
+    assert any("driving_frequency: what it does not offer" in one.check for one in report.findings)
+
+
 def test_a_fault_that_is_not_told_as_it_should_be_is_found() -> None:
     trip = ProtectionTrip(lambda simulated: simulated._power.trip(0x2310), says="0x3210", resets=False)
     subject = subject_of("cia402-six-step", None, OPTIONS["cia402-six-step"], installed())

@@ -59,6 +59,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> subprocess.CompletedProces
     )
 
 
+@pytest.mark.slow
 def test_a_driver_that_conforms_passes_and_a_mistaken_one_fails(done: subprocess.CompletedProcess[str]) -> None:
     assert "1 failed, 1 passed" in done.stdout, done.stdout + done.stderr
 

@@ -1,0 +1,292 @@
+"""Tables of flux linkages, short circuits and load points that others measured, evaluated by the estimators of the procedures."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bench.analysis.map_table import read_table
+from bench.analysis.run_map import map_of_run
+from bench.i18n.errors import InputError, at
+from drivers.interfaces import Accuracy
+from drivers.interfaces.text import Translate, english, text, text_of
+from procedures.core.budget import Uncertainties
+from procedures.core.misfit_text import misfit_row, sentence
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.fitting.misfit import Misfit
+from procedures.estimation.flux.capability import largest_torque
+from procedures.estimation.flux.flux_map import GainLimits, MapFigure, MeasuredFluxMap
+from procedures.estimation.flux.inductances import characteristic_current, inductances_at
+from procedures.estimation.flux.load_points import efficiency_of
+from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
+from procedures.estimation.flux.published_map import read_map
+from procedures.estimation.flux.short_circuit import fit_short_circuit
+from procedures.techniques.map_results import table_of
+
+_MAP = {
+    "i_d": ("id", "idapeak", "currentd", "dcurrent"),
+    "i_q": ("iq", "currentq", "qcurrent"),
+    "psi_d": ("psid", "fluxd", "phid", "dflux", "fd"),
+    "psi_q": ("psiq", "fluxq", "phiq", "qflux", "fq"),
+    "u_psi_d": ("upsid",),
+    "u_psi_q": ("upsiq",),
+    "torque": ("torque", "t", "m", "tem", "te"),
+}
+_SHORT = {
+    "speed": ("speed", "n", "rpm", "w", "welectrical"),
+    "current": ("current", "i", "isc"),
+    "torque": ("torque", "t", "m"),
+    "friction": ("friction", "topen", "openl"),
+}
+_LOAD = {
+    "torque": ("torque", "t", "m"),
+    "speed": ("speed", "n", "rpm", "w"),
+    "power": ("power", "p", "pin", "pel", "inputpower", "electricalpower"),
+}
+_SHARES = (0.25, 0.5, 0.75, 1.0)
+
+
+def analyze_flux_map(
+    path: Path,
+    *,
+    mapped: Sequence[str] = (),
+    pole_pairs: float | None = None,
+    voltage: float | None = None,
+    current: float | None = None,
+    resistance: float = 0.0,
+    gains: GainLimits | None = None,
+    translate: Translate = english,
+) -> dict[str, Any]:
+    """Return what follows from a table of flux linkages, in the shape of `--json`. Raises InputError for one that cannot be used."""
+    columns = read_table(path, _MAP, ("i_d", "i_q", "psi_d", "psi_q"), mapped)
+    points, flux = (np.column_stack([columns[n] for n in pair]) for pair in (("i_d", "i_q"), ("psi_d", "psi_q")))
+    spread = None
+    if {"u_psi_d", "u_psi_q"} <= set(columns):
+        spread = np.column_stack((columns["u_psi_d"], columns["u_psi_q"]))
+    try:
+        found = read_map(
+            points, flux, uncertainty=spread, torque=columns.get("torque"), pole_pairs=pole_pairs, gains=gains
+        )
+        made = _told(path, found.misfit, translate)
+        details = made["details"]
+        details |= {
+            "points": len(points),
+            "symmetric": found.map.symmetric,
+            "full_scale": found.map.full_scale,
+            "turn_degrees": math.degrees(found.turn),
+            "resistance_remainder": found.resistance_remainder,
+            "reciprocity_rms": found.reciprocity,
+            "torque_ratio": found.torque_ratio,
+        }
+        withheld = found.misfit.withholding("flux_map")
+        if withheld is not None:
+            made["withheld"] = _withheld(("flux_linkage", "d_axis_inductance", "q_axis_inductance"), withheld.cause.value,
+                                         sentence(withheld).render(translate))  # fmt: skip
+            return made
+        _of_map(found.map, made, pole_pairs, voltage, current, resistance)
+    except EstimationError as error:
+        raise InputError(at(str(path), text_of(error))) from error
+    if spread is None:
+        made["assumptions"].append(
+            text(
+                "the table states no uncertainties: the scatter round a smooth surface counts, and the gains that were given"
+            ).render(translate)
+        )
+    if pole_pairs is None:
+        made["assumptions"].append(text("without --pole-pairs torque is that of one pole pair").render(translate))
+    return made
+
+
+def analyze_run_map(
+    path: Path,
+    *,
+    pole_pairs: float | None = None,
+    voltage: float | None = None,
+    current: float | None = None,
+    resistance: float = 0.0,
+    translate: Translate = english,
+) -> tuple[dict[str, Any], Mapping[str, Sequence[float]]]:
+    """Return what follows from the readings of a run of flux-map, however it ended, as `analyze_flux_map` does, and the map's table.
+
+    Raises InputError where the run's folder has no readings, or too few for a map.
+    """
+    try:
+        found = map_of_run(path)
+        made = _told(path, found.misfit, translate)
+        made["details"] |= {
+            "readings": found.fit.residuals.size // 2,
+            "points": len(found.map.points),
+            "symmetric": found.symmetric,
+            "symmetry_tested": found.symmetry_tested,
+            "full_scale": found.map.full_scale,
+        }
+        _of_map(found.map, made, pole_pairs, voltage, current, resistance)
+    except EstimationError as error:
+        raise InputError(at(str(path), text_of(error))) from error
+    if pole_pairs is None:
+        made["assumptions"].append(text("without --pole-pairs torque is that of one pole pair").render(translate))
+    return made, table_of(found.map)
+
+
+def _of_map(
+    measured: MeasuredFluxMap,
+    made: dict[str, Any],
+    pole_pairs: float | None,
+    voltage: float | None,
+    current: float | None,
+    resistance: float,
+) -> None:
+    poles = 1.0 if pole_pairs is None else pole_pairs
+    zero = inductances_at(measured, 0.0, 0.0)
+    surface, at_zero = measured.surface, np.zeros((1, 2))
+    between = float(surface.spread(at_zero, np.array([[1.0, 0.0]]), np.zeros((1, 2, 2)))[0])
+    flux = measured.figure(float(surface(at_zero)[0, 0]), surface.weights(at_zero)[0, 0], between=between)
+    for name, unit, figure in (
+        ("flux_linkage", "V·s", flux), ("d_axis_inductance", "H", zero.dd), ("q_axis_inductance", "H", zero.qq),
+    ):  # fmt: skip
+        made["parameters"][name] = _parameter(name, unit, figure, "flux-map")
+    # A square table's corners hold more current than any arc within it.
+    most = float(np.min(np.max(np.abs(measured.points), axis=0)))
+    most = most if current is None else min(current, measured.largest_current)
+    details = made["details"]
+    details["mtpa"] = [
+        {"current": each.current, "angle_degrees": each.angle.as_dict(), "torque": each.torque.as_dict(), "i_d": each.i_d,
+         "i_q": each.i_q, "at_edge": each.at_edge}
+        for each in maximum_torque_per_ampere(measured, most * np.array(_SHARES), poles)
+    ]  # fmt: skip
+    details["inductances"] = [
+        {"i_d": row["i_d"], "i_q": row["i_q"]}
+        | {name: figure.as_dict() for name, figure in vars(inductances_at(measured, row["i_d"], row["i_q"])).items()
+           if isinstance(figure, MapFigure)}
+        for row in details["mtpa"]
+    ]  # fmt: skip
+    if flux.value > 0.02 * measured.full_scale:
+        weakening = characteristic_current(measured)
+        details["field_weakening_current"] = None if weakening is None else weakening.as_dict()
+    if voltage is not None:
+        # From a speed at which nothing limits up to where the magnet alone takes several times the voltage.
+        typical = voltage / measured.full_scale
+        points = largest_torque(measured, typical * np.geomspace(0.3, 6.0, 16), voltage=voltage, current=most,
+                                resistance=resistance, pole_pairs=poles)  # fmt: skip
+        details["largest_torque"] = [
+            {"electrical_speed": each.electrical_speed, "torque": each.torque.as_dict(), "i_d": each.i_d, "i_q": each.i_q,
+             "voltage": each.voltage, "limit": each.limit.value}
+            for each in points
+        ]  # fmt: skip
+
+
+def analyze_short_circuit(
+    path: Path,
+    *,
+    mapped: Sequence[str] = (),
+    pole_pairs: float,
+    flux_linkage: float | None = None,
+    u_flux_linkage: float = 0.0,
+    electrical: bool = False,
+    rms: bool = False,
+    translate: Translate = english,
+) -> dict[str, Any]:
+    """Return what a table of short-circuit currents and torques over speed gives. Raises InputError for one that cannot be used."""
+    columns = read_table(path, _SHORT, ("speed", "current"), mapped)
+    speed = columns["speed"] * (1.0 if electrical else pole_pairs)
+    try:
+        found = fit_short_circuit(
+            speed, columns["current"] * (math.sqrt(2.0) if rms else 1.0), columns.get("torque"), pole_pairs=pole_pairs,
+            flux_linkage=flux_linkage, u_flux_linkage=u_flux_linkage, friction=columns.get("friction"),
+        )  # fmt: skip
+    except EstimationError as error:
+        raise InputError(at(str(path), text_of(error))) from error
+    made = _told(path, found.misfit, translate)
+    made["details"] |= {name: figure.as_dict() if isinstance(figure, MapFigure) else figure
+                        for name, figure in vars(found).items() if name != "misfit"}  # fmt: skip
+    resistance = found.resistance or found.resistance_by_current
+    for name, unit, figure in (
+        ("d_axis_inductance", "H", found.chord_inductance), ("q_axis_inductance", "H", found.q_axis_inductance),
+        ("stator_resistance", "Ω", resistance),
+    ):  # fmt: skip
+        reason = found.misfit.withholding(name)
+        if figure is None:
+            continue
+        if reason is None:
+            made["parameters"][name] = _parameter(name, unit, figure, "short-circuit")
+        else:
+            made["withheld"] |= _withheld((name,), reason.cause.value, sentence(reason).render(translate))
+    made["assumptions"].append(
+        text("L_d is the chord from zero to the short-circuit current, not the slope at zero").render(translate)
+    )
+    if flux_linkage is None:
+        made["assumptions"].append(
+            text("without --flux-linkage only the current at high speed and R from torque are known").render(translate)
+        )
+    return made
+
+
+def analyze_efficiency(
+    path: Path,
+    *,
+    mapped: Sequence[str] = (),
+    accuracies: Mapping[str, Accuracy] | None = None,
+    translate: Translate = english,
+) -> dict[str, Any]:
+    """Return efficiency and loss of each row of torque, speed and electrical power. Raises InputError where none can be evaluated."""
+    columns = read_table(path, _LOAD, ("torque", "speed", "power"), mapped)
+    made = _told(path, Misfit(), translate)
+    limits, uncertainties, rows = accuracies or {}, Uncertainties(), []
+    for number, (torque, speed, power) in enumerate(
+        zip(*(columns[n] for n in ("torque", "speed", "power")), strict=True), 1
+    ):
+        if not all(math.isfinite(each) for each in (torque, speed, power)):
+            rows.append({"row": number, "refused": text("a cell is empty").render(translate)})
+            continue
+        read = {
+            name: uncertainties.instrument(name, value, limits.get(name, Accuracy(source="as stated")))
+            for name, value in (("torque", torque), ("speed", speed), ("power", power))
+        }
+        try:
+            point = efficiency_of(read["torque"], read["speed"], read["power"])
+        except EstimationError as error:
+            rows.append({"row": number, "refused": text_of(error).render(translate)})
+            continue
+        rows.append({
+            "row": number, "torque": torque, "speed": speed, "generating": point.generating,
+            "efficiency": _quantity(uncertainties, point.efficiency), "loss": _quantity(uncertainties, point.loss),
+        })  # fmt: skip
+    made["details"]["load_points"] = rows
+    refused = [row for row in rows if "refused" in row]
+    if len(refused) == len(rows):
+        raise InputError(
+            at(str(path), text("no row gives an efficiency: {why}", why=refused[0]["refused"] if refused else ""))
+        )
+    made["warnings"] += [
+        {"id": "", "text": text("row {row}: {why}", row=row["row"], why=row["refused"]).render(translate)}
+        for row in refused
+    ]
+    return made
+
+
+def _quantity(uncertainties: Uncertainties, quantity: Any) -> dict[str, Any]:
+    return MapFigure(float(quantity.x), float(quantity.u), uncertainties.interval(quantity)).as_dict()
+
+
+def _parameter(name: str, unit: str, figure: MapFigure, procedure: str) -> dict[str, Any]:
+    uncertainties = Uncertainties()
+    quantity = uncertainties.statistical(text("the fit"), figure.value, figure.standard_uncertainty, math.inf)
+    made = uncertainties.parameter(name, unit, quantity, procedure=procedure, section="", estimator="")
+    return {**made.as_dict(), "coverage_interval": list(figure.coverage_interval)}
+
+
+def _withheld(names: Sequence[str], cause: str, message: str) -> dict[str, Any]:
+    return {name: {"cause": cause, "message": message, "procedure": "flux-map", "section": ""} for name in names}
+
+
+def _told(path: Path, misfit: Misfit, translate: Translate) -> dict[str, Any]:
+    return {
+        "parameters": {},
+        "withheld": {},
+        "misfit": [misfit_row(finding, translate) for finding in misfit.findings],
+        "assumptions": [],
+        "warnings": [{"id": f.cause.value, "text": sentence(f).render(translate)} for f in misfit.findings],
+        "details": {"source": str(path)},
+    }

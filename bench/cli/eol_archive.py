@@ -1,0 +1,136 @@
+"""`motorbench eol archive` and `motorbench eol restore`: a batch in one file, and back."""
+
+import shutil
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from bench.cli.new_file import refuse_existing
+from bench.cli.output import print_json
+from bench.eol.archive.batch_archive import ArchiveSummary, restore_archive, write_archive
+from bench.eol.store.database import open_database
+from bench.eol.store.faults import StoreError
+from bench.eol.store.records import Records
+from bench.i18n.errors import InputError, at
+from bench.i18n.language import language_of, translator
+from drivers.interfaces.text import reason_of, text, text_of
+
+
+def archive(
+    batch: str,
+    *,
+    out: Annotated[Path, Parameter(name=("--output", "--out"))],
+    records: str = "records.sqlite",
+    runs: Path = Path("runs"),
+    remove: Literal["runs", "all"] | None = None,
+    force: bool = False,
+    language: str = "auto",
+    json: bool = False,
+) -> None:
+    """Write a batch's records, plan and runs into one file, which is read again and compared before anything is removed.
+
+    Parameters
+    ----------
+    batch
+        The batch's name.
+    out
+        The file, a tar compressed by gzip with a manifest of SHA-256.
+    records
+        The records: a SQLite file, or postgresql://USER@HOST/NAME.
+    runs
+        Folder of the batches' folders.
+    remove
+        What is removed afterwards: the folders of its runs, or all, its records too. A motor whose record has gone is
+        taken for one that was never tested.
+    force
+        Overwrite the file where it is there.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    refuse_existing(out, force=force)
+    engine = open_database(records, existing=True)
+    try:
+        summary = write_archive(engine, batch, runs, out)
+        if remove is not None:
+            _remove(Records(engine), batch, runs / batch, records_too=remove == "all")
+    except StoreError as error:
+        raise InputError(text_of(error)) from None
+    finally:
+        engine.dispose()
+    if json:
+        print_json(_plain(out, summary) | {"removed": remove})
+        return
+    said = text(
+        "batch {batch}, motors: {motors}, files: {files}", batch=batch, motors=summary.motors, files=summary.files
+    )
+    print(at(out, said).render(translator(language_of(language))))
+
+
+def restore(
+    file: Path,
+    *,
+    records: str = "records.sqlite",
+    runs: Path = Path("runs"),
+    language: str = "auto",
+    json: bool = False,
+) -> None:
+    """Put an archived batch back: its records and its runs. What is there already stays, a changed archive is refused.
+
+    Parameters
+    ----------
+    file
+        The file that `eol archive` wrote.
+    records
+        The records: a SQLite file, or postgresql://USER@HOST/NAME.
+    runs
+        Folder of the batches' folders.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    engine = open_database(records)
+    try:
+        summary, restored = restore_archive(file, engine, runs)
+    except StoreError as error:
+        raise InputError(text_of(error)) from None
+    finally:
+        engine.dispose()
+    if json:
+        print_json(_plain(file, summary) | {"restored": restored})
+        return
+    said = text(
+        "batch {batch}, motors: {motors}, of these restored: {restored}, files: {files}",
+        batch=summary.batch,
+        motors=summary.motors,
+        restored=restored,
+        files=summary.files,
+    )
+    print(at(file, said).render(translator(language_of(language))))
+
+
+def _remove(records: Records, batch: str, folder: Path, *, records_too: bool) -> None:
+    try:
+        if folder.is_dir():
+            shutil.rmtree(folder)
+    except OSError as error:
+        raise InputError(
+            text("{folder}: the runs cannot be removed: {error}", folder=folder, error=reason_of(error))
+        ) from None
+    if records_too:
+        records.remove(batch)
+
+
+def _plain(file: Path, summary: ArchiveSummary) -> dict[str, object]:
+    return {
+        "file": str(file),
+        "batch": summary.batch,
+        "motors": summary.motors,
+        "files": summary.files,
+        "size": summary.size,
+    }

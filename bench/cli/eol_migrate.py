@@ -1,0 +1,38 @@
+"""`motorbench eol migrate`: a database's tables brought up to this program's version."""
+
+from bench.cli.output import print_json
+from bench.i18n.language import language_of, translator
+from drivers.interfaces.text import text
+
+
+def migrate(*, records: str = "records.sqlite", language: str = "auto", json: bool = False) -> None:
+    """Bring the tables of records up to this program's version; all of it or nothing, and no other command does it.
+
+    Parameters
+    ----------
+    records
+        The records: a SQLite file, or postgresql://USER@HOST/NAME.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.eol.store.database import migrate_database, open_database
+    from bench.eol.store.summing import sum_up
+
+    before, after = migrate_database(records)
+    engine = open_database(records, existing=True)
+    try:
+        tallied = sum_up(engine)
+    finally:
+        engine.dispose()
+    if json:
+        print_json({"before": before, "after": after, "stretches_summed_up": tallied})
+        return
+    said = (
+        text("the tables are of version {after} already", after=after)
+        if before == after
+        else text("the tables are of version {after} now; they were of version {before}", before=before, after=after)
+    )
+    print(said.render(translator(language_of(language))))

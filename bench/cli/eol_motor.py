@@ -1,0 +1,93 @@
+"""`motorbench eol motor`: one motor's tests, and what changed from each to the next."""
+
+import sys
+from dataclasses import asdict
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from bench.cli.output import print_json
+from bench.i18n.errors import InputError
+from bench.i18n.language import language_of, translator
+from drivers.interfaces.text import Text, Translate, text
+from reports.labels import ParameterLabels
+from reports.tables.figures import scale_of
+
+if TYPE_CHECKING:
+    from bench.eol.record import MotorRecord
+    from bench.eol.retest import ChangedFigure
+
+
+def motor(serial_number: str, *, records: str = "records.sqlite", json: bool = False, language: str = "auto") -> None:
+    """Print every test of a motor: when, where, verdict, rework code and the part at fault, and what changed since the one before.
+
+    Parameters
+    ----------
+    serial_number
+        The motor's serial number.
+    records
+        Where the records are kept, as for `eol run`.
+    json
+        Print one JSON object and nothing else.
+    language
+        en, zh, or auto by the locale.
+
+    """
+    from bench.eol.line.record_writer import own_records
+    from bench.eol.retest import changed_figures
+
+    translate = translator(language_of(language))
+    with own_records(records) as kept:
+        tests = kept.of_motor(serial_number)
+    if not tests:
+        raise InputError(text("{records}: has no test of a motor {serial!r}", records=records, serial=serial_number))
+    changes = [(), *(tuple(changed_figures(before, after)) for before, after in pairwise(tests))]
+    if json:
+        print_json(
+            {
+                "serial_number": serial_number,
+                "tests": [
+                    {**_about(test), "changed": [asdict(change) for change in changed]}
+                    for test, changed in zip(tests, changes, strict=True)
+                ],
+            }
+        )
+        return
+    for test, changed in zip(tests, changes, strict=True):
+        _print(test, changed, translate)
+
+
+def _about(test: "MotorRecord") -> dict[str, object]:
+    return {
+        "batch": test.batch,
+        "number": test.number,
+        "station": test.station,
+        "socket": test.socket,
+        "ended": test.ended.isoformat(),
+        "verdict": test.verdict.value,
+        "rework": test.rework,
+        "diagnosis": test.diagnosis,
+        "cause": test.cause,
+    }
+
+
+def _print(test: "MotorRecord", changed: "tuple[ChangedFigure, ...]", translate: Translate) -> None:
+    from bench.eol.labels import label_of
+
+    lines = [label_of(test)]
+    if test.diagnosis or test.cause:
+        lines.append(f"    {test.diagnosis or test.cause}")
+    lines += [f"    {_said(change).render(translate)}" for change in changed]
+    sys.stdout.write("\n".join(lines) + "\n")
+
+
+def _said(change: "ChangedFigure") -> Text:
+    scale = scale_of(change.after, change.unit)
+    return text(
+        "{name}: {before:.4g} → {after:.4g} {unit}, {was} → {now}",
+        name=ParameterLabels({change.parameter: change.label})[change.parameter],
+        before=change.before / scale.factor,
+        after=change.after / scale.factor,
+        unit=scale.unit,
+        was=change.verdict_before,
+        now=change.verdict_after,
+    )

@@ -1,0 +1,108 @@
+"""`motorbench eol motors`: the motors behind a figure, a bin, a failure, and where their runs are."""
+
+import sys
+from dataclasses import asdict
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from bench.cli.output import print_json
+from bench.i18n.errors import UsageError
+from bench.i18n.language import language_of, translator
+from bench.run.console import console_on
+from drivers.interfaces.text import Text, text
+
+
+def motors(
+    *batches: str,
+    records: str = "records.sqlite",
+    model: str = "",
+    parameter: str = "",
+    low: Annotated[float | None, Parameter(name=("--from", "--low"))] = None,
+    high: Annotated[float | None, Parameter(name=("--to", "--high"))] = None,
+    failed: str | None = None,
+    serial: tuple[str, ...] = (),
+    most: int = 100,
+    language: str = "auto",
+    json: bool = False,
+) -> None:
+    """List motors with the folders of their runs: by a parameter's figure, by what they failed at, or by serial number.
+
+    Without --parameter, --failed and --serial: those that did not pass, the latest first.
+
+    Parameters
+    ----------
+    batches
+        The batches' names; all where none is named.
+    records
+        The records: a SQLite file, or postgresql://USER@HOST/NAME.
+    model
+        The type, where the records are of several.
+    parameter
+        Those with a figure of this parameter, the least first: a bin of its histogram by --from and --to.
+    low
+        Least figure, in the parameter's SI unit.
+    high
+        Greatest figure, in the parameter's SI unit.
+    failed
+        Those that failed at this parameter or procedure, the latest first.
+    serial
+        All tests of these motors, in any batch.
+    most
+        How many are listed.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    asked = [name for name, given in (("--parameter", parameter), ("--failed", failed), ("--serial", serial)) if given]
+    if len(asked) > 1:
+        raise UsageError(text("{names} ask for different motors; give one of them", names=" ".join(asked)))
+    if not parameter and (low is not None or high is not None):
+        raise UsageError(text("--from and --to go with --parameter"))
+    if not 1 <= most <= 100_000:
+        raise UsageError(text("--most {most}: 1 to 100000 is allowed", most=most))
+    from bench.eol.line_statistics import known_names
+    from bench.eol.store.database import open_database
+    from bench.eol.store.insertion import settled
+    from bench.eol.store.motors import motors_by_figure, motors_by_serial_number, motors_not_passed
+    from bench.eol.store.selection import choose, golden_motors
+
+    engine = open_database(records, existing=True)
+    try:
+        with settled(engine) as connection:
+            if serial:
+                found = motors_by_serial_number(connection, serial, most)
+            else:
+                selection = choose(connection, batches, model, golden_motors(connection))
+                if parameter:
+                    (name,) = known_names(connection, (parameter,))
+                    found = motors_by_figure(connection, selection, name, low, high, most)
+                else:
+                    found = motors_not_passed(connection, selection, failed or "", most)
+    finally:
+        engine.dispose()
+    if json:
+        print_json({"motors": [_plain(asdict(each)) for each in found]})
+        return
+    from bench.cli.plain_table import plain_table
+    from bench.eol.statistics_messages import VERDICTS
+
+    translate = translator(language_of(language))
+    console = console_on(sys.stdout)
+    heads = [text("Serial number"), text("Batch"), text("Motor"), text("Began (UTC)"), text("Verdict"), Text("")]
+    made = plain_table(translate, *heads, left=2)
+    for each in found:
+        value = "" if each.value is None else f"{each.value:.6g} {each.unit}".rstrip()
+        stamp = f"{each.started:%Y-%m-%d %H:%M:%S}"
+        verdict = VERDICTS[each.verdict].render(translate)
+        made.add_row(each.serial_number, each.batch, str(each.number), stamp, verdict, value)
+    console.print(made)
+    for each in found:
+        # On a line of its own: a path is to be copied whole.
+        console.print(f"{each.serial_number}: {each.run or '–'}", markup=False, soft_wrap=True)
+
+
+def _plain(motor: dict[str, Any]) -> dict[str, Any]:
+    return motor | {"started": motor["started"].isoformat(), "verdict": motor["verdict"].value}

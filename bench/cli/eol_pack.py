@@ -1,0 +1,46 @@
+"""`motorbench eol pack`: the journals of batches that were measured before, compressed."""
+
+from pathlib import Path
+
+from bench.cli.output import print_json
+from bench.i18n.errors import FileError, InputError
+from bench.i18n.language import language_of, translator
+from drivers.interfaces.text import reason_of, text
+
+
+def pack(*batches: str, runs: Path = Path("runs"), language: str = "auto", json: bool = False) -> None:
+    """Pack the journals of runs that have ended, of all batches where none is named; each stays readable where it is.
+
+    Parameters
+    ----------
+    batches
+        The batches' names.
+    runs
+        Folder of the batches' folders.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.eol.line.batch_log import FILE
+    from bench.eol.line.packing import pack_batch
+
+    there = sorted(log.parent.name for log in runs.glob(f"*/{FILE}"))
+    missing = [name for name in batches if name not in there]
+    if not there:
+        raise FileError(text("{runs}: there are no batches; --runs names the folder of their folders", runs=runs))
+    if missing:
+        raise FileError(
+            text(
+                "{runs}: there is no batch {batches}; there are: {names}", runs=runs, batches=missing, names=there[:20]
+            )
+        )
+    try:
+        packed = sum(pack_batch(runs / name) for name in batches or there)
+    except OSError as error:
+        raise InputError(text("{runs}: cannot be packed: {error}", runs=runs, error=reason_of(error))) from None
+    if json:
+        print_json({"packed": packed})
+    else:
+        print(text("packed: {count}", count=packed).render(translator(language_of(language))))

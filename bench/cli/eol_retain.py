@@ -1,0 +1,71 @@
+"""`motorbench eol retain`: what of old motors' runs is removed, by a rule."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+from bench.cli.output import print_json
+from bench.i18n.language import language_of, translator
+from drivers.interfaces.text import text
+
+
+def retain(
+    rule: Path,
+    *,
+    records: str = "records.sqlite",
+    runs: Path = Path("runs"),
+    person: str = "",
+    dry_run: bool = False,
+    language: str = "auto",
+    json: bool = False,
+) -> None:
+    """Remove waveforms and runs of motors that are older than a rule keeps them; records stay. Each removal is logged first.
+
+    Parameters
+    ----------
+    rule
+        The rule's file: tables [waveforms] and [runs] with the days for which they are kept, by verdict: passed, failed,
+        error, aborted. What it does not name is kept.
+    records
+        The records: a SQLite file, or postgresql://USER@HOST/NAME.
+    runs
+        Folder of the batches' folders; the log is its retention.jsonl.
+    person
+        The name of who has it done, for the log.
+    dry_run
+        Only tell what would be removed.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.eol.archive.retention import LOG, due, load_rule, remove
+    from bench.eol.store.database import open_database
+    from bench.eol.store.records import Records
+
+    read = load_rule(rule)
+    counts, size = {"runs": 0, "waveforms": 0}, 0
+    engine = open_database(records, existing=True)
+    try:
+        for removal in due(Records(engine), read, runs, datetime.now(UTC)):
+            if not dry_run:
+                remove(removal, runs / LOG, person)
+            counts[removal.what] += 1
+            size += removal.size
+    finally:
+        engine.dispose()
+    if json:
+        print_json({**counts, "size": size, "removed": not dry_run})
+        return
+    words = (
+        text(
+            "would be removed: runs: {runs}, waveforms of other runs: {waveforms}; {size:.1f} MB",
+            size=size / 1e6,
+            **counts,
+        )
+        if dry_run
+        else text(
+            "removed: runs: {runs}, waveforms of other runs: {waveforms}; {size:.1f} MB", size=size / 1e6, **counts
+        )
+    )
+    print(words.render(translator(language_of(language))))

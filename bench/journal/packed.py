@@ -1,0 +1,127 @@
+"""A journal compressed when its run has ended, without loss: every byte comes back, and readers read it in place.
+
+`journal.packed` is a line that names the format, and an xz stream of the journal's lines. A line of the chain is kept without its
+number and without the hash of the line before, which no compression could shorten and which the lines themselves give again; its
+date is kept in microseconds since the line before, and its time once. Any other line is kept as it is behind an exclamation mark.
+"""
+
+import hashlib
+import io
+import lzma
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import BinaryIO
+
+from bench.i18n.errors import FileError
+from bench.journal.disk import write_file
+from drivers.interfaces.text import text
+
+#: The file's first line; another format gets another number.
+_HEAD = b"motorbench journal, packed 1\n"
+_NAME = "journal.packed"
+#: For short texts with long repetitions: no alignment, more context.
+_FILTERS = [{"id": lzma.FILTER_LZMA2, "preset": 6, "lc": 4, "lp": 0, "pb": 0}]
+#: A journal is not longer than this (bytes): a file that was changed may claim anything.
+_LONGEST = 1 << 30
+_AS_IT_IS = b"!"
+_TIMES = re.compile(rb'"wall":"(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{6}\+00:00)","time":([-+.\de]+),')
+#: Stands for the line's own time further on in it.
+_SAME_TIME = b":~"
+_EPOCH, _MICROSECOND = datetime(2000, 1, 1, tzinfo=UTC), timedelta(microseconds=1)
+
+
+def packed_path(journal: Path) -> Path:
+    """Return where a journal is once it is packed."""
+    return journal.with_name(_NAME)
+
+
+def is_journal(journal: Path) -> bool:
+    """Tell whether there is a journal, packed or not."""
+    return journal.is_file() or packed_path(journal).is_file()
+
+
+def open_journal(journal: Path) -> BinaryIO:
+    """Open a journal for reading, packed or not. Raises OSError; FileError for a packed one that is none."""
+    try:
+        return journal.open("rb")
+    except FileNotFoundError:
+        try:
+            content = packed_path(journal).read_bytes()
+        except FileNotFoundError:
+            pass
+        else:
+            return io.BytesIO(_unpacked(packed_path(journal), content))
+        raise
+
+
+def pack(journal: Path) -> None:
+    """Replace a journal by its packed form, durably and whole or not at all. Raises OSError where it cannot be read or written."""
+    content = journal.read_bytes()
+    packed = _HEAD + lzma.compress(b"\n".join(_shortened(content)), lzma.FORMAT_XZ, filters=_FILTERS)
+    if _unpacked(packed_path(journal), packed) != content:
+        raise OSError(f"{journal}: its packed form does not give it back")
+    write_file(packed_path(journal), packed)
+    journal.unlink()
+
+
+def unpack(journal: Path) -> None:
+    """Have a packed journal as it was written, to be gone on with; one that is not packed stays. Raises OSError, FileError."""
+    packed = packed_path(journal)
+    if packed.is_file() and not journal.is_file():
+        write_file(journal, _unpacked(packed, packed.read_bytes()))
+        packed.unlink()
+
+
+def _shortened(content: bytes) -> Iterator[bytes]:
+    *lines, torn = content.split(b"\n")
+    previous, wall, time = "", _EPOCH, b""
+    for place, line in enumerate(lines, 1):
+        begin, end = _frame(place, previous)
+        inner = line[len(begin) : len(line) - len(end)]
+        found = _TIMES.match(inner)
+        framed = len(line) > len(begin) + len(end) and line.startswith(begin) and line.endswith(end)
+        if found and framed and _SAME_TIME not in inner:
+            now, before = datetime.fromisoformat(found[1].decode()), time
+            time = found[2]
+            rest = inner[found.end() :].replace(b":" + time, _SAME_TIME)
+            yield b"%d,%s,%s" % ((now - wall) // _MICROSECOND, b"" if time == before else time, rest)
+            wall = now
+        else:
+            yield _AS_IT_IS + line
+        previous = hashlib.sha256(line).hexdigest()
+    yield _AS_IT_IS + torn
+
+
+def _restored(lines: list[bytes]) -> Iterator[bytes]:
+    previous, wall, time = "", _EPOCH, b""
+    for place, short in enumerate(lines, 1):
+        if short.startswith(_AS_IT_IS):
+            line = short[1:]
+        else:
+            begin, end = _frame(place, previous)
+            later, another, rest = short.split(b",", 2)
+            wall += int(later) * _MICROSECOND
+            time = another or time
+            stamp = wall.isoformat(timespec="microseconds").encode()
+            rest = rest.replace(_SAME_TIME, b":" + time)
+            line = b'%s"wall":"%s","time":%s,%s%s' % (begin, stamp, time, rest, end)
+        yield line
+        previous = hashlib.sha256(line).hexdigest()
+
+
+def _frame(place: int, previous: str) -> tuple[bytes, bytes]:
+    """Return what stands before and behind what a line of the chain says."""
+    return b'{"n":%d,' % place, b',"previous":"%s"}' % previous.encode()
+
+
+def _unpacked(path: Path, packed: bytes) -> bytes:
+    if packed.startswith(_HEAD):
+        with suppress(lzma.LZMAError, ValueError, OverflowError):
+            reader = lzma.LZMADecompressor(lzma.FORMAT_XZ)
+            content = reader.decompress(packed[len(_HEAD) :], _LONGEST)
+            if reader.eof and not reader.unused_data:
+                return b"\n".join(_restored(content.split(b"\n")))
+    raise FileError(text("{path}: this is no packed journal, or it was changed or cut off", path=path))

@@ -1,0 +1,145 @@
+"""`motorbench analyze flux-map`, `short-circuit`, `efficiency`: tables of others, right and wrong ones."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.cli.analyze_maps import efficiency, flux_map, short_circuit
+from bench.i18n.errors import InputError, UsageError
+from tests.studies.flux_truths import Array, true_motors
+
+MOTOR = true_motors(None)["reluctance, little magnet"]
+GRID = np.array([[d, q] for d in np.linspace(-16.0, 16.0, 9) for q in np.linspace(-16.0, 16.0, 9)])
+
+
+def rows_of(change: Callable[[Array, Array], tuple[Array, Array]] = lambda i, psi: (i, psi)) -> Array:
+    flux = MOTOR.flux(GRID[:, 0] + 1j * GRID[:, 1])
+    return np.hstack(change(GRID, np.column_stack((flux.real, flux.imag))))
+
+
+def written(path: Path, rows: Array, heading: str = "id_A,iq_A,psi_d_Vs,psi_q_Vs") -> Path:
+    path.write_text(
+        heading + "\n" + "\n".join(",".join(f"{x:.9g}" for x in row) for row in rows) + "\n", encoding="utf-8"
+    )
+    return path
+
+
+def analyzed(capsys: pytest.CaptureFixture[str], status: int, made: int) -> dict:
+    assert made == status
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_right_table_gives_its_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path / "map.csv", rows_of())
+    made = analyzed(capsys, 0, flux_map(path, pole_pairs=2.0, voltage=80.0, resistance=0.6, json=True))
+    assert not made["misfit"]
+    assert made["parameters"]["flux_linkage"]["value"] == pytest.approx(0.06, rel=0.01)
+    assert made["parameters"]["d_axis_inductance"]["value"] == pytest.approx(18e-3, rel=0.02)
+    assert made["details"]["symmetric"]
+    assert made["details"]["mtpa"][-1]["angle_degrees"]["value"] == pytest.approx(55.0, abs=5.0)
+    torques = [row["torque"]["value"] for row in made["details"]["largest_torque"]]
+    assert torques == sorted(torques, reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("cause", "change"),
+    [
+        ("axes-swapped", lambda i, psi: (i[:, ::-1], psi)),
+        ("sign-reversed", lambda i, psi: (i * [1.0, -1.0], psi)),
+        ("sign-reversed", lambda i, psi: (i, psi * [1.0, -1.0])),
+        ("currents-outward", lambda i, psi: (-i, psi)),
+        ("turned-180", lambda i, psi: (-i, -psi)),
+        ("other-d-axis", lambda i, psi: (i[:, ::-1] * [1.0, -1.0], psi[:, ::-1] * [1.0, -1.0])),
+    ],
+)
+def test_a_wrong_table_is_found_and_no_figure_given(
+    cause: str,
+    change: Callable[[Array, Array], tuple[Array, Array]],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path = written(tmp_path / "map.csv", rows_of(change))
+    made = analyzed(capsys, 1, flux_map(path, json=True))
+    assert [row["cause"] for row in made["misfit"]] == [cause]
+    assert made["withheld"]["flux_linkage"]["cause"] == cause
+    assert not made["parameters"]
+
+
+def test_holes_a_turn_and_a_wrong_resistance_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    holed = np.delete(rows_of(), 40, axis=0)
+    made = analyzed(capsys, 0, flux_map(written(tmp_path / "holed.csv", holed), json=True))
+    assert "map-holes" in {row["cause"] for row in made["misfit"]}
+
+    def wrong(i: Array, psi: Array) -> tuple[Array, Array]:
+        psi = psi + 1e-3 * np.column_stack((i[:, 1], -i[:, 0]))
+        turn = np.radians(2.0)
+        return i, psi @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+
+    made = analyzed(capsys, 0, flux_map(written(tmp_path / "turned.csv", rows_of(wrong)), json=True))
+    assert {"map-turned", "resistance-left"} <= {row["cause"] for row in made["misfit"]}
+    assert made["details"]["turn_degrees"] == pytest.approx(2.0, abs=0.2)
+
+
+def test_torque_that_was_computed_and_rms_for_peak(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = rows_of()
+    torque = 3.0 * (rows[:, 2] * rows[:, 1] - rows[:, 3] * rows[:, 0])
+    heading = "id_A,iq_A,psi_d_Vs,psi_q_Vs,torque_Nm"
+    path = written(tmp_path / "computed.csv", np.column_stack((rows, torque)), heading)
+    made = analyzed(capsys, 0, flux_map(path, pole_pairs=2.0, json=True))
+    assert [row["cause"] for row in made["misfit"]] == ["torque-computed"]
+    scatter = 1.0 + 0.01 * np.random.default_rng(1).normal(size=torque.size)
+    path = written(tmp_path / "rms.csv", np.column_stack((rows, 2.0 * torque * scatter)), heading)
+    made = analyzed(capsys, 1, flux_map(path, pole_pairs=2.0, json=True))
+    assert [row["cause"] for row in made["misfit"]] == ["rms-for-peak"]
+
+
+def test_columns_are_mapped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path / "map.csv", rows_of() * [1.0, 1.0, 1e3, 1e3], "Strom1,Strom2,F1 [mVs],F2 [mVs]")
+    mapped = ["i_d=Strom1", "i_q=Strom2", "psi_d=F1 [mVs]", "psi_q=F2 [mVs]"]
+    made = analyzed(capsys, 0, flux_map(path, column=mapped, json=True))
+    assert made["parameters"]["flux_linkage"]["value"] == pytest.approx(0.06, rel=0.01)
+    with pytest.raises(InputError, match="no column for"):
+        flux_map(path)
+    with pytest.raises(UsageError, match="no column F3"):
+        flux_map(path, column=["psi_d=F3"])
+
+
+def test_a_short_circuit_whose_drop_contradicts_is_an_alarm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    speed = np.geomspace(10.0, 600.0, 20)
+    flux, l_d, l_q, r = 0.3, 10e-3, 20e-3, 0.5
+    current = flux * speed * np.sqrt(r**2 + (speed * l_q) ** 2) / (r**2 + speed**2 * l_d * l_q)
+    torque = 1.5 * r * current**2 * 2.0 / speed
+    heading = "speed_rad/s,current_A,torque_Nm"
+    path = written(tmp_path / "right.csv", np.column_stack((speed / 2.0, current, torque)), heading)
+    made = analyzed(capsys, 0, short_circuit(path, pole_pairs=2.0, flux_linkage=flux, json=True))
+    assert made["parameters"]["stator_resistance"]["value"] == pytest.approx(r, rel=0.005)
+    assert made["parameters"]["d_axis_inductance"]["value"] == pytest.approx(l_d, rel=0.005)
+    path = written(tmp_path / "wrong.csv", np.column_stack((speed / 2.0, current, 0.8 * torque)), heading)
+    made = analyzed(capsys, 1, short_circuit(path, pole_pairs=2.0, flux_linkage=flux, json=True))
+    assert made["withheld"]["stator_resistance"]["cause"] == "resistances-differ"
+    assert "stator_resistance" not in made["parameters"]
+
+
+def test_efficiency_knows_what_the_rows_share(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(
+        tmp_path / "load.csv", np.array([[10.0, 1500.0, 1700.0], [10.0, 1500.0, 1000.0]]), "torque_Nm,speed_rpm,power_W"
+    )
+    made = analyzed(capsys, 0, efficiency(path, torque_gain=0.2, power_gain=0.1, json=True))
+    good, bad = made["details"]["load_points"]
+    assert good["efficiency"]["value"] == pytest.approx(10.0 * 1500.0 * np.pi / 30.0 / 1700.0)
+    half = 0.5 * np.ptp(good["loss"]["coverage_interval"])
+    assert 1.7 * 0.5 < half < 1570.8 * 0.002 + 1.7
+    assert "come out of" in bad["refused"]
+
+
+def test_a_file_that_is_no_table_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "no.csv"
+    path.write_text("hello", encoding="utf-8")
+    with pytest.raises(InputError, match="heading and rows"):
+        flux_map(path)
+    path.write_text("id_A,iq_A,psi_d_Vs,psi_q_Vs\n1,2,x,4\n", encoding="utf-8")
+    with pytest.raises(InputError, match="line 2, column psi_d_Vs"):
+        flux_map(path)
