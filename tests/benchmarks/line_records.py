@@ -10,7 +10,8 @@ import numpy as np
 import psycopg
 
 from bench.eol.store.database import database_url, open_database
-from bench.eol.store.schema import CHECK, FIGURE, MOTOR
+from bench.eol.store.schema import CHECK, FIGURE, METADATA, MOTOR
+from bench.eol.store.summing import sum_up
 
 #: Parameter, unit, mean, standard deviation; the limits are ± 4 standard deviations, and two processes are off their middle.
 PARAMETERS = (
@@ -33,6 +34,10 @@ def fill(reference: str, motors: int, seed: int = 1) -> None:
         _fill_sqlite(Path(reference), motors, seed)
     else:
         _fill_postgresql(reference, motors, seed)
+    # As a line does at a batch's end.
+    engine = open_database(reference)
+    sum_up(engine)
+    engine.dispose()
 
 
 def _fill_sqlite(path: Path, motors: int, seed: int) -> None:
@@ -42,7 +47,8 @@ def _fill_sqlite(path: Path, motors: int, seed: int) -> None:
     for tables in _chunks(motors, seed):
         for table, rows in tables.items():
             places = ", ".join("?" * len(rows[0]))
-            connection.executemany(f"INSERT INTO {table} VALUES ({places})", rows)  # noqa: S608  names of our own
+            named = _first_columns(table, len(rows[0]))
+            connection.executemany(f"INSERT INTO {table} ({named}) VALUES ({places})", rows)  # noqa: S608  names of our own
         connection.commit()
     connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
     connection.close()
@@ -52,11 +58,18 @@ def _fill_postgresql(reference: str, motors: int, seed: int) -> None:
     with psycopg.connect(reference, autocommit=True) as connection:
         for tables in _chunks(motors, seed):
             for table, rows in tables.items():
-                with connection.cursor().copy(f"COPY {table} FROM STDIN") as copy:
+                with connection.cursor().copy(
+                    f"COPY {table} ({_first_columns(table, len(rows[0]))}) FROM STDIN"
+                ) as copy:
                     for row in rows:
                         copy.write_row(row)
         # What its own service does in the background between one shift and the next.
         connection.execute("VACUUM (ANALYZE)")
+
+
+def _first_columns(table: str, count: int) -> str:
+    """Return the names of a table's first columns; what came later has its default."""
+    return ", ".join([column.name for column in METADATA.tables[table].columns][:count])
 
 
 def _chunks(motors: int, seed: int) -> Iterator[dict[str, list[tuple[Any, ...]]]]:

@@ -4,9 +4,11 @@ Motors a second through the whole example plan with 4 sockets, what a record cos
 the coordinator's memory.
 """
 
+import gc
 import io
 import os
 import threading
+import tracemalloc
 import uuid
 from collections.abc import Sequence
 from contextlib import closing
@@ -19,10 +21,12 @@ from typing import Any
 import pytest
 
 from bench.eol.line.admission import Admission, RefusedSerial
+from bench.eol.line.admission_desk import AdmissionDesk
 from bench.eol.line.batch import run_batch
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog
 from bench.eol.line.coordinator import Coordinator
+from bench.eol.line.golden_gate import GoldenGate
 from bench.eol.line.line_file import load_line
 from bench.eol.line.messages import Batch, Leave, MotorDone, Ready, Task, WorkerSetup
 from bench.eol.line.preparation import BatchRequest
@@ -31,11 +35,14 @@ from bench.eol.line.serial_numbers import generated_serials
 from bench.eol.line.worker_process import ForkServer
 from bench.eol.plan import load_plan
 from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
+from bench.eol.store.claims import SerialClaim
 from bench.eol.store.database import open_database
+from bench.eol.store.earlier_tests import EarlierTest
 from bench.eol.store.spool import Spool
 from bench.eol.verdict import Verdict
 from bench.motor.motor_file import load_motor
 from drivers.interfaces.text import Text
+from tests.bench.eol.line.golden import NoGoldenTests
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "eol"
 
@@ -104,6 +111,31 @@ def test_a_record_in_sqlite(benchmark: Any, tmp_path: Path) -> None:
     writer.close()
 
 
+def test_two_thousand_records_leave_nothing_in_the_writer_s_memory(
+    benchmark: Any, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    motors = 2000 if enabled(request.config) else 300
+    writer = RecordWriter(
+        open_database(str(tmp_path / "records.sqlite")), Spool(tmp_path / "unstored", "records.sqlite")
+    )
+    held: list[int] = []
+
+    def batch() -> None:
+        tracemalloc.start()
+        for number in range(1, motors + 1):
+            writer.save(a_record(number, "b"))
+            if number in (motors // 4, motors):
+                gc.collect()
+                held.append(tracemalloc.get_traced_memory()[0])
+        tracemalloc.stop()
+
+    benchmark.pedantic(batch, rounds=1)
+    assert writer.records.count("b") == motors
+    writer.close()
+    benchmark.extra_info["bytes_more_after_the_first_quarter"] = held[1] - held[0]
+    assert held[1] - held[0] < 200_000
+
+
 class QuickWorker:
     """In place of a worker's process: a thread that measures nothing and is done at once."""
 
@@ -147,6 +179,21 @@ def test_a_hundred_thousand_motors_leave_nothing_in_memory(
     batch_request = BatchRequest(EXAMPLE / "plan.toml", "virtual", tmp_path)
     batch = Batch("b", log.uid, plan, {}, load_motor(plan.motor), line.name, str(tmp_path / "b"), batch_request)
 
+    class NoRegister:
+        """Knows of no tests, so that only the coordinator is measured."""
+
+        def claim(self, wanted: SerialClaim, *, by_person: bool = False) -> None:
+            return None
+
+        def release(self, claim: SerialClaim) -> None:
+            pass
+
+        def tests_here(self, serial_number: str) -> list[EarlierTest]:
+            return []
+
+        def tests_elsewhere(self, serial_number: str) -> list[EarlierTest]:
+            return []
+
     class Counting:
         count = 0
 
@@ -156,8 +203,10 @@ def test_a_hundred_thousand_motors_leave_nothing_in_memory(
                 seen[self.count] = resident()
 
     writer = Counting()
-    serials = generated_serials("V{number:06d}", 1, motors)
-    admission = Admission(serials, [], plan.check_serial, lambda _: None, batch="b", known=0, again=False)
+    serials = generated_serials("V{number:06d}", motors)
+    desk = AdmissionDesk(NoRegister(), plan.check_serial, log.identifier, listener.trouble, "b", line.name, "LG-400W")
+    gate = GoldenGate(plan, {}, [socket.name for socket in line.sockets], NoGoldenTests())
+    admission = Admission(serials, [], desk, gate)
     with closing(ForkServer()) as fork_server:
         coordinator = Coordinator(line, batch, plan.checks, admission, writer, log, listener, fork_server)
         benchmark.pedantic(coordinator.run, rounds=1)

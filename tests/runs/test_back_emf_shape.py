@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from bench.motor.motor_file import load_motor
@@ -12,6 +13,7 @@ from procedures.core.parameters import PARAMETERS
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors, ScopeErrors
 from tests.runs.on_bench import measure, within
+from tests.studies.random_motors import draw_motor
 
 FILE = load_motor("lg-400w")
 MOTOR, PLATE = FILE.virtual_motor(), FILE.nameplate
@@ -88,6 +90,29 @@ def test_exchanged_probes_tell_a_channel_s_gain_from_a_phase():
     assert within(thrice, 0.0)
     assert thrice.value < 0.06
     assert thrice.standard_uncertainty < 0.03
+
+
+def test_the_largest_of_three_is_held_on_motors_without_a_defect():
+    """Whichever phase is off the most was not chosen beforehand: an interval for one of them is too narrow for it."""
+    held = []
+    for index in range(30):
+        motor, plate = draw_motor(np.random.default_rng([4, index]))
+        plate = replace(plate, pole_pairs=motor.pole_pairs)
+        with VirtualBench(motor, seed=index, sockets=False) as bench:
+            result = measure(bench, plate, "back-emf-shape", "exchange=true")
+        for name in ("back_emf_unbalance", "back_emf_angle_deviation"):
+            low, high = result.parameter(name).coverage_interval
+            held.append(low <= 0.0 <= high)
+    assert np.mean(held) >= 0.9
+
+
+def test_harmonics_are_seen_whatever_the_pole_pairs_which_nobody_stated():
+    many = replace(MOTOR, pole_pairs=20, flux_harmonics=((11, 0.01, 0.0), (37, 0.01, 0.0)))
+    with VirtualBench(many, seed=1, sockets=False) as bench:
+        result = measure(bench, replace(PLATE, pole_pairs=None), "back-emf-shape")
+    assert within(result.parameter("back_emf_thd"), 100.0 * math.hypot(0.01, 0.01))
+    assert len(result.findings["harmonics"]) == 40
+    assert result.findings["harmonics"][36] == pytest.approx(1.0, rel=0.1)
 
 
 @pytest.mark.parametrize("shares", [(1.0, 0.9, 1.0), (0.93, 1.0, 1.05)])

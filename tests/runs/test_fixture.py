@@ -31,6 +31,7 @@ def events(given):
     return [{"kind": read["kind"], **read["data"]} for read in map(json.loads, lines)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motor", ["lg-400w", "outrunner-delta"])
 def test_every_figure_holds_the_truth(motorbench, motor):
     status, given = by_fixture(motorbench, *PLAN, motor=motor)

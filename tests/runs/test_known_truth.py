@@ -4,7 +4,9 @@ import math
 
 import pytest
 
-SHIPPED = ("lg-400w", "ipmsm", "outrunner-delta", "gimbal", "drone", "92bl-30-25l")
+SHIPPED = ("lg-400w", "ipmsm", "ipmsm-map", "outrunner-delta", "gimbal", "drone", "92bl-30-25l")
+#: In every suite; the others among the slow tests.
+QUICK = ("lg-400w", "outrunner-delta")
 MEASURED = {
     "pole_pairs",
     "stator_resistance",
@@ -30,7 +32,7 @@ def demo(motorbench_once):
     return completed(motorbench_once, "lg-400w")
 
 
-@pytest.mark.parametrize("motor", SHIPPED)
+@pytest.mark.parametrize("motor", [pytest.param(m, marks=() if m in QUICK else pytest.mark.slow) for m in SHIPPED])
 def test_every_figure_holds_the_truth(motorbench_once, motor):
     given = completed(motorbench_once, motor)
     parameters = given["parameters"]
@@ -48,6 +50,7 @@ def test_a_clean_bench_shows_nothing_beyond_the_model(demo):
     assert demo["withheld"] == {}
 
 
+@pytest.mark.slow
 def test_two_runs_with_one_seed_give_the_same_figures(demo, motorbench):
     figures = [
         {n: (p["value"], p["standard_uncertainty"]) for n, p in given["parameters"].items()}
@@ -86,6 +89,7 @@ def test_weak_alignment_is_a_warning(motorbench):
     assert "E11" in {w["id"] for w in given["warnings"]}
 
 
+@pytest.mark.slow
 def test_torque_from_shaft_power(motorbench):
     _, given = motorbench(
         "run", "inertia", "--station", "virtual", "--motor", "lg-400w", "--set", "torque_source=power"
@@ -117,6 +121,7 @@ def test_sweep_that_is_too_quick_is_noticed(motorbench):
     assert "rough-sweep" in {w["id"] for w in given["warnings"]} or given["status"] == "failed"
 
 
+@pytest.mark.slow
 def test_saturation_shows_as_a_curve_that_depends_on_the_direction(motorbench):
     _, given = motorbench(
         *("run", "dq-inductance-time-constant", "--station", "virtual", "--motor", "ipmsm"),

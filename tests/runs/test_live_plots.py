@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 
 from bench.motor.motor_file import load_motor
 from bench.operators.stored_plot import restore_plot, store_plot
@@ -11,7 +12,10 @@ from procedures.core.bench import Bench
 from procedures.core.live_plot import LivePlot
 from sim_instruments.bench import VirtualBench
 from sim_instruments.clock.virtual_clock import VirtualClock
+from tests.runs.flux_bench import flux_bench, map_of, motor_on
 from tests.runs.on_bench import measure
+from tests.runs.test_flux_map import PLATE as MADE_PLATE
+from tests.sim_instruments.flux_maps import MADE
 from tests.studies.measured_motor import NoRecord
 
 
@@ -87,6 +91,42 @@ def test_a_coast_shows_its_end_while_it_is_read_and_both_models_then() -> None:
     assert both.lower is not None
     linear, quadratic = (float(np.std(curve.y)) for curve in both.lower.curves)
     assert quadratic <= linear
+
+
+def extent(plot: LivePlot) -> float:
+    """The area (A²) of the box round the lines of equal flux linkage; nothing without a line."""
+    lines = [curve for curve in plot.upper.curves if curve.manner is Manner.FIT]
+    if not lines:
+        return 0.0
+    x, y = (np.concatenate([getattr(curve, axis) for curve in lines]) for axis in "xy")
+    return float(np.ptp(x) * np.ptp(y))
+
+
+@pytest.mark.slow
+def test_a_flux_map_grows_over_the_plane_of_currents() -> None:
+    watching = Watching()
+    with flux_bench(motor_on(MADE.map(80.0), resistance=0.02, pole_pairs=4), MADE_PLATE, seed=3) as bench:
+        found = map_of(bench, MADE_PLATE, "locations=20", onlooker=watching)
+    planned = found.findings["readings"]
+    assert len(watching.plots) == planned
+    for number, plot in enumerate(watching.plots, 1):
+        by = {curve.manner: curve for curve in plot.upper.curves}
+        assert by[Manner.READING].x.size == number
+        assert by[Manner.TO_COME].x.size == planned - number
+    # Lines of equal flux linkage come as soon as the readings tell them, and reach as far as those do.
+    assert extent(watching.plots[0]) == 0.0
+    assert 0.0 < extent(watching.plots[planned // 4]) < extent(watching.plots[-1])
+    # The first look is near to the map, and no larger than it: the polygon of the currents read lies within their circle.
+    first_look = str(watching.plots[-1].said[-1])
+    torque = float(first_look.rpartition(" to ")[2].removesuffix(" N·m"))
+    assert 0.8 < torque / found.findings["mtpa"][-1]["torque"]["value"] < 1.02
+
+
+def test_open_terminals_show_emf_and_drag_as_they_are_read() -> None:
+    plots = shown("open-circuit", "speeds=5")
+    first_pass = plots[-5:]
+    assert [plot.upper.curves[0].x.size for plot in first_pass] == [1, 2, 3, 4, 5]
+    assert all(plot.lower is not None and plot.lower.curves[0].x.size == n for n, plot in enumerate(first_pass, 1))
 
 
 def test_nobody_is_shown_what_nobody_looks_at() -> None:

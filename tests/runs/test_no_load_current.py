@@ -7,9 +7,11 @@ import pytest
 
 from bench.motor.motor_file import load_motor
 from procedures.core.bench import ProcedureError
+from procedures.core.procedure_error import OnlyBoundedError
 from procedures.verification.verifier import WiringError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import DynamometerErrors, Errors
+from sim_instruments.physics.defects import rubbing, shorted_turns
 from tests.runs.on_bench import measure, within
 
 FILE = load_motor("lg-400w")
@@ -50,6 +52,33 @@ def test_the_transducer_s_zero_and_gain_cancel():
     assert max(torque, default=0.0) < 1e-6 * found.value
 
 
+@pytest.mark.parametrize("torque", [0.02, 0.2, 1.5])
+def test_a_rotor_that_rubs_once_a_turn_is_measured(torque):
+    with VirtualBench(replace(MOTOR, rubbing_torque=torque), seed=2, sockets=False) as bench:
+        result = measure(bench, PLATE, NAME)
+    found = result.parameter("no_load_current")
+    assert within(found, truth(MOTOR, PLATE) + 0.5 * torque / MOTOR.torque_constant)
+    assert found.standard_uncertainty < 0.02 * found.value
+    # The transducer's filter, which the station does not state, takes a third off.
+    assert 0.25 * torque < result.findings["drag_once_a_turn"] < 0.55 * torque
+
+
+@pytest.mark.parametrize("peak", [0.3, 3.0])
+def test_a_drag_that_is_too_uneven_for_the_readings_is_bounded_from_below(peak):
+    motor = rubbing(MOTOR, peak)
+    with (
+        VirtualBench(motor, seed=2, sockets=False) as bench,
+        pytest.raises(OnlyBoundedError, match="A at least") as unclear,
+    ):
+        # Too few to tell what repeats every turn from the mean.
+        measure(bench, PLATE, NAME, "readings=4")
+    error = unclear.value
+    assert error.parameter == NAME.replace("-", "_")
+    # It drags by the mean of (1 + cos φ)/2 of the peak besides.
+    mean = truth(replace(MOTOR, coulomb_friction=MOTOR.coulomb_friction + 0.5 * peak), PLATE)
+    assert 0.0 < error.low < mean
+
+
 def test_a_tare_that_is_known_need_not_be_measured():
     with VirtualBench(MOTOR, seed=2, sockets=False) as bench:
         tare = measure(bench, PLATE, NAME).findings["tare"]
@@ -72,3 +101,11 @@ def test_a_current_that_moves_nothing_is_refused():
         pytest.raises(ProcedureError, match="Raise current_share"),
     ):
         measure(bench, PLATE, NAME, "current_share=0.0003")
+
+
+def test_shorted_turns_brake_with_and_without_a_current():
+    with VirtualBench(shorted_turns(MOTOR, 0.05), seed=2, sockets=False) as bench:
+        result = measure(bench, PLATE, NAME)
+    # A third of the torque is that winding's. The drag of the loop is alike in both readings, and leaves their difference alone.
+    assert result.findings["torque_per_ampere"] == pytest.approx(MOTOR.torque_constant * (1.0 - 0.05 / 3.0), rel=0.01)
+    assert result.parameter("no_load_current").value > 5.0

@@ -49,6 +49,7 @@ def test_ranges_that_nothing_fills_are_refused():
         verified(UNIT, None, "voltage_ranges=[400.0]", "current_ranges=[400.0]")
 
 
+@pytest.mark.slow
 def test_what_follows_is_corrected_in_this_run_and_in_another(motorbench, tmp_path, capsys):
     arguments = ("run", "back-emf-constant", "--station", "virtual", "--motor", "lg-400w")
     _, both = motorbench(arguments[0], "probe-verification", *arguments[1:])

@@ -9,7 +9,16 @@ import pytest
 from bench.captures.catalogue import CaptureFilesOptions
 from bench.captures.oscilloscope import CaptureFilesOscilloscope
 from bench.motor.motor_file import load_motor
-from drivers.interfaces import Accuracy, ChannelSettings, MeasurementError, Oscilloscope, ProbeKind, Trigger, Waveform
+from drivers.interfaces import (
+    Accuracy,
+    AcquisitionType,
+    ChannelSettings,
+    MeasurementError,
+    Oscilloscope,
+    ProbeKind,
+    Trigger,
+    Waveform,
+)
 from drivers.interfaces.text import Text
 from drivers.manual.options import ManualOscilloscopeOptions
 from drivers.manual.oscilloscope import ManualOscilloscope
@@ -33,7 +42,13 @@ class Screen:
         super().configure_channel(channel, settings)
         self.instrument.configure_channel(channel, settings)
 
-    def configure_acquisition(self, record_time: float, points: int, pre_trigger: float = 0.0) -> None:
+    def configure_acquisition(
+        self,
+        record_time: float,
+        points: int,
+        pre_trigger: float = 0.0,
+        acquisition: AcquisitionType = AcquisitionType.NORMAL,
+    ) -> None:
         super().configure_acquisition(record_time, points, pre_trigger)
         self.instrument.configure_acquisition(record_time, max(points, 5000), pre_trigger)
 

@@ -38,6 +38,7 @@ class Words(HTMLParser):
         self.text += data.replace("\N{NO-BREAK SPACE}", " ")
 
 
+@pytest.mark.slow
 def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
     code, out, _ = call("demo", "--language", "en", "--seed", "5")
     assert code == 0
@@ -84,6 +85,15 @@ def test_from_the_demo_to_page_and_pdf(call: Call) -> None:
 
     # A report changes nothing of what it is proven by.
     assert call("results", "verify", folder.name, "--sha256", end.last_hash)[0] == 0
+
+
+def test_the_report_names_the_motor_by_the_number_that_was_typed(call: Call, tmp_path: Path) -> None:
+    typed = ("--serial-number", "SN-0815", "--runs", str(tmp_path))
+    assert call("run", "nameplate", "--station", "virtual", "--motor", "lg-400w", *typed)[0] == 0
+    assert call("report", "latest", "--runs", str(tmp_path), "--language", "both")[0] == 0
+    page = next(tmp_path.glob("*/report-*.html"))
+    assert "SN-0815" in Words(page.read_text(encoding="utf-8")).text
+    assert "SN-0815" in "".join(one.extract_text() for one in pages_of(page.with_suffix(".pdf").read_bytes()))
 
 
 def test_fits_in_the_findings_are_those_of_the_stored_records(motorbench, tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from bench.safety.shutdown import shut_down
 from bench.safety.station_instruments import StationInstruments
 from bench.station.shutdown_sequence import ShutdownSequence
 from bench.station.visa_library import StationVisa
-from bench.virtual.virtual_station import virtual_station
+from bench.virtual.virtual_station import dq_inverter_for, virtual_station
 from drivers.interfaces import InstrumentError
 from procedures.core.bench import Bench, ProcedureError
 from procedures.core.events import ActionStarted, Event, StepStarted
@@ -35,6 +35,7 @@ from procedures.core.result import ProcedureResult
 from procedures.core.setup_change import Change, ChangeSetup
 from procedures.estimation.fitting.fit import EstimationError
 from sim_instruments.bench import VirtualBench
+from sim_instruments.catalogue import standard_units
 from tests.studies.measured_motor import NoRecord
 
 #: A motor with Hall sensors and a six-step drive, so that every procedure can be carried out.
@@ -44,17 +45,19 @@ _BESIDE: Mapping[str, frozenset[str]] = {
     "supply": frozenset({"supply", "voltmeter", "channel"}),
     "inverter": frozenset({"inverter", "channel"}),
     "drive": frozenset({"drive", "channel"}),
-    "dynamometer": frozenset({"inverter", "drive", "channel"}),
+    "dynamometer": frozenset({"inverter", "drive", "channel", "link"}),
     "insulation_tester": frozenset({"insulation"}),
     "lcr_meter": frozenset({"lcr"}),
 }
 _METERS = frozenset({"voltmeter", "channel"})
+#: Leads that feed nothing by themselves.
+_PASSIVE = _METERS | {"link"}
 
 
 def kind_of(lead: str) -> str:
     """Return what a lead belongs to, as the rules here call it."""
     return next(
-        kind for kind in ("supply", "lcr", "inverter", "drive", "insulation", *_METERS) if lead.startswith(kind)
+        kind for kind in ("supply", "lcr", "inverter", "drive", "insulation", "link", *_METERS) if lead.startswith(kind)
     )
 
 
@@ -120,7 +123,7 @@ class Watch(NoRecord):
             if any(count > 0 for count in self.on.values()) and (change.lead or "couple" in change.kind.value):
                 self._say(f"{change.kind.value} {change.lead} while {dict(self.on)} is on")
             self._apply(change)
-            source = change.kind.value in ("put on", "move") and kind_of(change.lead) not in _METERS
+            source = change.kind.value in ("put on", "move") and kind_of(change.lead) not in _PASSIVE
             if sources_on and change.kind.value == "put on" and not source:
                 self._say(f"{change.lead} put on after a source")
             sources_on = sources_on or source
@@ -179,9 +182,14 @@ def carried_out(plan: Sequence[str], seed: int) -> tuple[Watch, list[str], list[
     file, watch = load_motor(MOTOR), Watch()
     plate = replace(file.nameplate, insulation_test_voltage=500.0)
     ended, refused, results = list[str](), list[str](), list[ProcedureResult]()
-    with VirtualBench(file.virtual_motor(), seed=seed, six_step=file.six_step, sockets=False, fixture=True) as virtual:
+    # One inverter turns a field at a frequency, the other regulates d and q: each plan has one of them.
+    dq = dq_inverter_for(plate) if seed % 2 else None
+    units = standard_units(six_step=True, fixture=True, dq_inverter=dq)
+    with VirtualBench(
+        file.virtual_motor(), units, seed=seed, six_step=file.six_step, sockets=False, fixture=True
+    ) as virtual:
         instruments = StationInstruments(
-            virtual_station(virtual.addresses()),
+            virtual_station(virtual.addresses(), dq),
             plate,
             virtual.clock,
             watch,

@@ -20,6 +20,7 @@ _CIA402 = ("cia402-inverter", "cia402-rotor-actuator", "cia402-six-step")
 #: The modules that are changed, and the drivers that are made of each.
 TARGETS: Mapping[str, Sequence[str]] = {
     "drivers.bases.scpi_supply": ("keysight-e36300", "scpi-supply"),
+    "drivers.bases.supply_output": ("keysight-e36300", "scpi-supply"),
     "drivers.keysight.e36300": ("keysight-e36300",),
     "drivers.keysight.e36300_protection": ("keysight-e36300",),
     "drivers.keysight.e4980a": ("keysight-e4980a",),

@@ -119,7 +119,7 @@ def played_line(folder: Path) -> Iterator[None]:
             )
         )
     channel.begun(BatchMotor(5, "LG-2026-000005"), "5")
-    channel.open(folder, lambda _: None)
+    channel.open(folder, lambda _: None, lambda _serial, _person: None)
     try:
         yield
     finally:

@@ -10,6 +10,8 @@ from tests.studies.coverage import by_cluster, by_workers, measure_some, study
 from tests.studies.measured_motor import Figure, Measured, measure, study_plan
 from tests.studies.tally import COUNTS, Row, Tally, lines
 
+pytestmark = pytest.mark.slow
+
 MOTORS = 4
 
 

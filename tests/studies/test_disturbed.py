@@ -49,6 +49,7 @@ def test_two_causes_meet_in_one_procedure() -> None:
             assert {cause.name, other.name} != {"saturation", "second-time-constant"}
 
 
+@pytest.mark.slow
 def test_a_motor_depends_on_seed_index_and_cause_only() -> None:
     cause = BY_ROW["skew · dq-inductance-time-constant"]
     alone = measure_disturbed(4, 2, cause)
@@ -58,6 +59,7 @@ def test_a_motor_depends_on_seed_index_and_cause_only() -> None:
     assert measure_disturbed(4, 2, cause, two=True) != alone
 
 
+@pytest.mark.slow
 def test_a_clean_bench_has_the_figures_and_no_failure() -> None:
     rows = disturbed(1, 2, 1, ("none",))
     assert set(rows) == {cause.row for cause in CLEAN}

@@ -1,5 +1,7 @@
 """Hostile states in small: refused by name, right once the keys are pressed, given back, and nothing left on."""
 
+import pytest
+
 from tests.studies import hostile_checks
 from tests.studies.coverage import measure_some
 from tests.studies.hostile_states import FOUND, PRESSED, Became, from_state, lines
@@ -24,6 +26,7 @@ def test_checks_are_right_too_or_refused_with_the_key() -> None:
     assert (became.left_on, became.not_given_back, became.words) == (0, {}, {})
 
 
+@pytest.mark.slow
 def test_a_motor_is_not_held_at_a_speed_limit_that_was_left_in_torque_control() -> None:
     became = hostile_checks.from_state(5, ("equivalent-resistance",), 1)
     assert became.counts["equivalent-resistance", PRESSED, "other reason"] == 0

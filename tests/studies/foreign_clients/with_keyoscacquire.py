@@ -31,3 +31,10 @@ for form in ("BYTE", "WORD", "ASCii"):
             ),
             lambda found: trace_is_right(found),
         )
+# The client takes the block's ten characters of header off for the series 2000 X alone, which it was written with.
+scope._model_series = "2000"
+calls.make(
+    "set_options_get_trace(ASCii, NORMal), header taken off as of a 2000 X",
+    lambda: scope.set_options_get_trace([1], wav_format="ASCii", acq_type="NORMal", num_points=2000),
+    lambda found: trace_is_right(found),
+)

@@ -13,7 +13,7 @@ _VALUE = re.compile(r"^\[(\d+)\]:\s+(-?\d+)", re.MULTILINE)
 
 def poll(way: str, unit: int, table: str, start: int, *words: str) -> dict[int, int]:
     """Have mbpoll do one thing, and return the registers that it shows."""
-    how = ["-m", "tcp", "-p", _PORT] if way == "tcp" else ["-m", "rtu", "-b", "38400", "-P", "none"]
+    how = ["-m", "tcp", "-p", _PORT] if way == "tcp" else ["-m", "rtu", "-b", "9600", "-P", "none"]
     where, values = ("127.0.0.1" if way == "tcp" else _TERMINAL), [word for word in words if word.isdigit()]
     options = [word for word in words if not word.isdigit()]
     command = ["mbpoll", *how, "-a", str(unit), "-t", table, "-r", str(start), "-0", "-1", *options, where, *values]

@@ -9,7 +9,7 @@ port = address("dynamometer", "rtu").removeprefix("rtu://").partition("?")[0]
 def unit(number: int) -> minimalmodbus.Instrument:
     """Return a unit on the line."""
     made = minimalmodbus.Instrument(port, number, close_port_after_each_call=True)
-    made.serial.baudrate, made.serial.timeout = 38400, 1.0
+    made.serial.baudrate, made.serial.timeout = 9600, 1.0
     return made
 
 

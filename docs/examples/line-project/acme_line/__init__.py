@@ -1,0 +1,1 @@
+"""What a line of Acme has of its own."""
