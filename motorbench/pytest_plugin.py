@@ -11,7 +11,8 @@ from motorbench import shadowed
 
 if TYPE_CHECKING:
     from bench.motor.motor_file import MotorFile
-    from bench.testing import BenchUnderTest, PlanUnderTest, Ran
+    from bench.testing import PlanUnderTest, Ran
+    from bench.testing.benches import BenchUnderTest
     from bench.testing.conformance.kit import Conformance
     from sim_instruments.server.served_bench import ServedBench
 
@@ -33,14 +34,19 @@ def virtual_motor(own_packages: None) -> "Callable[..., MotorFile]":
 
 @pytest.fixture
 def virtual_bench(own_packages: None) -> "Iterator[Callable[..., BenchUnderTest]]":
-    """Make a virtual bench in this process: `virtual_bench(motor, seed=1, faults=["supply: silence at 12"])`; it is closed after."""
-    from bench.testing import BenchUnderTest
+    """Make a virtual bench in this process: `virtual_bench(motor, seed=1, faults=["supply: silence at 12"])`; it is closed after.
+
+    What else it takes are BenchUnderTest's arguments: `fixture=True`, `station="bench.toml"`, `drive`, `options`, `disturbances`.
+    """
     from bench.testing import virtual_motor as motor_of
+    from bench.testing.benches import BenchUnderTest
 
     opened: list[BenchUnderTest] = []
 
-    def make(motor: "MotorFile | str" = "lg-400w", *, seed: int = 0, faults: Sequence[str] = ()) -> BenchUnderTest:
-        opened.append(BenchUnderTest(motor_of(motor) if isinstance(motor, str) else motor, seed, faults))
+    def make(
+        motor: "MotorFile | str" = "lg-400w", *, seed: int = 0, faults: Sequence[str] = (), **how: Any
+    ) -> BenchUnderTest:
+        opened.append(BenchUnderTest(motor_of(motor) if isinstance(motor, str) else motor, seed, faults, **how))
         return opened[-1]
 
     yield make
@@ -69,8 +75,12 @@ def served_bench(own_packages: None) -> "Iterator[Callable[..., ServedBench]]":
 
 @pytest.fixture
 def run_procedure(own_packages: None, tmp_path: Path) -> "Callable[..., Ran]":
-    """Measure a virtual motor: `run_procedure("back-emf-constant", motor=…, seed=1, faults=[…], settings={"repeats": 3})`."""
-    from bench.testing import run_procedures
+    """Measure a virtual motor: `run_procedure("back-emf-constant", motor=…, seed=1, faults=[…], settings={"repeats": 3})`.
+
+    `fixture=True` has relays and an actuator work in place of hands, `station="bench.toml"` that file's drivers with their
+    simulated instruments, `disturbances="dirt.toml"` a bench that something disturbs, `drawn_errors=True` instruments that err.
+    """
+    from bench.testing import BenchAsked, run_procedures
     from bench.testing import virtual_motor as motor_of
 
     def run(
@@ -79,19 +89,30 @@ def run_procedure(own_packages: None, tmp_path: Path) -> "Callable[..., Ran]":
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,
         faults: Sequence[str] = (),
+        fixture: bool = False,
+        station: Path | str = "virtual",
+        disturbances: Path | str | None = None,
+        drawn_errors: bool = False,
     ) -> "Ran":
         made = motor_of(motor) if isinstance(motor, str) else motor
-        return run_procedures(names, made, tmp_path / "runs", seed=seed, settings=settings or {}, faults=faults)
+        dirt = None if disturbances is None else Path(disturbances)
+        bench = BenchAsked(str(station), "fixture" if fixture else "virtual", dirt, drawn_errors)
+        return run_procedures(
+            names, made, tmp_path / "runs", seed=seed, settings=settings or {}, faults=faults, bench=bench
+        )
 
     return run
 
 
 @pytest.fixture
-def eol_plan(own_packages: None, tmp_path: Path) -> "Callable[[Path | str], PlanUnderTest]":
-    """Read an end-of-line plan: `eol_plan("plan.toml").measure(flux_linkage=0.012).verdict`."""
+def eol_plan(own_packages: None, tmp_path: Path) -> "Callable[..., PlanUnderTest]":
+    """Read an end-of-line plan: `eol_plan("plan.toml").measure(flux_linkage=0.012).verdict`, on the bench that `eol run` has.
+
+    `station="line.toml"` takes a station file's drivers with their simulated instruments, `operator="virtual"` virtual hands.
+    """
     from bench.testing import PlanUnderTest
 
-    return lambda path: PlanUnderTest(Path(path), tmp_path / "runs")
+    return lambda path, **how: PlanUnderTest(Path(path), tmp_path / "runs", **how)
 
 
 @pytest.fixture
