@@ -129,7 +129,7 @@ def test_a_modbus_module_that_says_nothing_clear(
 ) -> None:
     module.reply = reply
     with pytest.raises(error, match=message):
-        contact(opened, module.address, ModbusInterlockOptions(0, timeout=0.05)).closed()
+        contact(opened, module.address, ModbusInterlockOptions(0, timeout=2.0 if reply else 0.05)).closed()
 
 
 def test_a_modbus_module_that_is_not_there(module: Module, opened: list[Interlock]) -> None:

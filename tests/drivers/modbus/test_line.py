@@ -36,7 +36,7 @@ def test_a_late_reply_is_not_taken_for_another(server: TcpServer) -> None:
             return b""
         return late[0] + reply
 
-    line = open_line(server.address, "dynamometer", timeout=0.05)
+    line = open_line(server.address, "dynamometer", timeout=0.5)
     assert line.read(2, 0x20, 2, "speed decimals") == [0, 2]
     server.garble = hold_back
     assert line.read(2, 0x08, 2, "torque decimals") == [0, 4]
@@ -45,7 +45,7 @@ def test_a_late_reply_is_not_taken_for_another(server: TcpServer) -> None:
 
 
 def test_fewer_registers_than_asked(server: TcpServer) -> None:
-    line = open_line(server.address, "dynamometer", timeout=0.05)
+    line = open_line(server.address, "dynamometer", timeout=2.0)
     server.garble = lambda reply: reply[:4] + b"\0\x05" + reply[6:8] + b"\x02" + reply[9:11]
     with pytest.raises(CommunicationError, match="1 registers instead of 2"):
         line.read(2, 0x20, 2, "speed decimals")

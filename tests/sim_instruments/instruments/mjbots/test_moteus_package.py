@@ -292,7 +292,7 @@ def test_two_clients_see_the_same_drive() -> None:
 
 def test_it_is_discovered_and_reached_by_its_uuid() -> None:
     async def work(c: Any) -> None:
-        (found,) = await c.transport.discover(timeout=0.05)
+        (found,) = await c.transport.discover(timeout=0.5)
         assert found.can_id == 5
         by_uuid = moteus.Controller(id=moteus.DeviceAddress(uuid=found.uuid), transport=c.transport)
         assert (await by_uuid.query()).values[R.MODE] == 0
