@@ -41,7 +41,9 @@ async def used(c: Any) -> list[int]:
     stream = moteus.Stream(c, use_flow_control=False)
     assert float(await stream.command(b"conf get servo.max_current_A", allow_any_response=True)) == 30.0
     found = await stream.read_data("servo_control")
-    assert (found.i_d_A, found.i_q_A) == (-1.0, 2.0)
+    # The currents take some milliseconds of the wall's time to come.
+    while (found.i_d_A, found.i_q_A) != pytest.approx((-1.0, 2.0), rel=1e-4):
+        found = await stream.read_data("servo_control")
     assert found.q_V == pytest.approx(0.5 * 2.0, abs=0.3)
     modes.append((await c.query()).values[R.MODE])
     await c.set_stop(query=True)
