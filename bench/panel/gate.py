@@ -19,8 +19,8 @@ _LARGEST_UNKNOWN = 1 << 14
 _LARGEST = 1 << 20
 #: A body is there within this time (s).
 _BODY_TIME = 20.0
-#: Whether somebody has left is known within this time (s).
-_LOOK = 0.05
+#: Whether somebody has left is known within this time (s), also where much else goes on; only who waits for nothing any more waits for it.
+_LOOK = 2.0
 #: What servers note of a request that was left (no standard's number).
 _LEFT = 499
 LOGIN = "/login"
