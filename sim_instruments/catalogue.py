@@ -4,7 +4,7 @@ They are found by the entry-point group `motorbench.simulated_instruments`.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoints, entry_points
@@ -136,11 +136,20 @@ DQ_INVERTER = "mjbots-moteus"
 
 
 def standard_units(
-    *, six_step: bool = False, fixture: bool = False, dq_inverter: Options | None = None
+    *,
+    six_step: bool = False,
+    fixture: bool = False,
+    dq_inverter: Options | None = None,
+    dc_voltage: float | None = None,
 ) -> Sequence[SimulatedUnit]:
-    """Return the units of a standard virtual bench; with `dq_inverter`, its inverter's options, d and q currents can be commanded."""
+    """Return the units of a standard virtual bench; with `dq_inverter`, its inverter's options, d and q currents can be commanded.
+
+    `dc_voltage` (V) is the other inverter's DC link.
+    """
     names = {**STANDARD, **(SIX_STEP if six_step else {}), **(FIXTURE if fixture else {})}
     units = {role: SimulatedUnit(find(name)) for role, name in names.items()}
     if dq_inverter is not None:
         units["inverter"] = SimulatedUnit(find(DQ_INVERTER), options=dq_inverter)
+    elif dc_voltage is not None:
+        units["inverter"] = replace(units["inverter"], options={"dc_voltage": dc_voltage})
     return list(units.values())

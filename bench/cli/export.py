@@ -14,6 +14,7 @@ from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import Translate, text
 
 if TYPE_CHECKING:
+    from bench.journal.finished_run import FinishedRun
     from reports.exports.target import Sheet, Target
 
 #: No current loop is faster (Hz).
@@ -47,7 +48,7 @@ def export(
     for_
         A target by its name, as --list gives them:
         vesc, odrive (firmware 0.5), odrive-0.6, simplefoc, moteus, ti, st, mathworks, motulator, gym-electric-motor, json, csv, c-header,
-        or of a flux map: motulator-map, mathworks-lut, c-tables or flux-map-csv.
+        mdf4 (the waveforms, to a file), or of a flux map: motulator-map, mathworks-lut, c-tables or flux-map-csv.
     list_
         List the targets and where each comes from.
     station
@@ -115,6 +116,14 @@ def export(
     read = read_run(run, runs)
     exports = catalogues_of_run(read.start.software).exports
     target = exports.need(for_, lambda why: UsageError(at(f"--for {for_}", why)))
+    if target.write_records is not None and output is None:
+        raise UsageError(
+            text(
+                "--for {name}: the file is binary; say where it goes with --output FILE{suffix}",
+                name=target.name,
+                suffix=target.suffix,
+            )
+        )
     if as_detected and not target.as_detected:
         raise UsageError(
             text(
@@ -142,7 +151,7 @@ def export(
         ) from None
     content = target.write(sheet)
     if output is not None:
-        write_new(output, content, force=force)
+        write_new(output, _file_content(target, content, read), force=force)
     for reason in sheet.left_out:
         print(f"motorbench: left out: {reason.render(translate)}", file=sys.stderr)
     for notice in sheet.subject.warnings:
@@ -153,6 +162,25 @@ def export(
         sys.stdout.write(content)
         sys.stdout.flush()
     return 0
+
+
+def _file_content(target: "Target", content: str, read: "FinishedRun") -> str | bytes:
+    from bench.report.exporting import records_of
+
+    if target.write_records is None:
+        return content
+    records = records_of(read)
+    try:
+        return target.write_records(content, read.started, records)
+    except ModuleNotFoundError as missing:
+        raise InputError(
+            text(
+                "--for {name} needs {module}: install the extra, pip install 'motorbench[{extra}]'",
+                name=target.name,
+                module=str(missing.name),
+                extra="mdf",
+            )
+        ) from None
 
 
 def _list(station: str, translate: Translate, *, json: bool) -> int:

@@ -15,20 +15,21 @@ def refuse_existing(file: Path, *, force: bool) -> None:
         raise _existing(file)
 
 
-def write_new(file: Path, content: str, *, force: bool) -> None:
+def write_new(file: Path, content: str | bytes, *, force: bool) -> None:
     """Write a file whole or not at all; one that is there with the same content stays.
 
     Raises UsageError where it is there with another and may not be overwritten, InputError where it cannot be written.
     """
+    data = content.encode() if isinstance(content, str) else content
     part = file.with_name(f".{file.name}.{os.getpid()}")
     try:
         if file.exists():
-            if file.is_file() and file.read_bytes() == content.encode():
+            if file.is_file() and file.read_bytes() == data:
                 return
             if not force:
                 raise _existing(file)
-        with part.open("w", encoding="utf-8", newline="") as draft:
-            draft.write(content)
+        with part.open("wb") as draft:
+            draft.write(data)
             draft.flush()
             os.fsync(draft.fileno())
         part.replace(file)

@@ -103,9 +103,10 @@ def serve(
     from bench.virtual.port_file import load_ports
     from bench.virtual.served_station import station_to_serve
     from bench.virtual.true_values import true_values
-    from bench.virtual.virtual_station import describe
+    from bench.virtual.virtual_station import dc_voltage_for, describe
     from procedures.known_parameters import known_parameters
     from sim_instruments.bench import BenchSetting
+    from sim_instruments.catalogue import standard_units
     from sim_instruments.clock.paced_clock import FASTEST, SLOWEST
     from sim_instruments.server.endpoints import PATIENT
 
@@ -158,6 +159,9 @@ def serve(
             "watchdog_relay": watchdog_relay,
             "hostile": hostile,
         }
+        more["units"] = standard_units(
+            six_step=read.six_step is not None, fixture=fixture, dc_voltage=dc_voltage_for(read.nameplate)
+        )
         own = None
         if disturbances is not None:
             more["setting"] = BenchSetting(disturbances=load_disturbances(disturbances))

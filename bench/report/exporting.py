@@ -1,10 +1,14 @@
 """From a run's record to what is exported of it."""
 
+from bench.i18n.errors import FileError, InputError
 from bench.journal.finished_run import FinishedRun
+from bench.journal.waveforms import read_waveform, waveform_names
 from bench.plugins.files import catalogues_of_run
+from drivers.interfaces.text import text
 from procedures.known_parameters import givers
 from reports.exports.exported_map import ExportedMap, exported_map
 from reports.exports.subject import Datasheet, Subject, doubtful, pole_pairs_doubt
+from reports.exports.target import Recorded
 
 
 def subject_of(run: FinishedRun) -> Subject:
@@ -30,6 +34,21 @@ def subject_of(run: FinishedRun) -> Subject:
         withheld=found.withheld,
         flux_map=_map_of(run),
     )
+
+
+def records_of(run: FinishedRun) -> list[Recorded]:
+    """Return the run's waveforms. Raises InputError where it has none, FileError for a file that is not whole."""
+    made = []
+    for file in sorted(run.folder.waveforms.glob("*.h5")):
+        try:
+            made.append(Recorded(file.stem, {name: read_waveform(file, name) for name in waveform_names(file)}))
+        except (OSError, RuntimeError, ValueError) as error:
+            raise FileError(
+                text("{path}: the waveforms cannot be read: {reason}", path=file, reason=str(error))
+            ) from None
+    if not made:
+        raise InputError(text("{path}: the run has no waveforms", path=run.folder.path))
+    return made
 
 
 def _map_of(run: FinishedRun) -> ExportedMap | None:

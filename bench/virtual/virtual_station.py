@@ -11,7 +11,7 @@ from sim_instruments.catalogue import DQ_INVERTER
 #: What the virtual units' individual errors are drawn from.
 _PROBE_SOURCE = "within the limits of the virtual oscilloscope"
 _UNIT_SOURCE = "specification of the virtual unit"
-#: A virtual inverter for d- and q-axis currents has this bus voltage (V) and this current (A, peak) at least.
+#: A virtual inverter has this bus voltage (V) at least, one for d- and q-axis currents this current (A, peak).
 _LEAST_BUS, _LEAST_CURRENT = 48.0, 30.0
 #: An address as the virtual bench gives it: text, or for a CAN node its parts.
 Address = str | Mapping[str, str | int]
@@ -120,9 +120,14 @@ def virtual_station(addresses: Mapping[str, Address], dq_inverter: Mapping[str, 
     return make_station(describe(addresses, dq_inverter=dq_inverter), VIRTUAL, fixed.encode())
 
 
+def dc_voltage_for(nameplate: Nameplate) -> float:
+    """Return the DC link's voltage (V) of a virtual inverter that carries a motor."""
+    return max(_LEAST_BUS, nameplate.rated_voltage or 0.0)
+
+
 def dq_inverter_for(nameplate: Nameplate) -> Mapping[str, Any]:
     """Return the ratings of a virtual inverter for d- and q-axis currents that carries a motor, larger than the real one if need be."""
-    voltage = max(_LEAST_BUS, nameplate.rated_voltage or 0.0)
+    voltage = dc_voltage_for(nameplate)
     current = max(_LEAST_CURRENT, nameplate.current_bound)
     return {
         "dc_voltage": voltage,

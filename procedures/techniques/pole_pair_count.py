@@ -49,7 +49,8 @@ def ratio(frequency: float, uncertainty: float, speed: Reading) -> FrequencyRati
     if speed_rpm < 1.0:
         raise ProcedureError(
             text(
-                "the tachometer reads {speed:.3g} rpm at {frequency:.4g} Hz: the rotor does not turn",
+                "the tachometer reads {speed:.3g} rpm at {frequency:.4g} Hz: the rotor does not turn. Lower the frequency or "
+                "raise the current; the inverter's DC link may be too low for the motor at this frequency",
                 speed=speed_rpm,
                 frequency=frequency,
             )

@@ -1,9 +1,12 @@
 """A controller's file: its fields, each with the quantity behind it, and the sheet of figures that it is written from."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from drivers.interfaces.text import Text, text
 from reports.exports.checks import ExportRefusedError, UncertaintyBounds, objections
@@ -82,6 +85,38 @@ class Sheet:
         raise KeyError(name)
 
 
+class Waveform(Protocol):
+    """Samples of a channel: time (s) and values (n,) in `unit`, `resolution` one step of the converter."""
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Time of each sample (s)."""
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """Samples."""
+
+    @property
+    def unit(self) -> str:
+        """Unit of the samples."""
+
+    @property
+    def resolution(self) -> float:
+        """One step of the converter, in that unit; 0 where unknown."""
+
+    @property
+    def clipped(self) -> bool:
+        """Whether the record was driven out of range."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A record of a run by its name, and its waveforms by channel."""
+
+    name: str
+    waveforms: Mapping[str, Waveform]
+
+
 @dataclass(frozen=True)
 class Target:
     """A controller or simulator that parameters can be written for; `write` gives the file's text, `suffix` its usual ending.
@@ -89,6 +124,7 @@ class Target:
     One without fields takes every parameter as it was measured. `current_loop` gives the fields of the current loop's gains for a
     bandwidth (Hz). `as_detected` are the fields that differ where the file is to hold what the controller's own detection would have
     stored, for a firmware that counts on it. One that is `of_map` takes the run's flux map, whatever its fields are.
+    `write_records` makes a binary file of a run's waveforms, from the text, when the run began (ISO 8601) and the records.
     """
 
     name: str
@@ -99,6 +135,7 @@ class Target:
     current_loop: Callable[[float], Sequence[Field]] | None = None
     as_detected: Sequence[Field] = ()
     of_map: bool = False
+    write_records: Callable[[str, str, Iterable[Recorded]], bytes] | None = None
 
     def all_fields(self, bandwidth: float | None, loop_rate: float | None, *, as_detected: bool) -> list[Field]:
         """Return the fields, with the current loop's gains where a `bandwidth` (Hz) is given, for a loop of so many samples a second."""
@@ -147,7 +184,7 @@ def sheet_for(
     elif not target.fields:
         # Whatever the run has is asked for: what it withheld is told, and where that is all there is nothing to write.
         told = {(name, ""): why[0].sentence for name, why in subject.withheld.items()}
-        if not subject.parameters:
+        if not subject.parameters and target.write_records is None:
             reasons = told or {("", ""): text("no parameter was measured")}
         left_out |= told
     if reasons:

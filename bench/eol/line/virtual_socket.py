@@ -19,11 +19,11 @@ from bench.run.simulation import InProcessSimulation
 from bench.station.sharing import Sharing
 from bench.station.station_file import Station
 from bench.station.visa_library import StationVisa
-from bench.virtual.virtual_station import virtual_station
+from bench.virtual.virtual_station import dc_voltage_for, virtual_station
 from drivers.interfaces import Clock
 from procedures.core.bench import Role
 from sim_instruments.bench import BenchSetting, VirtualBench
-from sim_instruments.catalogue import FIXTURE, SimulatedUnit, find
+from sim_instruments.catalogue import FIXTURE, SimulatedUnit, find, standard_units
 from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.faults.description import Description
 from sim_instruments.instruments.errors import Errors
@@ -135,9 +135,12 @@ class VirtualSocket:
                 with_fixture(context, lambda: float(bench.world.truth()["winding_temperature"])) if fixture else context
             )
 
-    def _units(self, *, fixture: bool) -> Sequence[SimulatedUnit] | None:
+    def _units(self, *, fixture: bool) -> Sequence[SimulatedUnit]:
+        motor = self._motors.motor
         if self._twin is None:
-            return None
+            return standard_units(
+                six_step=motor.six_step is not None, fixture=fixture, dc_voltage=dc_voltage_for(motor.nameplate)
+            )
         hands = [SimulatedUnit(find(name)) for name in FIXTURE.values()] if fixture else []
         return [*(each.unit for each in self._counterparts.values()), *hands]
 

@@ -13,6 +13,7 @@ def _stage(options: Options) -> InverterStage:
     usual = InverterStage()
     frequency = options.get("maximum_frequency")
     return InverterStage(
+        dc_voltage=options.get("dc_voltage") or usual.dc_voltage,
         maximum_current=options.get("maximum_current") or usual.maximum_current,
         maximum_frequency=frequency or usual.maximum_frequency,
         frequency_ramp=max(20.0, frequency / 50.0) if frequency else usual.frequency_ramp,

@@ -20,7 +20,7 @@ from reports.exports.exported_map import exported_map
 from reports.exports.subject import Subject
 from reports.exports.target import sheet_for
 from tests.reports.exports.map_subject import MAPS, PAIRS, REACH, findings, law
-from tests.reports.exports.readers import moteus
+from tests.reports.exports.readers import moteus, vesc
 from tests.reports.exports.test_in_simulators import executed
 
 Make = Callable[..., Subject]
@@ -142,6 +142,36 @@ def test_moteus_gets_the_slope_of_its_chord(subject: Subject) -> None:
     # The firmware: L_d + scale·min(i_d, 0), and λ + L·i_d is the flux linkage. This motor's L_d rises towards −d.
     inductance = 2.5e-4 + read["motor.inductance_d_scale"] * -20.0
     assert 0.016 + inductance * -20.0 == pytest.approx(float(law(-20.0, 0.0)[0]), rel=1e-6)
+
+
+def test_vescs_observer_finds_the_magnets_at_every_current(subject: Subject) -> None:
+    content = written("vesc", subject)
+    read = vesc(content)
+    assert read["foc_sat_comp_mode"] == 1
+    # As the firmware has it, foc_observer_update: the share is of l_current_max, the difference of Ld and Lq stays.
+    limit = float(re.search(r"l_current_max = ([\d.]+) A", content)[1])
+    assert limit == REACH
+    mean, difference = 3.25e-4, 1.5e-4
+    i_q = np.linspace(1.0, REACH, 25)
+    psi_d, psi_q = law(0.0, i_q)
+
+    def angle(factor: float) -> float:
+        inductance = mean * (1.0 - factor * i_q / limit) + difference / 2.0
+        return float(np.degrees(np.max(np.abs(np.arctan2(psi_q - inductance * i_q, psi_d)))))
+
+    without, compensated = angle(0.0), angle(read["foc_sat_comp"])
+    assert compensated < 0.4 * without
+    assert compensated < angle(1.3 * read["foc_sat_comp"])
+    assert f"{without:.1f}" in content
+
+
+def test_a_motor_that_does_not_saturate_gets_no_factor(make_subject: Make) -> None:
+    made = findings()
+    q = np.array(made["grid"]["i_q"])
+    made["grid"]["psi_q"] = (4e-4 * q * (1.0 + (q / 60.0) ** 2) + np.zeros((q.size, 1))).tolist()
+    sheet = sheet_for(installed().exports["vesc"], make_subject(flux_map=exported_map("flux-map", made)))
+    assert {"allowed is 0 to 1" in str(reason) for reason in sheet.left_out} == {True}
+    assert all("sat_comp" not in line.name for line in sheet.lines)
 
 
 def test_without_a_map_moteus_has_no_scale_and_says_nothing(make_subject: Make) -> None:
