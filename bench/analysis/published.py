@@ -137,11 +137,11 @@ def _of_csv(path: Path, content: str) -> Iterator[PublishedFigure]:
     at_current: tuple[int, float] | None = None
     for number, heading in enumerate(rows[0]):
         name, unit = split_heading(heading)
-        factor = (si(unit) or ("", 1.0))[1] if unit else 1.0
         if name.lower() in _CURRENTS and at_current is None:
-            at_current = number, factor
+            at_current = number, _factor(path, heading, unit, "A")
         elif name.lower() in _COLUMNS:
-            columns[number] = _COLUMNS[name.lower()], factor
+            parameter = _COLUMNS[name.lower()]
+            columns[number] = parameter, _factor(path, heading, unit, PARAMETERS[parameter].unit)
     for line, row in enumerate(rows[1:], 2):
         try:
             current = None if at_current is None else float(row[at_current[0]]) * at_current[1]
@@ -151,6 +151,23 @@ def _of_csv(path: Path, content: str) -> Iterator[PublishedFigure]:
             raise InputError(
                 at(str(path), text("line {line}: a number is wanted in every column of the heading", line=line))
             ) from None
+
+
+def _factor(path: Path, heading: str, unit: str, wanted: str) -> float:
+    """Return what a column's figures are multiplied by to be in SI. Raises InputError where its unit is not one of `wanted`."""
+    known = si(unit) if unit else None
+    if known is None or known[0] != wanted:
+        raise InputError(
+            at(
+                str(path),
+                text(
+                    "line 1: column '{name}' has no unit of {unit} in its heading; write it in brackets, as in ({unit}) or (µ{unit})",
+                    name=heading.strip(),
+                    unit=wanted,
+                ),
+            )
+        )
+    return known[1]
 
 
 def _nothing(path: Path) -> InputError:

@@ -106,7 +106,11 @@ class Capture:
         """Return the time axis (s). Raises CaptureError where the capture has none."""
         if self.time is None:
             raise CaptureError(
-                self.source, text("there is no time column; name the first column 'time (s)'"), self.line_of(-1)
+                self.source,
+                text(
+                    "there is no time column; name the first column 'time (s)', or say which one it is with --time-column"
+                ),
+                self.line_of(-1),
             )
         return self.time
 

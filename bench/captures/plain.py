@@ -125,8 +125,9 @@ _ABSCISSAE = {"time": text("time"), "angle": text("angle")}
 def _place(path: Path, columns: list[CaptureChannel], wanted: str) -> int:
     """Return the index of a column by its name, or by its number from 1. Raises CaptureError for one that is not there."""
     names = [column.name.lower() for column in columns]
-    if wanted.lower() in names:
-        return names.index(wanted.lower())
+    for name in (wanted.lower(), split_heading(wanted)[0].lower()):
+        if name in names:
+            return names.index(name)
     if wanted.isdecimal() and 1 <= int(wanted) <= len(columns):
         return int(wanted) - 1
     raise CaptureError(

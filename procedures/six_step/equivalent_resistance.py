@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from functools import reduce
 from typing import ClassVar
 
 from GTC.lib import UncertainReal
@@ -24,7 +25,7 @@ from procedures.six_step.parts import Parts
 from procedures.six_step.point_reading import read_point
 from procedures.six_step.settings import EquivalentResistanceSettings
 from procedures.six_step.split import Split, split_point
-from procedures.six_step.winding_data import winding_data
+from procedures.six_step.winding_data import UNKNOWN, winding_data
 from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
 from procedures.techniques.temperature_settings import COLD
 
@@ -68,6 +69,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
 
     def measure(self) -> None:
         """Load the running motor, and split what the bus sees."""
+        self._refuse_unknown()
         points = self.load_points()
         loads, parts = self.emf(points)
         splits = self.equivalent_resistance(loads, parts)
@@ -207,17 +209,22 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         share = 2.0 / 3.0 if self.is_delta else 2.0
         return 2.0 * float(parts.switch_resistance.x) + share * float(parts.winding.resistance_at(temperature).x)
 
+    def _refuse_unknown(self) -> None:
+        """Refuse a run without the earlier results that it needs, all of them at once and before anything is connected."""
+        missing = [each for each in self.wanted_before(self.settings, self.nameplate) if each not in self.known]
+        reasons = {str(each): each for each in (self.why_unknown(name, UNKNOWN[name]) for name in missing)}
+        if reasons:
+            both = reduce(
+                lambda first, then: text("{needed}; {withheld}", needed=first, withheld=then), reasons.values()
+            )
+            raise ProcedureError(both)
+
     def _torques(self) -> list[float]:
         bound = self.bench.dynamometer.maximum_torque
         if self.settings.loads:
             wanted = sorted(self.settings.loads)
         else:
-            constant = self.known_value("torque_constant")
-            if constant is None:
-                needed = text(
-                    "no torque constant is known, so no load can be chosen; run torque-constant first, or set loads=[…]"
-                )
-                raise ProcedureError(self.why_unknown("torque_constant", needed))
+            constant = self.known["torque_constant"].value
             wanted = sorted(share * constant * self.nameplate.rated_current for share in self.settings.load_shares)
         if wanted[-1] > bound or wanted[0] <= 0.0:
             raise ProcedureError(

@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping
 from GTC.lib import UncertainReal
 
 from drivers.interfaces.text import Text, text
-from procedures.core.bench import ProcedureError
 from procedures.core.budget import Uncertainties
 from procedures.core.result import Parameter
 from procedures.six_step.parts import WindingData
@@ -14,6 +13,17 @@ from procedures.techniques.temperature_correction import MAGNET_SPREAD
 from procedures.techniques.temperature_settings import COLD
 
 Tell = Callable[[str, Text], None]
+
+_INDUCTANCE = text("L11 − L12 is not known; run an inductance procedure first, or set winding_inductance=…")
+#: What is said where an earlier result is neither there nor set.
+UNKNOWN: Mapping[str, Text] = {
+    "torque_constant": text(
+        "no torque constant is known, so no load can be chosen; run torque-constant first, or set loads=[…]"
+    ),
+    "stator_resistance": text("R_11 is not known; run stator-resistance first, or set winding_resistance=…"),
+    "d_axis_inductance": _INDUCTANCE,
+    "q_axis_inductance": _INDUCTANCE,
+}
 
 
 def winding_data(
@@ -25,10 +35,7 @@ def winding_data(
     delta: bool,
     tell: Tell,
 ) -> WindingData:
-    """Return the winding; `start` (°C) is its temperature as the run begins. What is assumed is told.
-
-    Raises ProcedureError where nothing is known of R_11 or L11 − L12.
-    """
+    """Return the winding; `start` (°C) is its temperature as the run begins. What is assumed is told."""
     whole = 3.0 if delta else 1.0
     reference = settings.winding_resistance_temperature
     if settings.winding_resistance is not None:
@@ -41,10 +48,8 @@ def winding_data(
             tell,
             "winding_resistance_uncertainty",
         )
-    elif "stator_resistance" in known:
-        resistance, reference = whole * unc.of_parameter(known["stator_resistance"]), COLD
     else:
-        raise ProcedureError(text("R_11 is not known; run stator-resistance first, or set winding_resistance=…"))
+        resistance, reference = whole * unc.of_parameter(known["stator_resistance"]), COLD
     beta = settings.magnet_coefficient
     # Between not at all and as much as the winding do the magnets warm while the motor runs.
     reach = 0.5 * unc.limit("magnets' warming over the winding's", 1.0, 1.0) if beta else 0.5
@@ -75,10 +80,6 @@ def _inductance(
             unc,
             tell,
             "winding_inductance_uncertainty",
-        )
-    if not {"d_axis_inductance", "q_axis_inductance"} <= set(known):
-        raise ProcedureError(
-            text("L11 − L12 is not known; run an inductance procedure first, or set winding_inductance=…")
         )
     d, q = (unc.of_parameter(known[f"{axis}_axis_inductance"]) for axis in "dq")
     mean: UncertainReal = whole * 0.5 * (d + q)

@@ -150,10 +150,11 @@ def test_a_run_without_it_cannot_be_predicted_from(motorbench):
     assert "motorbench run equivalent-resistance" in made["error"]
 
 
-def test_no_load_can_be_chosen_without_a_torque_constant(motorbench):
+def test_all_that_is_needed_before_is_told_at_once(motorbench):
     status, given = motorbench("run", "equivalent-resistance", "--station", "virtual", "--motor", MOTOR)
     assert status == 1
-    assert "set loads" in given["cause"]
+    for setting in ("set loads", "set winding_resistance", "set winding_inductance"):
+        assert given["cause"].count(setting) == 1, given["cause"]
 
 
 def _at_speed(bridge, speed):

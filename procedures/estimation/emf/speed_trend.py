@@ -25,6 +25,8 @@ _LAWS: tuple[tuple[str, Callable[[FloatArray], FloatArray], bool], ...] = (
 )
 #: A trend is seen where chance gives it in three of a thousand; a law is accepted where chance leaves as much in one of twenty.
 _CHANCE, _ACCEPTED = 3e-3, 0.05
+#: Differences within the stated limits of gain are a trend where a law's slope is beyond what it leaves, by chance so rarely.
+_DESPITE_LIMITS = 1e-3
 #: A law that leaves so little more than the best one is its rival.
 _RIVAL = 12.0
 #: From so many speeds on a law's intercept is believed.
@@ -80,8 +82,8 @@ def over_speeds(
     """Return one flux linkage from those at several electrical frequencies (Hz), with their own standard uncertainties, (N,).
 
     `common` is a standard uncertainty that all of them share, with its degrees of freedom, as channels that differ have it; `gain_limit`
-    is the stated limit of gain: a range is changed between speeds, and differences within it are expected. Raises
-    EstimationError where nothing is given, or values are no numbers.
+    is the stated limit of gain: a range is changed between speeds, and differences within it are expected, unless they follow a law
+    over five speeds and more. Raises EstimationError where nothing is given, or values are no numbers.
     """
     over = _of_their_own(frequencies, values, uncertainties, gain_limit)
     if not common:
@@ -118,9 +120,13 @@ def _of_their_own(frequencies: ArrayLike, values: ArrayLike, uncertainties: Arra
     p_value = float(special.chdtrc(v.size - 1, np.sum(((v - weighted) / u) ** 2)))
     apart = float(np.max(np.abs(v / weighted - 1.0)))
     distinct = np.unique(np.round(np.log(f), 2)).size
-    if apart <= gain_limit or distinct < 2:
+    if distinct < 2:
         return OverSpeeds(mean, spread, freedom, p_value)
     laws = tuple(_law(name, shape, with_value, f, v, u) for name, shape, with_value in _LAWS)
+    if apart <= gain_limit and not (
+        p_value <= _CHANCE and distinct >= _ENOUGH and any(_despite_limits(law, v.size) for law in laws)
+    ):
+        return OverSpeeds(mean, spread, freedom, p_value)
     if p_value > _CHANCE:
         # A trend that is not seen may be there as far as its slope exceeds chance.
         hidden = [(law.value - mean) ** 2 * (1.0 - 1.0 / max(law.slope**2, 1.0)) for law in laws if law.has_value]
@@ -148,6 +154,12 @@ def _of_their_own(frequencies: ArrayLike, values: ArrayLike, uncertainties: Arra
     farthest = max(*reached, float(np.max(np.abs(v - mean))))
     answer = Answer.WIDENED if farthest <= max(_NEAR, gain_limit) * abs(mean) else Answer.WITHHELD
     return OverSpeeds(mean, math.hypot(spread, farthest / math.sqrt(3.0)), math.inf, p_value, "", laws, found(answer))
+
+
+def _despite_limits(law: Law, count: int) -> bool:
+    """Whether a law's slope stands out from what it leaves of `count` figures, as it does not where each range errs by itself."""
+    left = max(law.chi_squared / (count - 2), 1.0)
+    return float(special.fdtrc(1, count - 2, law.slope**2 / left)) < _DESPITE_LIMITS
 
 
 def _law(

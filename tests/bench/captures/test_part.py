@@ -17,7 +17,7 @@ def table(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("column", ["clock", "Clock", "2"])
+@pytest.mark.parametrize("column", ["clock", "Clock", "clock (s)", "2"])
 def test_a_part_of_a_record_by_its_own_time(table: Path, column: str) -> None:
     capture = read_capture(table, selection=CapturePart(0.0105, 0.05, column))
     assert (capture.times()[0], capture.times()[-1]) == pytest.approx((0.011, 0.05))
@@ -67,3 +67,10 @@ def test_a_file_that_says_its_coupling_counts(tmp_path: Path, said: str, couplin
     first = [f"Record Length,4,,{rows[0]}", f"Source,CH1,,{rows[1]}", f"Vertical Coupling,{said},,{rows[2]}"]
     path.write_text("\n".join([*first, f",,,{rows[3]}"]) + "\n", encoding="utf-8")
     assert read_capture(path).channels[0].coupling == coupling
+
+
+def test_a_record_without_a_time_says_how_to_name_it(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text("n,u,i\n0,1,2\n1,1,2\n", encoding="utf-8")
+    with pytest.raises(CaptureError, match="say which one it is with --time-column"):
+        read_capture(path).times()

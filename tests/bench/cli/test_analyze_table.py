@@ -55,6 +55,9 @@ def test_columns_take_their_units(tmp_path: Path, capsys: pytest.CaptureFixture[
         ("id (A),Ld (H)\n1\n", "line 2"),
         ('{"ld": [{"d_A": 0, "L_d_H": NaN}]}', "no number"),
         ("", "no figures in it"),
+        ("id (A),Ld\n0,60\n", r"column 'Ld' has no unit of H"),
+        ("id (A),Ld (Ohm)\n0,60e-6\n", r"column 'Ld \(Ohm\)' has no unit of H"),
+        ("id (V),Ld (H)\n0,60e-6\n", r"column 'id \(V\)' has no unit of A"),
     ],
 )
 def test_what_cannot_be_read_is_refused(tmp_path: Path, content: str, said: str) -> None:

@@ -62,6 +62,23 @@ def test_a_trend_within_the_stated_gain_is_not_told_twice() -> None:
     assert not over.misfit
 
 
+def test_a_law_over_many_speeds_is_told_within_the_stated_gain() -> None:
+    values = 3e-3 * (1 - 0.02 * FREQUENCIES / 340) + np.random.default_rng(3).normal(0, 2e-7, 6)
+    over = over_speeds(FREQUENCIES, values, np.full(6, 2e-7), gain_limit=0.04)
+    assert over.misfit.findings[0].cause is Cause.SPEED_TREND
+    assert abs(over.value - 3e-3) < 3 * over.uncertainty
+
+
+def test_ranges_that_err_by_themselves_are_no_trend() -> None:
+    said = 0
+    for seed in range(300):
+        random = np.random.default_rng(seed)
+        own = 3e-3 * 10 ** random.uniform(-5, -2.5)
+        values = 3e-3 * (1 + random.uniform(-0.01, 0.01, 6)) + random.normal(0, own, 6)
+        said += bool(over_speeds(FREQUENCIES, values, np.full(6, own), gain_limit=0.02).misfit)
+    assert said <= 3
+
+
 def test_what_channels_differ_by_is_not_averaged_away_over_speeds() -> None:
     records = [Combined(3e-3, 2e-5, 2.0, scatter=2e-5)] * 4
     over = over_records(FREQUENCIES[:4], records)
