@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError, Parameter
 
-from bench.i18n.errors import FileError, InputError, UsageError, message
+from bench.i18n.errors import FileError, InputError, UsageError, fault, message
 from drivers.interfaces.text import text
 
 #: Exit statuses: something failed or was withheld; the command line was wrong, or a file that it names cannot be used.
@@ -181,11 +181,7 @@ def _unexpected(given: list[str], error: Exception) -> int:
 
     if isinstance(error, InstrumentError | ProcedureError):
         return _refuse(given, error, FAILED)
-    said = text(
-        "a fault of the program: {kind}: {error}; please report it with what you typed",
-        kind=type(error).__name__,
-        error=error,
-    )
+    said = text("a fault of the program: {fault}; please report it with what you typed", fault=fault(error))
     return _refuse(given, InputError(said), FAILED)
 
 

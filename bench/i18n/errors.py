@@ -1,5 +1,7 @@
 """What a person can put right: bad files, bad arguments, runs that cannot go on."""
 
+from os.path import basename
+
 from drivers.interfaces.text import Text, Translate, lines, text, text_of
 
 
@@ -38,6 +40,16 @@ def told(cause: BaseException) -> Text:
     named = said if said.render() else as_said(type(cause).__name__)
     notes = [as_said(note) for note in getattr(cause, "__notes__", ())]
     return lines([named, *notes]) if notes else named
+
+
+def fault(error: BaseException) -> Text:
+    """Return what an error in a program says, ours or a plug-in's: its kind, and the file and line that raised it."""
+    place, trace = type(error).__name__, error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    if trace is not None:
+        place += f" ({basename(trace.tb_frame.f_code.co_filename)}:{trace.tb_lineno})"
+    return at(place, told(error))
 
 
 #: Where there is nothing to say.

@@ -4,8 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from bench.i18n.errors import InputError, at
 from bench.motor.motor_file import MotorFile
 from bench.operators.virtual import VirtualOperator
+from bench.plugins.catalogue import reason
 from bench.rehearsal.assumed import Assumption, assumed_drive, assumed_motor
 from bench.rehearsal.counterparts import counterparts_of, twin_station
 from bench.run.context import RunContext
@@ -30,7 +32,10 @@ class Twin:
 
 @contextmanager
 def twin_of(station: Station, motor: MotorFile, seed: int) -> Iterator[Twin]:
-    """Give the twin; nothing of the station is opened. Raises InputError for a motor file that does not go with a drive."""
+    """Give the twin; nothing of the station is opened.
+
+    Raises InputError for a motor file that does not go with a drive, and naming a simulated instrument that fails when it is made.
+    """
     assumed: tuple[Assumption, ...] = ()
     truth, six_step = motor.virtual, motor.six_step
     if truth is None:
@@ -47,6 +52,7 @@ def twin_of(station: Station, motor: MotorFile, seed: int) -> Iterator[Twin]:
             differences.append(text("{role}: the twin has none; what it does, virtual hands do there", role=role.value))
     units = [counterpart.unit for counterpart in counterparts.values()]
     with VirtualBench(truth, units, seed=seed, six_step=six_step, sockets=False) as bench:
+        _make(bench, station)
         context = RunContext(
             twin_station(station, counterparts, bench),
             bench.clock,
@@ -55,3 +61,16 @@ def twin_of(station: Station, motor: MotorFile, seed: int) -> Iterator[Twin]:
             InProcessSimulation(bench, truth, six_step),
         )
         yield Twin(context, assumed, tuple(differences))
+
+
+def _make(bench: VirtualBench, station: Station) -> None:
+    """Make the simulated instruments that are others' now, so that one that fails is named."""
+    known = station.catalogues.simulated_instruments
+    for role, entry in station.entries.items():
+        name = entry.driver.simulated
+        if name in known.names and role.value in bench.roles and known.origin(name).name != "motorbench":
+            try:
+                bench.instrument(role.value)
+            except Exception as error:
+                why = text("simulated instrument {name}: {why}", name=name, why=reason(error))
+                raise InputError(at(role.value, why)) from error

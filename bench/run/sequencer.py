@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from time import monotonic
 from typing import Any, Protocol
 
-from bench.i18n.errors import as_said, at, message, told
+from bench.i18n.errors import as_said, at, fault, message, told
 from bench.journal.errors import RecordError
 from bench.journal.events.run import (
     ConsistencyChecked,
@@ -348,5 +348,4 @@ def _interruption(stop: BaseException) -> Text:
 def _cause(error: BaseException) -> Text:
     if isinstance(error, ProcedureError | InstrumentError | EstimationError | Interrupted):
         return told(error)
-    # Anything else is a fault of the program: its kind belongs to the message, its trace is in the journal.
-    return at(type(error).__name__, told(error))
+    return fault(error)

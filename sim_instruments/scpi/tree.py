@@ -29,7 +29,7 @@ Handling = Generator[float, None, Reply]
 #: The mnemonics of a header: short form, long form, and whether a numeric suffix follows.
 _Path = tuple[tuple[str, str, bool], ...]
 
-_PATTERN = re.compile(r"(\[)?:?([A-Za-z]+)(?:<([a-z]+)>)?(\])?")
+_PATTERN = re.compile(r"(\[)?:?([A-Za-z][A-Za-z0-9_]*)(?:<([a-z]+)>)?(\])?")
 _MNEMONIC = re.compile(r"([A-Za-z_]*[A-Za-z_])(\d*)")
 
 

@@ -1,11 +1,10 @@
 """A driver against its role: its real protocol, before its simulated counterpart on a virtual bench."""
 
-import inspect
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from bench.i18n.errors import InputError
+from bench.i18n.errors import InputError, fault
 from bench.plugins.catalogues import Catalogues, installed
 from bench.station.library_logs import quieten_libraries
 from bench.testing.conformance.altered import check_altered
@@ -108,10 +107,8 @@ def told(checks: Checks, what: str) -> Iterator[None]:
     try:
         yield
     except Exception as error:  # noqa: BLE001  whatever a driver raises is a finding
-        where = inspect.trace()[-1]
-        said = f"{type(error).__name__}: {error} ({where.filename.rsplit('/', 1)[-1]}:{where.lineno})"
         remedy = "A driver raises InstrumentError where the instrument is at fault, and nothing in proper use"
-        checks.that(f"{what}: no other error", False, said, remedy)
+        checks.that(f"{what}: no other error", False, str(fault(error)), remedy)
 
 
 def _use(trial: Trial) -> None:

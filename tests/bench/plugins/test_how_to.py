@@ -15,6 +15,7 @@ from bench.motor.motor_file import load_motor
 from bench.motor.shipped_motors import motor_content
 from bench.report.evidence import record_of
 from bench.station.station_file import load_station
+from bench.testing.conformance.kit import Conformance
 from bench.virtual.served_station import station_to_serve
 from bench.virtual.virtual_station import describe
 from sim_instruments.server.served_bench import ServedBench
@@ -22,7 +23,7 @@ from tests.command_line import Call
 
 PAGES = Path(__file__).parents[3] / "docs" / "how-to"
 #: The pages' files, and the most lines that each may have.
-LONGEST = {"acme_supply.py": 40, "acme_meter.py": 80}
+LONGEST = {"acme_supply.py": 40, "acme_meter.py": 80, "simulated_acme_meter.py": 80}
 #: Motors with defects are tried elsewhere.
 QUICK = ("--each", "0", "--sound", "0")
 PLAN = """
@@ -67,6 +68,33 @@ def folder(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(("name", "most"), LONGEST.items())
 def test_the_files_are_short(folder: Path, name: str, most: int) -> None:
     assert len((folder / name).read_text(encoding="utf-8").splitlines()) <= most
+
+
+@pytest.mark.parametrize("name", ["acme-ps303", "acme-dm5"])
+def test_the_drivers_pass_the_conformance_kit(folder: Path, conformance: Conformance, name: str) -> None:
+    conformance.files(*(folder / file for file in LONGEST)).driver(name)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "told"),
+    [
+        ('add("VOLTS"', 'add("VOL-TS"', "voltmeter: simulated instrument acme-dm5: header pattern 'VOL-TS'"),
+        (
+            "self._cycles / 50.0\n",
+            "self._cicles / 50.0\n",
+            r"AttributeError \(simulated_acme_meter.py:\d+\): .*_cicles",
+        ),
+    ],
+)
+def test_a_simulated_instrument_that_fails_is_named(
+    call: Call, folder: Path, right: str, wrong: str, told: str
+) -> None:
+    file = folder / "simulated_acme_meter.py"
+    file.write_text(file.read_text(encoding="utf-8").replace(right, wrong), encoding="utf-8")
+    rehearsal = ("--station", "station.toml", "--motor", "lg-400w", "--rehearse", "--json")
+    code, out, err = call("run", "stator-resistance-dc", *rehearsal)
+    assert code == 1
+    assert re.search(told, out + err)
 
 
 def test_several_instruments_of_a_role(folder: Path) -> None:
@@ -261,7 +289,7 @@ def test_the_panel_offers_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_several_makes_on_one_virtual_bench(capsys: pytest.CaptureFixture[str]) -> None:
     page = (PAGES / "add-a-simulated-instrument.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    code = re.findall(r"```python\n(.*?)```", page, re.DOTALL)[-1]
     exec(compile(code, "page", "exec"), {})  # noqa: S102
     assert capsys.readouterr().out.splitlines() == [
         "supply Keysight Technologies,E36313A,MY59001234,2.1.0-1.0.4-1.12",

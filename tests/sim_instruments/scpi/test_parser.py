@@ -103,6 +103,14 @@ def test_the_path_of_a_compound_stays_until_a_colon() -> None:
     assert toy.first_error() == -113
 
 
+def test_a_header_may_hold_a_number_of_its_own() -> None:
+    toy = Toy()
+    toy.tree.add("PARameter1", query=lambda _: "RS")
+    assert toy.ask("PAR1?;:parameter1?") == b"RS;RS\n"
+    toy.write(b"PAR2?")
+    assert toy.first_error() == -113
+
+
 def test_numeric_suffixes() -> None:
     toy = Toy()
     assert toy.ask("CHAN2:SCAL 7;:CHAN:SCAL 3;:channel1:scale?;:CHANNEL2:SCAL?") == b"3;7\n"

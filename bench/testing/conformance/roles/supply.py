@@ -140,11 +140,13 @@ def _trip(stand: Stand, supply: Any, checks: Checks, highest: float) -> None:
     stand.world.supply.switch(True)
     stand.wait(0.5)
     if stand.world.supply.tripped is not None:
+        tells = supply.output_mode() is OutputMode.TRIPPED
         stand.messages.clear()
         with checks.refuses("a protection that tripped earlier", ReportedError, remedy="Ask before switching on"):
             with supply.energised(*_level(stand, supply, 0.5)):
                 pass
-        sent = [message for message, _ in stand.messages if "?" not in message]
+        # A supply without a query for it refuses to be switched on, no more.
+        sent = [message for message, _ in stand.messages if tells and "?" not in message]
         checks.that("nothing is sent to a tripped output", not sent, f"{sent}", "Ask before anything is set")
         stand.world.supply.clear_trip()
     supply.make_safe()
