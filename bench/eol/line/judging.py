@@ -77,7 +77,9 @@ class MotorJudge:
         expanded = _half(parameter.coverage_interval)
         judgement = judge(parameter.value, expanded, limits, self._guard)
         own = parameter.own_definition
-        undecided = not math.isinf(limits.tolerance) and judgement.ratio < self._minimum_ratio
+        # Where guard bands meet no motor could pass, whatever ratio the plan is content with: that is the station's, too.
+        least = max(self._minimum_ratio, 1.0 if self._guard is GuardBand.STRICT else 0.0)
+        undecided = not math.isinf(limits.tolerance) and judgement.ratio < least
         # An interval that lies outside as a whole decides, however wide it is.
         outside = parameter.value - expanded > limits.high or parameter.value + expanded < limits.low
         return MeasuredFigure(
