@@ -124,6 +124,29 @@ high = 10.0
 """
 
 
+RAMPS = """
+[plan]
+name = "ramps"
+motor = "lg-400w"
+[[procedure]]
+name = "inertia"
+settings = { ramp_time = 0.5, zero_rest = 0.2, tare = "TARE" }
+"""
+
+
+@pytest.mark.parametrize(
+    ("tare", "verdict", "codes"), [("measured", Verdict.FAIL, ["BEARING"]), ("given", Verdict.ERROR, [])]
+)
+def test_a_rotor_that_the_dynamometer_cannot_turn_is_the_motor_s_where_it_turned_alone(
+    tmp_path: Path, tare: str, verdict: Verdict, codes: list[str]
+) -> None:
+    (tmp_path / "plan.toml").write_text(RAMPS.replace("TARE", tare), encoding="utf-8")
+    motor = load_motor("lg-400w")
+    seized = replace(motor, virtual=defects.tight_bearing(motor.virtual_motor(), 50.0))
+    judged = PlanUnderTest(tmp_path / "plan.toml", tmp_path / "runs").measure(seized, seed=3)
+    assert (judged.verdict, [each.code for each in judged.diagnoses]) == (verdict, codes), judged.attempts
+
+
 def halls(tmp_path: Path, change: Any) -> Judged:
     (tmp_path / "plan.toml").write_text(HALLS, encoding="utf-8")
     motor = load_motor("92bl-30-25l")
