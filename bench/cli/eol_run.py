@@ -37,6 +37,7 @@ def run(
     batch: str = "",
     serials: str = "",
     motors: int | None = None,
+    first_serial: int = 1,
     records: str = "records.sqlite",
     runs: Path = Path("runs"),
     person: str = "",
@@ -67,6 +68,8 @@ def run(
         panel of motorbench serve.
     motors
         The size of a batch of virtual motors whose serial numbers are made up.
+    first_serial
+        The number in the first of these made-up serial numbers.
     records
         Where records are kept: a SQLite file, or postgresql://USER@HOST/NAME; a station whose server is away keeps them
         in records.sqlite among its runs meanwhile.
@@ -96,6 +99,7 @@ def run(
         batch=batch,
         serials=serials,
         motors=motors,
+        first_serial=first_serial,
         records=records,
         person=person,
         operator=operator,

@@ -26,7 +26,8 @@ from bench.i18n.errors import InputError
 from bench.operators.typed import typed_number
 from bench.plugins.catalogues import Catalogues
 from bench.plugins.files import PluginsSection, catalogues_of
-from drivers.interfaces.text import text, text_of
+from drivers.interfaces.text import Text, text, text_of
+from procedures.core.parameter_definition import Bounds, ParameterDefinition
 from procedures.core.parameters import PARAMETERS
 from procedures.known_parameters import Procedures, known_parameters
 
@@ -173,12 +174,13 @@ class _Units:
         self._names = names
 
     def figure(self, parameter: str, key: str, given: Figure) -> float:
-        """Return a figure in its parameter's unit. Raises InputError for a unit of something else."""
-        if not isinstance(given, str):
-            return given
-        unit = self._unit(parameter)
+        """Return a figure in its parameter's unit. Raises InputError for a unit of something else, and where no motor could have it."""
+        definition = self._definition(parameter)
+        unit = definition.unit if definition else ""
         try:
-            return typed_number(given, "" if unit == "1" else unit)
+            figure = typed_number(given, "" if unit == "1" else unit) if isinstance(given, str) else given
+            if definition is not None:
+                _check_bounds(figure, definition.bounds, key)
         except ValueError as fault:
             raise InputError(
                 text(
@@ -190,13 +192,15 @@ class _Units:
                 )
             ) from None
 
-    def _unit(self, parameter: str) -> str:
+        return figure
+
+    def _definition(self, parameter: str) -> ParameterDefinition | None:
         # Only a procedure's own parameter needs the procedures, whose import takes long.
         if parameter not in PARAMETERS:
             own = known_parameters({name: self._procedures[name] for name in self._names})
             # That nobody gives a parameter is told with the procedures that would.
-            return own[parameter].unit if parameter in own else ""
-        return PARAMETERS[parameter].unit
+            return own.get(parameter)
+        return PARAMETERS[parameter]
 
     def limits(self, limit: LimitSection) -> ParameterLimits:
         """Return absolute limits. Raises InputError where they are reversed."""
@@ -215,6 +219,24 @@ class _Units:
                 )
             )
         return ParameterLimits(low, high)
+
+
+def _check_bounds(figure: float, bounds: Bounds, key: str) -> None:
+    """Raise ValueError for a limit that no figure of its parameter can be near, as below zero for a resistance."""
+    high = math.inf if bounds.high is None else bounds.high
+    nothing_left = bounds.open and key == "high" and figure == bounds.low
+    if bounds.low <= figure <= high and not nothing_left:
+        return
+    within = text("above {low:g}") if bounds.open else text("at least {low:g}")
+    if math.isfinite(high):
+        within = text("above {low:g} and at most {high:g}") if bounds.open else text("{low:g} to {high:g}")
+    raise ValueError(
+        text(
+            "{figure:g} cannot be; figures of this parameter are {within}. Leave out a side that has no limit",
+            figure=figure,
+            within=Text(within.template, {"low": bounds.low, "high": high}),
+        )
+    )
 
 
 def _typed(given: Figure | None) -> str:

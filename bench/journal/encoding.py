@@ -27,9 +27,15 @@ _DEPTH = 18
 def dumps(value: Mapping[str, Any]) -> str:
     """Return one line of JSON; numbers that JSON has no form for stand as the texts "NaN", "Infinity", "-Infinity"."""
     try:
-        return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"), default=plain)
+        return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"), default=_known)
     except (TypeError, ValueError, RecursionError):
         return json.dumps(plain(value), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+
+def _known(value: object) -> Any:
+    """Return a value that JSON has no form for in forms that it may have; what it has one for is written as it is."""
+    stored = _STORED.get(type(value))
+    return plain(value) if stored is None else stored(value)
 
 
 def plain(value: object, depth: int = 0) -> Any:

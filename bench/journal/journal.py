@@ -170,7 +170,7 @@ def _opened(path: Path, previous: JournalFile | None) -> int:
         _check_length(file, path, previous.length + previous.torn_bytes if previous else 0)
         if previous is not None:
             os.ftruncate(file, previous.length)
-        os.fsync(file)
+        # What is in it is synced with the first event that must be.
         for folder in (path.parent, path.parent.parent):
             sync_folder(folder)
     except OSError as error:

@@ -23,7 +23,9 @@ from drivers.interfaces.text import text
 _HEAD = b"motorbench journal, packed 1\n"
 _NAME = "journal.packed"
 #: For short texts with long repetitions: no alignment, more context.
-_FILTERS = [{"id": lzma.FILTER_LZMA2, "preset": 6, "lc": 4, "lp": 0, "pb": 0}]
+_FILTER = {"id": lzma.FILTER_LZMA2, "preset": 6, "lc": 4, "lp": 0, "pb": 0}
+#: What the compressor looks back over (bytes): its tables are made anew for each journal, and most are short.
+_SHORTEST_WINDOW, _LONGEST_WINDOW = 1 << 16, 1 << 23
 #: A journal is not longer than this (bytes): a file that was changed may claim anything.
 _LONGEST = 1 << 30
 _AS_IT_IS = b"!"
@@ -60,7 +62,9 @@ def open_journal(journal: Path) -> BinaryIO:
 def pack(journal: Path) -> None:
     """Replace a journal by its packed form, durably and whole or not at all. Raises OSError where it cannot be read or written."""
     content = journal.read_bytes()
-    packed = _HEAD + lzma.compress(b"\n".join(_shortened(content)), lzma.FORMAT_XZ, filters=_FILTERS)
+    short = b"\n".join(_shortened(content))
+    window = min(max(len(short), _SHORTEST_WINDOW), _LONGEST_WINDOW)
+    packed = _HEAD + lzma.compress(short, lzma.FORMAT_XZ, filters=[{**_FILTER, "dict_size": window}])
     if _unpacked(packed_path(journal), packed) != content:
         raise OSError(f"{journal}: its packed form does not give it back")
     write_file(packed_path(journal), packed)

@@ -50,7 +50,7 @@ def restore(data: Mapping[str, Any]) -> ProcedureResult:
 
 def _store_parameter(parameter: Parameter) -> dict[str, Any]:
     budget = [_store_row(row) for row in parameter.budget]
-    return {"name": parameter.name, **parameter.as_dict(), "budget": budget}
+    return {"name": parameter.name, **parameter.as_dict(budget)}
 
 
 def _store_row(row: Contribution) -> dict[str, Any]:

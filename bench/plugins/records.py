@@ -38,6 +38,11 @@ class RecordOutputs:
         self._faults: queue.SimpleQueue[Text] = queue.SimpleQueue()
         self._outputs = [_Handing(output, folder, self._faults.put) for output in outputs]
 
+    @property
+    def wanted(self) -> bool:
+        """Whether there is an output."""
+        return bool(self._outputs)
+
     def hand(self, record: Mapping[str, Any]) -> None:
         """Hand a record to every output."""
         for output in self._outputs:

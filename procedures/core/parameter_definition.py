@@ -84,6 +84,10 @@ class ParameterTable(Mapping[str, ParameterDefinition]):
             raise KeyError(f"{name!r} is none of the parameters {', '.join(self._rows)}")
         return self._rows[name]
 
+    def __contains__(self, name: object) -> bool:
+        # Without the sentence of the error: a plug-in's parameter is asked for often.
+        return name in self._rows
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._rows)
 

@@ -1,6 +1,6 @@
 """What a procedure gives: parameters with uncertainty and evidence, warnings, findings."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -85,8 +85,11 @@ class Parameter:
             if row.identity
         )
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as it stands in `result.json`; one that is not in the table with symbol, label and readers' unit."""
+    def as_dict(self, budget: Sequence[Mapping[str, Any]] | None = None) -> dict[str, Any]:
+        """Return it as it stands in `result.json`; one that is not in the table with symbol, label and readers' unit.
+
+        `budget` is put in place of its own rows, whose sources are English words.
+        """
         own = self.own_definition
         return {
             "value": self.value,
@@ -101,7 +104,7 @@ class Parameter:
             "convention": self.convention,
             "winding": self.winding,
             "source": self.source,
-            "budget": [{**vars(row), "source": str(row.source)} for row in self.budget],
+            "budget": [{**vars(row), "source": str(row.source)} for row in self.budget] if budget is None else budget,
             **({} if own is None else {"definition": own.for_readers()}),
         }
 

@@ -20,6 +20,7 @@ from procedures.core.actions import (
 from procedures.core.bench import Role
 from procedures.core.demand import Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
+from procedures.core.procedure_error import ProcedureError
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.winding import resistance
@@ -32,6 +33,8 @@ from procedures.verification.verifier import WiringError
 
 _AXES = ("d_axis_inductance", "q_axis_inductance")
 _PER_CENT = 100.0
+#: Figures that are there only where other instruments had a path through every lead of the motor.
+_AT_ALL_LEADS = ("back_emf_unbalance", "stator_resistance")
 
 
 class WindingBalanceSettings(WiringSettings):
@@ -114,7 +117,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
             line = RepeatedQuantity(between(pair), Wanted.INDUCTANCE, ("inductance_unbalance",))
             by_inductance.append(repeated_readings(self, line, count))
         if dead:
-            raise _open_lead(dead)
+            raise self._bridge_off(dead) or _open_lead(dead)
         return (
             LineQuantity(
                 [[r.resistance for r in read] for read in by_resistance],
@@ -124,6 +127,19 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
                 [[r.inductance for r in read] for read in by_inductance],
                 [r[0].inductance_accuracy for r in by_inductance],
             ),
+        )
+
+    def _bridge_off(self, dead: Mapping[LinePair, WiringError]) -> ProcedureError | None:
+        """Return that the bridge's own lead is off: no line conducts, and other instruments had all three leads of the motor."""
+        measured = next((self.known[name] for name in _AT_ALL_LEADS if name in self.known), None)
+        if measured is None or len(dead) < len(LINE_PAIRS):
+            return None
+        return ProcedureError(
+            text(
+                "the LCR meter finds no line that conducts, and {name} was measured at the same terminals before: a lead or "
+                "a relay of the LCR meter is open",
+                name=measured.label,
+            )
         )
 
     @step("L1/3", "Resistance: the largest deviation of a line from the mean of the three, over the mean")

@@ -84,7 +84,8 @@ class Inertia(Procedure[InertiaSettings]):
             bench.perform(UncoupleDynamometer())
             bench.dynamometer.zero_torque()
             top = driving_speed_rad(bench, self.nameplate, self.settings.speed_share)
-            tare = Ramps.freed(self._recorder.accelerate(top), self._recorder.coast(top))
+            alone = RampRecorder(bench, self.settings)
+            tare = Ramps.freed(alone.accelerate(top), alone.coast(top))
         bench.perform(CoupleDynamometer())
         return tare
 
@@ -160,7 +161,7 @@ class Inertia(Procedure[InertiaSettings]):
 
     @property
     def _recorder(self) -> RampRecorder:
-        return RampRecorder(self.bench, self.settings)
+        return RampRecorder(self.bench, self.settings, turned_alone=self.settings.tare is Tare.MEASURED)
 
     def _fit(self, ramps: Ramps) -> Fit:
         if self.settings.torque_source is TorqueSource.POWER:

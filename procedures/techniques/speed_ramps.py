@@ -11,6 +11,7 @@ from pydantic import Field
 from drivers.interfaces import Accuracy, DynamometerReading
 from drivers.interfaces.text import text
 from procedures.core.bench import Bench, ProcedureError
+from procedures.core.procedure_error import MotorFaultError
 from procedures.core.settings import Settings
 from procedures.estimation.mechanics.inertia import torque_from_power
 from procedures.estimation.mechanics.turning import SpeedRamp
@@ -22,6 +23,8 @@ _SMALLEST_TORQUE = 0.002
 #: The ramp may be this much slower or faster than asked for, and the search for it halves its step this often.
 _PACES = (0.7, 2.0)
 _HALVINGS = 4
+#: A shaft that has less than this share of its speed stands: one that is only heavy, or stiff, turns.
+_HELD = 0.01
 #: Fewer readings on a ramp do not fix three parameters.
 _FEWEST = 10
 #: Longest time constant (s) of a sensor's filter.
@@ -122,10 +125,13 @@ class Ramps:
 
 
 class RampRecorder:
-    """Drives the coupled shaft by the dynamometer's torque, lets it coast, and reads both ramps."""
+    """Drives the coupled shaft by the dynamometer's torque, lets it coast, and reads both ramps.
 
-    def __init__(self, bench: Bench, settings: RampSettings) -> None:
-        self._bench, self._settings = bench, settings
+    Where the dynamometer `turned_alone` before, a shaft that stands still is held by the motor (MotorFaultError).
+    """
+
+    def __init__(self, bench: Bench, settings: RampSettings, *, turned_alone: bool = False) -> None:
+        self._bench, self._settings, self._turned_alone = bench, settings, turned_alone
 
     def accelerate(self, top: float) -> Curve:
         """Return the driven ramp, up to `top` (rad/s)."""
@@ -139,6 +145,7 @@ class RampRecorder:
             self._bench.show(lambda: ramp_plot(text("Driven ramp"), switched, top))
             while not readings or readings[-1].speed < top:
                 if clock.now() > deadline:
+                    self._check_held(torque, readings[-1].speed / top)
                     raise ProcedureError(
                         text(
                             "{torque:.3g} N·m brought the shaft to {speed:.0f} rpm only, {top:.0f} rpm were wanted: something brakes "
@@ -175,6 +182,7 @@ class RampRecorder:
         torque, too_little = _SMALLEST_TORQUE * largest, 0.0
         while (pace := self._pace(torque, top)) < _PACES[0]:
             if torque >= largest:
+                self._check_held(torque, pace)
                 raise ProcedureError(
                     text(
                         "the dynamometer's full torque of {torque:.3g} N·m does not bring the shaft to speed; is the rotor free?",
@@ -191,6 +199,17 @@ class RampRecorder:
             else:
                 torque, pace = between, slower
         return torque
+
+    def _check_held(self, torque: float, share: float) -> None:
+        """Raise MotorFaultError where the motor holds the shaft: `share` is how much of the wanted speed this torque (N·m) gave it."""
+        if self._turned_alone and share < _HELD:
+            raise MotorFaultError(
+                text(
+                    "the dynamometer, which turned alone, does not turn the motor with {torque:.3g} N·m: its rotor is held",
+                    torque=torque,
+                ),
+                "bearing",
+            )
 
     def _pace(self, torque: float, top: float) -> float:
         """Return how many times faster than asked for this torque (N·m) would bring the shaft to `top`."""

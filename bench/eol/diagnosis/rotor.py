@@ -162,6 +162,8 @@ def drag_faults(evidence: Evidence) -> Iterator[Diagnosis]:
         yield Diagnosis(FaultyPart.BEARING, "", said)
     elif drag:
         yield Diagnosis(FaultyPart.BEARING, "", text("bearing tight, or rotor rubs"))
+    if "bearing" in evidence.broken:
+        yield Diagnosis(FaultyPart.BEARING, "", text("bearing seized, or rotor held: the dynamometer does not turn it"))
     if "cogging_torque" in evidence.outside:
         said = text(
             "cogging {torque:.3g} N·m peak to peak: a loose magnet, skew or slots",

@@ -272,7 +272,8 @@ class _Counting(BatchListener):
         self._counts.by_motor.add(record)
         self._counts.bench_time += record.bench_time
         # It is kept already: whatever becomes of it here, no record is lost.
-        self._outputs.hand(motor_as_dict(record))
+        if self._outputs.wanted:
+            self._outputs.hand(motor_as_dict(record))
 
     def refused(self, refused: RefusedSerial) -> None:
         self._counts.refused += 1

@@ -35,6 +35,8 @@ class MotorJudge:
         #: By procedure: parameters for the want of which alone its last attempt was an error.
         self._withheld: dict[str, frozenset[str]] = {}
         self._errors: dict[str, Exception | None] = {}
+        #: What was judged already, by the parameter's identity: each is in an attempt's result, and in the run's in the end.
+        self._judged: dict[int, tuple[Parameter, MeasuredFigure]] = {}
 
     @property
     def errors(self) -> tuple[Exception, ...]:
@@ -66,11 +68,18 @@ class MotorJudge:
 
     def measured(self, parameter: Parameter) -> MeasuredFigure:
         """Return a figure held against its limits, if it has any; one that its uncertainty leaves undecided is an error."""
+        if id(parameter) not in self._judged:
+            self._judged[id(parameter)] = (parameter, self._measured(parameter))
+        return self._judged[id(parameter)][1]
+
+    def _measured(self, parameter: Parameter) -> MeasuredFigure:
         limits = self._limits.get(parameter.name, _NO_LIMITS)
         expanded = _half(parameter.coverage_interval)
         judgement = judge(parameter.value, expanded, limits, self._guard)
         own = parameter.own_definition
-        undecided = not math.isinf(limits.tolerance) and judgement.ratio < self._minimum_ratio
+        # Where guard bands meet no motor could pass, whatever ratio the plan is content with: that is the station's, too.
+        least = max(self._minimum_ratio, 1.0 if self._guard is GuardBand.STRICT else 0.0)
+        undecided = not math.isinf(limits.tolerance) and judgement.ratio < least
         # An interval that lies outside as a whole decides, however wide it is.
         outside = parameter.value - expanded > limits.high or parameter.value + expanded < limits.low
         return MeasuredFigure(

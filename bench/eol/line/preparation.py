@@ -27,7 +27,8 @@ from procedures.known_parameters import givers
 
 @dataclass(frozen=True)
 class BatchRequest:
-    """What the command line asks for. `motors` is the batch's size on virtual benches without serial numbers.
+    """What the command line asks for. `motors` is the batch's size on virtual benches without serial numbers, whose
+    made-up ones begin with number `first_serial`.
 
     With `procedure_times`, each run's folder on a virtual bench gets its procedures' times and what of them was needless.
     """
@@ -39,6 +40,7 @@ class BatchRequest:
     batch: str = ""
     serials: str = ""
     motors: int | None = None
+    first_serial: int = 1
     records: str = "records.sqlite"
     person: str = ""
     operator: str = ""

@@ -68,9 +68,9 @@ class ListedSerials(SerialNumbers):
         self._serials.close()
 
 
-def generated_serials(pattern: str, count: int) -> ListedSerials:
-    """Return serial numbers: `pattern` formatted with 1 … `count`."""
-    return ListedSerials(pattern.format(number=number) for number in range(1, count + 1))
+def generated_serials(pattern: str, count: int, first: int = 1) -> ListedSerials:
+    """Return so many serial numbers: `pattern` formatted with `first` and those after it."""
+    return ListedSerials(pattern.format(number=number) for number in range(first, first + count))
 
 
 def serials_of_file(path: Path) -> ListedSerials:
@@ -178,6 +178,7 @@ def open_serials(request: BatchRequest, plan: Plan, line: ProductionLine, stream
 
     Raises UsageError where the request contradicts itself or the line, InputError for a file that cannot be read.
     """
+    first = request.first_serial
     if request.motors is not None and request.serials:
         raise UsageError(text("--motors N makes serial numbers up; --serials gives them: take one of both"))
     if request.motors is not None:
@@ -187,8 +188,13 @@ def open_serials(request: BatchRequest, plan: Plan, line: ProductionLine, stream
             )
         if not 1 <= request.motors <= 10_000_000:
             raise UsageError(text("--motors {motors}: allowed are 1 to 10000000", motors=request.motors))
-        plan.check_serial(plan.spread.serial.format(number=1))
-        return generated_serials(plan.spread.serial, request.motors)
+        if not 1 <= first <= 1_000_000_000:
+            raise UsageError(text("--first-serial {first}: allowed are 1 to 1000000000", first=first))
+        for number in (first, first + request.motors - 1):
+            plan.check_serial(plan.spread.serial.format(number=number))
+        return generated_serials(plan.spread.serial, request.motors, first)
+    if first != 1:
+        raise UsageError(text("--first-serial {first}: it numbers the motors of --motors N; add that", first=first))
     if not request.serials or request.serials == "-":
         return ScannedSerials(stream)
     if request.serials == PANEL:

@@ -4,11 +4,14 @@ import queue
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import cached_property
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bench.eol.limits import GuardBand
 from bench.eol.line.instrument_sharing import LeaseDecision, LeaseReply, SocketLeases
@@ -53,6 +56,9 @@ from drivers.interfaces import Clock
 from drivers.interfaces.text import text_of
 from procedures.core.bench import Role
 
+if TYPE_CHECKING:
+    from rich.console import Console
+
 #: A run is stuck that was asked to end so long (s) ago, and what its shutdown may wait besides, and has not.
 _OVERDUE = 60.0
 
@@ -72,14 +78,22 @@ def work(connection: Connection, lifeline: int, status: int, owner: int) -> None
         return
     channel = Channel(connection, worker.stop)
     worker.channel = channel
-    with suppress(OSError):
+    packing: Future[None] | None = None
+    with suppress(OSError), ThreadPoolExecutor(1, "packing") as beside:
         channel.send(Ready())
         while (task := channel.task()) is not None:
             record, time = worker.test(task)
             channel.send(MotorDone(record, time))
-            # While the next motor is brought. A journal that cannot be packed stays as it is; `eol pack` tries again.
-            with suppress(OSError, FileError):
-                pack_run(record)
+            if packing is not None:
+                # One at a time: a disk that is slower than the line is waited for.
+                packing.result()
+            packing = beside.submit(_pack, record)
+
+
+def _pack(record: MotorRecord) -> None:
+    # A journal that cannot be packed stays as it is; `eol pack` tries again.
+    with suppress(OSError, FileError):
+        pack_run(record)
 
 
 class Channel:
@@ -156,6 +170,10 @@ class Worker:
         items = self._station.way_down.items if self._station else ()
         self._overdue = _OVERDUE + sum(item.within for item in items if item.measures)
         give_heartbeats(self._status, setup.number, self._stuck)
+
+    @cached_property
+    def _console(self) -> "Console":
+        return console_on(sys.stderr)
 
     def stop(self, by: str) -> None:
         """Have the run under way shut down, from any thread, and none begin after it; the second time in a hurry."""
@@ -247,7 +265,7 @@ class Worker:
 
     @contextmanager
     def _real_context(self, station: Station, task: Task, request: RunRequest) -> Iterator[RunContext]:
-        with station_context(station, request, console_on(sys.stderr), self._interrupts) as context:
+        with station_context(station, request, self._console, self._interrupts) as context:
             yield replace(context, sharing=self._sharing(context.clock, task.at, virtual=False), owner=self._owner)
 
     def _sharing(self, clock: Clock, offset: float, *, virtual: bool) -> Sharing:

@@ -6,7 +6,7 @@ from functools import lru_cache
 from math import isfinite
 from typing import Any
 
-from sqlalchemy import Column, Connection, Dialect, Engine, Table, delete, insert, select
+from sqlalchemy import Column, Connection, Dialect, Engine, Insert, Table, delete, insert, select
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.exc import DBAPIError
 
@@ -55,23 +55,12 @@ def insert_record(connection: Connection, record: MotorRecord) -> bool:
         if rows:
             sql, parameters_of = _part(table, connection.dialect)
             connection.exec_driver_sql(sql, parameters_of(rows))
-    for label in sorted((m.parameter, m.label) for m in record.measured if m.label):
-        _keep_label(connection, *label)
+    if labels := sorted({m.parameter: m.label for m in record.measured if m.label}.items()):
+        sql, parameters_of = _labels(connection.dialect)
+        connection.exec_driver_sql(sql, parameters_of(labels))
     if own_file and _motors_with_fresh_figures(connection) >= _TOGETHER:
         settle_within(connection)
     return True
-
-
-def _keep_label(connection: Connection, parameter: str, label: str) -> None:
-    own = (postgresql if connection.dialect.name == "postgresql" else sqlite).insert(PARAMETER_LABEL)
-    changed = own.excluded.label
-    connection.execute(
-        own.values(parameter=parameter, label=label).on_conflict_do_update(
-            index_elements=[PARAMETER_LABEL.c.parameter],
-            set_={"label": changed},
-            where=PARAMETER_LABEL.c.label != changed,
-        )
-    )
 
 
 def settle(engine: Engine) -> None:
@@ -152,11 +141,31 @@ def _conversion(column: Column[Any], dialect: Dialect) -> Callable[[Any], Any]:
     return convert if convert is not None else lambda value: value
 
 
+@lru_cache(maxsize=4)
+def _labels(dialect: Dialect) -> tuple[str, Callable[[list[tuple[Any, ...]]], Any]]:
+    """Return what keeps parameters' labels, the latest of each, and what makes its values of pairs."""
+    own = (postgresql if dialect.name == "postgresql" else sqlite).insert(PARAMETER_LABEL)
+    changed = own.excluded.label
+    return _compiled(
+        own.on_conflict_do_update(
+            index_elements=[PARAMETER_LABEL.c.parameter],
+            set_={"label": changed},
+            where=PARAMETER_LABEL.c.label != changed,
+        ),
+        PARAMETER_LABEL,
+        dialect,
+    )
+
+
 @lru_cache(maxsize=16)
 def _part(table: Table, dialect: Dialect) -> tuple[str, Callable[[list[tuple[Any, ...]]], Any]]:
     """Return the insertion into a table whose columns need no conversion, and what makes its values of rows."""
+    return _compiled(insert(table), table, dialect)
+
+
+def _compiled(statement: Insert, table: Table, dialect: Dialect) -> tuple[str, Callable[[list[tuple[Any, ...]]], Any]]:
     names = [column.name for column in table.columns]
-    compiled = insert(table).compile(dialect=dialect)
+    compiled = statement.compile(dialect=dialect, column_keys=names)
 
     def values(rows: list[tuple[Any, ...]]) -> Any:
         return rows if compiled.positional else [dict(zip(names, row, strict=True)) for row in rows]

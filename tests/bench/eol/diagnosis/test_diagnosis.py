@@ -124,6 +124,57 @@ high = 10.0
 """
 
 
+RAMPS = """
+[plan]
+name = "ramps"
+motor = "lg-400w"
+[[procedure]]
+name = "inertia"
+settings = { ramp_time = 0.5, zero_rest = 0.2, tare = "TARE" }
+"""
+
+
+@pytest.mark.parametrize(
+    ("tare", "verdict", "codes"), [("measured", Verdict.FAIL, ["BEARING"]), ("given", Verdict.ERROR, [])]
+)
+def test_a_rotor_that_the_dynamometer_cannot_turn_is_the_motor_s_where_it_turned_alone(
+    tmp_path: Path, tare: str, verdict: Verdict, codes: list[str]
+) -> None:
+    (tmp_path / "plan.toml").write_text(RAMPS.replace("TARE", tare), encoding="utf-8")
+    motor = load_motor("lg-400w")
+    seized = replace(motor, virtual=defects.tight_bearing(motor.virtual_motor(), 50.0))
+    judged = PlanUnderTest(tmp_path / "plan.toml", tmp_path / "runs").measure(seized, seed=3)
+    assert (judged.verdict, [each.code for each in judged.diagnoses]) == (verdict, codes), judged.attempts
+
+
+BALANCE = """
+[plan]
+name = "balance"
+motor = "lg-400w"
+[[procedure]]
+name = "stator-resistance-dc"
+settings = { levels = 3, winding_temperature = 25.0 }
+[[procedure]]
+name = "winding-balance"
+settings = { repeats = 1, short_correction = false }
+"""
+
+
+@pytest.mark.parametrize(("known", "verdict"), [(True, Verdict.ERROR), (False, Verdict.FAIL)])
+def test_a_lead_of_the_lcr_meter_is_the_station_s_where_others_had_all_of_the_motor_s(
+    tmp_path: Path, known: bool, verdict: Verdict
+) -> None:
+    before, balance = BALANCE.split("[[procedure]]\n", 2)[1:]
+    content = BALANCE if known else BALANCE.replace("[[procedure]]\n" + before, "")
+    assert balance in content
+    (tmp_path / "plan.toml").write_text(content, encoding="utf-8")
+    off = [f"stuck_relay crosspoint={terminal}:lcr_high closed=false" for terminal in "ABC"]
+    judged = PlanUnderTest(tmp_path / "plan.toml", tmp_path / "runs").measure(seed=3, faults=off)
+    (attempt,) = [each for each in judged.attempts if each.procedure == "winding-balance"]
+    assert attempt.verdict is verdict
+    assert ("a lead or a relay of the LCR meter is open" in attempt.cause) is known
+
+
 def halls(tmp_path: Path, change: Any) -> Judged:
     (tmp_path / "plan.toml").write_text(HALLS, encoding="utf-8")
     motor = load_motor("92bl-30-25l")

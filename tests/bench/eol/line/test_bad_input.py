@@ -21,6 +21,7 @@ from bench.eol.record import MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.faults import StoreError
 from bench.eol.store.spool import Spool
+from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError, UsageError
 from procedures.core.bench import Role
 from tests.bench.eol.line.golden import open_gate
@@ -219,6 +220,28 @@ def test_generated_serial_numbers_are_a_list() -> None:
     assert serials.listed
     assert [serials.take(), serials.take(), serials.take()] == ["V001", "V002", None]
     assert serials.ended
+
+
+def test_made_up_serial_numbers_go_on_where_another_batch_ended(bench: Any) -> None:
+    bench.run(motors=1)
+    counts, _ = bench.run(motors=1, first_serial=2, batch="next")
+    assert (counts.motors, counts.refused) == (1, 0)
+    assert bench.listener.records[-1].serial_number == "V000002"
+    with pytest.raises(UsageError, match=r"--first-serial 0: allowed are 1 to"):
+        bench.run(motors=1, first_serial=0)
+    with pytest.raises(UsageError, match=r"--first-serial 7: it numbers the motors of --motors N"):
+        bench.run(motors=None, first_serial=7)
+
+
+def test_limits_that_strict_guard_bands_close_are_the_station_s(bench: Any) -> None:
+    content = bench.request.plan.read_text(encoding="utf-8")
+    for old, new in (('"shared"', '"strict"'), ("percent = 60.0", "percent = 0.001"), ("resistance = 3.0", "")):
+        content = content.replace(old, new, 1)
+    bench.request.plan.write_text(content, encoding="utf-8")
+    bench.run(motors=1)
+    (record,) = bench.listener.records
+    assert record.verdict is Verdict.ERROR
+    assert "too uncertain" in record.cause
 
 
 def test_a_batch_log_tells_what_was_cut_off_and_holds_to_its_plan(tmp_path: Path) -> None:
