@@ -11,6 +11,7 @@ from bench.journal.stored_result import restore_text
 from bench.panel.live_run import LiveRun
 from bench.panel.live_view import LiveView
 from bench.safety.read_back import Found
+from bench.station.shutdown_sequence import OFF_BY
 from drivers.interfaces.text import Text, text
 from reports.labels import role_name
 
@@ -68,6 +69,19 @@ def bench_state(run: LiveRun, now: float | None = None) -> ShownState:
     if unread or not sources:
         return _unread(unread, line.sources)
     return _off(line.sources, age)
+
+
+def state_at_end(view: LiveView) -> tuple[StateKind, Text]:
+    """Return what a run that has ended left, as its journal proves it: this is no statement about now."""
+    if not view.ended or view.energised or any(event.error for event in view.made_safe.values()):
+        return StateKind.UNKNOWN, text("Outputs not proved off: look at the bench.")
+    sources = {role.value for role in OFF_BY} & {role for role, _ in view.made_safe}
+    if not sources:
+        return StateKind.UNREAD, text("It switched nothing on.")
+    unread = sources - {event.instrument for event in view.made_safe.values() if event.value is not None}
+    if unread:
+        return StateKind.UNREAD, text("Switched off, not read back: {what}", what=[*map(role_name, sorted(unread))])
+    return StateKind.OFF, text("Outputs were off at its end.")
 
 
 def _off(found: Sequence[Mapping[str, Any]], age: float) -> ShownState:

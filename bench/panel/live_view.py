@@ -105,6 +105,8 @@ class LiveView:
         self.readings: dict[tuple[str, str], Readings] = {}
         #: Those whose newest is the newest of all; None where the procedure has read nothing yet.
         self.latest: Readings | None = None
+        #: When the newest of all was recorded (ISO 8601, UTC).
+        self.latest_wall = ""
         self.waveforms: deque[WaveformRecord] = deque(maxlen=64)
         #: The newest outcome of each item of the shutdown, by instrument and item.
         self.made_safe: dict[tuple[str, str], MadeSafe] = {}
@@ -159,7 +161,7 @@ class LiveView:
             case InstrumentOpened():
                 self.instruments[event.instrument] = event
             case ReadingTaken():
-                self._reading(event)
+                self._reading(event, recorded.wall)
             case WaveformsTaken():
                 self.waveforms.append(WaveformRecord(event, self.procedure, self.step))
             case RepeatStarted():
@@ -222,7 +224,7 @@ class LiveView:
         self.typed[place] = event.value
         self._asked[event.quantity] = place
 
-    def _reading(self, event: ReadingTaken) -> None:
+    def _reading(self, event: ReadingTaken, wall: str) -> None:
         changed = []
         for quantity, unit, value in quantities_read(event):
             kept = self.readings.setdefault(
@@ -232,7 +234,7 @@ class LiveView:
             kept.values.append(value)
             changed.append(kept)
         if changed:
-            self.outdated = False
+            self.outdated, self.latest_wall = False, wall
             # A bridge gives several at once; the one that it was asked for is what is looked at.
             wanted = event.arguments[0] if event.arguments else ""
             self.latest = next((kept for kept in changed if str(kept.quantity) == wanted), changed[0])

@@ -6,6 +6,8 @@ _STYLE = """
 <style>
   .mb-small { font-size: .875rem; color: #45525f; }
   .mb-state-off { background: var(--safe-bg); border: 3px solid var(--safe); color: var(--safe); }
+  .mb-state-unread { background: #fff; border: 3px solid var(--edge); color: var(--ink); }
+  .mb-unfinished { background: #fff; border: 3px dashed var(--live); border-radius: .5rem; padding: .75rem 1rem; color: var(--live); }
   .mb-state-live { background: var(--live); border: 3px solid var(--live); color: #fff; }
   .mb-state-live .mb-abort { border: 3px solid #fff; }
   .mb-refused { color: #b3121d; font-size: 1rem; }

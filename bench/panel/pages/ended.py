@@ -9,6 +9,7 @@ from nicegui import ui
 from bench.i18n.errors import InputError
 from bench.journal.events.run import MotorReference
 from bench.journal.journal_file import read_journal
+from bench.panel.bench_state import StateKind, state_at_end
 from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import type_values_of
 from bench.panel.pages.attention import AttentionPart
@@ -33,6 +34,8 @@ from reports.tables.summary import rows
 
 #: The plots come after the page: it is to be read at once.
 _LATER = 0.1
+#: How what a run left looks; all else is looked at.
+_LEFT = {StateKind.OFF: "mb-state-off", StateKind.UNREAD: "mb-state-unread"}
 _TO_SIGNATURES = "const part = document.getElementById('signatures'); (part.querySelector('input') ?? part).focus()"
 
 
@@ -87,9 +90,13 @@ class _Ended:
     def _outcome(self) -> None:
         """Say how the run ended, what was made safe, and whose run it was."""
         say, view = self._reader.say, self._run.view
-        safe = view.ended and not view.energised and not any(event.error for event in view.made_safe.values())
-        status = STATUS.get(view.run.status, text("was interrupted"))
-        off = text("Outputs off.") if safe else text("Outputs not proved off: look at the bench.")
+        kind, left = state_at_end(view)
+        ended = say(text("Run {status}.", status=STATUS.get(view.run.status, text("was interrupted"))))
+        if view.run.status == "failed":
+            # Green says only what is safe: the reason stands by itself, as an abort's does above.
+            with ui.element("section").classes("mb-unfinished mb-4").props("role=alert"):
+                ui.label(f"✗ {ended}").classes("text-xl font-bold")
+                ui.label(say(view.run.told)).classes("text-base whitespace-pre-line")
         motor = view.run.start.motor if view.run.start is not None else MotorReference("?")
         parts = [motor.name, motor.serial_number]
         if view.run.start is not None:
@@ -98,11 +105,10 @@ class _Ended:
             parts.append(say(text("{minutes:.0f} min, of these {hands:.0f} by hand", minutes=minutes, hands=hands)))
             parts.append(view.run.start.person)
         state = ui.element("section").classes("rounded-lg px-4 py-3 mb-4").props("role=status")
-        with state.classes("mb-state-off" if safe else "mb-state-live"):
-            ui.label(f"{say(text('Run {status}.', status=status))} {say(off)}").classes("text-xl font-bold")
+        state.props["data-left"] = kind.value
+        with state.classes(_LEFT.get(kind, "mb-state-live")):
+            ui.label(say(left) if view.run.status == "failed" else f"{ended} {say(left)}").classes("text-xl font-bold")
             ui.label(" · ".join(part for part in parts if part)).classes("text-base")
-            if view.run.cause:
-                ui.label(say(view.run.told)).classes("text-base whitespace-pre-line")
 
     async def _say_if_changed(self, place: ui.element) -> None:
         """Say where the journal is not the one that the run wrote: all else here was read from it."""

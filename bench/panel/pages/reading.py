@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from time import monotonic
 
 from nicegui import ui
@@ -11,6 +12,7 @@ from bench.panel.pages.parts import named
 from bench.panel.pages.plot_area import DRAWN, PlotArea
 from bench.panel.pages.reader import Reader
 from bench.panel.plots import axes, line, thinned
+from drivers.catalogue import MANUAL
 from drivers.interfaces.text import text
 from reports.labels import role_name
 from reports.tables.figures import decimals_for, figure, scale_of
@@ -92,9 +94,15 @@ class ReadingCard:
         say = self._reader.say
         if self._arrived is None:
             return ""
-        if self._run.view.outdated:
+        view = self._run.view
+        if view.outdated:
             return say(text("before switching off"))
-        age = monotonic() - self._arrived
+        # It may have stood there before this page came; and a clock that was set back makes nothing young.
+        recorded = datetime.now(UTC) - datetime.fromisoformat(view.latest_wall)
+        age = max(monotonic() - self._arrived, recorded.total_seconds())
+        opened = None if view.latest is None else view.instruments.get(view.latest.instrument)
+        if opened is not None and opened.driver == MANUAL:
+            return say(text("typed {age} s ago", age=f"{age:.0f}"))
         return say(text("● live")) if age < _LIVE else say(text("{age} s old", age=f"{age:.0f}"))
 
 

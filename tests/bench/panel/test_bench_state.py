@@ -7,11 +7,13 @@ import pytest
 
 from bench.journal.codec import RecordedEvent
 from bench.journal.events.instruments import Energising
+from bench.journal.events.run import RunFinished
 from bench.journal.events.safety import MadeSafe, ShutdownStarted
 from bench.journal.stored_result import store_text
-from bench.panel.bench_state import StateKind, bench_state
+from bench.panel.bench_state import StateKind, bench_state, state_at_end
 from bench.panel.live_run import LiveRun
 from drivers.interfaces.text import text
+from procedures.core.events import Event
 
 READ_AT = 100.0
 CONFIRM = {"id": 1, "kind": "action", "action": "Connect"}
@@ -146,3 +148,27 @@ def test_what_only_a_person_can_switch_off_can_be_confirmed_on_the_way_down(run:
     state = bench_state(run, READ_AT)
     assert (state.kind, state.waits) == (StateKind.ABORTING, None)
     assert "by hand" in str(state.headline)
+
+
+OFF = MadeSafe(instrument="supply", item="supply_off", outcome="safe")
+AT_ZERO = MadeSafe(instrument="supply", item="voltage_decayed", outcome="safe", value=0.01, unit="V")
+
+
+@pytest.mark.parametrize(
+    ("events", "kind", "words"),
+    [
+        ([OFF, AT_ZERO], StateKind.OFF, "Outputs were off at its end."),
+        ([OFF], StateKind.UNREAD, "Switched off, not read back: DC supply"),
+        ([], StateKind.UNREAD, "It switched nothing on."),
+        ([Energising(instrument="supply", call="energised")], StateKind.UNKNOWN, "Outputs not proved off"),
+        ([replace(AT_ZERO, outcome="failed", error="12 V")], StateKind.UNKNOWN, "Outputs not proved off"),
+    ],
+)
+def test_only_what_was_read_back_at_a_runs_end_is_said_to_have_been_off(
+    run: LiveRun, events: list[Event], kind: StateKind, words: str
+) -> None:
+    for event in (*events, RunFinished(status="completed", bench_time=1.0, wall_time=1.0)):
+        run.view.take(RecordedEvent(1, "", 0.0, event))
+    found, told = state_at_end(run.view)
+    assert found is kind
+    assert words in str(told)

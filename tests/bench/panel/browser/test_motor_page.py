@@ -57,7 +57,7 @@ def test_a_reworked_motor_says_what_changed_and_leads_to_its_run(panel: Panel, n
     expect(first).to_contain_text("stator_resistance too high")
     assert_accessible(page)
     second.get_by_role("link", name="Its run").click()
-    expect(page.get_by_text("Run completed. Outputs off.")).to_be_visible()
+    expect(page.get_by_text("Run completed. It switched nothing on.")).to_be_visible()
     expect(page.get_by_role("rowheader", name="Stator resistance")).to_be_visible()
     # It is measured again at its line only.
     expect(page.get_by_role("button", name="Report", exact=True)).to_be_visible()
