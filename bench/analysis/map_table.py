@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -20,6 +21,7 @@ _UNITS = {
     "degc": 1.0, "°c": 1.0, "c": 1.0,
 }  # fmt: skip
 _UNIT = re.compile(r"[\s_]*[\[(/]?\s*([^\s\[\]()/_]+)\s*[\])]?$")
+_RMS = re.compile(r"[\s_]*(?:rms|eff)(?![a-z])")
 #: As rad/s, which is a quotient itself.
 _QUOTIENT = re.compile(r"[\s_]*[\[(]?\s*([^\s\[\]()_]+)\s*[\])]?$")
 
@@ -36,9 +38,12 @@ def read_table(
     lines = [line for line in content.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     if len(lines) < 2:
         raise InputError(at(str(path), text("a heading and rows of numbers are needed")))
-    mark = next((each for each in ("\t", ";", ",") if each in lines[0]), ",")
+    mark = next((each for each in ("\t", ";", ",") if each in lines[0]), " ")
     rows = list(csv.reader(io.StringIO("\n".join(lines)), delimiter=mark, skipinitialspace=True))
     heading = [cell.strip() for cell in rows[0]]
+    units, first = [1.0] * len(heading), 1
+    if len(rows[1]) == len(heading) and all(_unit_row(cell) is not None for cell in rows[1]):
+        units, first = [_unit_row(cell) or 1.0 for cell in rows[1]], 2
     places: dict[str, tuple[int, float]] = {}
     for each in mapped:
         name, _, column = each.partition("=")
@@ -51,41 +56,61 @@ def read_table(
                 text("--column {typed}: {path} has no column {column}; there are {there}", typed=each, path=str(path), column=column,
                      there=heading)
             )  # fmt: skip
-        places[name] = heading.index(column), _split(column)[1]
+        places[name] = heading.index(column), _split(column)[1] * units[heading.index(column)]
     for number, cell in enumerate(heading):
         name, factor = _split(cell)
         ours = next((key for key, aliases in known.items() if name in aliases), None)
         if ours is not None and ours not in places and number not in {place for place, _ in places.values()}:
-            places[ours] = number, factor
+            places[ours] = number, factor * units[number]
     lacking = [name for name in needed if name not in places]
     if lacking:
         raise InputError(
             at(str(path), text("no column for {lacking}; there are {there}: name it with --column {first}=HEADING", lacking=lacking,
                                there=heading, first=lacking[0]))
         )  # fmt: skip
-    return {name: _numbers(path, rows, place, heading[place]) * factor for name, (place, factor) in places.items()}
+    return {
+        name: _numbers(path, rows, first, place, heading[place]) * factor for name, (place, factor) in places.items()
+    }
 
 
 def _content(path: Path) -> str:
     try:
         if path.stat().st_size > _LARGEST:
             raise InputError(at(str(path), text("the file is larger than 20 MB; a table of figures is wanted")))
-        return path.read_text(encoding="utf-8-sig")
+        content = path.read_bytes()
     except OSError as error:
         raise InputError(at(str(path), text("cannot be read: {why}", why=reason_of(error)))) from None
-    except UnicodeDecodeError:
-        raise InputError(at(str(path), text("is no text in UTF-8"))) from None
+    if content.startswith(b"PK\x03\x04"):
+        raise InputError(at(str(path), text("is a workbook; save the sheet with the table as CSV")))
+    marked = content.startswith((b"\xff\xfe", b"\xfe\xff"))
+    # Spreadsheets write UTF-16 with a mark, or the old Western encoding.
+    for encoding in ("utf-16",) if marked else ("utf-8-sig", "cp1252"):
+        try:
+            decoded = content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in decoded:
+            return decoded
+    raise InputError(at(str(path), text("is no text in UTF-8")))
 
 
 def _split(heading: str) -> tuple[str, float]:
-    """Return a heading's name, plain, and its unit's factor to SI."""
-    plain = heading.strip().lower()
+    """Return a heading's name, plain, and its unit's factor to SI, from rms to peak where it says so."""
+    plain, rms = _RMS.subn("", heading.strip().lower())
+    peak = math.sqrt(2.0) if rms else 1.0
     for pattern in (_QUOTIENT, _UNIT):
         found = pattern.search(plain)
         factor = _factor(found[1]) if found and found.start() > 0 else None
         if found and factor is not None:
-            return _plain(plain[: found.start()]), factor
-    return _plain(plain), 1.0
+            return _plain(plain[: found.start()]), factor * peak
+    return _plain(plain), peak
+
+
+def _unit_row(cell: str) -> float | None:
+    """Return a unit's factor to SI, from rms to peak where it says so; 1 for an empty cell, None where it is no unit."""
+    plain, rms = _RMS.subn("", cell.strip().lower().strip("[]()"))
+    factor = 1.0 if plain in ("", "-") else _factor(plain.strip())
+    return None if factor is None else factor * (math.sqrt(2.0) if rms else 1.0)
 
 
 def _factor(unit: str) -> float | None:
@@ -96,17 +121,24 @@ def _factor(unit: str) -> float | None:
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"[\s_]+", "", name.replace("ψ", "psi").replace("λ", "psi").replace("ω", "w"))
+    return (
+        re.sub(r"[\s_]+", "", name)
+        .replace("ψ", "psi")
+        .replace("λ", "psi")
+        .replace("ω", "w")
+        .replace("lambda", "psi")
+        .replace("fluxlinkage", "flux")
+    )
 
 
-def _numbers(path: Path, rows: Sequence[Sequence[str]], place: int, heading: str) -> NDArray[np.float64]:
-    made = np.full(len(rows) - 1, np.nan)
-    for line, row in enumerate(rows[1:], 2):
+def _numbers(path: Path, rows: Sequence[Sequence[str]], first: int, place: int, heading: str) -> NDArray[np.float64]:
+    made = np.full(len(rows) - first, np.nan)
+    for line, row in enumerate(rows[first:], first + 1):
         cell = row[place].strip() if place < len(row) else ""
         if not cell or cell.lower() == "nan":
             continue
         try:
-            made[line - 2] = float(cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell)
+            made[line - first - 1] = float(cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell)
         except ValueError:
             raise InputError(
                 at(

@@ -135,6 +135,10 @@ _SEEN = {
         "the torque is {ratio:.3g} times what the flux linkages give with peak values: currents or flux linkages are rms. "
         "Multiply those by √2"
     ),
+    Cause.TORQUE_DIFFERS: text(
+        "the torque column is {ratio:.3g} times what the flux linkages give: half is poles given as pole pairs, below zero a sign "
+        "reversed; look at units too"
+    ),
     Cause.UNEXPLAINED: text(
         "the record differs from the model by more than noise, and by none of the causes known here: look at its residual before you trust "
         "the figure"

@@ -248,9 +248,13 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             "electrical_speed": "electrical_speed",
         }
         readings = FluxReadings.of(**{name: taken.column(field) for name, field in names.items()})
+        return estimate_flux_map(
+            readings, gains=self._gains(taken), wanted=taken.planned, symmetric=self.settings.symmetric
+        )
+
+    def _gains(self, taken: MapReadings) -> GainLimits:
         last = taken.points[-1].reading
-        gains = GainLimits(last.voltage_accuracy.gain, last.current_accuracy.gain)
-        return estimate_flux_map(readings, gains=gains, wanted=taken.planned, symmetric=self.settings.symmetric)
+        return GainLimits(last.voltage_accuracy.gain, last.current_accuracy.gain)
 
     def _report_figures(self, flux_map: MeasuredFluxMap) -> None:
         """Report the flux linkage at no current, and the largest torque at the largest current with its angle."""
@@ -305,7 +309,9 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         accuracy = taken.points[-1].shaft.torque_accuracy
         reach = self.bench.dynamometer.maximum_torque
         gain = accuracy.gain or accuracy.offset / reach
-        limits = (gain, *(flux_map.figure(0.0, compared.gradient).shared.values()))
+        # Both gains go into the map's torque whole, the current's by the points' places too, whatever saturates.
+        gains = self._gains(taken)
+        limits = (gain, gains.voltage, gains.current)
         spread = math.hypot(compared.scatter, *(limit / math.sqrt(3.0) for limit in limits))
         self.findings["torque"] = {**compared.as_dict(), "standard_uncertainty": spread}
         if abs(compared.ratio - 1.0) > _AGREE * spread:

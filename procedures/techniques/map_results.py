@@ -110,14 +110,10 @@ def capability_of(
 
 @dataclass(frozen=True)
 class ShaftTorque:
-    """The shaft's torque over the map's: `ratio` with the standard uncertainty of its scatter, torques (n,) in N·m behind it.
-
-    `gradient` (2m,) is the ratio's derivative by the map's flux linkages.
-    """
+    """The shaft's torque over the map's: `ratio` with the standard uncertainty of its scatter, torques (n,) in N·m behind it."""
 
     ratio: float
     scatter: float
-    gradient: FloatArray
     of_map: FloatArray
     of_shaft: FloatArray
 
@@ -153,13 +149,7 @@ def shaft_torque(flux_map: MeasuredFluxMap, taken: MapReadings, pole_pairs: floa
     ratio = float(of_map[used] @ of_shaft[used]) / size
     left = of_shaft[used] - ratio * of_map[used]
     scatter = math.sqrt(float(left @ left) / (np.count_nonzero(used) - 1) / size)
-    gradient = np.zeros(flux_map.flux.size)
-    weights = -ratio * of_map / size * 1.5 * pole_pairs * sides
-    for k in np.flatnonzero(used):
-        i_d, i_q = flux_map.points[places[k]]
-        gradient[2 * places[k]] += weights[k] * i_q
-        gradient[2 * places[k] + 1] -= weights[k] * i_d
-    return ShaftTorque(ratio, scatter, gradient, of_map[used], of_shaft[used])
+    return ShaftTorque(ratio, scatter, of_map[used], of_shaft[used])
 
 
 def _place(flux_map: MeasuredFluxMap, i_d: float, i_q: float) -> int:

@@ -97,6 +97,14 @@ def _little_magnet(d: Complex, q: Complex) -> Complex:
     return np.asarray(_reluctance(d, q) + 0.06 * d)
 
 
+def _cross_saturated(d: Complex, q: Complex) -> Complex:
+    """A PM-SyRM of 20 kW's like: one iron for both axes, so that i_q takes a third of the magnets' flux away at full current."""
+    shared = np.sqrt(1.0 + ((d + 35.0) / 70.0) ** 2 + (q / 45.0) ** 2)
+    return np.asarray(
+        0.5 * 0.9e-3 * d**2 + 0.5 * 0.7e-3 * q**2 + 21.0 * (shared - np.sqrt(1.25)) + 0.10 * _saturating(q, 8.0)
+    )
+
+
 def _asymmetric(baldor: Callable[[Complex], Complex], most: float) -> Callable[[Complex], Complex]:
     """Turn a map by an angle that grows with the current: its zero stays, its symmetry goes."""
 
@@ -136,6 +144,10 @@ def true_motors(measured: Path | None, others: tuple[OtherTable, ...] = ()) -> M
     """Return the motors by name; `measured` is the table of a 5.6 kW PM-SyRM, without which there are only made-up ones and `others`."""
     made = {
         "bridged IPMSM": TrueMotor(of_coenergy(_bridged_ipm), 240.0, 4, 0.012, 2.0 * np.pi * 50.0),
+        "cross-saturated": TrueMotor(of_coenergy(_cross_saturated), 120.0, 3, 0.05, 2.0 * np.pi * 40.0),
+        "bridged IPMSM, turned with current": TrueMotor(
+            _asymmetric(of_coenergy(_bridged_ipm), 480.0), 240.0, 4, 0.012, 2.0 * np.pi * 50.0, symmetric=False
+        ),
         "surface magnets": TrueMotor(of_coenergy(_surface_magnets), 15.0, 4, 0.5, 2.0 * np.pi * 60.0),
         "reluctance": TrueMotor(of_coenergy(_reluctance), 20.0, 2, 0.63, 400.0 * np.pi / 15.0, magnet=False),
         "reluctance, little magnet": TrueMotor(of_coenergy(_little_magnet), 20.0, 2, 0.63, 400.0 * np.pi / 15.0),

@@ -64,6 +64,7 @@ class Cause(StrEnum):
     RESISTANCE_LEFT = "resistance-left"
     TORQUE_COMPUTED = "torque-computed"
     RMS_FOR_PEAK = "rms-for-peak"
+    TORQUE_DIFFERS = "torque-differs"
     UNEXPLAINED = "unexplained"
 
 

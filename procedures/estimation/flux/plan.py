@@ -105,8 +105,9 @@ def reading_order(
     """
     sides = (1, -1) if np.all(points[:, 1] >= 0.0) else (1,)
     moving = [k for k in random.permutation(len(points)) if np.any(points[k])]
-    chosen = [k for k in anchors(points, count) if k in moving]
-    both_ways = _of_d_axis(points)
+    chosen = [k for k in anchors(points, 2 * count // len(sides)) if k in moving]
+    # Nothing stands for a current's mirror image where both sides are read: more is read at both speeds, for R is known by that alone.
+    both_ways = _of_d_axis(points) if len(sides) > 1 else np.flatnonzero((points[:, 1] == 0.0) & (points[:, 0] != 0.0))
     single: dict[int, list[PlannedReading]] = {1: [], -1: []}
     repeated: dict[int, list[PlannedReading]] = {1: [], -1: []}
     flip = 0
@@ -129,12 +130,14 @@ def other_sides(
     planned: Sequence[PlannedReading], random: np.random.Generator, *, block: int = BETWEEN_ZEROS
 ) -> Sequence[PlannedReading]:
     """Return what a plan for a symmetric motor lacks where the motor is not: the other sign of i_q, at the other speed, of each current
-    that was read at one only, in the order and with the readings at zero current that `reading_order` has. Empty where nothing lacks.
+    that was read at one only, and those on the d axis at the other speed, in the order and with the readings at zero current that
+    `reading_order` has. Empty where nothing lacks.
     """
     read = {(each.i_d, each.i_q) for each in planned}
+    on_axis = {(each.i_d, each.direction) for each in planned if each.i_q == 0.0}
     single: dict[int, list[PlannedReading]] = {1: [], -1: []}
     for each in planned:
-        if (each.i_d, -each.i_q) not in read:
+        if (each.i_d, -each.i_q) not in read or (each.i_q == 0.0 and (each.i_d, -each.direction) not in on_axis):
             single[-each.direction].append(PlannedReading(each.i_d, -each.i_q, -each.direction))
     return _in_blocks(single, {1: [], -1: []}, random, block) if single[1] or single[-1] else []
 

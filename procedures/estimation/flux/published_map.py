@@ -21,6 +21,14 @@ _NO_MAGNET = 0.02
 _OTHER_AXIS = 45.0
 #: A turn (degrees) and a wrong resistance (share of ψ) that are worth saying.
 _TURN, _REMAINDER = 0.2, 2e-3
+#: A turn (degrees) from which on flux linkages are so much another axis' that they are not given: 0.4 % of ψ_d, 9 % of it in ψ_q.
+_TURNED_FAR = 5.0
+#: More current (A) and flux linkage (V·s) than any motor has.
+_MOST_CURRENT, _MOST_FLUX = 1e5, 1e3
+#: Zero current is this close (share of the largest current), or among the rows.
+_NEAR_ZERO = 0.1
+#: A row this much farther (times any row elsewhere, share of the largest flux linkage) off the quadratic through its neighbours is odd.
+_ODD, _ODD_SHARE, _NEIGHBOURS = 2.5, 0.03, 14
 #: A torque column this even over that of the fluxes (relative scatter) was computed.
 _COMPUTED = 2e-4
 _RATIO = 0.08
@@ -74,6 +82,16 @@ def read_map(
         raise EstimationError(
             f"{len(points) - len(distinct)} rows stand at currents that another row has too; give one row for each current"
         )
+    _check_reach(points, flux)
+    odd = _odd_row(points, flux)
+    if odd is not None:
+        # Rows without numbers are counted too.
+        figures = {
+            "number": float(np.flatnonzero(whole)[odd] + 1),
+            "i_d": float(points[odd, 0]),
+            "i_q": float(points[odd, 1]),
+        }
+        found.append(_finding(Cause.ODD_READING, Answer.WIDENED, figures))
     found += _orientation(points, flux)
     symmetric, folded = _folded(points, flux, spread)
     at, values, sigma = folded
@@ -91,7 +109,8 @@ def read_map(
     turn = float(np.arctan2(zero[1], zero[0])) if np.hypot(*zero) > _NO_MAGNET * scale else 0.0
     contradictory = any(f.answer is Answer.WITHHELD for f in found)
     if not contradictory and abs(math.degrees(turn)) > _TURN:
-        found.append(_finding(Cause.MAP_TURNED, Answer.WIDENED, {"angle": math.degrees(turn)}))
+        answer = Answer.WIDENED if abs(math.degrees(turn)) < _TURNED_FAR else Answer.WITHHELD
+        found.append(_finding(Cause.MAP_TURNED, answer, {"angle": math.degrees(turn)}))
     if not contradictory and abs(remainder) * made.largest_current > _REMAINDER * scale:
         share = abs(remainder) * made.largest_current / scale
         found.append(_finding(Cause.RESISTANCE_LEFT, Answer.WIDENED, {"remainder": remainder, "share": share}))
@@ -122,6 +141,49 @@ def _holes(points: FloatArray, missing: int) -> int:
             else 0
         )
     return max(absent, missing)
+
+
+def _check_reach(points: FloatArray, flux: FloatArray) -> None:
+    """Raise EstimationError for figures that no motor has, currents on one line, or none near zero."""
+    size, scale = np.hypot(*points.T), float(np.max(np.hypot(*flux.T)))
+    most = float(np.max(size))
+    if most > _MOST_CURRENT or scale > _MOST_FLUX:
+        raise EstimationError(
+            f"currents reach {most:.3g} A and flux linkages {scale:.3g} V·s; at most {_MOST_CURRENT:g} A and {_MOST_FLUX:g} V·s are taken: "
+            "look at the units"
+        )
+    spread = np.linalg.svd(points - np.mean(points, axis=0), compute_uv=False)
+    if not spread[1] > 1e-3 * spread[0]:
+        raise EstimationError("all currents lie on one line of the dq plane; rows over both i_d and i_q are needed")
+    within = np.all((np.min(points, axis=0) <= 0.0) & (np.max(points, axis=0) >= 0.0))
+    if not within and float(np.min(size)) > _NEAR_ZERO * most:
+        raise EstimationError(
+            f"the current nearest to zero is {np.min(size):.3g} A, the largest {most:.3g} A: the magnets' flux linkage, by which axes and "
+            "signs are told, is not among them; add rows near zero current"
+        )
+
+
+def _odd_row(points: FloatArray, flux: FloatArray) -> int | None:
+    """Return the row farthest off the quadratic surface through its neighbours, where it is far off by itself; None where none is."""
+    if len(points) < 2 * _NEIGHBOURS:
+        return None
+    span = np.ptp(points, axis=0)
+    away = np.zeros(len(points))
+    for row, point in enumerate(points):
+        x = (points - point) / span
+        near = np.argsort(np.hypot(*x.T))[1 : _NEIGHBOURS + 1]
+        d, q = x[near].T
+        around = np.sort(np.arctan2(q, d))
+        if np.max(np.diff(around, append=around[0] + 2.0 * np.pi)) >= np.pi:
+            # At the table's edge its neighbours are on one side, and say little of it.
+            continue
+        design = np.column_stack((np.ones_like(d), d, q, d * d, d * q, q * q))
+        away[row] = np.hypot(*(flux[row] - np.linalg.lstsq(design, flux[near], rcond=None)[0][0]))
+    worst = int(np.argmax(away))
+    # A row that is off has its neighbours off too; where the surface bends, others far from there are as well.
+    apart = np.argsort(np.hypot(*((points - points[worst]) / span).T))[_NEIGHBOURS + 1 :]
+    far = max(_ODD * float(np.max(away[apart])), _ODD_SHARE * float(np.max(np.hypot(*flux.T))))
+    return worst if away[worst] > far else None
 
 
 def _orientation(points: FloatArray, flux: FloatArray) -> list[Finding]:
@@ -166,6 +228,8 @@ _Folded = tuple[FloatArray, FloatArray, FloatArray | None]
 def _folded(points: FloatArray, flux: FloatArray, spread: FloatArray | None) -> tuple[bool, _Folded]:
     """Tell whether ψ_d is even and ψ_q odd in i_q, and return the half with i_q ≥ 0, both sides' mean; all rows where it is not."""
     size = float(np.max(np.hypot(*points.T)))
+    if np.all(points[:, 1] <= 1e-6 * size):
+        points, flux = points * [1.0, -1.0], flux * [1.0, -1.0]
     mirror = np.hypot(*(points[:, None, :] - (points * [1.0, -1.0])[None, :, :]).transpose(2, 0, 1))
     partner, apart = np.argmin(mirror, axis=1), np.min(mirror, axis=1)
     upper = points[:, 1] >= -1e-6 * size
@@ -213,4 +277,6 @@ def _torque(points: FloatArray, flux: FloatArray, torque: FloatArray, pole_pairs
     for factor, what in ((math.sqrt(2.0), "one"), (2.0, "both")):
         if abs(ratio / factor - 1.0) < _RATIO:
             found.append(_finding(Cause.RMS_FOR_PEAK, Answer.WITHHELD, {"ratio": ratio, "record": f"rms-{what}"}))
+    if abs(ratio - 1.0) > _RATIO and not any(each.cause is Cause.RMS_FOR_PEAK for each in found):
+        found.append(_finding(Cause.TORQUE_DIFFERS, Answer.WIDENED, {"ratio": ratio}))
     return ratio, found

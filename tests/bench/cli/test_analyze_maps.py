@@ -96,6 +96,85 @@ def test_torque_that_was_computed_and_rms_for_peak(tmp_path: Path, capsys: pytes
     assert [row["cause"] for row in made["misfit"]] == ["rms-for-peak"]
 
 
+def test_torque_of_other_pole_pairs_or_sign_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = rows_of()
+    torque = 3.0 * (rows[:, 2] * rows[:, 1] - rows[:, 3] * rows[:, 0])
+    torque = torque * (1.0 + 0.01 * np.random.default_rng(1).normal(size=torque.size))
+    for pairs, sign in ((4.0, 1.0), (2.0, -1.0)):
+        path = written(
+            tmp_path / "torque.csv", np.column_stack((rows, sign * torque)), "id_A,iq_A,psi_d_Vs,psi_q_Vs,torque_Nm"
+        )
+        made = analyzed(capsys, 0, flux_map(path, pole_pairs=pairs, json=True))
+        assert [row["cause"] for row in made["misfit"]] == ["torque-differs"]
+
+
+def test_a_row_that_is_off_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = rows_of()
+    rows[51, 3] *= -1.0
+    made = analyzed(capsys, 0, flux_map(written(tmp_path / "map.csv", rows), json=True))
+    (row,) = (row for row in made["misfit"] if row["cause"] == "odd-reading")
+    assert row["figures"]["number"] == 52
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda rows: rows[rows[:, 0] == 0.0].repeat(2, axis=0) + np.linspace(0.0, 1e-3, 18)[:, None] * [0, 1, 0, 0], "on one line"),
+        (lambda rows: rows * 1e9, "look at the units"),
+        (lambda rows: rows[(rows[:, 0] <= -8.0) & (rows[:, 1] >= 4.0)], "add rows near zero current"),
+    ],
+)  # fmt: skip
+def test_a_table_that_no_map_follows_from_is_refused(
+    change: Callable[[Array], Array], words: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=words):
+        flux_map(written(tmp_path / "map.csv", change(rows_of())))
+
+
+def test_a_table_of_negative_q_currents_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = rows_of()
+    made = analyzed(capsys, 0, flux_map(written(tmp_path / "map.csv", rows[rows[:, 1] <= 0.0]), json=True))
+    assert made["parameters"]["flux_linkage"]["value"] == pytest.approx(0.06, rel=0.02)
+
+
+def test_a_map_turned_far_gives_no_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    angle = np.radians(12.0)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    path = written(tmp_path / "map.csv", rows_of(lambda i, psi: (i @ turn, psi @ turn)))
+    made = analyzed(capsys, 1, flux_map(path, json=True))
+    assert made["withheld"]["flux_linkage"]["cause"] == "map-turned"
+
+
+@pytest.mark.parametrize(
+    ("heading", "factors", "mark", "encoding"),
+    [
+        ("Id (A rms),Iq (Arms),Psi_d (mWb),Psi_q (mWb)", [0.5**0.5, 0.5**0.5, 1e3, 1e3], ",", "utf-8"),
+        ("id_Arms,iq_Arms,psi_d_Vs_rms,psi_q_Vs_rms", [0.5**0.5] * 4, ",", "utf-8"),
+        ("I_d [A];I_q [A];Flux linkage d [mVs];Flux linkage q [mVs]", [1.0, 1.0, 1e3, 1e3], ";", "utf-16"),
+        ("Id;Iq;λd;λq\nA;A;mVs;mVs", [1.0, 1.0, 1e3, 1e3], ";", "utf-8"),
+        ("Id Iq lambda_d lambda_q", [1.0] * 4, " ", "cp1252"),
+    ],
+)
+def test_headings_units_and_marks_of_others(
+    heading: str, factors: list[float], mark: str, encoding: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "map.csv"
+    decimal = "," if mark == ";" else "."
+    lines = [mark.join(f"{x:.9g}".replace(".", decimal) for x in row) for row in rows_of() * factors]
+    path.write_text("\n".join([heading, *lines]), encoding=encoding)
+    made = analyzed(capsys, 0, flux_map(path, json=True))
+    assert not made["misfit"]
+    assert made["parameters"]["flux_linkage"]["value"] == pytest.approx(0.06, rel=0.01)
+    assert made["parameters"]["d_axis_inductance"]["value"] == pytest.approx(18e-3, rel=0.02)
+
+
+def test_a_workbook_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "map.xlsx"
+    path.write_bytes(b"PK\x03\x04" + bytes(200))
+    with pytest.raises(InputError, match="is a workbook; save the sheet"):
+        flux_map(path)
+
+
 def test_columns_are_mapped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = written(tmp_path / "map.csv", rows_of() * [1.0, 1.0, 1e3, 1e3], "Strom1,Strom2,F1 [mVs],F2 [mVs]")
     mapped = ["i_d=Strom1", "i_q=Strom2", "psi_d=F1 [mVs]", "psi_q=F2 [mVs]"]

@@ -12,7 +12,7 @@ from procedures.estimation.flux.mtpa import maximum_torque_per_ampere, torque_fi
 from procedures.estimation.flux.plan import grid_locations
 from tests.studies.flux_truths import TrueMotor, true_motors
 
-MOTORS = true_motors(None)
+MOTORS = {name: motor for name, motor in true_motors(None).items() if motor.symmetric}
 
 
 def exact_map(motor: TrueMotor, count: int = 80, gain: float = 0.003) -> MeasuredFluxMap:

@@ -14,7 +14,7 @@ from procedures.estimation.flux.readings import FluxReadings, locations_of
 from tests.studies.flux_benches import CURRENT_GAIN, VOLTAGE_GAIN, RandomBench, random_bench, read
 from tests.studies.flux_truths import Array, TrueMotor, true_motors
 
-MOTORS = true_motors(None)
+MOTORS = {name: motor for name, motor in true_motors(None).items() if motor.symmetric}
 GAINS = GainLimits(VOLTAGE_GAIN, CURRENT_GAIN)
 
 
