@@ -65,6 +65,10 @@ _SEEN = {
         "{channels} may be AC coupled, which takes up to {shortfall:.1%} of the reading away at {frequency:.3g} Hz and shows in no record: "
         "couple DC, and say so where the file does not (--coupling dc)"
     ),
+    Cause.DISTORTION: text(
+        "channel {channel} shows harmonics of even order, {share:.2%} of the fundamental, which no winding makes: probe, amplifier or "
+        "converter is not straight. Use another probe or range, and see whether they stay"
+    ),
     Cause.TOO_COARSE: text(
         "channel {channel} has less noise than a tenth of its step, {resolution:.3g} V: readings do not average the steps out; use a finer "
         "range"
