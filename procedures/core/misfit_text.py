@@ -300,6 +300,10 @@ _SEEN_IN_FOUR_WIRE = {
         "of {count:.0f} four-wire readings of a line the one at {current:.3g} A is {off:+.2%} off the line through the others, and is left "
         "out: look at clips and terminals, and measure again"
     ),
+    Cause.CURVATURE: text(
+        "the voltage of a line does not rise straight with the current, by {bend:.2%} of it: a contact that rectifies, a range of the "
+        "ammeter that reads otherwise, or a winding that warms at the larger currents. Clean the contacts, hold the range, use less current"
+    ),
 }
 _SEEN_IN_FOUR_WIRE_SCATTER = {
     Cause.REPEATS_DIFFER: text(
