@@ -65,6 +65,10 @@ _SEEN = {
         "{channels} may be AC coupled, which takes up to {shortfall:.1%} of the reading away at {frequency:.3g} Hz and shows in no record: "
         "couple DC, and say so where the file does not (--coupling dc)"
     ),
+    Cause.DISTORTION: text(
+        "channel {channel} shows harmonics of even order, {share:.2%} of the fundamental, which no winding makes: probe, amplifier or "
+        "converter is not straight. Use another probe or range, and see whether they stay"
+    ),
     Cause.TOO_COARSE: text(
         "channel {channel} has less noise than a tenth of its step, {resolution:.3g} V: readings do not average the steps out; use a finer "
         "range"
@@ -299,6 +303,10 @@ _SEEN_IN_FOUR_WIRE = {
     Cause.REPEATS_DIFFER: text(
         "of {count:.0f} four-wire readings of a line the one at {current:.3g} A is {off:+.2%} off the line through the others, and is left "
         "out: look at clips and terminals, and measure again"
+    ),
+    Cause.CURVATURE: text(
+        "the voltage of a line does not rise straight with the current, by {bend:.2%} of it: a contact that rectifies, a range of the "
+        "ammeter that reads otherwise, or a winding that warms at the larger currents. Clean the contacts, hold the range, use less current"
     ),
 }
 _SEEN_IN_FOUR_WIRE_SCATTER = {

@@ -7,6 +7,7 @@ import numpy as np
 
 from procedures.estimation.emf.clipping import find_ends, restore
 from procedures.estimation.emf.dropouts import leave_out_dropouts
+from procedures.estimation.emf.even_orders import find_bend
 from procedures.estimation.emf.harmonics import HarmonicModel
 from procedures.estimation.emf.hum import find_hum, take_out
 from procedures.estimation.emf.record import DigitizedChannel
@@ -64,16 +65,19 @@ def make_good(
     """
     values, growth = v, np.ones((v.shape[0], 1 + 2 * len(orders)))
     kept, beside = np.ones(v.shape[0]), np.zeros(v.shape[0])
+    whole = np.ones(v.shape[0], dtype=bool)
     findings: list[Finding] = []
     if without := leave_out_dropouts(t, v, orders, model, channels, refit):
         v = values = without.values
         growth, kept = without.growth, 1.0 - np.mean(without.lost, axis=1)
+        whole = kept == 1.0
         findings += without.findings
         model = refit(values)
     hum = find_hum(t, orders, model, colour, channels)
     if ends := find_ends(t, v, orders, model, channels, hum):
         restored = restore(t, v, orders, model, ends, channels, refit)
         if restored.lost.any():
+            whole &= ~restored.lost.any(axis=1)
             values, growth, beside = restored.values, growth * restored.growth, restored.moved
             kept = np.maximum(kept - np.mean(restored.lost, axis=1), 0.05)
             findings += restored.findings
@@ -86,6 +90,9 @@ def make_good(
             model = refit(values)
         growth = growth * more
         findings.append(line.finding(channels))
+    bent, bend = find_bend(t, orders, model, channels, whole)
+    findings += bend
+    beside = np.hypot(beside, bent)
     return MadeGood(values, kept, growth, beside, tuple(findings))
 
 

@@ -37,6 +37,7 @@ class Cause(StrEnum):
     REGRIP = "regrip"
     WRONG_PERIOD = "wrong-period"
     TURNING_POINTS = "turning-points"
+    DISTORTION = "distortion"
     PROBE_FACTOR = "probe-factor"
     CHANNELS_DIFFER = "channels-differ"
     WARM_WINDING = "warm-winding"

@@ -101,7 +101,7 @@ def slope(voltage: ArrayLike, current: ArrayLike) -> Fit:
     `offset` takes thermal EMF and the voltmeter's zero, `meter` the zero of the current's meter, which reads amounts. Readings stand in
     the order of time, evenly spaced: a voltage that drifts along, as thermal EMF of contacts that warm up does, or a resistance that
     changes where the current is larger, is in the model where the readings show it, see `misfit`. So is a reading that contradicts all
-    others: it is left out, and what it would change is in the interval.
+    others: it is left out, and what it would change is in the interval. So is what a voltage that does not rise straight would do.
     Raises EstimationError on too few points, currents of one sign or of one amount only, and a falling voltage.
     """
     v, i = series("voltage", voltage, least=4), series("current", current, least=4)
@@ -112,7 +112,7 @@ def slope(voltage: ArrayLike, current: ArrayLike) -> Fit:
         raise EstimationError("all currents are alike; take readings at several currents")
     order = np.linspace(-1.0, 1.0, v.size)
     odd = _odd(v, i)
-    fit = _with_drift(v, i, order) if odd is None else _without(v, i, order, odd)
+    fit = _as_straight(_with_drift(v, i, order), v, i, order) if odd is None else _without(v, i, order, odd)
     if fit.value("resistance") <= 0:
         raise EstimationError(
             "the voltage falls as the current rises: one of the two meters is connected the wrong way round"
@@ -180,6 +180,37 @@ def _with_drift(v: FloatArray, i: FloatArray, order: FloatArray) -> Fit:
     score = min(float(special.ndtri(special.stdtr(freedom, abs(t[clearest])))), _MOST)
     finding = Finding(Cause.SLOPE, Answer.WIDENED, score=score)
     return replace(further, names=_SLOPE, values=further.values[:3], covariance=covariance, misfit=Misfit((finding,)))
+
+
+def _as_straight(fit: Fit, v: FloatArray, i: FloatArray, order: FloatArray) -> Fit:
+    """Return the fit with what a voltage that bends over the current may do to it: by polarity, by amount, or by range."""
+    plain = _plain(i) if not fit.misfit else np.column_stack((_plain(i), order, order * i))
+    freedom = v.size - plain.shape[1] - 1
+    amounts = np.abs(i) / float(np.max(np.abs(i)))
+    levels = np.unique(np.round(amounts, 2))
+    if freedom < _LEAST_FREEDOM or levels.size < 3:
+        return fit
+    ranges = [i * (amounts < level) for level in 0.5 * (levels[:-1] + levels[1:])]
+    shapes = (np.abs(i), i * amounts**2, *ranges)
+    limit = float(special.stdtrit(freedom, 1.0 - 0.5 * _CHANCE / len(shapes)))
+    names = tuple(str(k) for k in range(plain.shape[1] + 1))
+    clearest, bend = limit, 0.0
+    for shape in shapes:
+        bent = least_squares(names, np.column_stack((plain, shape)), v)
+        t = abs(float(bent.values[-1])) / max(bent.uncertainty(names[-1]), 1e-300)
+        if t > clearest:
+            # Which polarity, or which of the currents, shows the resistance is not known: it is between them.
+            moved = float(bent.values[0]) - fit.value("resistance")
+            clearest, bend = t, max(abs(float(bent.values[-1])), abs(moved))
+    if not bend:
+        return fit
+    covariance = fit.covariance.copy()
+    covariance[0, 0] += bend**2 / 3.0
+    score = min(float(special.ndtri(special.stdtr(freedom, clearest))), _MOST)
+    figures: dict[str, float | str] = {"bend": abs(bend / fit.value("resistance")), "record": "four-wire"}
+    answer = Answer.WITHHELD if bend > _MOST_SHIFT * abs(fit.value("resistance")) else Answer.WIDENED
+    finding = Finding(Cause.CURVATURE, answer, score=score, figures=figures)
+    return replace(fit, covariance=covariance, misfit=Misfit.together((fit.misfit, Misfit((finding,)))))
 
 
 def drift(blocks: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> Fit:

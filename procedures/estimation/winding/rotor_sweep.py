@@ -150,7 +150,7 @@ def fit_rotor_sweep(
     if wrong or not saliency_significant(plain)[0]:
         return replace(plain, misfit=Misfit(wrong))
     added = added_terms(theta, plain.course, values, mechanical=mechanical)
-    if not added.findings:
+    if not added.findings and not added.doubt:
         return plain
     # What goes with time or with the mechanical angle is taken off, and its own uncertainty put on.
     fit = sweep_fit(rate * theta, values - added.shape, None, tried, resolution)

@@ -36,7 +36,7 @@ def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, me
     if mechanical:
         turning = [part(k * angle) for k in (1, 2) for part in (np.cos, np.sin)]
         groups[Cause.ECCENTRICITY] = np.column_stack(turning)
-    design, found = wave, []
+    design, found, slope = wave, [], 0
     coefficients, squares = _solve(design, values)
     plain = coefficients[:3]
     while groups:
@@ -50,11 +50,21 @@ def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, me
         figures: dict[str, float | str] = {"order": 1.0} if cause is Cause.ECCENTRICITY else {}
         score = float(-special.ndtri(max(0.5 * probable[cause], 1e-300)))
         found.append(Finding(cause, Answer.WIDENED if partial else Answer.MODELLED, score=score, figures=figures))
+        if cause is Cause.SLOPE:
+            slope = len(design[0]) - 3
     shape = design[:, 3:] @ coefficients[3:]
     before = np.diag(np.linalg.pinv(wave.T @ wave))
     after = np.diag(np.linalg.pinv(design.T @ design))[:3]
     widened = any(finding.answer is Answer.WIDENED for finding in found)
     doubt = float(np.max(np.abs(coefficients[:3] - plain))) if widened else 0.0
+    if slope:
+        # When on its way the meter was right is not known.
+        doubt = float(np.hypot(doubt, 0.5 * coefficients[slope] / np.sqrt(3.0)))
+    # A wave of the fourth order may be the winding's own, or an angle that the magnets' detent moves, which moves the mean by as much.
+    fourth = np.column_stack((np.cos(2.0 * course), np.sin(2.0 * course)))
+    if _probability(design, fourth, values, squares) < _CHANCE:
+        size = float(np.hypot(*_solve(np.column_stack((design, fourth)), values)[0][-2:]))
+        doubt = float(np.hypot(doubt, size / np.sqrt(3.0)))
     return Added(tuple(found), np.asarray(shape), float(np.max(after / before)), doubt)
 
 

@@ -43,6 +43,27 @@ def test_a_clean_record_is_told_nothing_of() -> None:
     assert said <= 2
 
 
+@pytest.mark.parametrize("gain", [0.02, -0.1])
+def test_polarities_of_unequal_gain_show_in_even_orders_and_are_held(gain: float) -> None:
+    time, v = record(np.random.default_rng(4), PLAIN)
+    bent = np.where(v > 0.0, (1.0 + gain) * v, v)
+    fit = fit_back_emf(time, bent, digitized=told(PLAIN))
+    assert only(fit, Cause.DISTORTION).answer is Answer.WIDENED
+    assert holds(fit, PLAIN.flux)
+    assert not holds(fitted(PLAIN), PLAIN.flux * (1.0 + 0.5 * gain))
+    whole = flux_by_integration(time, bent, digitized=told(PLAIN))
+    assert Cause.DISTORTION in {finding.cause for finding in whole.misfit.findings}
+
+
+def test_a_machine_of_many_odd_harmonics_is_not_taken_for_a_bent_channel() -> None:
+    random, said = np.random.default_rng(6), 0
+    for seed in range(40):
+        odd = tuple((k, float(random.uniform(0.0, 0.1 / k)), float(random.uniform(0.0, 6.3))) for k in range(3, 26, 2))
+        setup = replace(draw(random), harmonics=odd, drift=0.0, points=1000)
+        said += any(finding.cause is Cause.DISTORTION for finding in fitted(setup, seed).misfit.findings)
+    assert said <= 2
+
+
 @pytest.mark.parametrize("ends", [(0.95, 0.95), (0.85, 0.85), (np.inf, 0.9), (0.8, np.inf)])
 def test_what_clipped_is_left_out_and_the_rest_tells_the_waveform(ends: tuple[float, float]) -> None:
     setup = replace(PLAIN, ends=ends)

@@ -159,3 +159,30 @@ def test_a_drift_common_to_three_pairs_is_found(rate: float, noise: float, seed:
     fit = drift(blocks)
     assert fit.value("drift") == pytest.approx(rate, abs=6.0 * fit.uncertainty("drift") + 0.05 * abs(rate))
     assert fit.uncertainty("drift") < noise + 0.02 * abs(rate)
+
+
+@pytest.mark.parametrize("bend", ["a contact rectifies", "the ammeter's lower range"])
+def test_a_voltage_that_does_not_rise_straight_is_told_and_held(bend: str) -> None:
+    levels = np.array([1.0, 0.75, 0.5, 0.25, 1.0])
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        true = np.concatenate((levels, -levels))
+        voltage = 0.02 * true + 2e-6 + random.normal(0.0, 1e-6, 10)
+        read = true
+        if bend == "a contact rectifies":
+            voltage = voltage + 4e-4 * np.maximum(true, 0.0)
+        else:
+            read = np.where(np.abs(true) < 0.6, 1.01 * true, true)
+        fit = slope(voltage, read)
+        assert {finding.cause for finding in fit.misfit.findings} == {Cause.CURVATURE}
+        assert fit.misfit.findings[0].answer is Answer.WIDENED
+        assert abs(fit.value("resistance") - 0.02) < 2.0 * fit.uncertainty("resistance")
+
+
+def test_straight_readings_are_told_nothing_of() -> None:
+    levels, told = np.array([1.0, 0.75, 0.5, 0.25, 1.0]), 0
+    for seed in range(300):
+        true = np.concatenate((levels, -levels))
+        voltage = 0.02 * true + 2e-6 + np.random.default_rng(seed).normal(0.0, 1e-6, 10)
+        told += bool(slope(voltage, true).misfit)
+    assert told <= 6

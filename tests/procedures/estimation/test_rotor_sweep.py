@@ -139,3 +139,17 @@ def test_a_rotor_without_saliency_is_not_called_wrong() -> None:
     for seed in range(20):
         values = 500e-6 + np.random.default_rng(seed).normal(0.0, 1e-6, angle.size)
         assert Cause.WRONG_PERIOD not in {f.cause for f in fit_rotor_sweep(angle, values, pole_pairs=4).misfit.findings}
+
+
+@pytest.mark.parametrize("bend", ["the detent moves the rotor", "the meter warms up in steps"])
+def test_what_moves_the_mean_of_a_sweep_is_held(bend: str) -> None:
+    angle, held = np.linspace(0.0, 2.0 * np.pi, 72), 0
+    for seed in range(20):
+        moved = angle + (0.03 / 4) * np.sin(8.0 * angle) if bend.startswith("the detent") else angle
+        values = 500e-6 - 100e-6 * np.cos(8.0 * moved + 0.6) + np.random.default_rng(seed).normal(0.0, 3e-7, angle.size)
+        if not bend.startswith("the detent"):
+            values *= 1.0 + 0.002 * np.floor(angle / 1.4)
+        fit = fit_rotor_sweep(angle, values, pole_pairs=4)
+        assert bool(fit.misfit) is not bend.startswith("the detent")
+        held += abs(fit.value("mean") - 500e-6) < 2.0 * fit.uncertainty("mean")
+    assert held >= 18

@@ -1,0 +1,75 @@
+"""Harmonics of even order in a record of a turning machine's voltages: what bends a channel, for no winding makes them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from procedures.estimation.emf.harmonics import HarmonicModel, thin, waveform_basis
+from procedures.estimation.emf.record import DigitizedChannel, usable
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding
+from procedures.estimation.fitting.noise import undithered
+
+#: Even orders that are looked at, and the odd ones of a machine that would leak into them.
+_EVEN, _ODD = (2, 4, 6, 8, 10, 12), (9, 11, 13, 15, 17)
+#: They are seen where chance gives them once in so many records, and told from this share of the fundamental on.
+_CHANCE, _LEAST = 1e-5, 1e-3
+#: A channel whose two polarities have unequal gains moves the fundamental by 2.3 times all its even orders: less than twice the standard
+#: uncertainty.
+_TO_FUNDAMENTAL = 1.4
+
+
+def find_bend(
+    t: FloatArray,
+    kept: Sequence[int],
+    model: HarmonicModel,
+    channels: Sequence[DigitizedChannel],
+    whole: NDArray[np.bool_],
+) -> tuple[FloatArray, tuple[Finding, ...]]:
+    """Return what is not known of the fundamental flux (C,), V·s/rad, where a channel bends, and what is told of it.
+
+    Half a turn of a pair of poles later a winding sees the same flux reversed, so that even orders come from probe, amplifier or
+    converter; what these do to the fundamental, which does not show, is of their size. `whole` (C,) are channels all of whose readings
+    are the record's own: where the model stands for one side's, even orders are its doing.
+    """
+    nothing = np.zeros(len(channels)), ()
+    course = np.array([0.0, *model.course[1:]])
+    odd = tuple(order for order in _ODD if order not in kept)
+    orders = usable(t, (*kept, *(order for order in _EVEN if order not in kept), *odd), course)
+    even = [place for place, order in enumerate(orders) if order in _EVEN and order not in kept]
+    if not even:
+        return nothing
+    speed = float(model.speed(np.array([model.middle]))[0])
+    few, left, _ = thin(t, model.residuals, max(orders) * speed / (2.0 * np.pi))
+    basis = waveform_basis(model, orders, few)
+    if few.size < 2 * basis.shape[0]:
+        return nothing
+    inverse = np.linalg.inv(basis @ basis.T)
+    values = left @ basis.T @ inverse
+    rest = left - values @ basis
+    noise = np.sqrt(np.mean(rest**2, axis=1) * few.size / (few.size - basis.shape[0]))
+    # Nothing that repeats itself lies at half orders: what is there has leaked, or is the alias of an order beyond the sampling.
+    halves = rest @ np.exp(-1j * np.outer(model.phase(few), np.array(_EVEN) + 0.5)) * (2.0 / few.size)
+    leaked = np.mean(np.abs(halves) ** 2, axis=1) / 2.0
+    count = len(orders)
+    chosen = [1 + part * count + place for part in (0, 1) for place in even]
+    volts = np.array(orders)[even] * speed
+    sizes = values[:, chosen] * np.tile(volts, 2)
+    spread = np.hypot(np.sqrt(np.diag(inverse))[chosen] * np.tile(volts, 2) * noise[:, None], np.sqrt(leaked)[:, None])
+    amplitudes = np.abs(model.flux[:, list(kept).index(1)]) * speed
+    steps = [undithered(float(n), c.resolution) for n, c in zip(np.std(rest, axis=1), channels, strict=True)]
+    power = np.sum((sizes / spread) ** 2, axis=1)
+    beyond = np.sqrt(np.maximum(np.sum(sizes**2 - spread**2, axis=1), 0.0))
+    limit = float(special.chdtri(len(chosen), _CHANCE / len(channels)))
+    bent = whole & (power > limit) & (beyond > np.maximum(_LEAST * amplitudes, 2.0 * np.array(steps)))
+    if not bent.any():
+        return nothing
+    worst = int(np.argmax(np.where(bent, beyond / amplitudes, 0.0)))
+    figures: dict[str, float | str] = {
+        "channel": channels[worst].name,
+        "share": float(beyond[worst] / amplitudes[worst]),
+    }
+    found = Finding(Cause.DISTORTION, Answer.WIDENED, ("flux_linkage",), float(np.sqrt(power[worst])), figures)
+    return _TO_FUNDAMENTAL * np.where(bent, beyond, 0.0) / speed, (found,)
