@@ -36,13 +36,11 @@ class ScpiDriver:
 
         Raises CommunicationError where nothing answers, IdentityError where something else does.
         """
-
-        def made(session: ScpiSession) -> Self:
-            make: Callable[..., Any] = cls
-            driver: Self = make(session, surroundings.clock, options, name=name, guarding=surroundings.guarding)
-            return driver
-
-        return open_driver(open_session(address, surroundings, name, **line), made)
+        make: Callable[..., Self] = cls
+        return open_driver(
+            open_session(address, surroundings, name, **line),
+            lambda session: make(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
+        )
 
     @property
     def identity(self) -> Identity:

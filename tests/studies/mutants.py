@@ -19,7 +19,15 @@ ROOT = Path(__file__).parents[2]
 _CIA402 = ("cia402-inverter", "cia402-rotor-actuator", "cia402-six-step")
 _BASES = ("always", "found_state", "identification", "scpi_driver", "set_points")
 _DELTA = ("c2000_watchdog", "found_settings", "recognition", "shaft", "transducer_scales")
-_OF_CIA402 = ("found_objects", "motor_ratings", "node_identity", "opening", "stated_objects", "velocity_unit", "watchdog")
+_OF_CIA402 = (
+    "found_objects",
+    "motor_ratings",
+    "node_identity",
+    "opening",
+    "stated_objects",
+    "velocity_unit",
+    "watchdog",
+)
 _MJBOTS = (
     "configuration", "controller", "diagnostics", "identity", "inverter", "multiplex", "power_stage", "readings", "strokes", "telemetry",
 )  # fmt: skip
