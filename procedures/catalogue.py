@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 GROUP = "motorbench.procedures"
 
-#: By name; the end-of-line checks come last, and after them what is not among these.
-ORDER: tuple[str, ...] = (
+#: What a whole measurement takes, and in this order; after them what is not ours and belongs to one.
+WHOLE: tuple[str, ...] = (
     "nameplate",
     "pole-pairs-static",
     "stator-resistance",
@@ -28,6 +28,10 @@ ORDER: tuple[str, ...] = (
     "inertia",
     "torque-constant",
     "equivalent-resistance",
+)
+#: By name; the end-of-line checks come last, and after them what is not among these.
+ORDER: tuple[str, ...] = (
+    *WHOLE,
     "flux-map",
     "flux-map-standstill",
     "open-circuit",

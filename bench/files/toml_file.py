@@ -20,7 +20,7 @@ from drivers.interfaces.text import Text, lines, reason_of, text, text_of
 class Section(BaseModel):
     """Base of a table in a file: immutable, unknown keys refused, no NaN and no infinity."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
 
 M = TypeVar("M", bound=BaseModel)

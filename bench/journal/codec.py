@@ -1,7 +1,7 @@
 """The one place where events become lines of a journal, and lines become events."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from typing import Any
@@ -62,8 +62,11 @@ def line_of(number: int, wall: str, time: float, event: Event | UnknownEvent, pr
     return to_bytes(dumps(entry))
 
 
-def decode(line: bytes) -> tuple[RecordedEvent, str] | None:
-    """Return the event of a line and the SHA-256 it carries of the line before; None for what is no event."""
+def decode(line: bytes, only: Collection[str] | None = None) -> tuple[RecordedEvent, str] | None:
+    """Return the event of a line and the SHA-256 it carries of the line before; None for what is no event.
+
+    One of a kind beside `only`, where that is given, is returned as its data.
+    """
     try:
         raw = json.loads(line)
         number, wall, time, kind = raw["n"], raw["wall"], raw["time"], raw["kind"]
@@ -73,7 +76,8 @@ def decode(line: bytes) -> tuple[RecordedEvent, str] | None:
     expected = ((number, int), (wall, str), (time, float | int), (kind, str), (data, dict), (previous, str))
     if not all(isinstance(value, type_) for value, type_ in expected):
         return None
-    return RecordedEvent(number, wall, time, event_of(kind, data)), previous
+    event = event_of(kind, data) if only is None or kind in only else UnknownEvent(kind, data)
+    return RecordedEvent(number, wall, time, event), previous
 
 
 def event_of(kind: str, data: dict[str, Any]) -> Event | UnknownEvent:

@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -48,28 +48,32 @@ class JournalFile:
         return self.torn_bytes > 0
 
 
-def read_lines(path: Path) -> Iterator[JournalLine]:
-    """Give a journal's lines in order, whatever they hold. Raises FileError where the file cannot be read."""
+def read_lines(path: Path, only: Collection[str] | None = None) -> Iterator[JournalLine]:
+    """Give a journal's lines in order, whatever they hold; events of kinds beside `only` as data alone, where it is given.
+
+    Raises FileError where the file cannot be read.
+    """
     try:
         with open_journal(path) as file:
             place = 0
             while content := file.readline(LONGEST_LINE):
                 place += 1
-                yield parse_line(place, content)
+                yield parse_line(place, content, only)
     except OSError as error:
         raise FileError(
             text("{path}: the journal cannot be read: {strerror}", path=path, strerror=reason_of(error))
         ) from None
 
 
-def read_journal(path: Path) -> JournalFile:
+def read_journal(path: Path, only: Collection[str] | None = None) -> JournalFile:
     """Read a journal; what was cut off in writing at its end is left out and counted in `torn_bytes`.
 
+    Events of kinds beside `only`, where it is given, are not taken apart: for who has just written them.
     Raises InputError for a file that is missing, or whose chain of hashes is broken at some line.
     """
     events: list[RecordedEvent] = []
     last_hash, length, torn, torn_at = "", 0, 0, 0
-    for line in read_lines(path):
+    for line in read_lines(path, only):
         if torn or line.torn or line.event is None:
             # A power cut may leave several broken lines, but no whole one after them.
             if line.event is not None and not line.torn:
@@ -120,9 +124,9 @@ def last_whole_line(path: Path) -> JournalLine | None:
     return replace(line, place=line.event.number) if line.event else None
 
 
-def parse_line(place: int, content: bytes) -> JournalLine:
+def parse_line(place: int, content: bytes, only: Collection[str] | None = None) -> JournalLine:
     """Return what stands in a line of a journal, with its end or torn off."""
     whole = content.endswith(b"\n")
     body = content[:-1] if whole else content
-    event, previous = decode(body) or (None, "")
+    event, previous = decode(body, only) or (None, "")
     return JournalLine(place, len(content), hashlib.sha256(body).hexdigest(), not whole, event, previous)

@@ -10,7 +10,7 @@ from bench.journal.events.run import TELLS_WITHHELD, RunFinished
 from bench.journal.journal_file import JournalFile, read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_tables import tables_of
-from bench.journal.run_view import RunView, view_of
+from bench.journal.run_view import SHOWN, RunView, view_of
 from drivers.interfaces.text import Translate, english
 
 
@@ -47,7 +47,7 @@ def conclude(folder: RunFolder, view: RunView, translate: Translate) -> dict[str
     Where either cannot be done `view` is told why, its status is no longer `completed`, and its own figures are returned.
     """
     try:
-        journal = read_journal(folder.journal)
+        journal = read_journal(folder.journal, {each.kind for each in SHOWN})
         if journal.events and isinstance(journal.events[-1].event, RunFinished):
             result = result_of(journal, translate)
             folder.write_result(result)

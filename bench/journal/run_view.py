@@ -36,6 +36,13 @@ class ProcedureView:
     sentences: Mapping[str, str] = field(default_factory=dict)
 
 
+#: What a view shows; every other event passes by.
+SHOWN = (
+    RunStarted, RunResumed, KnownBefore, ClockSetBack, ConsistencyChecked, ProcedureStarted, ProcedureFinished, ProcedureFailed,
+    StepStarted, StepFinished, StepFailed, RunFinished,
+)  # fmt: skip
+
+
 class RunView:
     """The state that a run's events add up to; feed it events in order."""
 
@@ -56,6 +63,8 @@ class RunView:
 
     def apply(self, event: Event) -> None:
         """Take one event into account; those that the view does not show pass by."""
+        if not isinstance(event, SHOWN):
+            return
         match event:
             case RunStarted():
                 self.start, self.sessions = event, 1

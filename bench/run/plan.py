@@ -11,6 +11,7 @@ from bench.plugins.catalogue import Catalogue as Plugins
 from bench.station.station_file import Station
 from drivers.interfaces.role import Role
 from drivers.interfaces.text import Text, Translate, text
+from procedures.catalogue import ORDER, WHOLE
 from procedures.core.parameter_definition import ParameterTable
 from procedures.core.procedure import Procedure, Settings
 from procedures.known_parameters import known_parameters
@@ -44,8 +45,7 @@ def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catal
     Without a procedure's name a setting goes to every planned procedure that knows it. Raises UsageError for an unknown
     procedure or setting, InputError for a value that is not allowed.
     """
-    measurements = [name for name, kind in catalogue.items() if kind.in_all()]
-    wanted = measurements if list(names) == ["all"] else list(dict.fromkeys(names))
+    wanted = whole(catalogue) if list(names) == ["all"] else list(dict.fromkeys(names))
     for name in wanted:
         if name not in catalogue:
             raise UsageError(
@@ -65,6 +65,13 @@ def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catal
         )
         for name in wanted
     ]
+
+
+def whole(catalogue: Catalogue) -> list[str]:
+    """Return the procedures of a whole measurement, in order; what of ours is known to be none of it is not loaded."""
+    names = catalogue.names if isinstance(catalogue, Plugins) else tuple(catalogue)
+    others = set(ORDER) - set(WHOLE)
+    return [name for name in names if name not in others and name in catalogue and catalogue[name].in_all()]
 
 
 def roles_of(plan: Iterable[Planned], station: Station) -> set[Role]:

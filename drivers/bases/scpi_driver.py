@@ -1,10 +1,13 @@
 """What the driver of every instrument on a VISA session has, whatever its role."""
 
 from collections.abc import Callable, Iterable
+from typing import Any, Self
 
 from drivers.bases.found_state import FoundState, WantedSetting
+from drivers.catalogue import Surroundings
 from drivers.interfaces import Clock, Identity
 from drivers.interfaces.found_state import FoundSetting
+from drivers.transport.visa.opening import open_driver, open_session
 from drivers.transport.visa.session import ScpiSession
 
 #: How long (s) a setting may take to be told: one that a model does not have is met by silence.
@@ -26,6 +29,18 @@ class ScpiDriver:
         self._clock = clock
         self._name = name
         self._found: FoundState | None = None
+
+    @classmethod
+    def open(cls, address: str, options: Any, surroundings: Surroundings, name: str, **line: Any) -> Self:
+        """Open the instrument at a VISA address; `line` is what `open_session` is told besides.
+
+        Raises CommunicationError where nothing answers, IdentityError where something else does.
+        """
+        make: Callable[..., Self] = cls
+        return open_driver(
+            open_session(address, surroundings, name, **line),
+            lambda session: make(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
+        )
 
     @property
     def identity(self) -> Identity:

@@ -8,6 +8,7 @@ is OFF, and the end is asked for. What was left of these is put back at the end;
 import math
 import re
 from dataclasses import dataclass
+from typing import Any, Self
 
 from drivers.bases.always import always
 from drivers.bases.scpi_driver import ScpiDriver
@@ -28,7 +29,7 @@ from drivers.interfaces import (
     SetpointError,
 )
 from drivers.interfaces.text import text
-from drivers.transport.visa.opening import identify, open_driver, open_session
+from drivers.transport.visa.opening import identify
 from drivers.transport.visa.session import WAY_DOWN_TIME, ScpiSession
 
 START, STOP = "FUNC:TEST ON", "FUNC:TEST OFF"
@@ -127,16 +128,12 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
             self._take_over(FOUND_SETTINGS, plain)
 
     @classmethod
-    def open(cls, address: str, options: Gpt9800Options, surroundings: Surroundings, name: str) -> "GwInstekGpt9800":
-        """Open a GPT-9803 or GPT-9804 at a VISA address.
+    def open(cls, address: str, options: Any, surroundings: Surroundings, name: str, **line: Any) -> Self:
+        """Open a GPT-9803 or GPT-9804 at a VISA address, as any other, at the station's rate.
 
         Raises CommunicationError where nothing answers, IdentityError where something else does.
         """
-        session = open_session(address, surroundings, name, baud_rate=options.baud_rate, line_end="\r\n")
-        return open_driver(
-            session,
-            lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
-        )
+        return super().open(address, options, surroundings, name, baud_rate=options.baud_rate, line_end="\r\n", **line)
 
     @property
     def maximum_voltage(self) -> float:

@@ -3,7 +3,6 @@
 from drivers.bases.found_state import WantedSetting
 from drivers.bases.scpi_driver import ScpiDriver
 from drivers.bases.set_points import check_setpoint
-from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     Accuracy,
     Clock,
@@ -16,7 +15,7 @@ from drivers.interfaces import (
 from drivers.interfaces.text import text, text_of
 from drivers.keysight import dmm_34461a_data as data
 from drivers.keysight.options import DMM_34461A_IDENTITY, Keysight34461AOptions
-from drivers.transport.visa.opening import identify, open_driver, open_session
+from drivers.transport.visa.opening import identify
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
 
@@ -71,20 +70,6 @@ class Keysight34461A(ScpiDriver, Voltmeter):
         session.check_left_errors()
         if not guarding:
             self._take_over(FOUND_SETTINGS)
-
-    @classmethod
-    def open(
-        cls, address: str, options: Keysight34461AOptions, surroundings: Surroundings, name: str
-    ) -> "Keysight34461A":
-        """Open a 34461A at a VISA address.
-
-        Raises CommunicationError where nothing answers, IdentityError where something else does.
-        """
-        session = open_session(address, surroundings, name)
-        return open_driver(
-            session,
-            lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
-        )
 
     def configure(self, full_scale: float, power_line_cycles: float = 10.0) -> None:
         """Set the smallest range (V) that holds `full_scale`, and the integration time in power-line cycles.

@@ -1,14 +1,13 @@
 """Keysight E36300 series DC supplies (Programming Guide E36311-90008), one output."""
 
 from drivers.bases.scpi_supply import ScpiOutput, ScpiSupply, SupplyCommands
-from drivers.catalogue import Surroundings
 from drivers.interfaces import Clock, IdentityError, OutputMode
 from drivers.interfaces.text import text
 from drivers.keysight.e36300_data import OUTPUTS
 from drivers.keysight.e36300_protection import Protection
 from drivers.keysight.e36300_settings import found_settings
 from drivers.keysight.options import E36300_IDENTITY, E36300Options
-from drivers.transport.visa.opening import identify, open_driver, open_session
+from drivers.transport.visa.opening import identify
 from drivers.transport.visa.session import ScpiSession
 
 #: Condition register of an output (ISUMmary): two low bits say what regulates; higher ones concern lists and logs.
@@ -72,18 +71,6 @@ class KeysightE36300(ScpiSupply):
         )
         if not guarding:
             self._take_over(found_settings(commands.channel))
-
-    @classmethod
-    def open(cls, address: str, options: E36300Options, surroundings: Surroundings, name: str) -> "KeysightE36300":
-        """Open one output of an E36300 series supply at a VISA address.
-
-        Raises CommunicationError where nothing answers, IdentityError where something else does.
-        """
-        session = open_session(address, surroundings, name)
-        return open_driver(
-            session,
-            lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
-        )
 
     def output_mode(self) -> OutputMode:
         """Say what regulates the output now; raises CommunicationError on an unusable reply."""

@@ -8,7 +8,6 @@ import math
 
 from drivers.bases.scpi_driver import ScpiDriver
 from drivers.bases.set_points import check_setpoint, lesser
-from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     Accuracy,
     Aperture,
@@ -24,7 +23,7 @@ from drivers.interfaces.text import text
 from drivers.keysight import e4980a_data as data
 from drivers.keysight.e4980a_settings import found_settings
 from drivers.keysight.options import E4980A_IDENTITY, E4980AOptions, ImpedanceCalibration
-from drivers.transport.visa.opening import identify, open_driver, open_session
+from drivers.transport.visa.opening import identify
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
 
@@ -72,18 +71,6 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
         session.check_left_errors()
         if not guarding:
             self._take_over(found_settings(has_bias=not self._is_al()))
-
-    @classmethod
-    def open(cls, address: str, options: E4980AOptions, surroundings: Surroundings, name: str) -> "KeysightE4980A":
-        """Open an E4980A or E4980AL at a VISA address.
-
-        Raises CommunicationError where nothing answers, IdentityError where something else does.
-        """
-        session = open_session(address, surroundings, name)
-        return open_driver(
-            session,
-            lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
-        )
 
     @property
     def maximum_frequency(self) -> float:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 from drivers.bases.scpi_driver import ScpiDriver
 from drivers.bases.set_points import SLOPES, check_setpoint, probe_on
-from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     Accuracy,
     AcquisitionType,
@@ -26,7 +25,7 @@ from drivers.keysight.infiniivision_accuracy import trace_accuracy
 from drivers.keysight.infiniivision_settings import found_settings
 from drivers.keysight.options import INFINIIVISION_IDENTITY, InfiniiVisionOptions, Probe
 from drivers.keysight.waveform import Preamble, codes_from_block, parse_preamble, to_time, to_values
-from drivers.transport.visa.opening import identify, open_driver, open_session
+from drivers.transport.visa.opening import identify
 from drivers.transport.visa.replies import is_overrange
 from drivers.transport.visa.session import ScpiSession
 
@@ -69,20 +68,6 @@ class KeysightInfiniiVision(ScpiDriver, Oscilloscope):
         session.check_left_errors()
         if not guarding:
             self._take_over(found_settings(self._identity.model, options.probes))
-
-    @classmethod
-    def open(
-        cls, address: str, options: InfiniiVisionOptions, surroundings: Surroundings, name: str
-    ) -> "KeysightInfiniiVision":
-        """Open an InfiniiVision at a VISA address.
-
-        Raises CommunicationError where nothing answers, IdentityError where something else does.
-        """
-        session = open_session(address, surroundings, name)
-        return open_driver(
-            session,
-            lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
-        )
 
     @property
     def gives_waveforms(self) -> bool:

@@ -4,7 +4,6 @@ from collections.abc import Collection, Iterable
 
 from drivers.bases.crosspoints import conflict
 from drivers.bases.scpi_driver import ScpiDriver
-from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     Clock,
     CrosspointError,
@@ -15,7 +14,7 @@ from drivers.interfaces import (
 from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import Text, text
 from drivers.keysight.options import SWITCH_UNIT_IDENTITY, Keysight34970AOptions
-from drivers.transport.visa.opening import identify, open_driver, open_session
+from drivers.transport.visa.opening import identify
 from drivers.transport.visa.session import WAY_DOWN_TIME, ScpiSession
 
 #: Its channels are `snnn` and its slots called 1 … 8; those of the other two are `snn` and 100, 200, 300.
@@ -53,20 +52,6 @@ class Keysight34970A(ScpiDriver, SwitchMatrix):
             self._check_module(slot)
         session.check_left_errors()
         self._left = self._closed()
-
-    @classmethod
-    def open(
-        cls, address: str, options: Keysight34970AOptions, surroundings: Surroundings, name: str
-    ) -> "Keysight34970A":
-        """Open a 34970A, 34972A or 34980A at a VISA address.
-
-        Raises CommunicationError where nothing answers, IdentityError where something else does.
-        """
-        session = open_session(address, surroundings, name)
-        return open_driver(
-            session,
-            lambda session: cls(session, surroundings.clock, options, name=name, guarding=surroundings.guarding),
-        )
 
     @property
     def found_state(self) -> tuple[FoundSetting, ...]:

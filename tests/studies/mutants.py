@@ -17,7 +17,21 @@ from tests.studies.unobservable import ast_nodes, unobservable
 
 ROOT = Path(__file__).parents[2]
 _CIA402 = ("cia402-inverter", "cia402-rotor-actuator", "cia402-six-step")
-#: The modules that are changed, and the drivers that are made of each.
+_BASES = ("always", "found_state", "identification", "scpi_driver", "set_points")
+_DELTA = ("c2000_watchdog", "found_settings", "recognition", "shaft", "transducer_scales")
+_OF_CIA402 = (
+    "found_objects",
+    "motor_ratings",
+    "node_identity",
+    "opening",
+    "stated_objects",
+    "velocity_unit",
+    "watchdog",
+)
+_MJBOTS = (
+    "configuration", "controller", "diagnostics", "identity", "inverter", "multiplex", "power_stage", "readings", "strokes", "telemetry",
+)  # fmt: skip
+#: The modules that are changed, and the drivers that are made of each. `drivers.delta.framing` has no role, and so no check of the kit.
 TARGETS: Mapping[str, Sequence[str]] = {
     "drivers.bases.scpi_supply": ("keysight-e36300", "scpi-supply"),
     "drivers.bases.supply_output": ("keysight-e36300", "scpi-supply"),
@@ -41,6 +55,14 @@ TARGETS: Mapping[str, Sequence[str]] = {
     "drivers.keysight.switch_unit_34970a": ("keysight-34970a",),
     "drivers.bases.crosspoints": ("keysight-34970a",),
     "drivers.gwinstek.gpt9800": ("gwinstek-gpt9800",),
+    **dict.fromkeys((f"drivers.bases.{each}" for each in _BASES), ("keysight-e4980a", "keysight-e36300")),
+    "drivers.keysight.e36300_settings": ("keysight-e36300",),
+    "drivers.keysight.e4980a_settings": ("keysight-e4980a",),
+    "drivers.keysight.infiniivision_settings": ("keysight-infiniivision",),
+    **dict.fromkeys((f"drivers.delta.{each}" for each in _DELTA), ("delta-dyn200",)),
+    **dict.fromkeys((f"drivers.cia402.{each}" for each in _OF_CIA402), _CIA402),
+    **dict.fromkeys((f"drivers.mjbots.{each}" for each in _MJBOTS), ("mjbots-moteus",)),
+    "drivers.gwinstek.gpt9800_settings": ("gwinstek-gpt9800",),
 }
 #: A module in which nothing new is met so often has no more.
 _TRIES = 200
