@@ -9,7 +9,15 @@ from typing import Literal, get_args
 from sqlalchemy import Connection
 
 from bench.eol.statistics.proportion import Proportion, proportion
-from bench.eol.store.motor_tests import STEP, MotorTest, Occasion, counted_tests, first_attempts, repeated_tests
+from bench.eol.store.motor_tests import (
+    ANY_OCCASION,
+    STEP,
+    MotorTest,
+    Occasion,
+    counted_tests,
+    first_attempts,
+    repeated_tests,
+)
 from bench.eol.store.selection import Selection
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import UsageError
@@ -17,10 +25,17 @@ from drivers.interfaces.text import text
 
 Grouping = Literal["station", "socket", "shift", "date", "plan"]
 GROUPINGS: tuple[Grouping, ...] = get_args(Grouping)
+#: The fields of an occasion that each goes by.
+_TOLD_APART: Mapping[Grouping, tuple[str, ...]] = {
+    "station": ("station",),
+    "socket": ("station", "socket"),
+    "shift": ("started",),
+    "date": ("started",),
+    "plan": ("plan",),
+}
 #: When shifts begin where nothing else is said.
 SHIFTS = (datetime.time(6), datetime.time(14), datetime.time(22))
 _JUDGED = (Verdict.PASS, Verdict.FAIL)
-_ANYWHERE = Occasion("", "", "", datetime.datetime.min.replace(tzinfo=datetime.UTC))
 #: Tests or motors: where and when, whether they passed at once, whether they passed in the end, and how many.
 _Counted = tuple[Occasion, bool, bool, int]
 
@@ -86,7 +101,7 @@ def motor_yields(
     """Return the yields of a selection by motor, and by groups of the motors' first judged tests in it."""
     repeated = repeated_tests(connection, selection)
     histories = _histories(repeated)
-    counted = _counted(connection, selection) if by else _all_of(selection)
+    counted = _counted(connection, selection, by) if by else _all_of(selection)
     # Tests of motors that have several are taken out, and the motors put in, each once.
     counted += [
         (test.occasion, _at_once(test.verdict, test.first_pass), test.verdict is Verdict.PASS, -1)
@@ -104,10 +119,11 @@ def motor_yields(
     )
 
 
-def _counted(connection: Connection, selection: Selection) -> list[_Counted]:
+def _counted(connection: Connection, selection: Selection, by: Sequence[Grouping]) -> list[_Counted]:
+    told_apart = {field for grouping in by for field in _TOLD_APART[grouping]}
     return [
         (occasion, _at_once(verdict, first_pass), verdict is Verdict.PASS, count)
-        for occasion, verdict, first_pass, count in counted_tests(connection, selection)
+        for occasion, verdict, first_pass, count in counted_tests(connection, selection, told_apart)
         if verdict in _JUDGED
     ]
 
@@ -115,9 +131,9 @@ def _counted(connection: Connection, selection: Selection) -> list[_Counted]:
 def _all_of(selection: Selection) -> list[_Counted]:
     passed, at_once = selection.verdicts[Verdict.PASS], selection.first_pass
     return [
-        (_ANYWHERE, True, True, at_once),
-        (_ANYWHERE, False, True, passed - at_once),
-        (_ANYWHERE, False, False, selection.verdicts[Verdict.FAIL]),
+        (ANY_OCCASION, True, True, at_once),
+        (ANY_OCCASION, False, True, passed - at_once),
+        (ANY_OCCASION, False, False, selection.verdicts[Verdict.FAIL]),
     ]
 
 
