@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from sqlalchemy import Engine
 
     from bench.eol.line_statistics import LineStatistics
+    from bench.eol.store.selection import Selection
 
 #: Instead of a batch's name: all of them.
 ALL = ""
@@ -48,6 +49,39 @@ class StatisticsView:
     statistics: "LineStatistics | None" = None
     fault: Text | None = None
     labels: ParameterLabels = field(default_factory=lambda: ParameterLabels({}))
+
+
+@dataclass(frozen=True)
+class Bar:
+    """Motors that a plot's bar stands for: those that failed at something, or whose figure is in [low, high); None has no bound."""
+
+    failed_at: str = ""
+    parameter: str = ""
+    low: float | None = None
+    high: float | None = None
+
+
+def motors_of_bar(reference: str, selection: "Selection", bar: Bar, most: int) -> list[str] | Text:
+    """Return the serial numbers of a bar's motors, each once, or why they cannot be read. Takes its time: not for an event loop."""
+    from sqlalchemy.exc import SQLAlchemyError
+
+    from bench.eol.store.database import NoDatabaseError, open_database
+    from bench.eol.store.motors import motors_by_figure, motors_not_passed
+
+    try:
+        engine = open_database(reference, existing=True)
+        try:
+            with engine.connect() as connection:
+                if bar.failed_at:
+                    found = motors_not_passed(connection, selection, bar.failed_at, most)
+                else:
+                    found = motors_by_figure(connection, selection, bar.parameter, bar.low, bar.high, most)
+        finally:
+            engine.dispose()
+    except (NoDatabaseError, InputError, SQLAlchemyError, OSError) as error:
+        return text("The records cannot be read: {error}", error=str(error))
+    inside = [each for each in found if bar.high is None or each.value is None or each.value < bar.high]
+    return list(dict.fromkeys(each.serial_number for each in inside))
 
 
 def serial_numbers(words: str) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from bench.eol.statistics.control_chart import Chart
 from bench.eol.statistics.pareto import pareto
 from bench.eol.statistics_messages import outside, rule_words, scale_for, trimmed
+from bench.panel.line_records import Bar
 from bench.panel.plots import axes, line
 from drivers.interfaces.text import Text, Translate, text
 from reports.labels import ParameterLabels
@@ -21,14 +22,14 @@ _LIMITS = (text("Lower limit"), text("Upper limit"))
 #: The ends of an axis that its data set are no round numbers.
 _INNER = {"showMinLabel": False, "showMaxLabel": False}
 #: Bars of a Pareto chart; the table beside it has the rest.
-_BARS = 10
+BARS = 10
 
 
 def pareto_plot(failures: Sequence["Failures"], labels: ParameterLabels, translate: Translate) -> dict[str, Any]:
     """Return bars of failed motors by parameter, the worst first, and the line of their cumulative share."""
     failed = [each for each in failures if each.failed]
-    shares = pareto([each.failed for each in failed])[:_BARS]
-    names = [labels[each.name].render(translate) for each in failed[:_BARS]]
+    shares = pareto([each.failed for each in failed])[:BARS]
+    names = [labels[each.name].render(translate) for each in failed[:BARS]]
     title = text("Failures by parameter, and their cumulative share").render(translate)
     plot = _described(axes("", "", text("Failed").render(translate)), title)
     plot["grid"] |= {"top": 36, "right": 70, "bottom": 60}
@@ -43,7 +44,7 @@ def pareto_plot(failures: Sequence["Failures"], labels: ParameterLabels, transla
         counts,
         {**plot["yAxis"], "name": share, "scale": False, "min": 0, "max": 100, "splitLine": {"show": False}},
     ]
-    bars = {"type": "bar", "name": counts["name"], "barMaxWidth": 60, "data": [e.failed for e in failed[:_BARS]]}
+    bars = {"type": "bar", "name": counts["name"], "barMaxWidth": 60, "data": [e.failed for e in failed[:BARS]]}
     rising = line(share, [], marks=True) | {"data": [round(100.0 * each.cumulative, 1) for each in shares]}
     plot["series"] = [
         {**bars, "itemStyle": {"color": _BLUE}, "label": {"show": True, "position": "top"}},
@@ -90,6 +91,20 @@ def histogram_plot(each: "ParameterStatistics", label: Text, translate: Translat
     marks.append(_mark("xAxis", found.mean / scale.factor, text("Mean").render(translate), _GREY, solid=False))
     plot["series"] = [{"type": "bar", "barWidth": "96%", "data": bars, "markLine": _lines(marks)}]
     return plot
+
+
+def histogram_bars(each: "ParameterStatistics") -> list[tuple[str, Bar]]:
+    """Return the histogram's bars in words, and which motors each stands for; the outermost have no bound."""
+    scale, histogram = scale_for(each), trimmed(each.distribution.histogram)
+    edges = histogram.edges
+    digits = decimals_for((edges[1] - edges[0]) / scale.factor, 0.0)
+    bars = []
+    for number, (low, high, count) in enumerate(zip(edges[:-1], edges[1:], histogram.counts, strict=True)):
+        words = f"{figure(low / scale.factor, digits)} … {figure(high / scale.factor, digits)} {scale.unit}: {count}"
+        first, last = number == 0, number == len(histogram.counts) - 1
+        bounds = Bar("", each.distribution.parameter, None if first else low, None if last else high)
+        bars.append((words, bounds))
+    return bars
 
 
 def control_plot(each: "ParameterStatistics", label: Text, translate: Translate) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """A batch's connection to panels: serial numbers and requests come in, what stands in which socket goes out."""
 
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
@@ -26,6 +27,8 @@ from drivers.interfaces.text import Text, text
 FILE = "line.json"
 #: Serial numbers that wait for a socket, at most: what is scanned beyond them is refused.
 _WAITING = 100
+#: Motors that the pace is of, and one.
+_LATEST = 21
 
 
 @dataclass
@@ -52,6 +55,8 @@ class _Counts:
     final: int = 0
     golden: int = 0
     refused: int = 0
+    #: How often (s) one of the latest motors came to its end, None before the second.
+    pace: float | None = None
     #: Failed tests by their first rework code, empty where no part was named.
     reworks: dict[str, int] = field(default_factory=dict)
 
@@ -68,6 +73,7 @@ class PanelChannel(BatchListener):
         self._sockets = {name: _Socket(name) for name in sockets}
         self._serials = serials
         self._counts, self._yield = _Counts(_now()), MotorYield()
+        self._ends: deque[datetime] = deque(maxlen=_LATEST)
         self._message: dict[str, Any] | None = None
         self._records = _waiting(Waiting())
         self._ending: Text | None = None
@@ -175,6 +181,9 @@ class PanelChannel(BatchListener):
         self._yield.add(record)
         self._counts.motors, self._counts.first_pass = self._yield.motors, self._yield.first_pass
         self._counts.final = self._yield.final
+        self._ends.append(record.ended)
+        if len(self._ends) > 1:
+            self._counts.pace = (max(self._ends) - min(self._ends)).total_seconds() / (len(self._ends) - 1)
         if record.verdict is Verdict.FAIL:
             code = (record.rework.split() or [""])[0]
             self._counts.reworks[code] = self._counts.reworks.get(code, 0) + 1

@@ -191,7 +191,14 @@
         field.select();
     }
 
+    function enlarge(on) {
+        root.classList.toggle("mb-large", on);
+        find("[data-larger]")?.setAttribute("aria-pressed", String(on));
+    }
+
     function appeared() {
+        // What is to be done now is not hidden behind the drawing.
+        enlarge(false);
         for (const note of document.querySelectorAll("[data-untaken]")) note.textContent = "";
         // A second press at the same place would confirm what nobody has read.
         for (const button of document.querySelectorAll("[data-done], [data-next]")) {
@@ -221,6 +228,7 @@
             find("[data-focus]")?.focus();
             find("[data-focus]")?.select?.();
         }
+        if (button.dataset.larger !== undefined) enlarge(!root.classList.contains("mb-large"));
         if (button.dataset.mute !== undefined) {
             localStorage.setItem("motorbench_muted", muted() ? "" : "yes");
             show();
@@ -290,6 +298,7 @@
     window.addEventListener("keyup", spaced, true);
     window.addEventListener("click", early, true);
     window.addEventListener("click", pressed);
+    window.addEventListener("keydown", (event) => event.key === "Escape" && enlarge(false));
     for (const kind of ["pointerdown", "keydown"]) window.addEventListener(kind, allow);
     for (const kind of ["pointerdown", "keydown", "input"]) {
         window.addEventListener(kind, (event) => (touched ||= event.isTrusted), true);

@@ -16,7 +16,6 @@ from bench.panel.pages.attention import AttentionPart
 from bench.panel.pages.budgets import budgets_part
 from bench.panel.pages.by_hand import read_part
 from bench.panel.pages.fits import fits_part
-from bench.panel.pages.history import STATUS
 from bench.panel.pages.parameter_picture import parameter_picture
 from bench.panel.pages.parts import expansion, named, table, untaken_note
 from bench.panel.pages.products import ProductsPart
@@ -91,12 +90,13 @@ class _Ended:
         """Say how the run ended, what was made safe, and whose run it was."""
         say, view = self._reader.say, self._run.view
         kind, left = state_at_end(view)
-        ended = say(text("Run {status}.", status=STATUS.get(view.run.status, text("was interrupted"))))
         if view.run.status == "failed":
             # Green says only what is safe: the reason stands by itself, as an abort's does above.
             with ui.element("section").classes("mb-unfinished mb-4").props("role=alert"):
-                ui.label(f"✗ {ended}").classes("text-xl font-bold")
+                ui.label(f"✗ {say(text('Run failed.'))}").classes("text-xl font-bold")
                 ui.label(say(view.run.told)).classes("text-base whitespace-pre-line")
+        if view.run.status == "completed":
+            left = text("Run completed. {left}", left=left)
         motor = view.run.start.motor if view.run.start is not None else MotorReference("?")
         parts = [motor.name, motor.serial_number]
         if view.run.start is not None:
@@ -107,7 +107,7 @@ class _Ended:
         state = ui.element("section").classes("rounded-lg px-4 py-3 mb-4").props("role=status")
         state.props["data-left"] = kind.value
         with state.classes(_LEFT.get(kind, "mb-state-live")):
-            ui.label(say(left) if view.run.status == "failed" else f"{ended} {say(left)}").classes("text-xl font-bold")
+            ui.label(say(left)).classes("text-xl font-bold")
             ui.label(" · ".join(part for part in parts if part)).classes("text-base")
 
     async def _say_if_changed(self, place: ui.element) -> None:

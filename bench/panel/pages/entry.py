@@ -87,14 +87,15 @@ class NumberEntry:
         self._note = ui.label().classes("mb-note").props("role=alert")
         hints = text("Accepted {minimum} … {maximum}.", **self._range(question))
         if self._units != [""]:
-            example = "{} {}, {} {}".format("31.8", self._chosen, "31,8", self._chosen)
+            example = f"31.8\u00a0{self._chosen}, 31,8\u00a0{self._chosen}"
             hints = text(
                 "Comma or point. A unit may be typed too: {example}. {accepted}", example=example, accepted=hints
             )
         ui.label(say(hints)).classes("mb-hint")
 
     def _range(self, question: Mapping[str, Any]) -> dict[str, object]:
-        return {name: shown(question[name], self._unit) for name in ("minimum", "maximum")}
+        bounds = {name: shown(question[name], self._unit) for name in ("minimum", "maximum")}
+        return {name: bound.replace("-", "−").replace(" ", "\u00a0") for name, bound in bounds.items()}
 
     def _label(self) -> Text:
         if not self._place:

@@ -7,9 +7,11 @@ from nicegui import ui
 
 from bench.eol.statistics.pareto import pareto
 from bench.eol.statistics_messages import association_words, percentage
+from bench.panel.line_records import Bar
+from bench.panel.pages.bar_motors import BarMotors
 from bench.panel.pages.parts import beside, plot, table
 from bench.panel.pages.reader import Reader
-from bench.panel.statistics_plots import pareto_plot
+from bench.panel.statistics_plots import BARS, pareto_plot
 from drivers.interfaces.text import Text, text
 from reports.labels import ParameterLabels
 
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 _SHOWN = 5
 
 
-def show_failures(statistics: "LineStatistics", labels: ParameterLabels, reader: Reader) -> None:
+def show_failures(statistics: "LineStatistics", labels: ParameterLabels, reader: Reader, records: str) -> None:
     """Show plot and tables of what failed, and in which figures the motors that failed stand out."""
     by_parameter, by_procedure = statistics.by_parameter, statistics.by_procedure
     if not by_parameter and not by_procedure:
@@ -32,8 +34,10 @@ def show_failures(statistics: "LineStatistics", labels: ParameterLabels, reader:
         return
     with beside():
         with ui.element("div"):
-            if any(each.failed for each in by_parameter):
-                plot(pareto_plot(by_parameter, labels, reader.translate))
+            if worst := [each for each in by_parameter if each.failed][:BARS]:
+                chart = plot(pareto_plot(by_parameter, labels, reader.translate))
+                bars = [(f"{reader.say(labels[each.name])}: {each.failed}", Bar(failed_at=each.name)) for each in worst]
+                BarMotors(chart, records, statistics.selection, bars, reader)
         with ui.element("div").classes("flex flex-col flex-nowrap gap-4"):
             for title, failures in ((text("Parameter"), by_parameter), (text("Procedure"), by_procedure)):
                 if failures:

@@ -1,19 +1,18 @@
 """The end of line on one page: scan to start, a tile for each socket, the counters of the shift."""
 
 from collections.abc import Mapping
-from datetime import datetime
 from typing import Any
-from urllib.parse import urlencode
 
 from nicegui import events, ui
 
-from bench.eol.statistics.proportion import proportion
 from bench.journal.stored_result import restore_text
 from bench.panel.pages.ended_session import offer_abort
 from bench.panel.pages.frame import frame
+from bench.panel.pages.line_counters import Counters
+from bench.panel.pages.line_course import Course
 from bench.panel.pages.line_start import LineStart
 from bench.panel.pages.line_state import LineStateRow
-from bench.panel.pages.line_tile import VERDICTS, Tile
+from bench.panel.pages.line_tile import Tile
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
@@ -44,6 +43,15 @@ _STYLE = """
     background: #fff; }
   button.mb-plan-card { cursor: pointer; } .mb-plan-card[aria-disabled=true] { border-style: dashed; background: #f4f6f8; color: #45525f; }
   .mb-plan-card[aria-checked=true] { border: 4px solid #0b4fa0; padding: calc(.75rem - 2px) calc(1rem - 2px); background: #eef4ff; }
+  .mb-yield-axis { position: relative; height: 2.75rem; margin: 1rem 1.5rem 0; font-size: .875rem; }
+  .mb-yield-axis i, .mb-yield-axis div { position: absolute; display: block; }
+  .mb-yield-axis div { top: 1.4rem; transform: translateX(-50%); white-space: nowrap; color: var(--ink-2); }
+  .mb-yield-axis [data-mark=line] { left: 0; right: 0; top: .65rem; height: 2px; background: var(--edge); }
+  .mb-yield-axis [data-mark=tick] { top: .35rem; width: 2px; height: .7rem; margin-left: -1px; background: var(--edge); }
+  .mb-yield-axis [data-mark=range] { top: .2rem; height: 1rem; border-inline: 4px solid var(--act); min-width: 4px;
+    background: linear-gradient(var(--act), var(--act)) center / 100% 4px no-repeat; }
+  .mb-yield-axis [data-mark=point] { top: .2rem; width: 1rem; height: 1rem; margin-left: -.5rem; border-radius: 50%;
+    background: var(--act); }
   .mb-count { font-size: 2rem; font-weight: 700; font-variant-numeric: tabular-nums; }
   .mb-scan input { font-size: 2rem; }
   .mb-line-head { position: sticky; top: 0; z-index: 3; background: var(--ground); padding-bottom: 2px; }
@@ -106,9 +114,9 @@ class _LinePage:
             self._records.props("role=alert").style("background:#fff4e0;color:#6b3d00")
             self._grid = ui.element("div").classes("grid gap-4 grid-cols-1 md-grid-cols-2 xl-grid-cols-4 w-full")
             with ui.element("div").classes("mb-line-below"):
-                self._counters = ui.element("section").classes("mb-card flex items-baseline")
-                self._counters.style("flex-wrap: wrap; gap: 12px 32px")
+                self._counters = Counters(self._reader)
                 self._reasons = ui.element("section").classes("mb-card")
+                self._course = Course(self._panel.records, self._reader)
         offer_abort(self._aborted, self._state.stop, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
         self.look()
 
@@ -127,7 +135,6 @@ class _LinePage:
             self._show(line.state, running=line.running)
 
     def _show(self, state: Mapping[str, Any], *, running: bool) -> None:
-        say = self._reader.say
         self._state.show(state, running=running)
         self._end.set_visibility(running)
         self._scan.set_enabled(running and self._session.may_lead and not state["ending"])
@@ -139,45 +146,9 @@ class _LinePage:
             self._tiles[socket["name"]].show(socket)
         self._show_message(state, running=running)
         self._show_records(state.get("records") or {})
-        self._counters.clear()
-        counts = state["counts"]
-        motors = counts.get("motors", 0)
-        with self._counters:
-            self._count(text("Motors judged"), str(motors))
-            for verdict, (mark, words) in VERDICTS.items():
-                self._count(words, f"{mark} {counts['verdicts'][verdict]}")
-            if motors:
-                low, high = proportion(counts["first_pass"], motors).interval
-                self._count(
-                    text("First-pass yield"),
-                    f"{100.0 * counts['first_pass'] / motors:.1f} %",
-                    f"95 %: {100.0 * low:.1f} … {100.0 * high:.1f} %",
-                )
-                self._count(text("Final yield"), f"{100.0 * counts['final'] / motors:.1f} %")
-            if counts.get("golden"):
-                self._count(text("Golden tests"), str(counts["golden"]))
-            self._count(text("Waiting"), str(state["waiting"]))
-            ui.label(
-                say(
-                    text(
-                        "batch {batch}, plan {plan}, since {time}",
-                        batch=state["batch"],
-                        plan=state["plan"],
-                        time=_local(counts["since"]),
-                    )
-                )
-            ).classes("text-base")
-            address = f"/statistics?{urlencode({'batch': state['batch']})}"
-            ui.link(say(text("Statistics of this batch")), address).classes("mb-link text-base")
-        self._why(counts.get("reworks", {}))
-
-    def _count(self, what: Text, number: str, below: str = "") -> None:
-        with ui.element("div") as box:
-            box.props["data-count"] = what.template
-            ui.label(self._reader.say(what)).classes("text-sm")
-            ui.label(number).classes("mb-count")
-            if below:
-                ui.label(below).classes("text-sm")
+        self._counters.show(state)
+        self._course.wanted(state)
+        self._why(state["counts"].get("reworks", {}))
 
     def _why(self, reworks: Mapping[str, int]) -> None:
         """Show how many motors failed by which part, the most frequent first."""
@@ -280,7 +251,3 @@ class _LinePage:
     def _begun(self) -> None:
         self._panel.control.take(self._session.token, self._person())
         ui.run_javascript("document.querySelector('.mb-scan input').focus()")
-
-
-def _local(time: str) -> str:
-    return datetime.fromisoformat(time).astimezone().strftime("%H:%M")

@@ -118,7 +118,7 @@ def _range(field: FieldInfo) -> str:
                 high = f"< {bound.lt:.10g}"
             case Le():
                 high = f"{bound.le:.10g}"
-    return f"{low} … {high}" if low or high else ""
+    return f"{low} … {high}".replace("-", "−") if low or high else ""
 
 
 def _number(typed: str) -> object:

@@ -57,12 +57,13 @@ def table(
                         _cell("td", words, numeric=number in numeric)
 
 
-def plot(options: dict[str, Any], on_point: Callable[[str, str], object] | None = None) -> None:
-    """Build a plot, which a screen reader says by its own description; `on_point` takes a pressed point's series and name."""
+def plot(options: dict[str, Any], on_point: Callable[[str, str], object] | None = None) -> ui.echart:
+    """Build and return a plot, which a screen reader says by its own description; `on_point` takes a pressed point's series and name."""
     words = options["aria"]["label"]["description"]
     chart = named(ui.echart(options).classes("w-full h-80").props("role=img"), words)
     if on_point is not None:
         chart.on_point_click(lambda event: on_point(str(event.series_name or ""), str(event.name or "")))
+    return chart
 
 
 def beside() -> ui.element:

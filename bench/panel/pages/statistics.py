@@ -23,6 +23,7 @@ from bench.eol.statistics_messages import (
 )
 from bench.panel.line_records import ALL, Choice, StatisticsView, read_statistics, serial_numbers
 from bench.panel.motor_records import motor_address
+from bench.panel.pages.bar_motors import BarMotors
 from bench.panel.pages.failures import show_failures
 from bench.panel.pages.frame import frame
 from bench.panel.pages.parts import Links, beside, expansion, link_row, named, plot, table
@@ -30,13 +31,14 @@ from bench.panel.pages.reader import Reader
 from bench.panel.pages.yields import show_grouped_yields, show_yields
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from bench.panel.statistics_plots import control_plot, golden_plot, histogram_plot
+from bench.panel.statistics_plots import control_plot, golden_plot, histogram_bars, histogram_plot
 from drivers.interfaces.text import Text, text
 from reports.labels import ParameterLabels
 from reports.tables.figures import decimals_for, figure
 
 if TYPE_CHECKING:
     from bench.eol.line_statistics import LineStatistics, ParameterStatistics
+    from bench.eol.store.selection import Selection
 
 _TO_GROUPING = "setTimeout(() => document.querySelector('[data-part=yield-by] input')?.focus(), 50)"
 #: So many motors that break a rule are named beside it.
@@ -109,9 +111,9 @@ class _Statistics:
             with self._card(text("Yield by …"), "yield-by"):
                 show_grouped_yields(statistics.yields.motors, view.choice.by, self._reader, self._group)
             with self._card(text("Failures"), "failures"):
-                show_failures(statistics, self._labels, self._reader)
+                show_failures(statistics, self._labels, self._reader, self._panel.records)
             if each is not None:
-                self._histogram(each)
+                self._histogram(each, statistics.selection)
                 self._chart(each)
                 self._golden(each)
 
@@ -178,7 +180,7 @@ class _Statistics:
                 changed = text("The limits were others at first; shown are those of the latest motor.")
                 ui.label(say(changed)).classes("text-base mt-2")
 
-    def _histogram(self, each: "ParameterStatistics") -> None:
+    def _histogram(self, each: "ParameterStatistics", selection: "Selection") -> None:
         distribution, scale = each.distribution, scale_for(each)
         spread = distribution.standard_deviation / scale.factor
         digits = decimals_for(spread, distribution.mean / scale.factor)
@@ -192,7 +194,9 @@ class _Statistics:
             (text("Least … most"), bounds(distribution.least, distribution.most, scale, digits)),
         ]
         with self._card(text("Distribution: {parameter}", parameter=name), "distribution"), beside():
-            plot(histogram_plot(each, name, self._reader.translate))
+            with ui.element("div"):
+                chart = plot(histogram_plot(each, name, self._reader.translate))
+                BarMotors(chart, self._panel.records, selection, histogram_bars(each), self._reader)
             with ui.element("div"):
                 head = [name, Text("{unit}", {"unit": scale.unit})]
                 self._table(head, [[self._reader.say(words), value] for words, value in rows], numeric={1})

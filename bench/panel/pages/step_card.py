@@ -152,7 +152,9 @@ class StepCard:
         if self.correction.done is not None:
             ui.label(say(self.correction.done)).classes("mb-said").props("role=status")
         heading, *work = self._lines(question)
-        ui.label(heading.rstrip(":：.。")).classes("mb-h1").props("role=heading aria-level=1 aria-live=polite")
+        # A pair of terminals is one word, and stays on one line.
+        heading = heading.rstrip(":：.。").replace("–", "–\u2060")
+        ui.label(heading).classes("mb-h1").props("role=heading aria-level=1 aria-live=polite")
         if work:
             with ui.element("ol").classes("mb-work"):
                 for number, words in enumerate(work, 1):

@@ -8,9 +8,11 @@ from bench.drawings.layout import turned_by_hand
 from bench.drawings.lines import lines_of
 from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
-from bench.panel.pages.parts import drawing
+from bench.panel.pages.icons import icon
+from bench.panel.pages.parts import drawing, named
 from bench.panel.pages.reader import Reader
 from bench.report.photos import photos_of
+from drivers.interfaces.text import text
 from procedures.core.actions import (
     ChangeSetup,
     Connect,
@@ -47,6 +49,9 @@ class StepDrawing:
         self.stage = ui.element("div").classes("mb-stage")
         with self.stage:
             self._picture = ui.element("div").classes("mb-draw")
+            larger = ui.element("button").classes("mb-b mb-larger").props("type=button data-larger aria-pressed=false")
+            with named(larger, reader.say(text("Enlarge the drawing"))):
+                icon("larger")
         self._photos = ui.element("div").classes("mb-photos")
 
     def show(self) -> None:

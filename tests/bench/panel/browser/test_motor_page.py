@@ -91,6 +91,35 @@ def test_a_pressed_point_opens_its_motor_and_the_next_is_scanned(panel: Panel, n
     expect(page.get_by_role("alert")).to_contain_text("There is no record of the serial number nobody.")
 
 
+def test_a_bar_leads_to_its_motors_by_pointer_and_by_keyboard(panel: Panel, new_page: NewPage) -> None:
+    keep(panel.records, ("A", "LG-400W", [*motors(60, 1), ("FAR/1", {"stator_resistance": 12.5})]))
+    page = new_page()
+    page.goto(f"{panel.url}/statistics?batch=A&parameter=stator_resistance")
+    histogram = part(page, "distribution").locator("canvas").first
+    expect(histogram).to_be_visible()
+    histogram.scroll_into_view_if_needed()
+    # The last bar is the only motor far off.
+    at = page.evaluate(
+        """() => { const part = document.querySelector('[data-part=distribution] [role=img]');
+        const chart = getElement(part.id.slice(1)).chart, data = chart.getOption().series[0].data;
+        const [x, count] = data[data.length - 1].value;
+        return chart.convertToPixel({seriesIndex: 0}, [x, count / 2]); }"""
+    )
+    box = histogram.bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + at[0], box["y"] + at[1])
+    expect(part(page, "distribution").get_by_role("link")).to_have_text(["FAR/1"])
+    failures = part(page, "failures").get_by_role("combobox", name="Motors of a bar")
+    failures.focus()
+    page.keyboard.press("Enter")
+    page.get_by_role("option", name="Stator resistance: 1").click()
+    link = part(page, "failures").get_by_role("link", name="FAR/1")
+    expect(link).to_be_visible()
+    assert_accessible(page)
+    link.click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("Motor FAR/1")
+
+
 def test_the_grouping_of_yields_keeps_the_focus(panel: Panel, new_page: NewPage) -> None:
     keep(panel.records, ("A", "LG-400W", motors(30, 1)))
     page = new_page()

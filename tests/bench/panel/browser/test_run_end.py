@@ -2,13 +2,24 @@
 
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.bench.panel.browser.conftest import Panel
-from tests.bench.panel.browser.test_run_page import assert_accessible, assert_fits
+from tests.bench.panel.browser.test_browser import begin
+from tests.bench.panel.browser.test_run_page import assert_accessible, assert_fits, next_step
 from tests.bench.panel.shown_run import ShownRun
 
 STEP = ("stator-resistance", "3.2.2/3", "Measure the three line resistances")
+#: The smallest words of the drawing that is to be seen (px), and whether state and Done are in front of it.
+DRAWN = """() => {
+    const svg = [...document.querySelectorAll('.mb-draw svg[role=img]')].find((at) => at.getBoundingClientRect().width);
+    const sizes = [...svg.querySelectorAll('text')].map((at) => parseFloat(getComputedStyle(at).fontSize) * at.getScreenCTM().a);
+    const seen = [...document.querySelectorAll('.mb-state, .mb-stop, .mb-done')].filter((at) => at.offsetParent).every((at) => {
+        const box = at.getBoundingClientRect();
+        return at.contains(document.elementFromPoint(box.left + box.width / 2, box.top + box.height / 2)); });
+    return [Math.min(...sizes), seen];
+}"""
 
 
 def test_a_failed_runs_reason_stands_outside_of_what_is_green(panel: Panel, new_page: Callable[[], Page]) -> None:
@@ -46,3 +57,29 @@ def test_a_reading_is_live_only_while_it_is(panel: Panel, new_page: Callable[[],
         run.record("instrument_opened", instrument="lcr_meter", **driver)
         expect(page.locator("[data-age]")).to_contain_text("typed")
         assert_fits(page)
+
+
+@pytest.mark.slow
+def test_a_drawing_beside_many_lines_is_enlarged_and_hides_no_state(panel: Panel, new_page: Callable[[], Page]) -> None:
+    page = new_page()
+    page.set_viewport_size({"width": 1280, "height": 800})
+    begin(page, panel, "dq inductance, time constant")
+    expect(page.locator("[data-done]:not([aria-disabled])")).to_be_visible()
+    while not page.get_by_text("arrow towards the motor").first.is_visible():
+        next_step(page)
+    larger = page.get_by_role("button", name="Enlarge the drawing")
+    larger.click()
+    expect(larger).to_have_attribute("aria-pressed", "true")
+    smallest, seen = page.evaluate(DRAWN)
+    assert smallest >= 0.72 * 16.0
+    assert seen
+    assert_accessible(page)
+    page.keyboard.press("Escape")
+    expect(larger).to_have_attribute("aria-pressed", "false")
+    assert page.evaluate(DRAWN)[0] < smallest
+    larger.click()
+    page.get_by_role("button", name="Done", exact=True).click()
+    # The next thing to do is not hidden.
+    expect(page.locator("html.mb-large")).to_have_count(0)
+    page.keyboard.press("Control+Escape")
+    expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_be_visible()
