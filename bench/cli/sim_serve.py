@@ -160,7 +160,9 @@ def serve(
             "hostile": hostile,
         }
         more["units"] = standard_units(
-            six_step=read.six_step is not None, fixture=fixture, dc_voltage=dc_voltage_for(read.nameplate)
+            six_step=read.six_step is not None,
+            fixture=fixture or commands is not None,
+            dc_voltage=dc_voltage_for(read.nameplate),
         )
         own = None
         if disturbances is not None:

@@ -85,7 +85,7 @@ class Sheet:
         raise KeyError(name)
 
 
-class Waveform(Protocol):
+class RecordedWaveform(Protocol):
     """Samples of a channel: time (s) and values (n,) in `unit`, `resolution` one step of the converter."""
 
     @property
@@ -114,7 +114,7 @@ class Recorded:
     """A record of a run by its name, and its waveforms by channel."""
 
     name: str
-    waveforms: Mapping[str, Waveform]
+    waveforms: Mapping[str, RecordedWaveform]
 
 
 @dataclass(frozen=True)

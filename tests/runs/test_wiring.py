@@ -347,12 +347,13 @@ def test_open_terminals_stay_verified_while_nobody_touches_them(bench, measure):
 
 
 SIX_STEP = "92bl-30-25l"
+LOADED = ("loads=[0.3,0.5,0.7]", "winding_resistance=0.4", "winding_inductance=0.0005")
 
 
 @pytest.mark.parametrize("motor", [SIX_STEP])
 def test_a_six_step_drive_that_does_not_start(bench, measure):
     bench.world.set_open_phase("A")
-    said = refused(measure, "equivalent-resistance", settings=("loads=[0.3,0.5,0.7]",))
+    said = refused(measure, "equivalent-resistance", settings=LOADED)
     assert "the drive switches itself off" in said
     assert "0x7122" in said
 
@@ -360,7 +361,7 @@ def test_a_six_step_drive_that_does_not_start(bench, measure):
 @pytest.mark.parametrize("motor", [SIX_STEP])
 def test_no_current_probe_on_a_running_six_step_drive(bench, measure):
     bench.world.attach_current_probe = lambda *_: None
-    said = refused(measure, "equivalent-resistance", settings=("loads=[0.3,0.5,0.7]",))
+    said = refused(measure, "equivalent-resistance", settings=LOADED)
     assert "channel 4: the current probe is round no wire" in said
     assert not bench.world.truth()["energised"]
 

@@ -71,7 +71,7 @@ def test_everything_of_ours_can_be_loaded() -> None:
     assert len(catalogues.drivers) == 14
     assert len(catalogues.simulated_instruments) == 13
     assert len(catalogues.procedures) == 28
-    assert len(catalogues.exports) == 17
+    assert len(catalogues.exports) == 18
     assert list(catalogues.records) == ["json-lines"]
     assert next(iter(catalogues.procedures)) == "nameplate"
 

@@ -270,7 +270,7 @@ accuracy = { gain = 0.01, source = "manual" }
 
 """
     (tmp_path / "station.toml").write_text(head + rest + drive, encoding="utf-8")
-    loads = ("--set", "loads=[0.3, 0.5, 0.7]", "--set", "winding_inductance=1e-4")
+    loads = ("--set", "loads=[0.3, 0.5, 0.7]", "--set", "winding_inductance=1e-4", "--set", "winding_resistance=0.4")
     station = str(tmp_path / "station.toml")
     status, made = rehearse("equivalent-resistance", *loads, station=station, motor="92bl-30-25l")
     assert status == 1
