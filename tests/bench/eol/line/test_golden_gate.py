@@ -113,7 +113,8 @@ def test_golden_motors_come_first_and_count_in_no_yield(bench: Any) -> None:
     for socket in "12":
         golden = [record.golden for record in bench.listener.records if record.socket == socket]
         # A slow socket may leave both motors to the other; none tests one before its golden motor.
-        assert golden[0] and not any(golden[1:])
+        assert golden[0]
+        assert not any(golden[1:])
     bench.listener.records.clear()
     counts, _ = bench.run("A1\n", motors=None, batch="next")
     assert [record.serial_number for record in bench.listener.records] == ["A1"], "they passed a moment ago"
