@@ -38,6 +38,11 @@ class ParameterLimits:
         return self.high - self.low
 
 
+def least_ratio(guard: GuardBand, minimum: float) -> float:
+    """Return the least tolerance over the 95 % interval's width: `minimum`, and where strict guard bands meet no motor could pass."""
+    return max(minimum, 1.0) if guard is GuardBand.STRICT else minimum
+
+
 @dataclass(frozen=True)
 class LimitJudgement:
     """The verdict on a figure, and how well the limits can be decided.

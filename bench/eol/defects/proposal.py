@@ -22,6 +22,8 @@ from bench.files.new_file import write_new
 from bench.files.toml_file import parse
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import text
+from procedures.core.parameter_definition import Bounds
+from procedures.known_parameters import known_parameters
 
 #: Share of the sound motors that one limit may reject: of ten limits together, a fifth of a per cent.
 REJECTS = 2.0e-4
@@ -163,12 +165,18 @@ def write_plan(proposal: Proposal, plan: Plan, path: Path, about: str) -> Plan:
     data["plan"]["order"] = "listed"
     procedures = {procedure["name"]: procedure for procedure in data["procedure"]}
     data["procedure"] = [procedures[name] for name in proposal.order]
-    data["limit"] = [{"parameter": name, **_sides(limits)} for name, limits in proposal.limits.items()]
+    found = plan.catalogues().procedures
+    known = known_parameters({name: found[name] for name in proposal.order})
+    sides = {name: _sides(limits, known[name].bounds) for name, limits in proposal.limits.items()}
+    data["limit"] = [{"parameter": name, **each} for name, each in sides.items() if each]
     data.pop("golden", None)
     write_new(path, f"# {about}\n" + toml_text(data))
     return load_plan(path)
 
 
-def _sides(limits: ParameterLimits) -> dict[str, float]:
-    sides = {"low": limits.low, "high": limits.high}
+def _sides(limits: ParameterLimits, bounds: Bounds) -> dict[str, float]:
+    """Return the sides as a plan has them; one beyond which no figure can lie says nothing, and is left out."""
+    sides = {"low": limits.low} if limits.low >= bounds.low else {}
+    if bounds.high is None or limits.high <= bounds.high:
+        sides["high"] = limits.high
     return {side: value for side, value in sides.items() if math.isfinite(value)}

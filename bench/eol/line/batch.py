@@ -17,6 +17,7 @@ from bench.eol.line.batch_log import BatchLog, BatchMotor
 from bench.eol.line.brakes import AppliedBrake
 from bench.eol.line.coordinator import Coordinator
 from bench.eol.line.golden_gate import GoldenGate
+from bench.eol.line.limit_notes import undecidable
 from bench.eol.line.line_file import ProductionLine, digest
 from bench.eol.line.messages import Batch
 from bench.eol.line.panel_channel import PanelChannel
@@ -138,6 +139,8 @@ def _run(
 ) -> str:
     plan, line, name = prepared.plan, prepared.line, folder.name
     for words in writer.register.check_plan(plan.name, plan.sha256, prepared.motor.nameplate.name):
+        listener.trouble(words)
+    for words in undecidable(plan, prepared.limits, writer.uncertainties(plan.name, line.name)):
         listener.trouble(words)
     identity = {
         "name": name,

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Collection, Mapping, Sequence
 
-from bench.eol.limits import GuardBand, ParameterLimits, judge
+from bench.eol.limits import GuardBand, ParameterLimits, judge, least_ratio
 from bench.eol.plan import PlannedCheck
 from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.verdict import Verdict, together
@@ -77,8 +77,7 @@ class MotorJudge:
         expanded = _half(parameter.coverage_interval)
         judgement = judge(parameter.value, expanded, limits, self._guard)
         own = parameter.own_definition
-        # Where guard bands meet no motor could pass, whatever ratio the plan is content with: that is the station's, too.
-        least = max(self._minimum_ratio, 1.0 if self._guard is GuardBand.STRICT else 0.0)
+        least = least_ratio(self._guard, self._minimum_ratio)
         undecided = not math.isinf(limits.tolerance) and judgement.ratio < least
         # An interval that lies outside as a whole decides, however wide it is.
         outside = parameter.value - expanded > limits.high or parameter.value + expanded < limits.low

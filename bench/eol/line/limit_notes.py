@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping
 
-from bench.eol.limits import ParameterLimits
+from bench.eol.limits import ParameterLimits, least_ratio
 from bench.eol.plan import Plan
 from bench.i18n.errors import InputError
 from bench.run.plan import Catalogue
@@ -65,3 +65,21 @@ def limit_notes(
             source=plan.source,
             names=idle,
         )
+
+
+def undecidable(plan: Plan, limits: Mapping[str, ParameterLimits], expanded: Mapping[str, float]) -> Iterator[Text]:
+    """Give the limits that the station cannot decide, by the expanded uncertainties that its latest figures had."""
+    least = least_ratio(plan.guard, plan.minimum_ratio)
+    for parameter, bounds in limits.items():
+        uncertainty = expanded.get(parameter, 0.0)
+        if uncertainty > 0.0 and (ratio := bounds.tolerance / (2.0 * uncertainty)) < least:
+            yield text(
+                "{source}: limit on {parameter}: {low:g} … {high:g} is {ratio:.2g} times the width of the 95 % interval that this "
+                "station's latest figure had, and {least:g} are asked for: it will be an error",
+                source=plan.source,
+                parameter=parameter,
+                low=bounds.low,
+                high=bounds.high,
+                ratio=ratio,
+                least=least,
+            )

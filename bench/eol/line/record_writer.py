@@ -97,6 +97,11 @@ class RecordWriter:
         with _reading():
             return self.records.experience(plan)
 
+    def uncertainties(self, plan: str, station: str) -> dict[str, float]:
+        """Return what `Records.uncertainties` does. Raises StoreError where that cannot be looked up."""
+        with _reading():
+            return self.records.uncertainties(plan, station)
+
     def golden_tests(self, plan: str, station: str) -> GoldenTests:
         """Return the golden motors' tests of a plan at a station."""
         return GoldenTests(self._own, plan, station)

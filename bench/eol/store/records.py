@@ -74,6 +74,19 @@ class Records:
         with self._engine.connect() as connection:
             return {row[0]: (int(row[1]), int(row[2]), float(row[3])) for row in connection.execute(query)}
 
+    def uncertainties(self, plan: str, station: str) -> dict[str, float]:
+        """Return the expanded uncertainties (95 %) of the figures that a plan's latest test at a station gave, by parameter."""
+        latest = select(MOTOR.c.id).where(MOTOR.c.plan == plan, MOTOR.c.station == station)
+        latest = latest.order_by(MOTOR.c.id.desc()).limit(1)
+        with self._engine.connect() as connection:
+            key = connection.execute(latest).scalar()
+            found: dict[str, float] = {}
+            for table in (FIGURE, FRESH_FIGURE):
+                query = select(table.c.parameter, table.c.expanded).where(table.c.motor == key)
+                rows = connection.execute(query.where(table.c.expanded.is_not(None)))
+                found |= {row.parameter: float(row.expanded) for row in rows}
+            return found
+
     def batches(self) -> list[str]:
         """Return the batches' names, the latest first."""
         query = select(MOTOR.c.batch).group_by(MOTOR.c.batch).order_by(func.max(MOTOR.c.started).desc())

@@ -147,10 +147,15 @@ def test_limits_follow_the_spread_and_only_useful_ones_are_kept(cases: DefectCas
 def test_the_plan_with_them_is_read_again(tmp_path: Path) -> None:
     plan = load_plan(EXAMPLE / "plan.toml")
     order = tuple(reversed([check.name for check in plan.checks]))
-    proposal = Proposal({"stator_resistance": ParameterLimits(high=0.02)}, order, ())
+    wide = ParameterLimits(-0.1, 1.0e-3)
+    proposal = Proposal({"stator_resistance": ParameterLimits(high=0.02), "inertia": wide}, order, ())
     made = write_plan(proposal, plan, tmp_path / "made.toml", "Made.")
     assert [check.name for check in made.checks] == list(order)
-    assert made.absolute == {"stator_resistance": ParameterLimits(high=0.02)}
+    # What lies where no figure can be is no limit.
+    assert made.absolute == {
+        "stator_resistance": ParameterLimits(high=0.02),
+        "inertia": ParameterLimits(high=1.0e-3),
+    }
     assert load_motor(made.motor).nameplate.name == "LG-400W"
     with pytest.raises(InputError, match="is there already"):
         write_plan(proposal, plan, tmp_path / "made.toml", "Made.")
