@@ -116,7 +116,7 @@ def export(
     read = read_run(run, runs)
     exports = catalogues_of_run(read.start.software).exports
     target = exports.need(for_, lambda why: UsageError(at(f"--for {for_}", why)))
-    if target.write_records is not None and output is None:
+    if target.write_records is not None and output is None and (json or sys.stdout.isatty()):
         raise UsageError(
             text(
                 "--for {name}: the file is binary; say where it goes with --output FILE{suffix}",
@@ -150,14 +150,18 @@ def export(
             )
         ) from None
     content = target.write(sheet)
+    file = _file_content(target, content, read)
     if output is not None:
-        write_new(output, _file_content(target, content, read), force=force)
+        write_new(output, file, force=force)
     for reason in sheet.left_out:
         print(f"motorbench: left out: {reason.render(translate)}", file=sys.stderr)
     for notice in sheet.subject.warnings:
         print(f"motorbench: {notice.identifier}: {notice.message.render(translate)}", file=sys.stderr)
     if json:
         print_json(_as_dict(target, sheet, content, output))
+    elif output is None and isinstance(file, bytes):
+        sys.stdout.buffer.write(file)
+        sys.stdout.flush()
     elif output is None:
         sys.stdout.write(content)
         sys.stdout.flush()

@@ -143,8 +143,8 @@ def test_waveforms_in_mdf4_are_what_asammdf_reads(call: Call, record: Callable[.
 
 def test_what_an_mdf4_file_needs(call: Call, record: Callable[..., Path]) -> None:
     folder = record(everything())
-    code, _, err = call("export", "a-run", "--for", "mdf4")
-    assert (code, "--output FILE.mf4" in err) == (2, True)
+    code, out, err = call("export", "a-run", "--for", "mdf4", "--json")
+    assert (code, "--output FILE.mf4" in json.loads(out)["error"]) == (2, True)
     samples = np.arange(9.0)
     WaveformFolder(folder / "waveforms").store("step", {"A": StoredWaveform(samples, samples, "V", 0.0)})
     if find_spec("asammdf") is None:
