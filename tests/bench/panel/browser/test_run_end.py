@@ -83,3 +83,17 @@ def test_a_drawing_beside_many_lines_is_enlarged_and_hides_no_state(panel: Panel
     expect(page.locator("html.mb-large")).to_have_count(0)
     page.keyboard.press("Control+Escape")
     expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_be_visible()
+
+
+def test_a_phone_shows_how_each_run_ended_without_scrolling_sideways(
+    panel: Panel, new_page: Callable[[], Page]
+) -> None:
+    page = new_page()
+    with ShownRun(panel.runs / "listed", *STEP) as run:
+        run.record("run_finished", status="failed", cause="the bridge overflowed", bench_time=1.0, wall_time=1.0)
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(f"{panel.url}/history")
+    row = page.locator("tr").filter(has=page.get_by_role("link", name="listed"))
+    expect(row.get_by_role("cell").last).to_be_in_viewport(ratio=1)
+    expect(row.get_by_role("cell").last).not_to_be_empty()
+    assert page.locator(".mb-runs").evaluate("at => at.parentElement.scrollWidth <= at.parentElement.clientWidth")
