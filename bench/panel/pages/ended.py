@@ -33,8 +33,6 @@ from reports.tables.summary import rows
 
 #: The plots come after the page: it is to be read at once.
 _LATER = 0.1
-#: How what a run left looks; all else is looked at.
-_LEFT = {StateKind.OFF: "mb-state-off", StateKind.UNREAD: "mb-state-unread"}
 _TO_SIGNATURES = "const part = document.getElementById('signatures'); (part.querySelector('input') ?? part).focus()"
 
 
@@ -106,7 +104,8 @@ class _Ended:
             parts.append(view.run.start.person)
         state = ui.element("section").classes("rounded-lg px-4 py-3 mb-4").props("role=status")
         state.props["data-left"] = kind.value
-        with state.classes(_LEFT.get(kind, "mb-state-live")):
+        off, unread = kind is StateKind.OFF, kind is StateKind.UNREAD
+        with state.classes("mb-state-off" if off else "mb-state-unread" if unread else "mb-state-live"):
             ui.label(say(left)).classes("text-xl font-bold")
             ui.label(" · ".join(part for part in parts if part)).classes("text-base")
 
