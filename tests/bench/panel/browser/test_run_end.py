@@ -22,6 +22,7 @@ DRAWN = """() => {
 }"""
 
 
+@pytest.mark.slow
 def test_a_failed_runs_reason_stands_outside_of_what_is_green(panel: Panel, new_page: Callable[[], Page]) -> None:
     page = new_page()
     with ShownRun(panel.runs / "failed", *STEP) as run:
@@ -38,6 +39,7 @@ def test_a_failed_runs_reason_stands_outside_of_what_is_green(panel: Panel, new_
     assert_accessible(page)
 
 
+@pytest.mark.slow
 def test_a_reading_is_live_only_while_it_is(panel: Panel, new_page: Callable[[], Page]) -> None:
     page = new_page()
     with ShownRun(panel.runs / "read", *STEP) as run:
