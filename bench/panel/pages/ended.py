@@ -33,7 +33,6 @@ from reports.tables.summary import rows
 
 #: The plots come after the page: it is to be read at once.
 _LATER = 0.1
-#: How what a run left looks; all else is looked at.
 _TO_SIGNATURES = "const part = document.getElementById('signatures'); (part.querySelector('input') ?? part).focus()"
 
 

@@ -88,7 +88,7 @@ class _History:
         )
         self._count.set_text(say(of))
         self._table.clear()
-        with self._table, ui.element("table").classes("mb-table"):
+        with self._table, ui.element("table").classes("mb-table mb-runs"):
             self._head()
             with ui.element("tbody"):
                 for run in runs[:_SHOWN]:

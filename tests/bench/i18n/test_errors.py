@@ -121,7 +121,7 @@ def test_a_plan_and_a_serial_number(tmp_path: Path) -> None:
     path.write_text(wanted.format("stator-resistance"), encoding="utf-8")
     with pytest.raises(InputError) as refused:
         load_plan(path).check_serial("B7")
-    assert message(refused.value, CHINESE) == "序列号 'B7' 不符合方案的格式 A.*"
+    assert message(refused.value, CHINESE) == "序列号 'B7' 不符合计划的格式 A.*"
     path.write_text(wanted.format("stator-resistence"), encoding="utf-8")
     with pytest.raises(InputError) as refused:
         load_plan(path)

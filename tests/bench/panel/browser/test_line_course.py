@@ -39,3 +39,4 @@ def test_a_line_shows_yield_pace_and_the_course_of_what_fails_most(panel: Panel,
         for width, height in SCREENS:
             page.set_viewport_size({"width": width, "height": height})
             page.wait_for_function("document.documentElement.scrollWidth <= innerWidth")
+        page.set_viewport_size({"width": 1400, "height": 900})

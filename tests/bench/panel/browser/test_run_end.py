@@ -22,6 +22,7 @@ DRAWN = """() => {
 }"""
 
 
+@pytest.mark.slow
 def test_a_failed_runs_reason_stands_outside_of_what_is_green(panel: Panel, new_page: Callable[[], Page]) -> None:
     page = new_page()
     with ShownRun(panel.runs / "failed", *STEP) as run:
@@ -38,6 +39,7 @@ def test_a_failed_runs_reason_stands_outside_of_what_is_green(panel: Panel, new_
     assert_accessible(page)
 
 
+@pytest.mark.slow
 def test_a_reading_is_live_only_while_it_is(panel: Panel, new_page: Callable[[], Page]) -> None:
     page = new_page()
     with ShownRun(panel.runs / "read", *STEP) as run:
@@ -57,6 +59,7 @@ def test_a_reading_is_live_only_while_it_is(panel: Panel, new_page: Callable[[],
         run.record("instrument_opened", instrument="lcr_meter", **driver)
         expect(page.locator("[data-age]")).to_contain_text("typed")
         assert_fits(page)
+        page.set_viewport_size({"width": 1400, "height": 900})
 
 
 @pytest.mark.slow
@@ -83,3 +86,19 @@ def test_a_drawing_beside_many_lines_is_enlarged_and_hides_no_state(panel: Panel
     expect(page.locator("html.mb-large")).to_have_count(0)
     page.keyboard.press("Control+Escape")
     expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_be_visible()
+    page.set_viewport_size({"width": 1400, "height": 900})
+
+
+def test_a_phone_shows_how_each_run_ended_without_scrolling_sideways(
+    panel: Panel, new_page: Callable[[], Page]
+) -> None:
+    page = new_page()
+    with ShownRun(panel.runs / "listed", *STEP) as run:
+        run.record("run_finished", status="failed", cause="the bridge overflowed", bench_time=1.0, wall_time=1.0)
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(f"{panel.url}/history")
+    row = page.locator("tr").filter(has=page.get_by_role("link", name="listed"))
+    expect(row.get_by_role("cell").last).to_be_in_viewport(ratio=1)
+    expect(row.get_by_role("cell").last).not_to_be_empty()
+    assert page.locator(".mb-runs").evaluate("at => at.parentElement.scrollWidth <= at.parentElement.clientWidth")
+    page.set_viewport_size({"width": 1400, "height": 900})

@@ -14,6 +14,11 @@ from tests.bench.panel.conftest import Server
 
 Serve = Callable[..., Server]
 NewPage = Callable[[], Page]
+#: Hints below fields that reach into what stands below them.
+OVERLAPPING = """() => [...document.querySelectorAll('.q-field__bottom')].filter((hint) => { const box = hint.getBoundingClientRect();
+    return box.height && [...document.querySelectorAll('.q-field__control')].some((field) => { const other = field.getBoundingClientRect();
+        return !field.closest('.q-field').contains(hint) && other.left < box.right && other.right > box.left
+            && other.top < box.bottom - 1 && other.bottom > box.top + 1; }); }).map((hint) => hint.textContent)"""
 SCREENS = ((1280, 800), (1920, 1080), (800, 1280), (390, 844))
 BY_HAND = """
 [station]
@@ -242,4 +247,5 @@ def test_the_other_pages_are_accessible_and_fit(panel: Panel, new_page: NewPage)
         for width, height in SCREENS:
             page.set_viewport_size({"width": width, "height": height})
             page.wait_for_function("document.documentElement.scrollWidth <= innerWidth")
+            assert page.evaluate(OVERLAPPING) == []
         page.set_viewport_size({"width": 1400, "height": 900})
