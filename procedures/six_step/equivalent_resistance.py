@@ -69,7 +69,6 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
 
     def measure(self) -> None:
         """Load the running motor, and split what the bus sees."""
-        self._refuse_unknown()
         points = self.load_points()
         loads, parts = self.emf(points)
         splits = self.equivalent_resistance(loads, parts)
@@ -84,6 +83,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
     def load_points(self) -> LoadPoints:
         """Return the readings at each load, the smallest first."""
         bench, settings = self.bench, self.settings
+        self._refuse_unknown()
         bench.perform(ReleaseRotor(), CoupleDynamometer())
         torques = self._torques()
         bench.dynamometer.stop()

@@ -33,6 +33,11 @@ class Orders:
     whole: bool = False
 
     @property
+    def all_from_one(self) -> bool:
+        """Whether they are all orders from the first on."""
+        return self.whole and self.orders.size == int(self.orders[-1])
+
+    @property
     def least(self) -> float:
         """What an amplitude must have, in standard deviations of one of its parts, to be more than noise: noise alone is Rayleigh's."""
         return math.sqrt(2.0 * math.log(self.orders.size / _CHANCE))
@@ -88,8 +93,9 @@ class OrderFit:
 def solve(turn: Turn, orders: Orders, extra: FloatArray | None = None) -> OrderFit:
     """Fit the orders, the drift and further rows (m, n) to the readings that count."""
     kept = turn.counting
-    turning, design = _design(turn, orders, extra)
-    scale, root = _root(design, kept)
+    turning, beside = _turning(orders, turn.angle), _beside(turn, orders, extra)
+    design = _design(turning, beside, orders)
+    scale, root = _root(turning, beside, kept, orders)
     basis = np.zeros(design.shape)
     basis[:, kept] = linalg.solve_triangular(root, design[:, kept] / scale[:, None], lower=True, check_finite=False)
     along = basis @ turn.torque
@@ -112,35 +118,74 @@ def solve(turn: Turn, orders: Orders, extra: FloatArray | None = None) -> OrderF
 def square_left(turn: Turn, orders: Orders, extra: FloatArray | None = None) -> float:
     """Return the sum of squared residuals alone, (N·m)²."""
     kept = turn.counting
-    _, design = _design(turn, orders, extra)
-    scale, root = _root(design, kept)
-    along = linalg.solve_triangular(root, design[:, kept] @ turn.torque[kept] / scale, lower=True, check_finite=False)
-    return float(turn.torque[kept] @ turn.torque[kept] - along @ along)
+    turning, beside = _turning(orders, turn.angle), _beside(turn, orders, extra)
+    torque = np.where(kept, turn.torque, 0.0)
+    # Complex by real would not go through the fast product.
+    waves, others = turning @ torque.astype(np.complex128), beside @ torque
+    first = orders.drift + 1
+    scale, root = _root(turning, beside, kept, orders)
+    projected = np.concatenate((others[:first], waves.real, waves.imag, others[first:])) / scale
+    along = linalg.solve_triangular(root, projected, lower=True, check_finite=False)
+    return float(torque @ torque - along @ along)
 
 
-def _design(turn: Turn, orders: Orders, extra: FloatArray | None) -> tuple[NDArray[np.complex128], FloatArray]:
-    turning = _turning(orders, turn.angle)
-    parts = [np.vstack([turn.along**k for k in range(orders.drift + 1)]), turning.real, turning.imag]
-    return turning, np.vstack(parts if extra is None else [*parts, extra])
+def _beside(turn: Turn, orders: Orders, extra: FloatArray | None) -> FloatArray:
+    """Return the rows of a design that are no waves: the drift's powers, and further ones."""
+    drift = np.vander(turn.along, orders.drift + 1, increasing=True).T
+    return drift if extra is None else np.vstack((drift, extra))
+
+
+def _design(turning: NDArray[np.complex128], beside: FloatArray, orders: Orders) -> FloatArray:
+    """Return all rows: the drift's powers, the waves' real and imaginary parts, further rows."""
+    first = orders.drift + 1
+    return np.vstack((beside[:first], turning.real, turning.imag, beside[first:]))
 
 
 def _turning(orders: Orders, angle: FloatArray) -> NDArray[np.complex128]:
-    if not orders.whole or orders.orders.size != orders.orders[-1]:
+    if not orders.all_from_one:
         return np.asarray(np.exp(1j * np.outer(orders.orders, angle)), dtype=np.complex128)
     # All orders from the first on are powers of one another, which takes a fifth of the time.
     once = np.broadcast_to(np.exp(1j * angle), (orders.orders.size, angle.size))
     return np.asarray(np.multiply.accumulate(once, axis=0), dtype=np.complex128)
 
 
-def _root(design: FloatArray, kept: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+def _root(
+    turning: NDArray[np.complex128], beside: FloatArray, kept: NDArray[np.bool_], orders: Orders
+) -> tuple[FloatArray, FloatArray]:
     """Return each row's length over the readings that count, and the lower root of the normal matrix of rows of length one."""
-    used = design[:, kept]
-    scale = np.sqrt(np.einsum("mn,mn->m", used, used))
+    normal = _normal(turning, beside, kept.astype(np.float64), orders)
+    scale = np.sqrt(np.maximum(np.diag(normal), 0.0))
     scale[scale == 0.0] = 1.0
-    normal = (used @ used.T) / np.outer(scale, scale)
+    normal /= np.outer(scale, scale)
     # Rows that make each other up, where too many readings were left out, share what they cannot tell.
     normal[np.diag_indices_from(normal)] += 1e-10
     return np.asarray(scale, dtype=np.float64), np.asarray(np.linalg.cholesky(normal), dtype=np.float64)
+
+
+def _normal(turning: NDArray[np.complex128], beside: FloatArray, kept: FloatArray, orders: Orders) -> FloatArray:
+    """Return the normal matrix of a design. Where its waves are all orders from the first on, two waves' product is made of the waves of
+    their sum and difference, so that the sums of twice as many waves over the readings hold it all.
+    """
+    if not orders.all_from_one:
+        design = _design(turning, beside, orders) * kept
+        return np.asarray(design @ design.T)
+    count, first = turning.shape[0], orders.drift + 1
+    # Complex by real would not go through the fast product.
+    sums = np.concatenate(([np.sum(kept) + 0j], turning @ kept.astype(np.complex128), turning @ (turning[-1] * kept)))
+    order = np.arange(1, count + 1)
+    added, apart = 0.5 * sums[order[:, None] + order], order[:, None] - order
+    less = 0.5 * sums[np.abs(apart)]
+    whole = np.empty((beside.shape[0] + 2 * count,) * 2)
+    real, imaginary = slice(first, first + count), slice(first + count, first + 2 * count)
+    whole[real, real], whole[imaginary, imaginary] = less.real + added.real, less.real - added.real
+    whole[real, imaginary] = added.imag - np.sign(apart) * less.imag
+    whole[imaginary, real] = whole[real, imaginary].T
+    others = np.r_[0:first, first + 2 * count : whole.shape[0]]
+    crossed = (beside * kept).astype(np.complex128) @ turning.T
+    whole[others, real], whole[others, imaginary] = crossed.real, crossed.imag
+    whole[real, others], whole[imaginary, others] = crossed.real.T, crossed.imag.T
+    whole[np.ix_(others, others)] = (beside * kept) @ beside.T
+    return whole
 
 
 def standing(phasors: NDArray[np.complex128], axis: FloatArray, orders: Orders) -> NDArray[np.bool_]:
