@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from drivers.interfaces.text import Text, text
 
-_WORDS: Mapping[str, Text] = {
+WORDS: Mapping[str, Text] = {
     "make_safe": text("bring to its harmless state"),
     "configure": text("set up"),
     "energised": text("output on"),
@@ -102,9 +102,4 @@ _WORDS: Mapping[str, Text] = {
 
 def called(name: str) -> Text:
     """Return what people call a method, an argument, a choice or hand work; the name itself where nobody has said it."""
-    return _WORDS.get(name) or Text("{name}", {"name": name.replace("_", " ")})
-
-
-def is_known(name: str) -> bool:
-    """Tell whether there are words for a name."""
-    return name in _WORDS
+    return WORDS.get(name) or Text("{name}", {"name": name.replace("_", " ")})

@@ -3,15 +3,10 @@
 from collections.abc import Mapping, Sequence
 
 from bench.plugins.catalogues import Catalogues
-from drivers.command_sources import SourcedCommand, declared_commands, sources_of
+from drivers.command_sources import SourcedCommand, sources_of
 from drivers.interfaces.text import Translate, text
 
 Tables = Mapping[str, Sequence[SourcedCommand]]
-
-
-def commands_by_driver(catalogues: Catalogues) -> Tables:
-    """Return the rows of every driver that names a package with them; raises SourcesError for one whose rows cannot be had."""
-    return {name: declared_commands(package, name) for name, package in packages_with_commands(catalogues).items()}
 
 
 def packages_with_commands(catalogues: Catalogues) -> Mapping[str, str]:

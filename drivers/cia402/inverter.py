@@ -5,26 +5,22 @@ from contextlib import contextmanager
 
 from drivers.bases.always import always
 from drivers.bases.set_points import check_setpoint
-from drivers.catalogue import Surroundings
 from drivers.cia402.motor_ratings import read_rated_current
 from drivers.cia402.node import Cia402Node
-from drivers.cia402.opening import open_node
+from drivers.cia402.opening import Cia402Driver
 from drivers.cia402.options import ABILITIES, Cia402Options
 from drivers.cia402.power_state import INTERNAL_LIMIT, STATUSWORD, ObjectReader
 from drivers.cia402.velocity import MODES, PROFILE_VELOCITY, Velocity, open_velocity
 from drivers.interfaces import (
     Accuracy,
     Clock,
-    Identity,
     InstrumentError,
     Inverter,
     InverterAbility,
     MeasurementError,
     Reading,
     ReportedError,
-    Watchdog,
 )
-from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import Text, text
 from drivers.transport.can.process_data import MappedObject
 
@@ -44,7 +40,7 @@ ASSUMED_CURRENT_ACCURACY = 0.05
 ASSUMED_SOURCE = "assumed, 5 % of rated: no drive profile states an accuracy; enter a calibration"
 
 
-class Cia402Inverter(Inverter):
+class Cia402Inverter(Cia402Driver, Inverter):
     """A CiA 402 drive by its node.
 
     Raises ReportedError where neither the drive nor the station says what a count of velocity or of current is.
@@ -81,26 +77,6 @@ class Cia402Inverter(Inverter):
             (MappedObject(ACTUAL_CURRENT, 2, True),),
         )
         node.watch()
-
-    @classmethod
-    def open(cls, address: str, options: Cia402Options, surroundings: Surroundings, name: str) -> "Cia402Inverter":
-        """Open the node at a CAN address; raises what `open_node` raises."""
-        return open_node(cls, address, options, surroundings, name)
-
-    @property
-    def identity(self) -> Identity:
-        """Vendor and product of 0x1018, with the device's name."""
-        return self._node.identity
-
-    @property
-    def found_state(self) -> tuple[FoundSetting, ...]:
-        """What the drive was found set to."""
-        return self._node.found_state
-
-    @property
-    def watchdog(self) -> Watchdog | None:
-        """The drive's heartbeat consumer, as it was armed and read back."""
-        return self._node.watchdog
 
     @property
     def abilities(self) -> frozenset[InverterAbility]:
@@ -207,10 +183,6 @@ class Cia402Inverter(Inverter):
     def make_safe(self) -> None:
         """Go to Switch on disabled and make sure of it; raises ReportedError naming a fault that was found."""
         self._node.disable()
-
-    def close(self) -> None:
-        """Give back what was found otherwise and leave the bus; may be called twice."""
-        self._node.close()
 
     def _unable_to_turn(self, without_mode: bool) -> InstrumentError:
         if without_mode:

@@ -1,12 +1,44 @@
-"""A CiA 402 node opened by its address."""
+"""A CiA 402 node opened by its address, and what the driver of every such drive has."""
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 from drivers.catalogue import Surroundings
 from drivers.cia402.node import Cia402Node
+from drivers.interfaces import Identity, Watchdog
+from drivers.interfaces.found_state import FoundSetting
 
 DriverT = TypeVar("DriverT")
+
+
+class Cia402Driver:
+    """A drive's identity and connection. A driver is derived from this and then from its role's interface, and sets `_node`."""
+
+    _node: Cia402Node
+
+    @classmethod
+    def open(cls, address: str, options: Any, surroundings: Surroundings, name: str) -> Self:
+        """Open the node at a CAN address; raises what `open_node` raises."""
+        return open_node(cls, address, options, surroundings, name)
+
+    @property
+    def identity(self) -> Identity:
+        """Vendor and product of 0x1018, with the device's name."""
+        return self._node.identity
+
+    @property
+    def found_state(self) -> tuple[FoundSetting, ...]:
+        """What the drive was found set to."""
+        return self._node.found_state
+
+    @property
+    def watchdog(self) -> Watchdog | None:
+        """The drive's heartbeat consumer, as it was armed and read back."""
+        return self._node.watchdog
+
+    def close(self) -> None:
+        """Give back what was found otherwise and leave the bus; may be called twice."""
+        self._node.close()
 
 
 def open_node(

@@ -5,24 +5,20 @@ from collections.abc import Callable
 
 from drivers.bases.always import always
 from drivers.bases.set_points import check_setpoint
-from drivers.catalogue import Surroundings
 from drivers.cia402.node import Cia402Node
-from drivers.cia402.opening import open_node
+from drivers.cia402.opening import Cia402Driver
 from drivers.cia402.options import Cia402RotorActuatorOptions
 from drivers.cia402.power_state import CONTROLWORD, ENABLE_OPERATION, STATUSWORD
 from drivers.cia402.velocity_unit import ENCODER_RESOLUTION, FEED_CONSTANT, VelocityUnit, read_unit
 from drivers.interfaces import (
     Accuracy,
     Clock,
-    Identity,
     InstrumentError,
     MeasurementError,
     Reading,
     ReportedError,
     RotorActuator,
-    Watchdog,
 )
-from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import Text, text
 
 ACTUAL_POSITION, TARGET_POSITION = 0x6064, 0x607A
@@ -56,7 +52,7 @@ _STUCK = {
 }
 
 
-class Cia402RotorActuator(RotorActuator):
+class Cia402RotorActuator(Cia402Driver, RotorActuator):
     """A rotor actuator by its node. Raises ReportedError where it states no whole number of increments per turn."""
 
     def __init__(
@@ -80,28 +76,6 @@ class Cia402RotorActuator(RotorActuator):
         if mask is not None and mask & _ALL != _ALL:
             self._objects.write(OUTPUTS, OUTPUT_MASK, mask | _ALL, 4)
         node.watch()
-
-    @classmethod
-    def open(
-        cls, address: str, options: Cia402RotorActuatorOptions, surroundings: Surroundings, name: str
-    ) -> "Cia402RotorActuator":
-        """Open the node at a CAN address; raises what `open_node` raises."""
-        return open_node(cls, address, options, surroundings, name)
-
-    @property
-    def identity(self) -> Identity:
-        """Vendor and product of 0x1018, with the device's name."""
-        return self._node.identity
-
-    @property
-    def found_state(self) -> tuple[FoundSetting, ...]:
-        """What the drive was found set to."""
-        return self._node.found_state
-
-    @property
-    def watchdog(self) -> Watchdog | None:
-        """The drive's heartbeat consumer, as it was armed and read back."""
-        return self._node.watchdog
 
     @property
     def maximum_speed(self) -> float:
@@ -200,10 +174,6 @@ class Cia402RotorActuator(RotorActuator):
         Raises ReportedError naming a fault that was found, or a clutch that stays engaged.
         """
         self._let_go()
-
-    def close(self) -> None:
-        """Leave the bus; may be called twice."""
-        self._node.close()
 
     def _take_hold(self, mode: int, target: int | None) -> None:
         """Have the drive hold the standing shaft, by the clutch, in a mode in which it was told to stay where it is."""

@@ -6,15 +6,13 @@ from dataclasses import replace
 from typing import TypeVar
 
 from drivers.bases.always import always
-from drivers.catalogue import Surroundings
 from drivers.cia402.node import Cia402Node
-from drivers.cia402.opening import open_node
+from drivers.cia402.opening import Cia402Driver
 from drivers.cia402.options import Cia402SixStepOptions
 from drivers.cia402.power_state import STATUSWORD, UnreachedStateError
 from drivers.cia402.stated_objects import StatedObject
 from drivers.cia402.velocity import Velocity, open_velocity
-from drivers.interfaces import Accuracy, BldcDrive, Clock, Identity, MeasurementError, Reading, ReportedError, Watchdog
-from drivers.interfaces.found_state import FoundSetting
+from drivers.interfaces import Accuracy, BldcDrive, Clock, MeasurementError, Reading, ReportedError
 from drivers.interfaces.text import text
 from drivers.transport.can.process_data import MappedObject
 
@@ -36,7 +34,7 @@ ASSUMED_CURRENT = Accuracy(
 )
 
 
-class Cia402SixStep(BldcDrive):
+class Cia402SixStep(Cia402Driver, BldcDrive):
     """A six-step drive by its node; what is the maker's own of it, the station states.
 
     Raises ReportedError where neither says what a count of velocity is, or which mode commutates in blocks.
@@ -63,28 +61,6 @@ class Cia402SixStep(BldcDrive):
         velocity = MappedObject(self._velocity.actual, self._velocity.size, True)
         node.poll((MappedObject(STATUSWORD, 2), velocity), (MappedObject(BUS_VOLTAGE, 4),))
         node.watch()
-
-    @classmethod
-    def open(
-        cls, address: str, options: Cia402SixStepOptions, surroundings: Surroundings, name: str
-    ) -> "Cia402SixStep":
-        """Open the node at a CAN address; raises what `open_node` raises."""
-        return open_node(cls, address, options, surroundings, name)
-
-    @property
-    def identity(self) -> Identity:
-        """Vendor and product of 0x1018, with the device's name."""
-        return self._node.identity
-
-    @property
-    def found_state(self) -> tuple[FoundSetting, ...]:
-        """What the drive was found set to."""
-        return self._node.found_state
-
-    @property
-    def watchdog(self) -> Watchdog | None:
-        """The drive's heartbeat consumer, as it was armed and read back."""
-        return self._node.watchdog
 
     @contextmanager
     def running(self) -> Iterator[None]:
@@ -135,10 +111,6 @@ class Cia402SixStep(BldcDrive):
     def make_safe(self) -> None:
         """Switch the bridge off and make sure of it; raises ReportedError naming a fault that was found."""
         self._node.disable()
-
-    def close(self) -> None:
-        """Give back what was found otherwise and leave the bus; may be called twice."""
-        self._node.close()
 
     def _stated(self, key: str, value: T | None) -> T:
         if value is None:

@@ -78,7 +78,6 @@ class ConductionCircuit:
     drive: Real
     emf: Complex
     watches: LinearForm
-    watch_tolerances: Real
     successors: tuple[str, ...]
     observables: LinearForm
 
@@ -160,14 +159,14 @@ def build_circuit(drive: SixStepDrive, conduction: Conduction) -> ConductionCirc
             LinearForm(supply[None], np.zeros(1), bus.emf),
         ]
     )
-    watches, tolerances, successors = _watches(drive, conduction, line, legs, bus)
+    watches, successors = _watches(drive, conduction, line, legs, bus)
     weights = X.T @ N.T @ M
-    return ConductionCircuit(conduction, rates, W, weights, forcing, emf, watches, tolerances, successors, observables)
+    return ConductionCircuit(conduction, rates, W, weights, forcing, emf, watches, successors, observables)
 
 
 def _watches(
     drive: SixStepDrive, conduction: Conduction, line: LinearForm, legs: LinearForm, bus: LinearForm
-) -> tuple[LinearForm, Real, tuple[str, ...]]:
+) -> tuple[LinearForm, tuple[str, ...]]:
     # A shift by the tolerance keeps a quantity that starts at 0 from being an event at once.
     ampere, volt = 1e-12 * loop_current(drive), 1e-9 * drive.source_voltage
     rows: list[tuple[LinearForm, float, str]] = []
@@ -184,9 +183,8 @@ def _watches(
         rows.append((_scale(_row(line, 0), upper, upper * limit), ampere, "upper clamp"))
         rows.append((_scale(_row(line, 2), -lower, lower * limit), ampere, "lower clamp"))
     forms, tolerances, successors = zip(*rows, strict=True)
-    shift = np.array(tolerances)
     stacked = _stack(list(forms))
-    return LinearForm(stacked.modal, stacked.constant + shift, stacked.emf), shift, successors
+    return LinearForm(stacked.modal, stacked.constant + np.array(tolerances), stacked.emf), successors
 
 
 def _row(form: LinearForm, index: int) -> LinearForm:

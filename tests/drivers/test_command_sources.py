@@ -11,16 +11,16 @@ from typing import Any
 import pytest
 
 from bench.plugins.catalogues import installed
-from bench.station.command_table import commands_by_driver, markdown_tables
+from bench.station.command_table import markdown_tables, packages_with_commands
 from bench.testing.conformance import check_driver, stand
 from bench.traffic.messages import message_of
 from drivers.catalogue import Surroundings
-from drivers.command_sources import CommandSource, SourcedCommand, sourced_commands
+from drivers.command_sources import CommandSource, SourcedCommand, declared_commands, sourced_commands
 from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, driver_named
 from tests.drivers.dialogue import DIALOGUES
 
 ROOT = Path(__file__).parents[2]
-TABLES = commands_by_driver(installed())
+TABLES = {name: declared_commands(package, name) for name, package in packages_with_commands(installed()).items()}
 
 #: The modules in which a driver's commands stand: those of its folder that only others of it use are left out.
 MODULES = {

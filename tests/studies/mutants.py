@@ -55,6 +55,9 @@ TARGETS: Mapping[str, Sequence[str]] = {
     "drivers.keysight.switch_unit_34970a": ("keysight-34970a",),
     "drivers.bases.crosspoints": ("keysight-34970a",),
     "drivers.gwinstek.gpt9800": ("gwinstek-gpt9800",),
+}
+#: What serves these: how an instrument is recognised, found and set up, and what others of its family have.
+SUPPORTING: Mapping[str, Sequence[str]] = {
     **dict.fromkeys((f"drivers.bases.{each}" for each in _BASES), ("keysight-e4980a", "keysight-e36300")),
     "drivers.keysight.e36300_settings": ("keysight-e36300",),
     "drivers.keysight.e4980a_settings": ("keysight-e4980a",),

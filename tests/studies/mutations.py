@@ -26,7 +26,7 @@ from bench.testing.conformance.report import ConformanceReport
 from bench.testing.conformance.session import session_of
 from drivers.interfaces import Role
 from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, driver_named, manual_of
-from tests.studies.mutants import TARGETS, Mutant, mutants
+from tests.studies.mutants import SUPPORTING, TARGETS, Mutant, mutants
 
 #: A check that takes longer (s, of the processor) does not end, which is found too; several times what the longest one takes.
 _PATIENCE = 25
@@ -60,7 +60,7 @@ def _load(mutant: Mutant) -> None:
     """Have the drivers' modules be imported anew, the changed one among them; what declares them stays."""
     kept = ("drivers.interfaces", "drivers.transport", "drivers.catalogue", "drivers.manual")
     for name in [name for name in sys.modules if name.startswith("drivers.")]:
-        if not name.startswith(kept):
+        if not name.startswith(kept) or name == "drivers.transport.visa.opening":
             del sys.modules[name]
             package, _, last = name.rpartition(".")
             if package in sys.modules and hasattr(sys.modules[package], last):
@@ -85,7 +85,7 @@ def check_own(driver: str, *, first_only: bool = False, thorough: bool = True) -
 def first_failure(mutant: Mutant) -> str:
     """Return the first check that a mutant fails, in this process; empty where it passes all."""
     _load(mutant)
-    for driver in TARGETS[mutant.module]:
+    for driver in {**TARGETS, **SUPPORTING}[mutant.module]:
         report = check_own(driver, first_only=True)
         if report.failures:
             return str(report.failures[0])
@@ -137,11 +137,12 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--module", action="append", help="only these modules")
+    parser.add_argument("--supporting", action="store_true", help="the modules that serve those of the drivers' use")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--json", type=Path, help="write every outcome there")
     chosen = parser.parse_args()
     preload()
-    made = mutants(chosen.count, chosen.seed, chosen.module or tuple(TARGETS))
+    made = mutants(chosen.count, chosen.seed, chosen.module or tuple(SUPPORTING if chosen.supporting else TARGETS))
     outcomes = []
     with ThreadPoolExecutor(chosen.jobs) as pool:
         for number, outcome in enumerate(pool.map(examine, made), 1):

@@ -19,8 +19,8 @@ from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 class FluxEstimate:
     """Flux linkage of the fundamental by integrating the voltage over whole periods, speed drift or not (V·s/rad, peak).
 
-    `values` (C,) with `uncertainties` and `degrees_of_freedom`; `per_period` (C, P) each whole period's own; `half_swings`
-    (C, P) half of the flux's swing over each period, harmonics included; `period_frequencies` (P,) in Hz; `offsets` (C,) in V.
+    `values` (C,) with `uncertainties` and `degrees_of_freedom`; `per_period` (C, P) each whole period's own;
+    `period_frequencies` (P,) in Hz; `offsets` (C,) in V.
     `flux_linkage` is the mean over channels, `misfit` what the record shows beyond the model, the channels' agreement included.
     """
 
@@ -28,7 +28,6 @@ class FluxEstimate:
     uncertainties: FloatArray
     degrees_of_freedom: float
     per_period: FloatArray
-    half_swings: FloatArray
     period_frequencies: FloatArray
     offsets: FloatArray
     drift: float
@@ -148,11 +147,6 @@ def flux_by_integration(
     at = np.array([np.interp(borders, t, row.real) + 1j * np.interp(borders, t, row.imag) for row in summed])
     per_period = np.abs(np.diff(at, axis=1)) / np.pi
     values = np.abs(at[:, -1] - at[:, 0]) / (np.pi * turns)
-    flux = running - offsets[:, None] * (t - t[0])
-    swings = np.empty_like(per_period)
-    for k in range(int(turns)):
-        part = (t >= borders[k]) & (t <= borders[k + 1])
-        swings[:, k] = 0.5 * np.ptp(flux[:, part], axis=1)
     length = borders[-1] - borders[0]
     density = colour(few_t, reduced, turns / length)
     noise = model.noise * step * block * np.sqrt(density * length / (step * block) / 2) / (np.pi * turns)
@@ -174,7 +168,6 @@ def flux_by_integration(
         uncertainties=np.hypot(own, steps),
         degrees_of_freedom=freedom,
         per_period=per_period,
-        half_swings=swings,
         period_frequencies=1.0 / np.diff(borders),
         offsets=offsets,
         drift=change,
