@@ -321,7 +321,6 @@ def measured(made: World, name: str, random: Random) -> ProcedureResult:
         name="drawn", connection=WindingConnection(drive.connection), rated_current=1.0, pole_pairs=drive.pole_pairs
     )
     settings = EquivalentResistanceSettings(
-        loads=(1.0,),  # the points are handed in
         winding_resistance=drive.resistance * (1.0 + random.uniform(-0.02, 0.02)),
         winding_inductance=(drive.self_inductance - drive.mutual_inductance) * (1.0 + random.uniform(-0.05, 0.05)),
         switch_resistance=drive.switch_resistance if "R_t given" in name else None,
