@@ -13,6 +13,8 @@ _PROBE_SOURCE = "within the limits of the virtual oscilloscope"
 _UNIT_SOURCE = "specification of the virtual unit"
 #: A virtual inverter has this bus voltage (V) at least, one for d- and q-axis currents this current (A, peak).
 _LEAST_BUS, _LEAST_CURRENT = 48.0, 30.0
+#: Above this bus voltage (V) the voltage probes are those for high voltage.
+_HIGH_BUS = 300.0
 #: An address as the virtual bench gives it: text, or for a CAN node its parts.
 Address = str | Mapping[str, str | int]
 
@@ -32,7 +34,10 @@ def describe(
     safety contacts are read, `watchdog_relays` where its relays with a watchdog are reached.
     """
     probe = {"attenuation": 10.0, "source": _PROBE_SOURCE}
-    voltage, current = {"kind": "V", **probe}, {"kind": "A", **probe}
+    # A probe of 10:1 takes 400 V; a drive's terminal reaches two thirds of its bus, either way, and rings beyond.
+    high = dq_inverter is not None and dq_inverter["dc_voltage"] > _HIGH_BUS
+    voltage = {"kind": "V", **probe, "attenuation": 100.0 if high else 10.0}
+    current = {"kind": "A", **probe}
     options: dict[str, dict[str, Any]] = {
         "supply": {"driver": "keysight-e36300", "channel": 1, "maximum_current": 10.0},
         "lcr_meter": {"driver": "keysight-e4980a"},

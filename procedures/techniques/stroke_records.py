@@ -117,7 +117,10 @@ class StrokeRecorder:
         trigger = Trigger(self.channels[self._trigger], _LEVEL * peak)
         waves = record(self.bench, self.channels, trigger, 2.0 * time + _PATIENCE, strokes)
         found = [waves[channel] for channel in self.channels]
-        self.accuracy = max(wave.accuracy.gain for wave in found)
+        # A share of full scale is a large gain of a phase across which there is little; of the vector it is that of the largest phase.
+        spans = [float(np.ptp(wave.values)) for wave in found]
+        limits = [wave.accuracy.gain * span for wave, span in zip(found, spans, strict=True)]
+        self.accuracy = max(limits) / max(max(spans), 1e-12)
         self._times = found[0].time
         count = min(wave.values.size for wave in found)
         clipped = any(wave.clipped for wave in found)

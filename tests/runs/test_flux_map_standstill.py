@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from procedures.core.bench import ProcedureError
+from sim_instruments.bench import BenchSetting
+from sim_instruments.disturbances.bench import Disturbances
+from sim_instruments.disturbances.current_loop import CurrentLoop
 from tests.runs.flux_bench import errors_of, flux_bench, map_of
 from tests.runs.test_flux_map import MAP, PLATE, made_motor
 
@@ -28,6 +31,21 @@ def test_it_holds_the_map_of_a_motor_that_saturates():
     assert found.findings["resistance"] == pytest.approx(0.02, rel=0.05)
     assert found.findings["swing"] < np.radians(2.0)
     assert not found.warnings
+
+
+@pytest.mark.slow
+def test_a_drive_on_600_v_whose_current_sensors_are_noisy():
+    plate = replace(KNOWN, rated_voltage=600.0)
+    noisy = BenchSetting(disturbances=Disturbances(inverter=CurrentLoop(current_noise=0.1)))
+    with flux_bench(QUIET, plate, seed=3, setting=noisy) as bench:
+        found = map_of(bench, plate, "locations=12", "lock=true", name=NAME)
+    off, uncertainty = errors_of(found, MAP)
+    table = found.findings["tables"]["flux_map.csv"]
+    assert len(off) >= 10
+    assert np.all(np.abs(off) <= 3.0 * uncertainty + 1e-12)
+    # Strokes along the d axis have both their ends in the map, not the mean of these.
+    assert np.sum(np.hypot(table["id_A"], table["iq_A"]) < 1.0) == 1
+    assert np.median(uncertainty) < 0.03 * found.findings["full_scale"]
 
 
 def test_the_magnets_flux_linkage_is_needed():

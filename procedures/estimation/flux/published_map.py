@@ -86,7 +86,7 @@ def read_map(
     odd = _odd_row(points, flux)
     if odd is not None:
         # Rows without numbers are counted too.
-        figures = {
+        figures: dict[str, float | str] = {
             "number": float(np.flatnonzero(whole)[odd] + 1),
             "i_d": float(points[odd, 0]),
             "i_q": float(points[odd, 1]),

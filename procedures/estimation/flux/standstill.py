@@ -21,6 +21,8 @@ _ANGLE = math.radians(0.5)
 _THIRD, _NEAR = 2.0 * math.pi / 3.0, math.radians(20.0)
 #: Strokes along one axis alone look alike in either order of the phases: one's share of the other.
 _ALIKE = 0.98
+#: Less of i_q, in shares of i_d, is a current along the d axis.
+_ALONG_D = 0.1
 #: A record's zero is known to this share of the oscilloscope's step.
 _ZERO = 0.2
 #: Noise of what is integrated, and what no residual shows, as shares of the flux linkage and of full scale.
@@ -66,6 +68,12 @@ class _Location:
     current: ComplexArray
     flux: ComplexArray
     uncertainty: float
+
+    @property
+    def straight(self) -> bool:
+        """Whether the strokes go along the d axis, from one sign of i_d to the other; sensors' offsets put a little of i_q there."""
+        first, last = self.current.tolist()
+        return bool(first.real * last.real < 0.0 and abs(first.imag) < _ALONG_D * abs(first.real))
 
 
 def fit_standstill(trains: Sequence[StrokeTrain], flux_linkage: float, gains: StandstillGains) -> StandstillMap:
@@ -247,8 +255,7 @@ def _angle(
     """
     odd, like = [], []
     for one, slope in zip(locations, slopes, strict=True):
-        straight = abs(one.current[0].imag) < 1e-3 * abs(one.current[0])
-        other = one.flux[0] if straight else one.flux[1]
+        other = one.flux[0] if one.straight else one.flux[1]
         odd.append(one.flux[0] - np.conj(other))
         like.append(2.0 * (-1j * (one.flux[0] - flux_linkage) + _times(slope[0], np.array([1j * one.current[0]]))[0]))
     shown, shape = np.array(odd), np.array(like)
@@ -277,7 +284,7 @@ def _map(
     turning, moving = [0j], [0j]
     for one, slope in zip(locations, slopes, strict=True):
         current, seen = one.current * turn, (one.flux - flux_linkage) * turn + flux_linkage
-        straight = abs(one.current[0].imag) < 1e-3 * abs(one.current[0])
+        straight = one.straight
         sides = [(current[0], seen[0]), (current[1], seen[1])]
         if not straight:
             mean = 0.5 * (current[0] + np.conj(current[1])), 0.5 * (seen[0] + np.conj(seen[1]))

@@ -119,6 +119,7 @@ BACK: dict[str, Callable[[Values], Values]] = {
     ),
     "json": lambda v: v,
     "csv": lambda v: v,
+    "mdf4": lambda v: v,
     "c-header": named(
         pole_pairs="MOTOR_POLE_PAIRS",
         stator_resistance="MOTOR_STATOR_RESISTANCE",

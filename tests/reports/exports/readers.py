@@ -107,5 +107,6 @@ READERS: dict[str, Callable[[str], Values]] = {
     "gym-electric-motor": dictionary,
     "json": json_object,
     "csv": csv_rows,
+    "mdf4": csv_rows,
     "c-header": c_defines,
 }
