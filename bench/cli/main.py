@@ -133,7 +133,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
     # What is loaded stays: it is not looked through again and again for what could be freed, nor once more at the end.
-    gc.set_threshold(50_000)
+    gc.set_threshold(20_000)
     given = list(sys.argv[1:] if arguments is None else arguments)
     code = _run(given)
     gc.freeze()
