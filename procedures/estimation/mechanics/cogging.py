@@ -85,8 +85,12 @@ def fit_cogging(
     if not kept.size:
         none = np.zeros(0)
         return Cogging(0.0, 0.0, 2.0 * unseen + beside, none, none, mean, solved.noise, 0.0, found)
-    # Beside an order that is seen, its multiples may lie within their noise.
-    missed = phasors[orders.counted & ~stand] if order is not None else np.array([unseen])
+    # Beside an order that is seen, its multiples may lie within their noise; where the last one looked at stands out, others follow it.
+    missed = (
+        phasors[orders.counted & (~stand | (orders.orders == orders.orders[-1]))]
+        if order is not None
+        else np.array([unseen])
+    )
     return Cogging(
         peak_to_peak(kept, phasors[stand], order),
         # Crest and trough are half a period or more apart, where noise is another.

@@ -104,3 +104,21 @@ def test_readings_of_a_few_steps_show_the_sensor_and_not_an_end_of_its_range(ord
     torque = step * np.round(0.6 + 0.2 * random.standard_normal(angle.size))
     found = fit_cogging(angle, torque, time=angle / SPEED, order=order, resolution=step)
     assert [(one.cause, one.answer) for one in found.misfit.findings] == [(Cause.TOO_COARSE, Answer.WITHHELD)]
+
+
+def test_multiples_beyond_those_looked_at_are_in_the_interval() -> None:
+    order, held = 24, 0
+    for seed in range(10):
+        random = np.random.default_rng(seed)
+        angle = np.linspace(0.0, 12 * 2.0 * np.pi / order, 120, endpoint=False)
+        wound = angle
+        for _ in range(60):
+            # The coupling gives way by what the magnets pull.
+            wound = 0.5 * (wound + angle - 0.8 / order * np.sin(order * wound))
+        torque = np.sin(order * wound) + 3.0 + random.normal(0.0, 0.01, angle.size)
+        found = fit_cogging(angle, torque, order=order)
+        # As the procedure makes the interval of it.
+        limit = math.hypot(0.5 * found.above, found.hidden) / math.sqrt(3.0)
+        off = abs(found.peak_to_peak + 0.5 * found.above - 2.0)
+        held += off <= 2.0 * math.hypot(found.uncertainty, limit)
+    assert held >= 9
