@@ -71,8 +71,8 @@ def test_known_angles(disturbance: str, cause: Cause | None) -> None:
     d, q, u = axes(fit)
     assert abs(d - (MEAN - AMPLITUDE)) < 3.5 * u
     assert abs(q - (MEAN + AMPLITUDE)) < 3.5 * u
-    # When on its way a meter that drifted was right is not known: half of 2 % each way.
-    assert u < (0.006 * MEAN if disturbance == "drift" else 3e-8)
+    # When on its way a meter that drifted was right is not known: 1 % each way, of the mean and of the swing.
+    assert u < (0.01 * MEAN if disturbance == "drift" else 3e-8)
 
 
 @pytest.mark.parametrize("what", ["emf", "contact", "none"])
