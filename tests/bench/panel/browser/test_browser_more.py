@@ -136,7 +136,7 @@ def test_the_end_of_a_run_is_a_picture_and_the_next_motor_is_measured_as_before(
     assert began["motor"]["serial_number"] == "SN-0815"
     row = page.get_by_role("row", name=re.compile("^d-axis inductance"))
     expect(row.get_by_role("img")).to_have_attribute("aria-label", re.compile("interval -.* the note's formula"))
-    expect(page.get_by_role("figure", name=re.compile("✓ random")).first.locator("canvas")).to_be_visible()
+    expect(page.get_by_role("figure", name=re.compile("[✓⚠].* pattern ")).first.locator("canvas")).to_be_visible()
     what_to_do = page.get_by_role("region", name="What to do, most important first")
     expect(what_to_do.get_by_role("button", name="Repeat Stator resistance").first).to_be_visible()
     expect(what_to_do.get_by_text("nothing to do")).to_be_visible()
