@@ -62,6 +62,9 @@ def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPa
     page.goto(server.url)
     log_in(page, "J.Doe", "battery staple")
     expect(page.get_by_role("button", name="Start", exact=True)).to_be_enabled()
+    # An account acts in its own name.
+    expect(page.get_by_label("Operator's name")).to_have_value("J.Doe")
+    expect(page.get_by_label("Operator's name")).to_be_disabled()
     page.goto(f"{server.url}/history")
     expect(page.get_by_text("2 of 2 runs")).to_be_visible()
     page.get_by_label("Search").fill("sn-2 lg-400w")
