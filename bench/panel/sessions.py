@@ -43,6 +43,11 @@ class Session:
     #: Whether a password stands behind it: one can log out.
     logged_in: bool = False
 
+    def call(self, typed: str) -> None:
+        """Take the name that was typed; who is logged in acts in the account's name only."""
+        if not self.logged_in:
+            self.person = typed.strip() or self.person
+
     @property
     def may_lead(self) -> bool:
         """Whether this person may start and lead runs."""

@@ -1,7 +1,7 @@
 """What a run's procedures draw: how well the models fit, what each fit leaves and that in a word; and the plots that judge no fit."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -13,13 +13,17 @@ from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.plots import fit_plot, labelled
 from drivers.interfaces.text import Text, lines, text
-from procedures.core.axes import Axes
+from procedures.core.axes import Axes, FloatArray, PlotCurve
 from procedures.core.result import ProcedureResult
+from procedures.estimation.fitting.randomness import LEAST_READINGS, chance_of_pattern
 from reports.document.record import ProcedureRecord
 from reports.plots.misfit import causes, is_residual
 from reports.plots.model import Plot
 from reports.plots.of_procedures import plots
 from reports.tables.figures import decimals_for, figure, scale_of
+
+#: A residual shows a pattern where noise would look so in fewer cases than this.
+_CHANCE = 0.01
 
 
 def fits_part(panel: Panel, run: LiveRun, reader: Reader) -> None:
@@ -94,18 +98,30 @@ def _one(result: ProcedureResult, title: str, upper: Axes, left: Axes, reader: R
 
 
 def _judged(result: ProcedureResult, left: Axes) -> Text:
-    """Return in a word what the residual is like, and its size."""
+    """Return in a word what the residual is like, and its size; a procedure that names no cause need not have looked for any."""
     named_causes = causes(result.findings)
-    size = _rms(left)
+    curves = [_ordered(curve) for curve in left.curves]
+    size = _rms(curves, left.y_unit)
     if named_causes:
         return text("⚠ a pattern: {causes}; {size} rms", causes=lines(named_causes, between=", "), size=size)
-    return text("✓ random, {size} rms", size=size)
+    chances = [chance_of_pattern(curve) for curve in curves]
+    if any(chance is not None and chance < _CHANCE / len(chances) for chance in chances):
+        return text("⚠ a pattern that no cause explains; {size} rms", size=size)
+    if not chances or None in chances:
+        return text(
+            "not judged: fewer than {least} readings, or all alike; {size} rms", least=LEAST_READINGS, size=size
+        )
+    return text("✓ no pattern found, {size} rms", size=size)
 
 
-def _rms(left: Axes) -> str:
-    values = np.concatenate([np.asarray(curve.y, dtype=np.float64) for curve in left.curves] or [np.zeros(1)])
-    values = values[np.isfinite(values)]
+def _ordered(curve: PlotCurve) -> FloatArray:
+    values = np.asarray(curve.y, dtype=np.float64)[np.argsort(curve.x, kind="stable")]
+    return values[np.isfinite(values)]
+
+
+def _rms(curves: Sequence[FloatArray], unit: str) -> str:
+    values = np.concatenate(curves) if curves else np.zeros(0)
     rms = math.sqrt(float(np.mean(np.square(values)))) if values.size else 0.0
-    scale = scale_of(rms, left.y_unit)
+    scale = scale_of(rms, unit)
     shown = rms / scale.factor
     return f"{figure(shown, decimals_for(shown, shown))} {scale.unit}".rstrip()

@@ -56,6 +56,7 @@ class LineStart:
         )
         with ui.element("div").classes("grid gap-4 grid-cols-1 md-grid-cols-2"):
             self._name = ui.input(say(text("Operator's name")), value=self._session.person).props("outlined")
+            self._name.set_enabled(not self._session.logged_in)
             self._batch = ui.input(say(text("Batch (the plan's name where empty)"))).props("outlined")
         self._sockets: ui.number | None = None
         if self._panel.station == VIRTUAL:
@@ -113,7 +114,7 @@ class LineStart:
         if self._chosen is None:
             self._fault.set_text(say(text("Choose a plan.")))
             return
-        self._session.person = str(self._name.value or "").strip() or self._session.person
+        self._session.call(str(self._name.value or ""))
         self._fault.set_text("")
         self._said.set_text(say(text("Starting …")))
         order = BatchOrder(

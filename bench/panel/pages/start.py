@@ -24,6 +24,7 @@ from reports.labels import role_name, section_name
 
 #: Roles that the virtual bench in process does without: its hands do what a fixture would.
 _NOT_VIRTUAL = frozenset({"switch_matrix", "rotor_actuator", "insulation_tester"})
+_TO_LIST = "document.querySelector('.mb-procedures [role=checkbox]:not([aria-disabled=true])')?.focus()"
 _LIST = 'document.querySelector(".mb-procedures").inert'
 _HOLD = "() => { " + _LIST + " = true; emit(); }"
 _RELEASE = _LIST + " = false"
@@ -80,11 +81,13 @@ class _StartPage:
                     .props("outlined")
                     .classes("w-full mt-2")
                 )
+                self._person.set_enabled(not self._session.logged_in)
                 self._serial.on("keydown.enter", self._begin)
             with ui.element("section").classes("mb-card"):
                 ui.label(say(text("2  Procedures"))).classes("text-xl font-bold mb-2").props(
                     "role=heading aria-level=2"
                 )
+                self._lacking = ui.label().classes("mb-wrong").props("role=alert")
                 self._list = ui.element("div").classes("flex flex-col flex-nowrap mb-procedures")
                 with self._list:
                     ui.spinner(size="2rem")
@@ -151,6 +154,7 @@ class _StartPage:
                     value=not missing and (name in self._planned if self._planned else procedure.in_all),
                 )
                 box.props("dense").classes("text-base")
+                box.on_value_change(lambda: self._lacking.set_text(""))
                 needs = text("needs {roles}", roles=[role_name(role) for role in procedure.roles])
                 if missing:
                     needs = text("missing: {roles}", roles=[role_name(role) for role in missing])
@@ -170,6 +174,7 @@ class _StartPage:
 
     def _motor_chosen(self) -> None:
         """On the virtual bench the six-step drive is that of the motor's file, and hands stand in for a fixture."""
+        self._motor.error = None
         if self._panel.station != VIRTUAL or not self._motor.value or not self._offered:
             return
         from bench.motor.motor_file import load_motor
@@ -197,8 +202,7 @@ class _StartPage:
         """Say how long each procedure takes and what would not go well; nothing of the station is opened."""
         say = self._reader.say
         chosen = [name for name, box in self._boxes.items() if box.value]
-        if not self._motor.value or not chosen:
-            self._complain(say(text("Choose motor and procedures first.")))
+        if self._motor_missing() or self._none_chosen():
             return
         self._tell(say(text("Rehearsing on a virtual twin …")))
         try:
@@ -224,36 +228,47 @@ class _StartPage:
         self._fault.set_text("")
         self._said.set_text(words)
 
+    def _motor_missing(self) -> bool:
+        """Say at the motor's field that it is empty, and go there; tell whether it is."""
+        if self._motor.value:
+            return False
+        self._tell("")
+        self._motor.error = self._reader.say(text("Choose the motor's type."))
+        self._motor.run_method("focus")
+        return True
+
+    def _none_chosen(self) -> bool:
+        """Say at the list that no procedure is chosen, and go there; tell whether none is."""
+        none = not any(box.value for box in self._boxes.values())
+        self._lacking.set_text(self._reader.say(text("Choose at least one procedure.")) if none else "")
+        if none:
+            self._tell("")
+            ui.run_javascript(_TO_LIST)
+        return none
+
     def _complain(self, words: str) -> None:
         self._fault.set_text(words)
         self._said.set_text("")
 
     async def _begin(self) -> None:
-        say = self._reader.say
         # Enter in the serial number's field comes here too.
         if not self._start.enabled:
             return
         chosen = [name for name, box in self._boxes.items() if box.value]
-        if not self._motor.value:
-            self._complain(say(text("Choose the motor's type.")))
-            return
-        if not chosen:
-            self._complain(say(text("Choose at least one procedure.")))
+        if self._motor_missing() or self._none_chosen():
             return
         await self._order(chosen)
 
     async def _begin_by_hand(self) -> None:
         """Begin the run in which the instruments are commanded one by one."""
         by_hand = [name for name, procedure in self._offered.items() if procedure.manual][:1]
-        if not self._motor.value:
-            self._complain(self._reader.say(text("Choose the motor's type.")))
-        elif by_hand and self._hand.enabled:
+        if by_hand and self._hand.enabled and not self._motor_missing():
             await self._order(by_hand)
 
     async def _order(self, chosen: list[str]) -> None:
         """Start a run of the procedures that are chosen."""
         say = self._reader.say
-        self._session.person = str(self._person.value or "").strip() or self._session.person
+        self._session.call(str(self._person.value or ""))
         self._tell(say(text("Starting …")))
         # A second click would start a second run.
         self._start.set_enabled(False)

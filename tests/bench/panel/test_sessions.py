@@ -65,3 +65,12 @@ def test_nobody_can_guess_a_token(sessions: Sessions) -> None:
     tokens = {sessions.open(Right.VIEWER).token for _ in range(100)}
     assert len(tokens) == 100
     assert all(len(token) >= 43 for token in tokens)
+
+
+def test_who_is_logged_in_takes_no_other_name(sessions: Sessions) -> None:
+    anybody, anna = sessions.open(Right.ENGINEER), sessions.open(Right.ENGINEER, "anna")
+    anna.logged_in = True
+    for session in (anybody, anna):
+        session.call(" J. Doe ")
+        session.call("")
+    assert (anybody.person, anna.person) == ("J. Doe", "anna")

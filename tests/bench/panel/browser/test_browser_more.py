@@ -62,6 +62,9 @@ def test_runs_are_found_opened_compared_and_signed(serve: Serve, new_page: NewPa
     page.goto(server.url)
     log_in(page, "J.Doe", "battery staple")
     expect(page.get_by_role("button", name="Start", exact=True)).to_be_enabled()
+    # An account acts in its own name.
+    expect(page.get_by_label("Operator's name")).to_have_value("J.Doe")
+    expect(page.get_by_label("Operator's name")).to_be_disabled()
     page.goto(f"{server.url}/history")
     expect(page.get_by_text("2 of 2 runs")).to_be_visible()
     page.get_by_label("Search").fill("sn-2 lg-400w")
@@ -136,7 +139,7 @@ def test_the_end_of_a_run_is_a_picture_and_the_next_motor_is_measured_as_before(
     assert began["motor"]["serial_number"] == "SN-0815"
     row = page.get_by_role("row", name=re.compile("^d-axis inductance"))
     expect(row.get_by_role("img")).to_have_attribute("aria-label", re.compile("interval -.* the note's formula"))
-    expect(page.get_by_role("figure", name=re.compile("✓ random")).first.locator("canvas")).to_be_visible()
+    expect(page.get_by_role("figure", name=re.compile("[✓⚠].* pattern ")).first.locator("canvas")).to_be_visible()
     what_to_do = page.get_by_role("region", name="What to do, most important first")
     expect(what_to_do.get_by_role("button", name="Repeat Stator resistance").first).to_be_visible()
     expect(what_to_do.get_by_text("nothing to do")).to_be_visible()

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
+from bench.cli.main import main
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_browser import begin
 from tests.bench.panel.browser.test_run_page import assert_accessible, assert_fits, next_step
@@ -102,3 +103,22 @@ def test_a_phone_shows_how_each_run_ended_without_scrolling_sideways(
     expect(row.get_by_role("cell").last).not_to_be_empty()
     assert page.locator(".mb-runs").evaluate("at => at.parentElement.scrollWidth <= at.parentElement.clientWidth")
     page.set_viewport_size({"width": 1400, "height": 900})
+
+
+@pytest.mark.slow
+def test_a_residual_is_judged_by_what_it_is_and_every_plot_is_named(panel: Panel, new_page: Callable[[], Page]) -> None:
+    before = set(panel.runs.glob("*"))
+    command = ["run", "dq-inductance-extremes", "pole-pairs-static", "--station", "virtual", "--motor", "ipmsm"]
+    with pytest.raises(SystemExit, match="0"):
+        main([*command, "--runs", str(panel.runs)])
+    (ended,) = set(panel.runs.glob("*")) - before
+    page = new_page()
+    page.goto(f"{panel.url}/runs/{ended.name}")
+    # The course of this hand's speed has more in it than the fit follows.
+    fits = page.get_by_role("region", name="How well the models fit")
+    expect(fits.get_by_role("figure", name="dq inductance, smallest and largest")).to_contain_text(
+        "⚠ a pattern that no"
+    )
+    plots = page.get_by_role("region", name="Plots")
+    expect(plots.get_by_role("figure", name="Pole pairs by stable positions")).to_be_visible()
+    assert_accessible(page)
