@@ -159,7 +159,8 @@ def test_a_stray_code_confirms_nothing_and_is_named(panel: Panel, new_page: NewP
     expect(note).to_have_count(0)
     field = page.locator("input[data-focus]")
     while not field.is_visible():
-        expect(ready).to_be_visible()
+        # What has come whole has the focus.
+        expect(ready).to_be_focused()
         step = str(page.locator("[data-step]").get_attribute("data-step"))
         page.keyboard.press("Enter")
         expect(page.locator("[data-step]")).not_to_have_attribute("data-step", step)
