@@ -1,7 +1,6 @@
 """Whether what a fit leaves is random: no reading resembles its neighbour, and no wave stands out of the noise."""
 
 import numpy as np
-from scipy import special
 
 from procedures.estimation.fitting.fit import FloatArray
 
@@ -16,6 +15,9 @@ def chance_of_pattern(residuals: FloatArray) -> float | None:
     negative) and the largest line of the periodogram (R. A. Fisher, Proc. R. Soc. A 125 (1929), 54). None where nothing can be
     judged: fewer than LEAST_READINGS, or all alike.
     """
+    # A page of the panel asks, which is there at once and loads this later.
+    from scipy import special
+
     n = residuals.size
     if n < LEAST_READINGS or not np.ptp(residuals):
         return None
