@@ -1,14 +1,13 @@
 """Whether what a fit leaves is random: no reading resembles its neighbour, and no wave stands out of the noise."""
 
 import numpy as np
-
-from procedures.estimation.fitting.fit import FloatArray
+from numpy.typing import NDArray
 
 #: Fewer readings than this show no pattern that could be told from chance.
 LEAST_READINGS = 16
 
 
-def chance_of_pattern(residuals: FloatArray) -> float | None:
+def chance_of_pattern(residuals: NDArray[np.float64]) -> float | None:
     """Return the p-value of residuals in the order in which they were taken, shape (n,), as noise without any order.
 
     The smaller of two tests on the ranks' normal scores, doubled: correlation of neighbours (one-sided: what a fit takes away makes it
