@@ -102,7 +102,8 @@ _SEEN = {
     Cause.RESISTANCES_DIFFER: text(
         "the braking torque gives {ratio:.3g} times the resistance that the currents give ({by_torque:.4g} against "
         "{by_current:.4g} Ω): above 1 the q axis saturates; below, switches or contacts drop voltage, or the short is an active "
-        "one"
+        "one; near √2 currents are rms, near 2 or a half poles were counted for pole pairs, farther off the flux linkage is of "
+        "another unit"
     ),
     Cause.MAP_HOLES: text(
         "{holes:.0f} places of the table's grid hold no figures; what lies there is between the others' only"

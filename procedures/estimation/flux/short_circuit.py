@@ -22,6 +22,8 @@ _FAR = 25.0
 _LEAST = 5
 #: Resistances from currents and from torque that differ by more than so many standard uncertainties, and this share, are an alarm.
 _ALARM, _ALARM_SHARE = 3.0, 0.01
+#: So far apart no saturation takes the two: currents, speeds or flux linkage are of another scale, and L_d with them.
+_SCALED = 1.3
 #: What is taken for noise where the residuals show less, in shares of the largest value.
 _FLOOR = 1e-4
 #: What is known beforehand of saturation (shares) and of the drop (shares of R·I∞), standard deviations.
@@ -292,7 +294,9 @@ def _contradiction(by_current: MapFigure, by_torque: MapFigure) -> list[Finding]
     if abs(score) < _ALARM or abs(ratio - 1.0) < _ALARM_SHARE:
         return []
     figures = {"ratio": ratio, "by_current": by_current.value, "by_torque": by_torque.value}
-    names = ("stator_resistance", "q_axis_inductance")
+    names: tuple[str, ...] = ("stator_resistance", "q_axis_inductance")
+    if not 1.0 / _SCALED < ratio < _SCALED:
+        names = ("d_axis_inductance", *names)
     record: dict[str, float | str] = {**figures, "record": "saturating" if ratio > 1.0 else "dropping"}
     return [Finding(Cause.RESISTANCES_DIFFER, Answer.WITHHELD, names, score, record)]
 

@@ -1,5 +1,6 @@
 """The fit of ramps, with terms for what they show beyond inertia and friction, and intervals that hold what no term explains."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -96,10 +97,9 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     unexplained = bool(np.any(seen.score.alarms) or found) or scatter_of_parts(best.model, best.solved) < _CHANCE
     if unexplained:
         score = seen.clearest() if np.any(seen.score.alarms) else 0.0
-        told.append(Finding(Cause.UNEXPLAINED, Answer.WIDENED, score=score))
         freedom = best.model.measured.size - best.model.size
         covariance = covariance * max(1.0, best.cost / freedom)
-    if told:
+    if told or unexplained:
         # What explains one record may have taken the place of what is not known here.
         covariance = _grown(covariance, _from_parts(best, shared))
     if early := ends_early(best.model):
@@ -111,6 +111,9 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     scale[: growth.size] = np.sqrt(growth[: values.size])
     scale[shared:] = 1.0
     covariance = covariance * np.outer(scale, scale)
+    if unexplained:
+        answer = Answer.WIDENED if _brakes(best.model, values, covariance) else Answer.WITHHELD
+        told.append(Finding(Cause.UNEXPLAINED, answer, score=score))
     told = _windage(best, covariance, shared) + told + dropouts(runs)
     return Explained(
         values[:count],
@@ -119,6 +122,18 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
         best.model.measured.size - count,
         Misfit(tuple(told)),
     )
+
+
+def _brakes(model: RampModel, values: FloatArray, covariance: FloatArray) -> bool:
+    """Whether the Coulomb friction may be one at all, and is known by less than the whole friction in the middle of the speeds.
+
+    Where neither is so, what slowed the shaft down was no friction of the model: a hand or a belt came in.
+    """
+    at = 0 if model.unit_torque else 1
+    middle = float(np.median(np.concatenate([run.speed for run in model.runs])))
+    whole = float(values[at : at + 3] @ np.array([1.0, middle, middle**2]))
+    u = math.sqrt(float(covariance[at, at]))
+    return float(values[at]) + 2.0 * u > 0.0 and u < whole
 
 
 def _tried(best: _Fitted, found: Periodic | None) -> list[tuple[Cause, _Fitted]]:

@@ -199,7 +199,11 @@ def test_a_short_circuit_whose_drop_contradicts_is_an_alarm(tmp_path: Path, caps
     path = written(tmp_path / "wrong.csv", np.column_stack((speed / 2.0, current, 0.8 * torque)), heading)
     made = analyzed(capsys, 1, short_circuit(path, pole_pairs=2.0, flux_linkage=flux, json=True))
     assert made["withheld"]["stator_resistance"]["cause"] == "resistances-differ"
-    assert "stator_resistance" not in made["parameters"]
+    assert set(made["parameters"]) & {"stator_resistance", "d_axis_inductance"} == {"d_axis_inductance"}
+    for column, flux_linkage in ((current / np.sqrt(2.0), flux), (current, 1e3 * flux)):
+        path = written(tmp_path / "scaled.csv", np.column_stack((speed / 2.0, column, torque)), heading)
+        made = analyzed(capsys, 1, short_circuit(path, pole_pairs=2.0, flux_linkage=flux_linkage, json=True))
+        assert "near √2 currents are rms" in json.dumps(made["withheld"]["d_axis_inductance"], ensure_ascii=False)
 
 
 def test_efficiency_knows_what_the_rows_share(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

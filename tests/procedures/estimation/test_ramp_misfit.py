@@ -137,3 +137,14 @@ def test_ripple_and_steep_beginnings_are_no_dropouts() -> None:
     time = np.linspace(0.0, 1.0, 200)
     assert not np.any(wild(100.0 * time + 2.0 * np.sin(60.0 * time), 0.01))
     assert not np.any(wild(100.0 * (1.0 - np.exp(-time / 0.05)), 0.01))
+
+
+@pytest.mark.parametrize("more", [40.0, 60.0])
+def test_a_hand_that_brakes_halfway_leaves_no_friction(more: float) -> None:
+    random = np.random.default_rng(4)
+    time = np.arange(0.0, 4.0, 2e-3)
+    speed = 314.0 - 50.0 * time - more * np.maximum(time - 2.0, 0.0) + random.normal(0.0, 0.1, time.size)
+    time, speed = time[speed > 5.0], speed[speed > 5.0]
+    misfit = fit_coast_down(time, speed).misfit
+    assert misfit.withholding("coulomb_deceleration") is not None
+    assert fit_coast_down(time[time < 2.0], speed[time < 2.0]).misfit.withholding("coulomb_deceleration") is None
