@@ -48,10 +48,9 @@ def show_ended(client: Client, session: Session) -> None:
             "UNKNOWN: your session has ended, and this page knows nothing any more. Log in again to see what goes on."
         )
         ui.label(say(words)).classes("mb-emergency").props("role=alert")
-        ui.link(say(text("Log in again")), LOGIN).classes("text-xl")
+        ui.link(say(text("Log in again")), LOGIN).classes("mb-link text-xl")
         if abort is None:
             return
-        outcome = ui.label().classes("text-xl").props("role=status")
 
         async def stop() -> None:
             refused = await abort.call()
@@ -63,5 +62,7 @@ def show_ended(client: Client, session: Session) -> None:
                 await stop()
 
         button = ui.button(say(text("ABORT")), on_click=stop, color=None).classes("mb-abort text-2xl px-10 py-4")
+        # Below the button, which no words may move.
+        outcome = ui.label().classes("text-xl").props("role=status")
         keyboard = ui.keyboard(on_key=key, repeating=False, ignore=[])
         offer_abort(abort.call, button, keyboard)

@@ -94,7 +94,7 @@ class _Tests:
             elif test.measured:
                 head = [text("Parameter"), text("Limits"), text("Value"), text("Verdict")]
                 rows = [self._row(each) for each in test.measured]
-                table([say(words) for words in head], rows, numeric=frozenset({1, 2}))
+                table([say(words) for words in head], rows, numeric=frozenset({1, 2}), stacked=True)
 
     def _run(self, test: "MotorRecord") -> None:
         if not test.run:
@@ -121,7 +121,8 @@ class _Tests:
         if not pairs:
             return
         head = [text("Parameter"), text("Limits"), text("Before"), text("Now"), text("Change"), text("Verdict")]
-        table([say(words) for words in head], [self._pair(pair) for pair in pairs], numeric=frozenset({1, 2, 3, 4}))
+        rows = [self._pair(pair) for pair in pairs]
+        table([say(words) for words in head], rows, numeric=frozenset({1, 2, 3, 4}), stacked=True)
 
     def _row(self, each: "MeasuredFigure") -> list[str]:
         scale, digits = _form(each)

@@ -43,10 +43,17 @@ def untaken_note(reader: Reader) -> None:
 
 
 def table(
-    head: Sequence[str], lines: Iterable[Sequence[str | Links]], *, numeric: frozenset[int] = frozenset()
+    head: Sequence[str],
+    lines: Iterable[Sequence[str | Links]],
+    *,
+    numeric: frozenset[int] = frozenset(),
+    stacked: bool = False,
 ) -> None:
-    """Build a table; columns of `numeric` stand to the right, a cell is words or links."""
-    with ui.element("table").classes("mb-table"):
+    """Build a table; columns of `numeric` stand to the right, a cell is words or links.
+
+    One that is `stacked` has a phone show each line as a list, so that no column is out of sight.
+    """
+    with ui.element("table").classes("mb-table mb-stacked" if stacked else "mb-table"):
         with ui.element("thead"), ui.element("tr"):
             for number, title in enumerate(head):
                 _cell("th", title, numeric=number in numeric).props("scope=col")
@@ -54,7 +61,7 @@ def table(
             for line in lines:
                 with ui.element("tr"):
                     for number, words in enumerate(line):
-                        _cell("td", words, numeric=number in numeric)
+                        _cell("td", words, numeric=number in numeric).props["data-head"] = head[number]
 
 
 def plot(options: dict[str, Any], on_point: Callable[[str, str], object] | None = None) -> ui.echart:

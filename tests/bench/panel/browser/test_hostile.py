@@ -18,6 +18,7 @@ from bench.panel.access import add_person
 from bench.panel.launch import LINE
 from drivers.interfaces.text import word
 from tests.bench.panel.browser.conftest import Panel
+from tests.bench.panel.browser.test_run_page import assert_accessible
 from tests.bench.panel.conftest import QUICK, Server
 
 NewPage = Callable[[], Page]
@@ -173,8 +174,12 @@ def test_an_ended_sessions_page_says_so_and_still_aborts(serve: Serve, new_page:
     assert '"run_finished"' not in (run / "journal.jsonl").read_text()
     expect(done).to_be_hidden()
     expect(page.get_by_role("status").filter(has_text="Outputs off")).to_have_count(0)
-    page.get_by_role("button", name="ABORT").click()
+    assert_accessible(page)
+    abort = page.get_by_role("button", name="ABORT")
+    before = abort.bounding_box()
+    abort.click()
     expect(page.get_by_text("The abort was passed on.")).to_be_visible()
+    assert abort.bounding_box() == before
     page.get_by_role("link", name="Log in again").click()
     page.wait_for_url("**/login")
     log_in(page, server)

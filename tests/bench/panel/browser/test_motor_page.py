@@ -56,6 +56,12 @@ def test_a_reworked_motor_says_what_changed_and_leads_to_its_run(panel: Panel, n
     expect(second).to_contain_text("Socket: 1 → 2")
     expect(first).to_contain_text("stator_resistance too high")
     assert_accessible(page)
+    page.set_viewport_size({"width": 390, "height": 844})
+    # On a phone no column is out of sight.
+    for words in ("9.4000 … 10.6000 Ω", "⚠ −1.9000 Ω", "failed → passed"):
+        expect(second.get_by_role("cell", name=words)).to_be_in_viewport(ratio=1)
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    page.set_viewport_size({"width": 1400, "height": 900})
     second.get_by_role("link", name="Its run").click()
     expect(page.get_by_text("Run completed. It switched nothing on.")).to_be_visible()
     expect(page.get_by_role("rowheader", name="Stator resistance")).to_be_visible()
