@@ -32,6 +32,8 @@ _PROBES = {
 _PHASES = frozenset("ABCUVWRST")
 #: A speed that many standard uncertainties from the record's contradicts it.
 _APART = 3.0
+#: What follows from flux linkage and pole pairs.
+_MECHANICAL = ("back_emf_constant_mechanical", "torque_constant")
 #: By whether the speed drifts.
 _ESTIMATORS = {True: "voltage integrated over whole periods", False: "least squares of all channels together"}
 
@@ -195,13 +197,20 @@ def _pole_pairs(
         )
         return given
     if not count.certain or abs(count.ratio - count.pole_pairs) > 0.2:
-        outcome.warn(
-            text(
-                "frequency and speed give {ratio:.3f} pole pairs: not certain which integer; measure the speed better",
-                ratio=count.ratio,
-            )
+        spread = 2.0 * u_speed / abs(speed_rpm)
+        why = text(
+            "frequency and speed give {ratio:.3f} pole pairs: not certain which integer from {least} to {most}; measure the speed better, "
+            "or give --pole-pairs",
+            ratio=count.ratio,
+            least=max(1, math.floor(count.ratio * (1.0 - spread))),
+            most=math.ceil(count.ratio * (1.0 + spread)),
         )
-    elif abs(count.ratio / count.pole_pairs - 1.0) > _APART * u_speed / abs(speed_rpm):
+        if given is None:
+            outcome.withhold(("pole_pairs", *_MECHANICAL), "uncertain-pole-pairs", why)
+        else:
+            outcome.warn(why)
+        return given
+    if abs(count.ratio / count.pole_pairs - 1.0) > _APART * u_speed / abs(speed_rpm):
         outcome.warn(
             text(
                 "{pairs} pole pairs at {frequency:.5g} Hz are {found:.5g} rpm, but {given:g} rpm was given: constants are those of the "

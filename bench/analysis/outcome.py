@@ -73,6 +73,8 @@ class AnalysisOutcome:
         where it says so the parameter is withheld.
         """
         self.tell_misfit(misfit)
+        if name in self._withheld:
+            return
         reason = misfit.withholding(name)
         if reason is not None:
             self._withheld[name] = Withheld(
@@ -93,6 +95,12 @@ class AnalysisOutcome:
         for row, input_ in zip(told["budget"], made.budget, strict=True):
             row["source"] = input_.source.render(self._translate)
         self._parameters[name] = {**told, **more}
+
+    def withhold(self, names: Iterable[str], cause: str, why: Text) -> None:
+        """Give none of these parameters, whatever comes later, and warn of the reason once."""
+        self.warn(why, cause)
+        for name in names:
+            self._withheld[name] = Withheld(name, self._procedure, self._section, cause, why).as_dict(self._translate)
 
     def assume(self, *sentences: Text) -> None:
         """Say what the file left open and the analysis took for granted."""

@@ -55,6 +55,11 @@ def test_back_emf_finds_pole_pairs_from_the_speed(tmp_path: Path) -> None:
     found = analyze_back_emf(path, connection="phase", speed_rpm=796.0)
     assert found["parameters"]["pole_pairs"]["value"] == 4
     assert "back_emf_constant_mechanical" in found["parameters"]
+    unsure = analyze_back_emf(path, connection="phase", speed_rpm=708.0)
+    assert set(unsure["withheld"]) == {"pole_pairs", "back_emf_constant_mechanical", "torque_constant"}
+    assert "from 4 to 5" in unsure["withheld"]["pole_pairs"]["message"]
+    assert "flux_linkage" in unsure["parameters"]
+    assert "mechanical_speed_rpm" not in unsure["details"]
     doubtful = analyze_back_emf(path, connection="phase", speed_rpm=708.0, pole_pairs=4)
     assert any("4.4" in w["text"] or "4.5" in w["text"] for w in doubtful["warnings"])
     with pytest.raises(CaptureError, match="speed = 0 rpm"):
