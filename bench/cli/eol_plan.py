@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from shlex import quote
 
 from bench.cli.output import print_json
 from bench.i18n.errors import UsageError
@@ -49,6 +50,6 @@ def plan(
     said = [text("{path}: {count} limits", path=output, count=len(made.limited))]
     if made.unlimited:
         said.append(text("Measured without a limit: {names}", names=list(made.unlimited)))
-    said.append(text("Next: motorbench eol check {path}", path=output))
+    said.append(text("Next: motorbench eol check {path}", path=quote(str(output))))
     sys.stdout.writelines(line.render(translate) + "\n" for line in said)
     return 0

@@ -120,6 +120,12 @@ def run(
         print_json(summary)
     else:
         _print(console_on(sys.stdout), summary, translate)
+    if not (counts.motors or counts.refused or counts.unfinished or stopped):
+        nothing = text(
+            "nothing is left to test: this batch has all its motors on record. Give another --batch, more --motors, or "
+            "--first-serial N"
+        )
+        print(f"motorbench: {nothing.render(translate)}", file=sys.stderr)
     if counts.waits.anything:
         for sentence in (*counts.waits.sentences(), text("what waits is brought on with the next batch of these runs")):
             print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)

@@ -205,6 +205,15 @@ def _print_chart(say: Callable[[Text], None], label: Text, each: ParameterStatis
     digits = decimals_for(chart.sigma / scale.factor, chart.centre / scale.factor)
     say(
         text(
+            "{parameter}: last {count}: {line}  centre {centre} {unit}; not normally distributed: no control limits, a shift is told",
+            parameter=label,
+            count=len(each.values),
+            line=_spark(each.values[-60:], chart.low, chart.high),
+            centre=figure(chart.centre / scale.factor, digits),
+            unit=scale.unit,
+        )
+        if not math.isfinite(chart.high - chart.low)
+        else text(
             "{parameter}: last {count}: {line}  centre {centre}, control limits {low} … {high} {unit}",
             parameter=label,
             count=len(each.values),

@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Callable, Iterable, Mapping
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from bench.journal.encoding import plain
@@ -77,7 +78,7 @@ def print_what_next(folder: RunFolder, translate: Translate) -> None:
     """Say which commands make something of a run."""
     said = text(
         "Next: motorbench report {folder}; motorbench export {folder} --for vesc (motorbench export --list names all)",
-        folder=str(folder.path),
+        folder=quote(str(folder.path)),
     )
     console_on(sys.stdout).print(said.render(translate), markup=False, soft_wrap=True)
 
@@ -87,7 +88,9 @@ def print_page(page: str, folder: RunFolder, translate: Translate) -> None:
     said = (
         text("Report: {page}", page=page)
         if page
-        else text("The report's page could not be drawn; motorbench report {folder} says why", folder=str(folder.path))
+        else text(
+            "The report's page could not be drawn; motorbench report {folder} says why", folder=quote(str(folder.path))
+        )
     )
     console_on(sys.stdout).print(said.render(translate), markup=False, soft_wrap=True)
 

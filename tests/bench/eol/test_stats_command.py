@@ -260,3 +260,10 @@ def test_the_motors_behind_a_figure(capsys: pytest.CaptureFixture[str], referenc
     assert listed("--serial", "P-0007") == ["P-0007"]
     code, _, err = called(capsys, "eol", "motors", "--from", "1", "--records", reference)
     assert (code, "--from and --to go with --parameter" in err) == (2, True)
+
+
+def test_a_chart_of_what_is_not_normally_distributed_has_no_limits_in_words(call: Call, put: Put) -> None:
+    for value in np.random.default_rng(3).lognormal(0.0, 1.0, 120):
+        put(stator_resistance=float(value))
+    code, out, _ = call()
+    assert (code, "no control limits" in out, "inf" in out) == (0, True, False)

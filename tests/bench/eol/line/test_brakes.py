@@ -89,6 +89,14 @@ def test_ten_of_ten_that_cannot_be_measured_stop_the_line(bench: Any, capsys: py
     assert "too uncertain" in err
 
 
+@pytest.mark.slow
+def test_a_batch_that_is_done_says_what_goes_on(bench: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(bench, "--motors", "1") == 0
+    assert "nothing is left" not in capsys.readouterr().err
+    assert run_command(bench, "--motors", "1") == 0
+    assert "nothing is left to test: this batch has all its motors on record" in capsys.readouterr().err
+
+
 def kept(bench: Any) -> list[MotorRecord]:
     with own_records(bench.request.records) as records:
         return list(records.read("small"))
