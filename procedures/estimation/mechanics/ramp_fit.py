@@ -125,15 +125,15 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
 
 
 def _brakes(model: RampModel, values: FloatArray, covariance: FloatArray) -> bool:
-    """Whether the Coulomb friction may be one at all, and is known by less than the whole friction in the middle of the speeds.
+    """Whether the Coulomb friction may be one at all, and a coast-down's is known by less than the whole friction in its middle.
 
-    Where neither is so, what slowed the shaft down was no friction of the model: a hand or a belt came in.
+    Where it is not so, what slowed the shaft down was no friction of the model: a hand or a belt came in.
     """
     at = 0 if model.unit_torque else 1
     middle = float(np.median(np.concatenate([run.speed for run in model.runs])))
     whole = float(values[at : at + 3] @ np.array([1.0, middle, middle**2]))
     u = math.sqrt(float(covariance[at, at]))
-    return float(values[at]) + 2.0 * u > 0.0 and u < whole
+    return float(values[at]) + 2.0 * u > 0.0 and (u < whole or not model.unit_torque)
 
 
 def _tried(best: _Fitted, found: Periodic | None) -> list[tuple[Cause, _Fitted]]:
