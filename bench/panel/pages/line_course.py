@@ -41,7 +41,7 @@ class Course:
             self._show(view)
 
     def _show(self, view: StatisticsView) -> None:
-        from bench.eol.statistics_messages import rule_words, signals
+        from bench.eol.statistics_messages import rule_words, scale_for, signals
         from bench.panel.statistics_plots import control_plot
 
         each = None if view.statistics is None else view.statistics.parameters.get(view.choice.parameter)
@@ -55,7 +55,10 @@ class Course:
         with self._card:
             title = text("{parameter}, latest motors: {count}", parameter=name, count=len(each.values))
             ui.label(say(title)).classes("text-base font-semibold").props("role=heading aria-level=2")
-            plot(control_plot(each, name, self._reader.translate), lambda _, serial: _go_to(serial))
+            options = control_plot(each, name, self._reader.translate)
+            # The parameter is the card's title; a long one would leave its axis.
+            options["yAxis"]["name"] = scale_for(each).unit
+            plot(options, lambda _, serial: _go_to(serial))
             for words in broken or [text("No rule is broken.")]:
                 ui.label(say(words)).classes("text-base")
 
