@@ -15,15 +15,18 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("bench", "reports", "procedures", "drivers", "sim_instruments")
-#: Left, top (of 100 by 100) and width of each package's box.
+#: Left and width of each package's box, in per cent of the picture; all but the first stand below that one.
 PLACES = {
-    "bench": (2, 98, 96),
-    "reports": (2, 42, 17),
-    "procedures": (29, 42, 17),
-    "drivers": (56, 42, 17),
-    "sim_instruments": (81, 42, 17),
+    "bench": (2, 96),
+    "reports": (2, 17),
+    "procedures": (29, 17),
+    "drivers": (56, 17),
+    "sim_instruments": (81, 17),
 }
-ROW, HEAD = 2.72, 4.6
+#: Heights in rows of text: a box's title, what is free between boxes, and a row in inches.
+HEAD, BETWEEN, ROW = 1.8, 3.5, 0.235
+#: The picture, in inches.
+WIDTH = 11
 ARROW = "#8a3b12"
 #: Left, bottom, width and height.
 Box = tuple[float, float, float, float]
@@ -40,57 +43,60 @@ def imports_between(graph: grimp.ImportGraph) -> Counter[tuple[str, str]]:
     return counted
 
 
-def rows_of(package: str, layers: list[str]) -> list[str]:
-    """Return the folders of a package, one text a row; those of `bench` by layer, the highest first."""
+def rows_of(package: str, layers: list[str]) -> list[tuple[str, bool]]:
+    """Return the folders of a package, and whether each begins a layer; those of `bench` by layer, the highest first."""
     folders = sorted(path.name for path in (ROOT / package).iterdir() if (path / "__init__.py").exists())
     if package != "bench":
-        return folders
-    layered = [layer.replace("bench.", "") for layer in layers]
-    inside = {name for layer in layered for name in layer.split(" | ")}
-    return [*layered, "beside: " + ", ".join(name for name in folders if name not in inside)]
+        return [(name, False) for name in folders]
+    layered = [layer.split(" | ") for layer in layers]
+    return [(name, name == layer[0]) for layer in layered for name in layer]
 
 
 def draw(target: Path) -> None:
     """Write the picture."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     contracts = settings["tool"]["importlinter"]["contracts"]
-    layers = next(
-        one["layers"] for one in contracts if one["type"] == "layers" and one["layers"][0].startswith("bench")
-    )
+    layers = next(one["layers"] for one in contracts if one.get("containers") == ["bench"])
     counted = imports_between(grimp.build_graph(*PACKAGES))
-    figure = Figure(figsize=(11, 9))
-    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, 100), ylim=(0, 100))
+    rows = {package: rows_of(package, layers) for package in PLACES}
+    heights = {package: HEAD + len(of_it) + 0.4 for package, of_it in rows.items()}
+    below = max(height for package, height in heights.items() if package != "bench")
+    whole = heights["bench"] + BETWEEN + below + 4.5
+    figure = Figure(figsize=(WIDTH, whole * ROW))
+    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, 100), ylim=(-whole + 0.5, 0.5))
     axes.set_axis_off()
     boxes: dict[str, Box] = {}
-    for package, (left, top, width) in PLACES.items():
-        rows = rows_of(package, layers)
-        height = HEAD + ROW * len(rows) + 1.0
+    for package, (left, width) in PLACES.items():
+        top = 0.0 if package == "bench" else -heights["bench"] - BETWEEN
+        height = heights[package]
         boxes[package] = (left, top - height, width, height)
-        shape = "round,pad=0,rounding_size=0.8"
+        shape = "round,pad=0,rounding_size=0.5"
         axes.add_patch(FancyBboxPatch((left, top - height), width, height, shape, fc="#f4f7fa", ec="#35506b", lw=1.4))
         axes.text(left + width / 2, top - HEAD / 2, package, ha="center", va="center", weight="bold", size=13)
-        for number, row in enumerate(rows):
-            y = top - HEAD - ROW * (number + 0.5)
-            axes.text(left + 1.2, y, row, va="center", size=9.5, color="#1c2b39")
+        for number, (folder, begins) in enumerate(rows[package]):
+            y = top - HEAD - number - 0.5
+            axes.text(left + 1.2, y, folder, va="center", size=9.5, color="#1c2b39")
             if package == "bench":
-                axes.text(left + 24, y, _says(row), va="center", size=9.5, color="#51606e")
-            if package == "bench" and number:
-                axes.plot((left, left + width), (y + ROW / 2, y + ROW / 2), color="#c5d0da", lw=0.7)
+                axes.text(left + 15, y, _says(folder), va="center", size=9.5, color="#51606e")
+            if begins:
+                axes.plot((left, left + width), (y + 0.5, y + 0.5), color="#c5d0da", lw=0.7)
     for (importer, imported), count in sorted(counted.items()):
         _connect(axes, boxes[importer], boxes[imported], count)
-    note = "Arrow: imports, with their number. In bench each row sees only the rows below it."
-    axes.text(2, 2, note, size=9.5, color="#1c2b39")
+    note = (
+        "Arrow: imports, with their number. A line within bench parts two layers: the upper sees the lower, "
+        "folders of one layer do not see each other."
+    )
+    axes.text(2, -whole + 1.2, note, size=9.5, color="#1c2b39")
     target.parent.mkdir(parents=True, exist_ok=True)
     with mpl.rc_context({"svg.hashsalt": "motorbench", "svg.fonttype": "path"}):
         FigureCanvasSVG(figure).print_svg(target, metadata={"Date": None})
 
 
-def _says(layer: str) -> str:
-    """Return the first line of what a layer of `bench` is; nothing for several folders beside each other."""
-    source = ROOT / "bench" / layer / "__init__.py"
-    if not source.exists():
-        return ""
-    return (ast.get_docstring(ast.parse(source.read_text(encoding="utf-8"))) or "").partition("\n")[0]
+def _says(folder: str) -> str:
+    """Return what a folder of `bench` is, in the first words of its first line."""
+    source = ROOT / "bench" / folder / "__init__.py"
+    said = ast.get_docstring(ast.parse(source.read_text(encoding="utf-8"))) or ""
+    return said.partition("\n")[0].partition(";")[0].removesuffix(".")
 
 
 def _connect(axes: Axes, one: Box, other: Box, count: int) -> None:
@@ -100,7 +106,7 @@ def _connect(axes: Axes, one: Box, other: Box, count: int) -> None:
     if bottom > to_bottom + to_height:
         start, end = (to_left + to_width / 2, bottom), (to_left + to_width / 2, to_bottom + to_height)
     elif to_left - left - width < width:
-        y = min(bottom + height, to_bottom + to_height) - HEAD
+        y = min(bottom + height, to_bottom + to_height) - HEAD / 2
         start, end = (left + width, y), (to_left, y)
     else:
         start, end = (left + width / 2, bottom), (to_left + to_width / 2, to_bottom)
@@ -110,7 +116,9 @@ def _connect(axes: Axes, one: Box, other: Box, count: int) -> None:
             start, end, arrowstyle="-|>", mutation_scale=14, connectionstyle=f"arc3,rad={bend}", color=ARROW
         )
     )
-    middle = (start[0] + end[0]) / 2, (start[1] + end[1]) / 2 - bend * (end[0] - start[0]) / 2
+    # The bend is a share of the length as it is seen: what a per cent of the width is in rows.
+    sag = bend * (end[0] - start[0]) / 2 * WIDTH / 100 / ROW
+    middle = (start[0] + end[0]) / 2, (start[1] + end[1]) / 2 - sag
     axes.text(*middle, str(count), ha="center", va="center", size=9, color=ARROW, backgroundcolor="white")
 
 
