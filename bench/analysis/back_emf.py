@@ -94,6 +94,13 @@ def analyze_back_emf(
     outcome.assume(_PROBES[connection])
     for record in records:
         outcome.assume(*record.capture.assumptions)
+        outcome.assume(
+            *(
+                text("channel {name} taken to be in V", name=each.name)
+                for each in record.capture.channels
+                if not each.unit
+            )
+        )
         warn_of_record(outcome, record.capture, record.fit)
         warn_of_frequency(outcome, record.fit.frequency)
     pole_pairs = _pole_pairs(outcome, fit, pole_pairs, speed_rpm, speed_uncertainty_rpm)
