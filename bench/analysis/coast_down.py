@@ -84,7 +84,8 @@ def analyze_coast_down(
     a file without a torque column is a coast-down, unless it comes first and `torque` (N·m) is given for it. `speed` names the
     column, `speed_in_rpm` whether one without unit is in rpm or in rad/s; without it such a speed is refused. `speed_filter` and
     `torque_filter` are the time constants (s) of first-order filters that the readings went through. `accuracy` states the errors of
-    speed, torque and time base. `selection` is the part of the record to take. `translate` gives sentences in the reader's language. Raises CaptureError naming file and line.
+    speed, torque and time base. `selection` is the part of the record to take. `translate` gives sentences in the reader's language.
+    Raises CaptureError naming file and line.
     """
     captures = [read_capture(path, selection=selection) for path in paths_of(file)]
     if not captures:
