@@ -13,7 +13,7 @@ from bench.analysis.outcome import AnalysisOutcome, named, paths_of
 from bench.analysis.probe_connection import PROBES, ProbeConnection, by_name, judge_connection
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
-from bench.analysis.time_base import warn_of_frequency
+from bench.analysis.time_base import judge_frequency
 from bench.captures import WHOLE, CaptureError, CapturePart
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Translate, english, text, text_of
@@ -86,6 +86,9 @@ def analyze_back_emf(
     factor = line_to_phase(1.0) if connection == "line" else 1.0
     outcome = AnalysisOutcome("back_emf_constant", "3.4", first.capture, first.applied, translate)
     outcome.assume(PROBES[connection])
+    hanging = (_FLUX, *(_MECHANICAL if pole_pairs or speed_rpm is not None else ()))
+    # Of records at several speeds, one speed confirms none but its own.
+    turning = None if pole_pairs is None or speed_rpm is None else pole_pairs * abs(speed_rpm) / 60.0
     for record in records:
         outcome.assume(*record.capture.assumptions)
         outcome.assume(
@@ -96,8 +99,8 @@ def analyze_back_emf(
             )
         )
         warn_of_record(outcome, record.capture, record.fit)
-        warn_of_frequency(outcome, record.fit.frequency)
-    judge_connection(outcome, records, connection, (_FLUX, *_MECHANICAL), typed=typed)
+        judge_frequency(outcome, record.fit.frequency, turning, ("electrical_frequency", *hanging))
+    judge_connection(outcome, records, connection, hanging, typed=typed)
     pole_pairs = _pole_pairs(outcome, fit, pole_pairs, speed_rpm, speed_uncertainty_rpm)
     over = _over_speeds(records)
     misfit = Misfit.together((*(record.misfit for record in records), over.misfit))
