@@ -3,16 +3,17 @@
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from GTC.lib import UncertainReal
 
 from bench.analysis.back_emf_details import detail_record, detail_speeds, warn_of_record
 from bench.analysis.back_emf_record import BackEmfRecord, read_record
 from bench.analysis.outcome import AnalysisOutcome, named, paths_of
+from bench.analysis.probe_connection import PROBES, ProbeConnection, by_name, judge_connection
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
-from bench.analysis.time_base import warn_of_frequency
+from bench.analysis.time_base import judge_frequency
 from bench.captures import WHOLE, CaptureError, CapturePart
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Translate, english, text, text_of
@@ -22,16 +23,9 @@ from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics.pole_pairs import from_frequency
 from procedures.techniques.temperature.correction import MAGNET_SPREAD, magnet_factor
 
-ProbeConnection = Literal["line", "phase", "neutral"]
-_PROBES = {
-    "line": text("voltages taken as measured between two lines: phase amplitude = line amplitude / √3"),
-    "phase": text("voltages taken as measured from line to an artificial star point"),
-    "neutral": text("voltages taken as measured from line to the winding's own star point"),
-}
-#: Names that phases bear.
-_PHASES = frozenset("ABCUVWRST")
 #: A speed that many standard uncertainties from the record's contradicts it.
 _APART = 3.0
+_FLUX = "flux_linkage"
 #: What follows from flux linkage and pole pairs.
 _MECHANICAL = ("back_emf_constant_mechanical", "torque_constant")
 #: By whether the speed drifts.
@@ -64,7 +58,7 @@ def analyze_back_emf(
     `selection` is the part of each record to take. `translate` gives sentences in the reader's language. Raises CaptureError naming
     file and line.
     """
-    if connection is not None and connection not in _PROBES:
+    if connection is not None and connection not in PROBES:
         raise CaptureError(
             "connection",
             text(
@@ -87,15 +81,26 @@ def analyze_back_emf(
     ]
     first = records[0]
     fit = first.fit
-    if connection is None:
-        connection = _between_lines(first.names)
+    typed = connection is not None
+    connection = connection or by_name(first.names) or "line"
     factor = line_to_phase(1.0) if connection == "line" else 1.0
     outcome = AnalysisOutcome("back_emf_constant", "3.4", first.capture, first.applied, translate)
-    outcome.assume(_PROBES[connection])
+    outcome.assume(PROBES[connection])
+    hanging = (_FLUX, *(_MECHANICAL if pole_pairs or speed_rpm is not None else ()))
+    # Of records at several speeds, one speed confirms none but its own.
+    turning = None if pole_pairs is None or speed_rpm is None else pole_pairs * abs(speed_rpm) / 60.0
     for record in records:
         outcome.assume(*record.capture.assumptions)
+        outcome.assume(
+            *(
+                text("channel {name} taken to be in V", name=each.name)
+                for each in record.capture.channels
+                if not each.unit
+            )
+        )
         warn_of_record(outcome, record.capture, record.fit)
-        warn_of_frequency(outcome, record.fit.frequency)
+        judge_frequency(outcome, record.fit.frequency, turning, ("electrical_frequency", *hanging))
+    judge_connection(outcome, records, connection, hanging, typed=typed)
     pole_pairs = _pole_pairs(outcome, fit, pole_pairs, speed_rpm, speed_uncertainty_rpm)
     over = _over_speeds(records)
     misfit = Misfit.together((*(record.misfit for record in records), over.misfit))
@@ -133,19 +138,6 @@ def analyze_back_emf(
     _constants(outcome, quantity, fit, pole_pairs, misfit, drifting=drifting, cold=temperature is not None)
     detail_record(outcome, first.capture, first.values, fit, first.integrated, factor)
     return outcome.as_dict()
-
-
-def _between_lines(names: Sequence[str]) -> ProbeConnection:
-    """Return that the probes were between lines. Raises UsageError where channels bear the names of phases: √3 hangs on it."""
-    if len(names) > 1 and {name.upper() for name in names} <= _PHASES:
-        raise UsageError(
-            text(
-                "--connection: the channels are named {names}, as phases are; say whether they are voltages between lines (line), to an "
-                "artificial star point (phase) or to the winding's own (neutral): the flux linkage differs by √3",
-                names=list(names),
-            )
-        )
-    return "line"
 
 
 def _by_speed(files: Sequence[Path | str], speeds: int) -> list[Sequence[Path | str]]:
@@ -267,7 +259,7 @@ def _constants(
     how = _ESTIMATORS[drifting]
     at = ", at 25 °C" if cold else ""
     phase = "peak, per phase of the Y-equivalent"
-    about = "flux_linkage"
+    about = _FLUX
     outcome.parameter(
         about, flux, estimator=how, convention=f"{phase}, per electrical radian{at}", misfit=misfit.of(about)
     )

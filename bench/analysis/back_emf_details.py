@@ -62,6 +62,10 @@ def detail_record(
                 str(order): float(100 * abs(fit.amplitudes[k, j]) / abs(fit.amplitudes[k, first]))
                 for j, order in enumerate(fit.harmonics)
                 if j != first
+            }
+            | {
+                str(order): float(100 * sizes[k] / abs(fit.amplitudes[k, first]))
+                for order, sizes in fit.further.items()
             },
             "total_harmonic_distortion": float(fit.thd[k]),
             "offset": float(fit.offsets[k]),

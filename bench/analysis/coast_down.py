@@ -10,7 +10,7 @@ import numpy as np
 from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied, ErrorInput
-from bench.analysis.outcome import AnalysisOutcome, estimated, paths_of, pick
+from bench.analysis.outcome import AnalysisOutcome, estimated, in_units, open_unit, paths_of, pick
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.time_base import warn_of_coast
@@ -71,7 +71,7 @@ def analyze_coast_down(
     inertia_uncertainty: float = 0.0,
     torque: float | None = None,
     speed: str | None = None,
-    speed_in_rpm: bool = False,
+    speed_in_rpm: bool | None = None,
     speed_filter: float = 0.0,
     torque_filter: float = 0.0,
     accuracy: Sequence[Statement] = (),
@@ -82,9 +82,10 @@ def analyze_coast_down(
 
     With `inertia` (kg·m²) the frictions follow. With several files, or a torque column (N·m), all ramps are fitted together:
     a file without a torque column is a coast-down, unless it comes first and `torque` (N·m) is given for it. `speed` names the
-    column; a speed without unit is rad/s unless `speed_in_rpm`. `speed_filter` and `torque_filter` are the time constants (s) of
-    first-order filters that the readings went through. `accuracy` states the errors of speed, torque and time base. `selection` is the part
-    of the record to take. `translate` gives sentences in the reader's language. Raises CaptureError naming file and line.
+    column, `speed_in_rpm` whether one without unit is in rpm or in rad/s; without it such a speed is refused. `speed_filter` and
+    `torque_filter` are the time constants (s) of first-order filters that the readings went through. `accuracy` states the errors of
+    speed, torque and time base. `selection` is the part of the record to take. `translate` gives sentences in the reader's language.
+    Raises CaptureError naming file and line.
     """
     captures = [read_capture(path, selection=selection) for path in paths_of(file)]
     if not captures:
@@ -105,7 +106,7 @@ def analyze_coast_down(
     for k, capture in enumerate(captures):
         channel, note = _speed(capture, speed, speed_in_rpm)
         assumed += note
-        shaft = [c for c in capture.channels if _is_torque(c)]
+        shaft = [_with_unit(capture, c) for c in capture.channels if _is_torque(c)]
         level = torque if torque is not None and k == 0 and len(captures) > 1 else 0.0
         filters = speed_filter, torque_filter
         records.append(_Record(capture.times(), channel, shaft[0] if shaft else level, filters))
@@ -212,7 +213,14 @@ def _is_torque(channel: CaptureChannel) -> bool:
     return channel.unit == "N·m" or "torque" in channel.name.lower()
 
 
-def _speed(capture: Capture, wanted: str | None, in_rpm: bool) -> tuple[CaptureChannel, list[Text]]:
+def _with_unit(capture: Capture, torque: CaptureChannel) -> CaptureChannel:
+    """Return a torque (N·m). Raises CaptureError where its heading says no unit."""
+    if not torque.unit:
+        raise open_unit(capture, torque.name, "torque", ("Nm", "mNm"))
+    return in_units(capture, torque, ("N·m",), "torque")
+
+
+def _speed(capture: Capture, wanted: str | None, in_rpm: bool | None) -> tuple[CaptureChannel, list[Text]]:
     """Return the speed (rad/s), and what had to be assumed."""
     only = [c for c in capture.channels if not _is_torque(c)]
     if wanted is None and len(only) == 1:
@@ -225,6 +233,9 @@ def _speed(capture: Capture, wanted: str | None, in_rpm: bool) -> tuple[CaptureC
         values = channel.values * factor
         note = [text("speed '{name}' taken to be in rpm", name=channel.name)]
         return CaptureChannel(channel.name, "rad/s", values, channel.resolution * factor), note
+    if in_rpm is None:
+        more = text("; or type --speed-in-rpm or --speed-in-rad-s")
+        raise open_unit(capture, channel.name, "speed", ("rpm", "rad/s"), more)
     return channel, [text("speed '{name}' taken to be in rad/s", name=channel.name)]
 
 

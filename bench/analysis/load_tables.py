@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.analysis.map_table import read_table
+from bench.analysis.map_table import Column, read_table
 from bench.analysis.run_map import map_of_run
 from bench.i18n.errors import InputError, at
 from drivers.interfaces import Accuracy
@@ -25,25 +25,28 @@ from procedures.estimation.flux.published_map import read_map
 from procedures.estimation.flux.short_circuit import fit_short_circuit
 from procedures.techniques.maps.results import table_of
 
+_TORQUE = ("torque", "t", "m")
+_SPEED = ("speed", "n", "w", "rpm", "krpm", "1/min", "min-1", "u/min", "r/min", "rad/s")
 _MAP = {
-    "i_d": ("id", "idapeak", "currentd", "dcurrent"),
-    "i_q": ("iq", "currentq", "qcurrent"),
-    "psi_d": ("psid", "fluxd", "phid", "dflux", "fd"),
-    "psi_q": ("psiq", "fluxq", "phiq", "qflux", "fq"),
-    "u_psi_d": ("upsid",),
-    "u_psi_q": ("upsiq",),
-    "torque": ("torque", "t", "m", "tem", "te"),
+    "i_d": Column("A", ("id", "currentd", "dcurrent")),
+    "i_q": Column("A", ("iq", "currentq", "qcurrent")),
+    "psi_d": Column("V·s", ("psid", "fluxd", "phid", "dflux", "fd")),
+    "psi_q": Column("V·s", ("psiq", "fluxq", "phiq", "qflux", "fq")),
+    "u_psi_d": Column("V·s", ("upsid",)),
+    "u_psi_q": Column("V·s", ("upsiq",)),
+    "torque": Column("N·m", (*_TORQUE, "tem", "te")),
 }
 _SHORT = {
-    "speed": ("speed", "n", "rpm", "w", "welectrical"),
-    "current": ("current", "i", "isc"),
-    "torque": ("torque", "t", "m"),
-    "friction": ("friction", "topen", "openl"),
+    "speed": Column("rad/s", _SPEED),
+    "electrical_speed": Column("rad/s", ("welectrical", "electricalspeed", "speedelectrical", "we")),
+    "current": Column("A", ("current", "i", "isc")),
+    "torque": Column("N·m", _TORQUE),
+    "friction": Column("N·m", ("friction", "topen", "openl")),
 }
 _LOAD = {
-    "torque": ("torque", "t", "m"),
-    "speed": ("speed", "n", "rpm", "w"),
-    "power": ("power", "p", "pin", "pel", "inputpower", "electricalpower"),
+    "torque": Column("N·m", _TORQUE),
+    "speed": Column("rad/s", _SPEED),
+    "power": Column("W", ("power", "p", "pin", "pel", "inputpower", "electricalpower")),
 }
 _SHARES = (0.25, 0.5, 0.75, 1.0)
 
@@ -189,11 +192,20 @@ def analyze_short_circuit(
     translate: Translate = english,
 ) -> dict[str, Any]:
     """Return what a table of short-circuit currents and torques over speed gives. Raises InputError for one that cannot be used."""
-    columns = read_table(path, _SHORT, ("speed", "current"), mapped)
-    speed = columns["speed"] * (1.0 if electrical else pole_pairs)
+    columns = read_table(
+        path,
+        _SHORT,
+        ("speed", "current"),
+        mapped,
+        instead={"speed": "electrical_speed"},
+        rms=("current",) if rms else (),
+    )
+    speed = columns.get("electrical_speed", np.zeros(0))
+    if "speed" in columns:
+        speed = columns["speed"] * (1.0 if electrical else pole_pairs)
     try:
         found = fit_short_circuit(
-            speed, columns["current"] * (math.sqrt(2.0) if rms else 1.0), columns.get("torque"), pole_pairs=pole_pairs,
+            speed, columns["current"], columns.get("torque"), pole_pairs=pole_pairs,
             flux_linkage=flux_linkage, u_flux_linkage=u_flux_linkage, friction=columns.get("friction"),
         )  # fmt: skip
     except EstimationError as error:

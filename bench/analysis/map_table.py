@@ -4,7 +4,8 @@ import csv
 import io
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,24 +16,58 @@ from bench.i18n.errors import InputError, UsageError, at
 from drivers.interfaces.text import reason_of, text
 
 _LARGEST = 20_000_000
-#: Units that are not of captures, with their factor to SI.
+#: Units that are not of captures, with SI unit and factor.
 _UNITS = {
-    "vs": 1.0, "v·s": 1.0, "v*s": 1.0, "wb": 1.0, "mvs": 1e-3, "mwb": 1e-3, "mv·s": 1e-3, "w": 1.0, "kw": 1e3, "mh": 1e-3,
-    "degc": 1.0, "°c": 1.0, "c": 1.0,
+    "vs": ("V·s", 1.0), "v·s": ("V·s", 1.0), "v*s": ("V·s", 1.0), "wb": ("V·s", 1.0), "mvs": ("V·s", 1e-3), "mwb": ("V·s", 1e-3),
+    "mv·s": ("V·s", 1e-3), "mv*s": ("V·s", 1e-3), "w": ("W", 1.0), "watt": ("W", 1.0), "watts": ("W", 1.0), "kw": ("W", 1e3),
 }  # fmt: skip
-_UNIT = re.compile(r"[\s_]*[\[(/]?\s*([^\s\[\]()/_]+)\s*[\])]?$")
-_RMS = re.compile(r"[\s_]*(?:rms|eff)(?![a-z])")
-#: As rad/s, which is a quotient itself.
-_QUOTIENT = re.compile(r"[\s_]*[\[(]?\s*([^\s\[\]()_]+)\s*[\])]?$")
+#: What a refusal offers for a unit.
+_OFFERED = {
+    "A": ("A", "mA", "A rms"), "V·s": ("Vs", "mVs", "Wb", "mWb"), "N·m": ("Nm", "mNm"), "W": ("W", "kW"), "rad/s": ("rpm", "rad/s"),
+}  # fmt: skip
+_RMS = re.compile(r"[\s_,]*(?:rms|eff)(?![a-z])")
+_PEAK = re.compile(r"[\s_,]*(?:peak|pk)(?![a-z-])")
+#: Where a heading's unit may stand: in brackets, after "in", after a blank or an underscore, a quotient or not, after a stroke.
+_PLACES = (
+    re.compile(r"[\s_]*[\[(]\s*([^\[\]()]+?)\s*[\])]$"),
+    re.compile(r"\s+in\s+(\S+)$"),
+    re.compile(r"[\s_]+((?:rad|deg)[_/]s|[^\s\[\]()_]+)$"),
+    re.compile(r"\s*/\s*([^\s\[\]()/_]+)$"),
+)
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that is looked for: its SI unit, and the headings that it may have, plain."""
+
+    unit: str
+    headings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Heading:
+    """A heading's name, plain, and its unit (SI) with its factor, from rms to peak where it says rms; an empty unit where it says none."""
+
+    name: str
+    unit: str = ""
+    factor: float = 1.0
+    rms: bool = False
 
 
 def read_table(
-    path: Path, known: Mapping[str, Sequence[str]], needed: Sequence[str], mapped: Sequence[str] = ()
+    path: Path,
+    known: Mapping[str, Column],
+    needed: Sequence[str],
+    mapped: Sequence[str] = (),
+    *,
+    instead: Mapping[str, str] | None = None,
+    rms: Collection[str] = (),
 ) -> dict[str, NDArray[np.float64]]:
-    """Return the columns of a table with a heading, in SI, by our names; an empty cell is NaN.
+    """Return the columns of a table with a heading, in SI, peak values, by our names; an empty cell is NaN.
 
-    `known` are headings by our name, `needed` those that must be there, `mapped` NAME=HEADING as typed.
-    Raises InputError naming file, line and column, UsageError for a mapping that names nothing.
+    `known` are the columns by our name, `needed` those that must be there, `mapped` NAME=HEADING as typed, where a unit in brackets may
+    follow the heading; `instead` names the column that does in place of a needed one; those in `rms` are rms whether their heading says
+    so or not. Raises InputError naming file, line and column, also where a unit is left open; UsageError for a mapping that names nothing.
     """
     content = _content(path)
     lines = [line for line in content.splitlines() if line.strip() and not line.lstrip().startswith("#")]
@@ -41,36 +76,68 @@ def read_table(
     mark = next((each for each in ("\t", ";", ",") if each in lines[0]), " ")
     rows = list(csv.reader(io.StringIO("\n".join(lines)), delimiter=mark, skipinitialspace=True))
     heading = [cell.strip() for cell in rows[0]]
-    units, first = [1.0] * len(heading), 1
-    if len(rows[1]) == len(heading) and all(_unit_row(cell) is not None for cell in rows[1]):
-        units, first = [_unit_row(cell) or 1.0 for cell in rows[1]], 2
-    places: dict[str, tuple[int, float]] = {}
+    below, first = [_Heading("")] * len(heading), 1
+    if len(rows[1]) == len(heading):
+        units = [_unit_row(cell) for cell in rows[1]]
+        if all(unit is not None for unit in units):
+            below, first = [unit or _Heading("") for unit in units], 2
+    places: dict[str, tuple[int, _Heading]] = {}
     for each in mapped:
-        name, _, column = each.partition("=")
-        if name not in known or not column:
-            raise UsageError(
-                text("--column {typed}: give NAME=HEADING with a name of {known}", typed=each, known=list(known))
-            )
-        if column not in heading:
-            raise UsageError(
-                text("--column {typed}: {path} has no column {column}; there are {there}", typed=each, path=str(path), column=column,
-                     there=heading)
-            )  # fmt: skip
-        places[name] = heading.index(column), _split(column)[1] * units[heading.index(column)]
+        name, place, said = _mapped(path, each, known, heading)
+        places[name] = place, said if said.unit else below[place]
     for number, cell in enumerate(heading):
-        name, factor = _split(cell)
-        ours = next((key for key, aliases in known.items() if name in aliases), None)
+        said = _split(cell, known)
+        ours = next((key for key, column in known.items() if said.name in column.headings), None)
         if ours is not None and ours not in places and number not in {place for place, _ in places.values()}:
-            places[ours] = number, factor * units[number]
-    lacking = [name for name in needed if name not in places]
+            places[ours] = number, said if said.unit else below[number]
+    lacking = [name for name in needed if name not in places and (instead or {}).get(name) not in places]
     if lacking:
         raise InputError(
             at(str(path), text("no column for {lacking}; there are {there}: name it with --column {first}=HEADING", lacking=lacking,
                                there=heading, first=lacking[0]))
         )  # fmt: skip
+    for name, (place, said) in places.items():
+        if said.unit != known[name].unit:
+            raise _open_unit(path, name, known[name], heading[place])
     return {
-        name: _numbers(path, rows, first, place, heading[place]) * factor for name, (place, factor) in places.items()
+        name: _numbers(path, rows, first, place, heading[place])
+        * said.factor
+        * (math.sqrt(2.0) if name in rms and not said.rms else 1.0)
+        for name, (place, said) in places.items()
     }
+
+
+def _mapped(path: Path, typed: str, known: Mapping[str, Column], heading: Sequence[str]) -> tuple[str, int, _Heading]:
+    """Return our name, the column's place and its unit of NAME=HEADING as typed."""
+    name, _, column = typed.partition("=")
+    if name not in known or not column:
+        raise UsageError(
+            text("--column {typed}: give NAME=HEADING with a name of {known}", typed=typed, known=list(known))
+        )
+    bare = _PLACES[0].sub("", column)
+    if column not in heading and bare not in heading:
+        raise UsageError(
+            text("--column {typed}: {path} has no column {column}; there are {there}", typed=typed, path=str(path), column=column,
+                 there=heading)
+        )  # fmt: skip
+    return name, heading.index(column if column in heading else bare), _split(column, known)
+
+
+def _open_unit(path: Path, name: str, column: Column, heading: str) -> InputError:
+    offered = _OFFERED[column.unit]
+    return InputError(
+        at(
+            str(path),
+            text(
+                "column '{heading}' says no unit for {name}, or one of something else: write it into the heading, as in "
+                "'{heading} ({unit})', or type it with --column '{name}={heading} ({unit})'; known are {offered}",
+                heading=heading,
+                name=name,
+                unit=offered[0],
+                offered=list(offered),
+            ),
+        )
+    )
 
 
 def _content(path: Path) -> str:
@@ -94,30 +161,38 @@ def _content(path: Path) -> str:
     raise InputError(at(str(path), text("is no text in UTF-8")))
 
 
-def _split(heading: str) -> tuple[str, float]:
-    """Return a heading's name, plain, and its unit's factor to SI, from rms to peak where it says so."""
-    plain, rms = _RMS.subn("", heading.strip().lower())
-    peak = math.sqrt(2.0) if rms else 1.0
-    for pattern in (_QUOTIENT, _UNIT):
+def _split(heading: str, known: Mapping[str, Column]) -> _Heading:
+    """Return a heading's name and unit; one that is a unit only, as "rpm", is both."""
+    plain, rms = _without_kind(heading)
+    for pattern in _PLACES:
         found = pattern.search(plain)
-        factor = _factor(found[1]) if found and found.start() > 0 else None
-        if found and factor is not None:
-            return _plain(plain[: found.start()]), factor * peak
-    return _plain(plain), peak
+        unit = _unit(found[1]) if found and found.start() > 0 else None
+        if found and unit is not None:
+            return _Heading(_plain(plain[: found.start()]), unit[0], unit[1] * (math.sqrt(2.0) if rms else 1.0), rms)
+    name, unit = _plain(plain), _unit(plain)
+    if unit is not None and any(name in column.headings and column.unit == unit[0] for column in known.values()):
+        return _Heading(name, *unit)
+    return _Heading(name, rms=rms)
 
 
-def _unit_row(cell: str) -> float | None:
-    """Return a unit's factor to SI, from rms to peak where it says so; 1 for an empty cell, None where it is no unit."""
-    plain, rms = _RMS.subn("", cell.strip().lower().strip("[]()"))
-    factor = 1.0 if plain in ("", "-") else _factor(plain.strip())
-    return None if factor is None else factor * (math.sqrt(2.0) if rms else 1.0)
+def _unit_row(cell: str) -> _Heading | None:
+    """Return what a cell in the row of units says: none where it is empty; None where it is no unit."""
+    plain, rms = _without_kind(cell.strip().strip("[]()"))
+    if plain in ("", "-"):
+        return _Heading("")
+    unit = _unit(plain)
+    return None if unit is None else _Heading("", unit[0], unit[1] * (math.sqrt(2.0) if rms else 1.0), rms)
 
 
-def _factor(unit: str) -> float | None:
-    if unit in _UNITS:
-        return _UNITS[unit]
-    known = si(unit)
-    return known[1] if known else None
+def _without_kind(words: str) -> tuple[str, bool]:
+    """Return words in small letters without what they say of rms or peak, and whether they say rms."""
+    plain, rms = _RMS.subn("", words.strip().lower())
+    return _PEAK.sub("", plain).strip(), bool(rms)
+
+
+def _unit(words: str) -> tuple[str, float] | None:
+    plain = words.replace("rad_s", "rad/s")
+    return _UNITS.get(plain) or si(plain)
 
 
 def _plain(name: str) -> str:

@@ -191,6 +191,25 @@ def in_units(capture: Capture, channel: CaptureChannel, units: tuple[str, ...], 
     return channel
 
 
+def open_unit(
+    capture: Capture, name: str, what: Text | str, offered: Iterable[str], more: Text | str = ""
+) -> CaptureError:
+    """Return the error for a column whose unit nobody says, where more than one of those `offered` is usual; `more` is another way out."""
+    known = list(offered)
+    return CaptureError(
+        capture.source,
+        text(
+            "column '{name}' says no unit, and a {what} may be in any of {offered}: write it into the heading, as in '{name} "
+            "({first})'{more}",
+            name=name,
+            what=word(what) if isinstance(what, str) else what,
+            offered=known,
+            first=known[0],
+            more=more,
+        ),
+    )
+
+
 def named(factors: Mapping[str, float] | None) -> Mapping[str, float]:
     """Return the factors, none where not given."""
     return factors or {}

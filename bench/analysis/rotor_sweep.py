@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.analysis.applied import Applied
-from bench.analysis.outcome import AnalysisOutcome, estimated, named, pick
+from bench.analysis.outcome import AnalysisOutcome, estimated, named, open_unit, pick
 from bench.analysis.statements import Statement
 from bench.captures import WHOLE, CaptureError, CapturePart, read_capture
 from drivers.interfaces.text import Translate, english, text, word
@@ -48,6 +48,8 @@ def analyze_rotor_sweep(
     rest = [c for c in capture.channels if c.unit not in ("rad", "Ω")]
     if capture.time is None:
         angle = pick(capture, None, ("rad",), "angle", ("angle", "theta", "winkel", "position"))
+        if not angle.unit:
+            raise open_unit(capture, angle.name, "angle", ("deg", "rad"))
         rest = [c for c in rest if c.name != angle.name]
     inductance = rest[0] if len(rest) == 1 else pick(capture, None, ("H",), "inductance", ("induct", "ls", "l"))
     if inductance.unit not in ("H", ""):
@@ -55,10 +57,10 @@ def analyze_rotor_sweep(
             capture.source,
             text("column {name} is in {unit}; inductances in H are needed", name=inductance.name, unit=inductance.unit),
         )
+    if not inductance.unit:
+        raise open_unit(capture, inductance.name, "inductance", ("uH", "mH", "H"))
     applied = Applied(accuracy, {"inductance": (inductance.name,)}, (capture,))
     outcome = AnalysisOutcome("dq_inductance_extremes", "3.3.2", capture, applied, translate)
-    if not inductance.unit:
-        outcome.assume(text("inductance '{name}' taken to be in H", name=inductance.name))
     if capture.time is not None:
         times = capture.time
         outcome.assume(text("shaft turned slowly one way, over at least one electrical turn"))

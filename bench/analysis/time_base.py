@@ -1,5 +1,7 @@
 """Records whose times are in another unit than the file says: told where physics knows what they cannot be."""
 
+from collections.abc import Iterable
+
 from bench.analysis.outcome import AnalysisOutcome
 from drivers.interfaces.text import text
 
@@ -7,6 +9,8 @@ from drivers.interfaces.text import text
 _TIME_CONSTANTS = (5e-6, 0.1)
 #: Electrical frequencies (Hz) at which a back-EMF is recorded: below, it is turned slower than a hand does; above, faster than motors go.
 _FREQUENCIES = (1.0, 20e3)
+#: A tachometer's speed that agrees to this share confirms a frequency: units are wrong by more.
+_CONFIRMED = 0.1
 #: How long (s) a shaft takes to come to rest.
 _COASTS = (0.05, 1800.0)
 
@@ -34,18 +38,23 @@ def warn_of_time_constant(outcome: AnalysisOutcome, seconds: float) -> None:
         )
 
 
-def warn_of_frequency(outcome: AnalysisOutcome, frequency: float) -> None:
-    """Ask about an electrical frequency (Hz) at which nobody records a back-EMF."""
+def judge_frequency(outcome: AnalysisOutcome, frequency: float, speed: float | None, withheld: Iterable[str]) -> None:
+    """Give none of `withheld` where nobody records a back-EMF at such an electrical frequency (Hz), unless the rotor's `speed`, in
+    electrical turns a second (None where it is not known), says that it is so.
+    """
     least, most = _FREQUENCIES
-    if not least <= frequency <= most:
-        outcome.warn(
-            text(
-                "the electrical frequency is {frequency:.3g} Hz, where motors are turned at 1 Hz to 20 kHz: is the time column in its "
-                "heading's unit? A unit off by a thousand makes the flux linkage wrong by as much; the speed in rpm (--speed-rpm) tells",
-                frequency=frequency,
-            ),
-            "unlikely-frequency",
-        )
+    if least <= frequency <= most or (speed is not None and abs(frequency / speed - 1.0) < _CONFIRMED):
+        return
+    outcome.withhold(
+        withheld,
+        "unlikely-frequency",
+        text(
+            "the electrical frequency is {frequency:.3g} Hz, where motors are turned at 1 Hz to 20 kHz: is the time column in its "
+            "heading's unit? A unit off by a thousand makes the flux linkage wrong by as much; --speed-rpm with --pole-pairs confirms the "
+            "frequency where it is right",
+            frequency=frequency,
+        ),
+    )
 
 
 def warn_of_coast(outcome: AnalysisOutcome, seconds: float) -> None:

@@ -258,6 +258,7 @@ class BackEmfConstant(Procedure[BackEmfConstantSettings]):
         fit = fit_back_emf(time, samples, harmonics=self.settings.harmonics, digitized=told)
         wave = first_periods(time, samples, fit, _SHOWN_PERIODS)
         harmonics = {str(h): float(np.mean(np.abs(fit.amplitudes[:, k]))) for k, h in enumerate(fit.harmonics)}
+        harmonics |= {str(order): float(np.mean(sizes)) for order, sizes in fit.further.items()}
         self.bench.show(lambda: emf_plot(mechanical.value, wave, harmonics))
         to_phase = 1.0 / math.sqrt(3.0) if self.settings.probing is Probing.LINE else 1.0
         fundamentals = [fit.fundamental(k) for k in range(len(channels))]

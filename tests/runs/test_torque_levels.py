@@ -5,6 +5,7 @@ import pytest
 
 from bench.motor.motor_file import load_motor
 from procedures.core.bench import ProcedureError, Role
+from procedures.estimation.fitting.randomness import chance_of_pattern
 from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.disturbances.bench import Disturbances, ShaftSensors
 from tests.runs.on_bench import measure
@@ -33,6 +34,15 @@ def test_levels_are_waited_for_as_long_as_the_torque_lags(torque_filter, settlin
         found = measure(bench, FILE.nameplate, "torque-constant", "levels=2")
     assert holds(found)
     assert found.findings["settling"] == pytest.approx(settling)
+
+
+@pytest.mark.parametrize("seed", [41, 42])
+def test_what_cogging_leaves_between_readings_is_no_pattern(seed):
+    file = load_motor("ipmsm")
+    with VirtualBench(file.virtual_motor(), seed=seed, sockets=False) as bench:
+        found = measure(bench, file.nameplate, "torque-constant", "levels=4")
+    order = np.argsort(found.findings["currents"], kind="stable")
+    assert chance_of_pattern(np.array(found.findings["residuals"])[order]) > 1e-3
 
 
 def test_a_torque_that_lags_however_long_it_is_waited_for_is_refused():

@@ -219,7 +219,7 @@ def coast_down(
     inertia_uncertainty: float = 0.0,
     torque: float | None = None,
     speed: str | None = None,
-    speed_in_rpm: bool = False,
+    speed_in_rpm: Annotated[bool | None, Parameter(negative="--speed-in-rad-s")] = None,
     from_: Annotated[float | None, Parameter(name="--from")] = None,
     to: float | None = None,
     time_column: str | None = None,
@@ -248,7 +248,7 @@ def coast_down(
     speed
         Name of the speed's column.
     speed_in_rpm
-        A speed without unit is in rpm.
+        A speed without unit is in rpm, or in rad/s; without either such a speed is refused.
     from_
         First instant of the record to take, s, of the file's own time.
     to

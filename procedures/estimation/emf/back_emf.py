@@ -1,13 +1,14 @@
 """Back-EMF: fundamental, harmonics and flux linkage from recorded voltages (§3.4)."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from procedures.estimation.emf.agreement import Combined, combine
+from procedures.estimation.emf.further_orders import further_orders
 from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin, waveform_basis
 from procedures.estimation.emf.making_good import MadeGood, as_recorded, make_good, rounding, too_coarse
 from procedures.estimation.emf.phase_jumps import find_jump, longest_whole, with_jump
@@ -30,7 +31,8 @@ class BackEmfFit:
     `drift` is the relative change of speed over the record, significant where `drift_p_value` is small: the amplitudes then
     hold at the record's middle. `colour` ≥ 1 tells how much denser the residual is around the fundamental than white noise
     of its rms would be; the uncertainties include its root. `flux_linkage` is the mean over channels of fundamental ÷ electrical speed
-    (V·s/rad), and `misfit` what the record shows beyond the model, the channels' agreement included.
+    (V·s/rad), and `misfit` what the record shows beyond the model, the channels' agreement included. `further` are amplitudes (C,), V,
+    peak, of orders that were not asked for and that the record shows; `residuals` (C, n) are without them.
     """
 
     frequency: float
@@ -53,6 +55,7 @@ class BackEmfFit:
     model: HarmonicModel
     flux_linkage: Combined
     misfit: Misfit = NO_MISFIT
+    further: Mapping[int, FloatArray] = field(default_factory=dict)
 
     @property
     def electrical_speed(self) -> float:
@@ -124,7 +127,8 @@ def fit_back_emf(
         fit = _beside_crossings(fit, t, v)
     jump = find_jump(t, kept, solved.model) if len(digitized) else None
     if jump is None:
-        return fit
+        further, left = further_orders(t, fit.residuals, fit.model, kept)
+        return replace(fit, further=further, residuals=left)
     part, found = longest_whole(t, jump, fit.frequency, fit.misfit)
     if part is None:
         return replace(fit, misfit=found)

@@ -18,6 +18,8 @@ from procedures.estimation.mechanics.torque_constant import drift_within_levels,
 _LONGER = (1.0, 4.0, 16.0)
 #: The first level is waited for so many times longer: the shaft has just been run up, and the current comes from nothing.
 _AT_FIRST = 10.0
+#: Readings are this much of their interval apart, least and most.
+_UNEVEN = (0.5, 1.5)
 #: Where the torque still moves by less than this share of a step, the level before it has been forgotten.
 _LEFT = 0.02
 
@@ -51,7 +53,7 @@ class TorqueLevels:
 def torque_at_levels(
     bench: Bench, levels: Sequence[float], readings: int, interval: float, settling: float
 ) -> TorqueLevels:
-    """Return readings `interval` (s) apart at each current (A), `settling` (s) after it was set, or longer where the torque lags.
+    """Return readings about `interval` (s) apart at each current (A), `settling` (s) after it was set, or longer where the torque lags.
 
     Speed and current are driven already; levels follow one another in even steps. Where a little of a lag is left, the first is left out.
     Raises ProcedureError where the torque lags however long it is waited for.
@@ -75,12 +77,15 @@ def torque_at_levels(
 
 def _taken(bench: Bench, levels: Sequence[float], readings: int, interval: float, settling: float) -> TorqueLevels:
     currents, torques = np.empty((len(levels), readings)), np.empty((len(levels), readings))
+    # At even intervals, cogging and the ripple of the current's torque would show the same few angles again and again: a ripple that
+    # grows with the current is then a slope. Any fixed sequence that is not periodic does.
+    waits = interval * np.random.default_rng(1).uniform(*_UNEVEN, torques.shape)
     torque_accuracy = current_accuracy = Accuracy()
     for place, level in enumerate(levels):
         bench.inverter.set_current(float(level))
         bench.clock.sleep(settling if place else _AT_FIRST * settling)
         for number in range(readings):
-            bench.clock.sleep(interval)
+            bench.clock.sleep(float(waits[place, number]))
             reading = bench.dynamometer.measure()
             current = bench.inverter.measure_current()
             # What the dynamometer puts on the shaft, the motor takes off.

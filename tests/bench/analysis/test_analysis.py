@@ -169,7 +169,7 @@ def test_coast_down_record_with_a_torque_column_is_parted_where_the_drive_lets_g
 def test_coast_down_refuses_a_rising_speed(tmp_path: Path) -> None:
     up, _ = sim.ramps(np.random.default_rng(1))
     with pytest.raises(CaptureError, match=r"record\.csv: the speed does not fall"):
-        analyze_coast_down(table(tmp_path, "t (s),speed", up.time, up.speed))
+        analyze_coast_down(table(tmp_path, "t (s),speed (rad/s)", up.time, up.speed))
 
 
 def test_rotor_sweep_over_angle_and_over_time(tmp_path: Path) -> None:

@@ -143,3 +143,67 @@ def test_a_part_is_taken_of_every_record(tmp_path: Path) -> None:
     path = stored(tmp_path, SETUP, "emf")
     whole, part = (analyze_back_emf(path, selection=CapturePart(end=end)) for end in (None, 0.07))
     assert flux(part)["standard_uncertainty"] != flux(whole)["standard_uncertainty"]
+
+
+TIMES = np.arange(5000) * 2e-5
+
+
+def three(
+    folder: Path, names: str, *, third: float = 0.05, line: bool = False, gains: tuple[float, ...] = (1.0, 1.0, 1.0)
+) -> Path:
+    """Write voltages of phases of 5 V at 100 Hz, or between lines, read by three channels."""
+    angle = 2.0 * np.pi * 100.0 * TIMES - 2.0 * np.pi / 3.0 * np.arange(3)[:, None]
+    phases = 5.0 * np.cos(angle) + 5.0 * third * np.cos(3.0 * angle) + 0.1 * np.cos(5.0 * angle)
+    v = phases - np.roll(phases, -1, axis=0) if line else phases
+    v = np.array(gains)[:, None] * v + np.random.default_rng(3).normal(0.0, 0.02, v.shape)
+    path = folder / "three.csv"
+    heading = ",".join(["t (s)", *(f"{name} (V)" for name in names.split())])
+    np.savetxt(path, np.column_stack((TIMES, *v)), delimiter=",", header=heading, comments="", fmt="%.9g")
+    return path
+
+
+def test_a_third_harmonic_in_phase_says_that_no_lines_were_probed(tmp_path: Path) -> None:
+    truth = 5.0 / (2.0 * np.pi * 100.0)
+    for names in ("CH1 CH2 CH3", "Uab Ubc Uca"):
+        open_ = analyze_back_emf(three(tmp_path, names), coupling={"": "dc"}, pole_pairs=4)
+        assert open_["withheld"]["flux_linkage"]["cause"] == "probe-connection"
+        assert set(open_["parameters"]) == {"electrical_frequency"}
+    path = three(tmp_path, "CH1 CH2 CH3")
+    said = analyze_back_emf(path, coupling={"": "dc"}, connection="neutral")
+    assert flux(said)["value"] == pytest.approx(truth, rel=1e-3)
+    insisted = analyze_back_emf(path, coupling={"": "dc"}, connection="line")
+    assert "probe-connection" in {warning["id"] for warning in insisted["warnings"]}
+    assert flux(insisted)["value"] == pytest.approx(truth / np.sqrt(3.0), rel=1e-3)
+
+
+@pytest.mark.parametrize("third", [0.0, 0.05])
+@pytest.mark.parametrize("gains", [(1.0, 1.0, 1.0), (1.0, 1.03, 0.98)])
+def test_lines_are_not_taken_for_phases(tmp_path: Path, third: float, gains: tuple[float, ...]) -> None:
+    found = analyze_back_emf(three(tmp_path, "CH1 CH2 CH3", third=third, line=True, gains=gains), coupling={"": "dc"})
+    low, high = flux(found)["coverage_interval"]
+    assert low * 0.999 < 5.0 / (2.0 * np.pi * 100.0) < high * 1.001
+    assert not found["withheld"]
+
+
+@pytest.mark.parametrize(
+    "names", ["Ua Ub Uc", "U_A U_B U_C", "Phase_U Phase_V Phase_W", "L1 L2 L3", "UU UV UW", "ea eb ec"]
+)
+def test_channels_named_as_phases_are_asked_about(tmp_path: Path, names: str) -> None:
+    with pytest.raises(UsageError, match="differs by √3"):
+        analyze_back_emf(three(tmp_path, names, third=0.0))
+
+
+@pytest.mark.parametrize(
+    ("names", "line"),
+    [
+        ("Van Vbn Vcn", False),
+        ("U1N V1N W1N", None),
+        ("UV VW WU", True),
+        ("L1-L2 L2-L3 L3-L1", True),
+        ("U_ab U_bc U_ca", True),
+    ],
+)
+def test_names_that_say_it_are_taken_at_their_word(tmp_path: Path, names: str, line: bool | None) -> None:
+    found = analyze_back_emf(three(tmp_path, names, third=0.0, line=bool(line)), coupling={"": "dc"})
+    factor = np.sqrt(3.0) if line is None else 1.0
+    assert flux(found)["value"] * factor == pytest.approx(5.0 / (2.0 * np.pi * 100.0), rel=1e-3)

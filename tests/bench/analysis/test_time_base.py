@@ -39,11 +39,23 @@ def test_a_time_constant_that_no_winding_has_is_asked_about(tmp_path: Path, tau:
 
 
 @pytest.mark.parametrize(("unit", "told"), [(1.0, False), (1e3, True), (1e-3, True)])
-def test_a_frequency_at_which_nobody_turns_is_asked_about(tmp_path: Path, unit: float, told: bool) -> None:
+def test_a_frequency_at_which_nobody_turns_gives_no_figure(tmp_path: Path, unit: float, told: bool) -> None:
     time = np.linspace(0.0, 0.1, 4001)
     noise = np.random.default_rng(2).normal(0.0, 0.01, time.size)
     path = written(tmp_path / "emf.csv", "t (s),u (V)", unit * time, 2.0 * np.sin(2.0 * np.pi * 100.0 * time) + noise)
-    assert ("unlikely-frequency" in ids(analyze_back_emf(path))) == told
+    found = analyze_back_emf(path)
+    assert ("unlikely-frequency" in ids(found)) == told
+    assert (set(found["parameters"]) == set()) == told
+    assert {row["cause"] for row in found["withheld"].values()} == ({"unlikely-frequency"} if told else set())
+
+
+def test_a_slow_turn_that_the_tachometer_confirms_gives_its_figures(tmp_path: Path) -> None:
+    time = np.linspace(0.0, 20.0, 4001)
+    noise = np.random.default_rng(2).normal(0.0, 0.01, time.size)
+    path = written(tmp_path / "emf.csv", "t (s),u (V)", time, 2.0 * np.sin(2.0 * np.pi * 0.5 * time) + noise)
+    for rpm, given in ((7.5, True), (None, False)):
+        found = analyze_back_emf(path, coupling={"": "dc"}, pole_pairs=4, speed_rpm=rpm)
+        assert ("flux_linkage" in found["parameters"]) == given
 
 
 @pytest.mark.parametrize(("unit", "told"), [(1.0, False), (1e3, True), (1e-3, True)])

@@ -114,7 +114,7 @@ def test_one_column_is_not_taken_as_voltage_and_current(call: Call, emf: Path) -
     [
         ("back-emf", "t (s),CH1 (V),CH2 (V),CH3 (V)", ("--speed-rpm", "795", "--accuracy", "CH1=3%+5mV")),
         ("step-response", "t (s),CH1 (V),CH2 (A)", ("--temperature", "30")),
-        ("coast-down", "t (s),speed", ("--inertia", "1e-4")),
+        ("coast-down", "t (s),speed (rad/s)", ("--inertia", "1e-4")),
         ("rotor-sweep", "theta (rad),L (H)", ()),
         ("table", "id (A),Ld (H)", ("--motor", "lg-400w")),
     ],
@@ -167,6 +167,33 @@ def test_a_unit_that_is_not_known_is_not_taken_for_another(
     code, _, err = call("analyze", command, table(tmp_path / "x.csv", heading, TIMES, *columns))
     assert code == 2
     assert said in err
+
+
+@pytest.mark.parametrize(
+    ("command", "heading", "said"),
+    [
+        ("coast-down", "time (s),speed", "--speed-in-rad-s"),
+        ("coast-down", "time (s),speed (rpm),torque", "as in 'torque (Nm)'"),
+        ("rotor-sweep", "angle,L (uH)", "as in 'angle (deg)'"),
+        ("rotor-sweep", "angle (deg),L", "as in 'L (uH)'"),
+    ],
+)
+def test_a_unit_that_is_left_open_is_asked_for(
+    call: Call, tmp_path: Path, command: str, heading: str, said: str
+) -> None:
+    columns = [np.exp(-TIMES)] * heading.count(",")
+    code, _, err = call("analyze", command, table(tmp_path / "x.csv", heading, TIMES, *columns))
+    assert (code, said in err) == (2, True), err
+
+
+@pytest.mark.parametrize(("option", "factor"), [("--speed-in-rpm", 30.0 / np.pi), ("--speed-in-rad-s", 1.0)])
+def test_a_speed_of_no_unit_is_what_was_typed(call: Call, tmp_path: Path, option: str, factor: float) -> None:
+    time = np.linspace(0.0, 5.0, 1001)
+    speed = 300.0 - 50.0 * time + np.random.default_rng(4).normal(0.0, 0.05, time.size)
+    file = table(tmp_path / "coast.csv", "time (s),speed", time, factor * speed)
+    code, out, _ = call("analyze", "coast-down", file, option, "--json")
+    assert code == 0
+    assert json.loads(out)["parameters"]["coulomb_deceleration"]["value"] == pytest.approx(50.0, rel=0.02)
 
 
 def test_half_a_pole_pair_is_none(call: Call, emf: Path) -> None:

@@ -152,7 +152,8 @@ def test_a_map_turned_far_gives_no_figures(tmp_path: Path, capsys: pytest.Captur
         ("id_Arms,iq_Arms,psi_d_Vs_rms,psi_q_Vs_rms", [0.5**0.5] * 4, ",", "utf-8"),
         ("I_d [A];I_q [A];Flux linkage d [mVs];Flux linkage q [mVs]", [1.0, 1.0, 1e3, 1e3], ";", "utf-16"),
         ("Id;Iq;λd;λq\nA;A;mVs;mVs", [1.0, 1.0, 1e3, 1e3], ";", "utf-8"),
-        ("Id Iq lambda_d lambda_q", [1.0] * 4, " ", "cp1252"),
+        ("Id/A Iq/A lambda_d/mVs lambda_q/mVs", [1.0, 1.0, 1e3, 1e3], " ", "cp1252"),
+        ("Id (A peak),Iq_A_pk,psi_d in Vs,psi_q_Vs", [1.0] * 4, ",", "utf-8"),
     ],
 )
 def test_headings_units_and_marks_of_others(
@@ -177,13 +178,82 @@ def test_a_workbook_is_named(tmp_path: Path) -> None:
 
 def test_columns_are_mapped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = written(tmp_path / "map.csv", rows_of() * [1.0, 1.0, 1e3, 1e3], "Strom1,Strom2,F1 [mVs],F2 [mVs]")
-    mapped = ["i_d=Strom1", "i_q=Strom2", "psi_d=F1 [mVs]", "psi_q=F2 [mVs]"]
+    mapped = ["i_d=Strom1 (A)", "i_q=Strom2 (A)", "psi_d=F1 [mVs]", "psi_q=F2 [mVs]"]
     made = analyzed(capsys, 0, flux_map(path, column=mapped, json=True))
     assert made["parameters"]["flux_linkage"]["value"] == pytest.approx(0.06, rel=0.01)
     with pytest.raises(InputError, match="no column for"):
         flux_map(path)
     with pytest.raises(UsageError, match="no column F3"):
         flux_map(path, column=["psi_d=F3"])
+
+
+@pytest.mark.parametrize(
+    ("command", "heading", "column"),
+    [
+        ("short-circuit", "speed,current_A", "speed"),
+        ("short-circuit", "n,current_A", "n"),
+        ("short-circuit", "w,current_A", "w"),
+        ("short-circuit", "speed_rpm,current", "current"),
+        ("short-circuit", "speed (Nm),current_A", "speed (Nm)"),
+        ("efficiency", "torque_Nm,speed,power_W", "speed"),
+        ("efficiency", "torque,speed_rpm,power_W", "torque"),
+        ("efficiency", "torque_Nm,speed_rpm,power", "power"),
+        ("flux-map", "Id,Iq,lambda_d,lambda_q", "Id"),
+        ("flux-map", "id_A,iq_A,psi_d,psi_q", "psi_d"),
+    ],
+)
+def test_a_unit_that_is_left_open_is_refused_with_advice(
+    command: str, heading: str, column: str, tmp_path: Path
+) -> None:
+    rows = np.geomspace(1.0, 100.0, 10)[:, None] * np.ones(heading.count(",") + 1)
+    path = written(tmp_path / "table.csv", rows, heading)
+    typed = {
+        "short-circuit": lambda: short_circuit(path, pole_pairs=4.0),
+        "efficiency": lambda: efficiency(path),
+        "flux-map": lambda: flux_map(path),
+    }
+    with pytest.raises(InputError) as refused:
+        typed[command]()
+    assert f"column '{column}' says no unit" in str(refused.value)
+    assert f"={column} (" in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("heading", "column"),
+    [
+        ("rpm,current_A", ()),
+        ("n [1/min],I (A)", ()),
+        ("Speed in rpm;Current in A", ()),
+        ("n;i\nmin-1;A", ()),
+        ("speed,current", ("speed=speed (rpm)", "current=current (A)")),
+    ],
+)
+def test_a_speed_in_rpm_is_understood_however_it_is_headed(
+    heading: str, column: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    w = np.geomspace(20.0, 2000.0, 15)
+    i = 0.3 * w / np.hypot(0.5, w * 10e-3)
+    path = written(tmp_path / "table.csv", np.column_stack((w / 4.0 * 30.0 / np.pi, i)), heading)
+    path.write_text(path.read_text(encoding="utf-8").replace(",", ";" if ";" in heading else ","), encoding="utf-8")
+    made = analyzed(capsys, 0, short_circuit(path, pole_pairs=4.0, flux_linkage=0.3, column=column, json=True))
+    assert made["parameters"]["d_axis_inductance"]["value"] == pytest.approx(10e-3, rel=0.01)
+
+
+def test_rms_said_twice_counts_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    w = np.geomspace(20.0, 2000.0, 15)
+    i = 0.3 * w / np.hypot(0.5, w * 10e-3) / np.sqrt(2.0)
+    for heading in ("speed_rad/s,current_Arms", "speed_rad/s,current_A"):
+        path = written(tmp_path / "table.csv", np.column_stack((w / 4.0, i)), heading)
+        made = analyzed(capsys, 0, short_circuit(path, pole_pairs=4.0, flux_linkage=0.3, rms=True, json=True))
+        assert made["parameters"]["d_axis_inductance"]["value"] == pytest.approx(10e-3, rel=0.01)
+
+
+def test_electrical_speeds_by_their_heading(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    w = np.geomspace(20.0, 2000.0, 15)
+    i = 0.3 * w / np.hypot(0.5, w * 10e-3)
+    path = written(tmp_path / "table.csv", np.column_stack((w, i)), "w_electrical (rad/s),current_A")
+    made = analyzed(capsys, 0, short_circuit(path, pole_pairs=4.0, flux_linkage=0.3, json=True))
+    assert made["parameters"]["d_axis_inductance"]["value"] == pytest.approx(10e-3, rel=0.01)
 
 
 def test_a_short_circuit_whose_drop_contradicts_is_an_alarm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

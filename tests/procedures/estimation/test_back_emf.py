@@ -31,6 +31,25 @@ def test_exact_waveforms_come_back() -> None:
     assert fit.mean_flux_linkage()[0] == pytest.approx(3.0 / (2 * np.pi * 53.0))
 
 
+def test_an_order_that_was_not_asked_for_is_found_and_taken_out_of_what_is_left() -> None:
+    noise = np.random.default_rng(7).normal(0.0, 0.02, (3, TIME.size))
+    eleventh = 0.02 * np.cos(11 * (2 * np.pi * 53.0 * TIME + 0.3 + SHIFT))
+    plain, fit = fit_back_emf(TIME, waves() + noise), fit_back_emf(TIME, waves() + noise + eleventh)
+    assert set(plain.further) == set()
+    assert set(fit.further) == {11}
+    assert fit.further[11] == pytest.approx(0.02, abs=0.003)
+    assert np.std(fit.residuals) == pytest.approx(0.02, rel=0.03)
+    assert fit.mean_flux_linkage()[0] == pytest.approx(plain.mean_flux_linkage()[0], rel=1e-4)
+
+
+def test_noise_shows_no_further_orders() -> None:
+    found = [
+        fit_back_emf(TIME, waves() + np.random.default_rng(seed).normal(0.0, 0.02, (3, TIME.size))).further
+        for seed in range(20, 60)
+    ]
+    assert sum(map(len, found)) <= 1
+
+
 def test_phase_refers_to_the_stated_origin() -> None:
     fit = fit_back_emf(TIME, waves())
     expected = np.exp(1j * (2 * np.pi * 53.0 * fit.time_origin + 0.3 + SHIFT[:, 0]))

@@ -1,0 +1,93 @@
+"""Where the probes of a back-EMF were: as typed, as the channels' names say, and what the record says against it."""
+
+import re
+from collections.abc import Sequence
+from typing import Literal
+
+from bench.analysis.back_emf_record import BackEmfRecord
+from bench.analysis.outcome import AnalysisOutcome
+from bench.i18n.errors import UsageError
+from drivers.interfaces.text import text
+from procedures.estimation.emf.in_phase import in_phase_third
+from procedures.estimation.fitting.misfit import Cause
+
+ProbeConnection = Literal["line", "phase", "neutral"]
+PROBES = {
+    "line": text("voltages taken as measured between two lines: phase amplitude = line amplitude / √3"),
+    "phase": text("voltages taken as measured from line to an artificial star point"),
+    "neutral": text("voltages taken as measured from line to the winding's own star point"),
+}
+#: Names of a motor's three lines.
+_LINES = (("a", "b", "c"), ("u", "v", "w"), ("r", "s", "t"), ("l1", "l2", "l3"))
+#: What may stand before them.
+_BEFORE = ("", "u", "v", "e", "emf", "bemf", "voltage", "phase", "ph", "uphase", "vphase")
+#: What names the star point behind them.
+_STAR = ("n", "neutral", "star", "0")
+#: A third harmonic that is common to all channels, as a share of the fundamental: less may be a converter's.
+_FLOOR = 0.005
+#: And beyond noise by so many standard uncertainties.
+_CLEAR = 5.0
+#: What makes a third harmonic in each channel by itself.
+_DISTORTS = {Cause.CLIPPED, Cause.DISTORTION, Cause.TOO_COARSE}
+
+
+def by_name(names: Sequence[str]) -> ProbeConnection | None:
+    """Return what the channels' names say of their probes; None where they say nothing.
+
+    Raises UsageError where they are those of phases and leave open against what: √3 hangs on it.
+    """
+    plain = [re.sub(r"[^a-z0-9]", "", name.lower()) for name in names]
+    of_phases = False
+    for lines in _LINES:
+        pairs = {before + one + other for before in _BEFORE for one in lines for other in lines if one != other}
+        phases = {before + one for before in _BEFORE for one in lines}
+        to_star = {phase + star for phase in phases for star in _STAR}
+        if all(name in to_star for name in plain):
+            return "neutral"
+        # "UV" is a pair of lines, beside "UU" a phase.
+        if all(name in pairs for name in plain) and not (len(plain) < 3 and all(name in phases for name in plain)):
+            return "line"
+        of_phases = of_phases or all(name in phases for name in plain)
+    # A lone channel A is a scope's.
+    if of_phases and (len(plain) > 1 or len(plain[0]) > 1):
+        raise UsageError(
+            text(
+                "--connection: the channels are named {names}, as phases are; say whether they are voltages between lines (line), to an "
+                "artificial star point (phase) or to the winding's own (neutral): the flux linkage differs by √3",
+                names=list(names),
+            )
+        )
+    return None
+
+
+def judge_connection(
+    outcome: AnalysisOutcome,
+    records: Sequence[BackEmfRecord],
+    connection: ProbeConnection,
+    withheld: Sequence[str],
+    *,
+    typed: bool,
+) -> None:
+    """Hold a connection against what all channels have in common; give none of `withheld` where they cannot be voltages between lines,
+    unless somebody `typed` that they are.
+    """
+    if connection != "line":
+        return
+    shares = []
+    for record in records:
+        if len(record.names) < 3 or any(finding.cause in _DISTORTS for finding in record.misfit.findings):
+            return
+        share, u_share = in_phase_third(record.capture.times(), record.values, record.fit.model)
+        if share < _FLOOR or share < _CLEAR * u_share:
+            return
+        shares.append(share)
+    why = text(
+        "the three channels have a third harmonic in common, {share:.2%} of the fundamental: three voltages between lines cannot, those of "
+        "phases against the winding's own star point do. Say --connection neutral, or --connection line where the probes distort; the "
+        "flux linkage differs by √3",
+        share=max(shares),
+    )
+    if typed:
+        outcome.warn(why, "probe-connection")
+    else:
+        outcome.withhold(withheld, "probe-connection", why)

@@ -1,0 +1,59 @@
+"""Harmonics of a waveform beyond those that were asked for: found in what a fit leaves, and taken out of it."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy import special
+
+from procedures.estimation.emf.harmonics import HarmonicModel, waveform_basis
+from procedures.estimation.fitting.fit import FloatArray
+
+#: The highest order that is looked for: slots and skew leave little above.
+_HIGHEST = 41
+#: An order counts where chance would show any as large in fewer records than this.
+_CHANCE = 1e-3
+#: Readings for each column of the least squares.
+_READINGS = 8
+
+
+def further_orders(
+    time: FloatArray, residuals: FloatArray, model: HarmonicModel, orders: Sequence[int]
+) -> tuple[Mapping[int, FloatArray], FloatArray]:
+    """Return amplitudes (V, peak, one a channel) of orders not among `orders` that residuals (C, n), V, hold, and what they leave.
+
+    Over whole periods they are at right angles to those fitted: estimates stay as they are.
+    """
+    turns = float(model.course[1]) / np.pi
+    most = min(_HIGHEST, int(0.45 * time.size / turns), time.size // (2 * _READINGS) - 1)
+    looked = [order for order in range(2, most + 1) if order not in orders]
+    if not looked or turns < 1.0:
+        return {}, residuals
+    found = _significant(waveform_basis(model, looked, time), residuals)
+    chosen = [order for order, seen in zip(looked, found, strict=True) if seen]
+    if not chosen:
+        return {}, residuals
+    basis = waveform_basis(model, chosen, time)
+    values = _solved(basis, residuals)
+    speed = float(model.speed(np.array([model.middle]))[0])
+    count = len(chosen)
+    flux = np.hypot(values[:, 1 : 1 + count], values[:, 1 + count :])
+    return {order: order * speed * flux[:, k] for k, order in enumerate(chosen)}, residuals - values @ basis
+
+
+def _solved(basis: FloatArray, residuals: FloatArray) -> FloatArray:
+    size = np.sqrt(np.sum(basis**2, axis=1))
+    scaled = basis / size[:, None]
+    return np.asarray(np.linalg.solve(scaled @ scaled.T, scaled @ residuals.T).T / size, dtype=np.float64)
+
+
+def _significant(basis: FloatArray, residuals: FloatArray) -> FloatArray:
+    """Tell of each order whether its part of all channels together is beyond noise."""
+    values = _solved(basis, residuals)
+    left = residuals - values @ basis
+    variance = np.sum(left**2, axis=1) / (residuals.shape[1] - basis.shape[0])
+    # Orders hardly overlap over a period or more: each sine's square over its variance is chi-squared of one degree.
+    squares = np.sum(values**2 * np.sum(basis**2, axis=1) / np.maximum(variance, 1e-300)[:, None], axis=0)[1:]
+    count = squares.size // 2
+    together = squares[:count] + squares[count:]
+    limit = float(special.chdtri(2 * residuals.shape[0], _CHANCE / count))
+    return np.asarray(together > limit)
