@@ -13,6 +13,7 @@ from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.fitting.linear import least_squares
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
+from procedures.estimation.winding.self_heating import allowed_for_heating
 
 #: Copper's temperature coefficient (1/K) and the temperature (°C) at which it holds.
 COPPER, COPPER_REFERENCE = 0.00393, 20.0
@@ -203,7 +204,7 @@ def _as_straight(fit: Fit, v: FloatArray, i: FloatArray, order: FloatArray) -> F
             moved = float(bent.values[0]) - fit.value("resistance")
             clearest, bend = t, max(abs(float(bent.values[-1])), abs(moved))
     if not bend:
-        return fit
+        return allowed_for_heating(fit, plain, v, i)
     covariance = fit.covariance.copy()
     covariance[0, 0] += bend**2 / 3.0
     score = min(float(special.ndtri(special.stdtr(freedom, clearest))), _MOST)
