@@ -147,9 +147,18 @@ def braked(shaft: Shaft, network: Network, current: complex = 0j) -> Shaft:
             return BrakedShaft(**given, loops=PeriodicFlux(network, absent(0.0)), holding=holding)
         return BrakedShaft(**given, loops=iron, holding=holding) if windings.motor.iron.loses else shaft
     # Shorted turns and eddy currents keep the currents that the mean inductance gives, and a brake of their own.
-    if type(network) is not Network or not network.joins_terminals:
+    if type(network) is not Network or not (network.joins_terminals or _circulates(network)):
         return shaft
     return BrakedShaft(**given, loops=PeriodicCurrents(network))
+
+
+def _circulates(network: Network) -> bool:
+    """Say whether the magnets drive a current round a delta whose terminals nothing joins."""
+    if network.source is not None or not network.loops:
+        return False
+    windings = network.windings
+    driving = np.abs(network.basis.T @ windings.emf_phasors).max()
+    return bool(driving > _NOTHING * abs(windings.flux_linkage))
 
 
 class ClosedLoops:
