@@ -38,6 +38,23 @@ class CirculatingCurrent:
         found = cls(windings, shares)
         return found if found._orders or found._unlike else None
 
+    def braking_torque(self, speed: FloatArray) -> FloatArray:
+        """Return the mean torque (N·m, against the motion, (n,)) of what the magnets drive, at mechanical speeds (rad/s, not negative)."""
+        motor, torque = self._windings.motor, np.zeros_like(speed)
+        electrical = speed * motor.pole_pairs
+        for order, emf in zip(self._orders, self._emf, strict=True):
+            driving = abs(emf) * np.abs(self._share(electrical, order))
+            impedance = self._resistance**2 + (order * electrical * self._inductance) ** 2
+            # Loss over speed, with one factor of the speed taken out of both.
+            torque += 0.5 * self._resistance * driving**2 * motor.pole_pairs * electrical / impedance
+        return torque
+
+    def _share(self, speeds: FloatArray, order: int) -> FloatArray | ComplexArray:
+        motor = self._windings.motor
+        if not motor.iron.lowers_emf:
+            return np.ones_like(speeds)
+        return motor.iron.emf_share(speeds, order, motor.pole_pairs, motor.flux_temperature_coefficient)
+
     def at(
         self, angles: FloatArray, speeds: FloatArray, terminals: ComplexArray, turning: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
@@ -47,12 +64,10 @@ class CirculatingCurrent:
         """
         current, slope = np.zeros_like(angles), np.zeros_like(angles)
         if self._orders:
-            motor, waves = self._windings.motor, turned(angles, self._orders)
-            for order, emf, wave in zip(self._orders, self._emf, waves, strict=True):
-                if motor.iron.lowers_emf:
-                    wave = wave * motor.iron.emf_share(speeds, order, motor.pole_pairs, motor.flux_temperature_coefficient)
+            for order, emf, wave in zip(self._orders, self._emf, turned(angles, self._orders), strict=True):
                 frequency = 1j * order * speeds
-                flowing = -emf * speeds * wave / (self._resistance + frequency * self._inductance)
+                driving = emf * speeds * wave * self._share(speeds, order)
+                flowing = -driving / (self._resistance + frequency * self._inductance)
                 current += flowing.real
                 slope += (frequency * flowing).real
         if self._unlike:

@@ -41,7 +41,7 @@ class ImpressedField:
         self._source = source
         self._switching = 2.0 * math.pi * switching_frequency
         # Of all winding currents that give the terminals theirs, those without a circulating part.
-        self._to_windings: FloatArray = np.linalg.pinv(network.windings.incidence)
+        self._to_windings: FloatArray = np.asarray(np.linalg.pinv(network.windings.incidence), dtype=np.float64)
         self._circulating = CirculatingCurrent.of(network.windings, self._to_windings)
 
     def field_angle(self, times: FloatArray) -> FloatArray:
@@ -89,7 +89,7 @@ class ImpressedField:
         if self._circulating is None:
             raise ValueError("ImpressedField: nothing circulates in these windings")
         pairs = self.network.windings.pole_pairs
-        terminals = self.amplitude(times) * np.exp(1j * (self.field_angle(times) - _PHASES))
+        terminals: ComplexArray = self.amplitude(times) * np.exp(1j * (self.field_angle(times) - _PHASES))
         return self._circulating.at(
             self.motion.angle(times) * pairs, self.motion.speed(times) * pairs, terminals, self.field_speed(times)
         )

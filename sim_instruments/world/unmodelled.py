@@ -16,9 +16,7 @@ _OFF = (
     "the diodes of {drive} that is off: the motor's EMF reaches {emf:.3g} V between its terminals and the bus has {bus:.3g} V, so that "
     "they conduct and brake the shaft; turn it more slowly, or take the wires off"
 )
-_HALL_FAULTS = (
-    "a six-step drive that commutates by faulty Hall sensors; leave the motor's Hall faults out, or measure them without the drive"
-)
+_HALL_FAULTS = "a six-step drive that commutates by faulty Hall sensors; leave the motor's Hall faults out, or measure them without the drive"
 _IRON = "a six-step drive on a motor whose iron takes currents; leave [virtual.iron] and [virtual.flux_map] out"
 
 
@@ -75,6 +73,8 @@ def _largest_emf(constants: Constants, state: State, segment: Segment, joined: l
         return 0.0
     windings = windings_of(constants.motor, state.temperature, state.magnet_temperature)
     a, b, c = windings.emf_per_speed(_TURN)
-    nodes = np.array([a, b, c] if constants.motor.connection == "wye" else [(a - c) / 3.0, (b - a) / 3.0, (c - b) / 3.0])
+    nodes = np.array(
+        [a, b, c] if constants.motor.connection == "wye" else [(a - c) / 3.0, (b - a) / 3.0, (c - b) / 3.0]
+    )
     spans = [np.abs(nodes[k] - nodes[m]).max() for k in joined for m in joined if k < m]
     return speed * float(max(spans))

@@ -33,8 +33,8 @@ def drag(
 ) -> tuple[Drag | BearingDrag | Cogged | Rest, float, Outcome]:
     """Return motion under a constant torque (N·m), until it stands still or a speed limit (rad/s) is met, and that end (s).
 
-    Over the waves of its cogging a shaft turns as long as it comes over the next one, where it feels
-    them (`Constants.cogging`); it then stays where it is. `current` (A, d + j·q of the Y-equivalent) is what an inverter impresses, which the iron's loss depends on.
+    Where it feels the waves of its cogging (`Constants.cogging`), it turns as long as it comes over the next one, and then stays where it
+    is. `current` (A, d + j·q of the Y-equivalent) is what an inverter impresses, which the iron's loss depends on.
     """
     state, network = inputs.state, inputs.network
     shaft = braked(inputs.constants.coasting_shaft(inputs.settings), network, current)
