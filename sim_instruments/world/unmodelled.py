@@ -16,7 +16,7 @@ _OFF = (
     "the diodes of {drive} that is off: the motor's EMF reaches {emf:.3g} V between its terminals and the bus has {bus:.3g} V, so that "
     "they conduct and brake the shaft; turn it more slowly, or take the wires off"
 )
-_HALL_FAULTS = "a six-step drive that commutates by faulty Hall sensors; leave the motor's Hall faults out, or measure them without the drive"
+_HALL_FAULTS = "a six-step drive that commutates by faulty Hall sensors; leave the motor's Hall faults out, or measure without the drive"
 _IRON = "a six-step drive on a motor whose iron takes currents; leave [virtual.iron] and [virtual.flux_map] out"
 
 
