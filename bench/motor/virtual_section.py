@@ -43,10 +43,11 @@ class BearingSection(Section):
     )
     stribeck_speed: float = number("rad/s", 10.0, above=0.0, up_to=1e5, description="at which a 1/e of it is left")
     stribeck_exponent: float = number("", 1.0, at_least=0.5, up_to=4.0)
-    cogging_while_turning: bool = Field(
-        default=False,
+    cogging_while_turning: bool | None = Field(
+        default=None,
         strict=True,
-        description="true or false: whether the shaft feels its cogging while it coasts or is driven as well",
+        description="true or false: whether the shaft feels its cogging while it coasts or is driven as well; where that is more than "
+        "its dry friction, if it is not given",
     )
 
 

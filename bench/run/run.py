@@ -221,6 +221,7 @@ def carry_out(
             Tape(journal, typing) if (typing := context.operator.typing) else None,
             lambda: context.operator.hand_time,
             context.operator.onlooker,
+            context.simulation.check_modelled,
         )
         begin = beginning(
             request,

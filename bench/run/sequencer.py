@@ -96,6 +96,8 @@ class Runner:
     #: Bench time (s) of hand work so far, where it is known.
     hand_time: Callable[[], float] = lambda: 0.0
     onlooker: Onlooker = field(default_factory=NobodyLooks)
+    #: Raises where a virtual bench was brought, since a bench time (s), where its physics does not follow.
+    check_modelled: Callable[[float], None] = lambda _: None
 
     def run(
         self,
@@ -248,6 +250,7 @@ class Runner:
             for role in sorted(planned.procedure.roles, key=lambda role: role.value):
                 self.instruments.open(role)
             result = self.tape.perform(bench, made) if self.tape else made().run()
+            self.check_modelled(started)
             self.journal.record(ProcedureFinished(result=result))
         except BaseException as error:
             why = _cause(error)

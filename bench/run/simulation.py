@@ -4,14 +4,19 @@ from typing import TYPE_CHECKING, Any
 
 from bench.virtual.fault_hooks import FaultListener
 from bench.virtual.true_values import true_values
+from drivers.interfaces.text import text
 from drivers.transport.in_process import InProcess
 from procedures.core.parameter_definition import ParameterTable
+from procedures.core.procedure_error import NotModelledError
 
 if TYPE_CHECKING:
     from bench.virtual.served_world import ServedWorld
     from sim_instruments.bench import VirtualBench
     from sim_instruments.physics.motor.motor import VirtualMotor
     from sim_instruments.six_step.drive import SixStepDrive
+
+#: By how much (s) the clocks of a served bench and of its run may differ.
+_CLOCKS = 1e-6
 
 
 class Simulation:
@@ -39,6 +44,20 @@ class Simulation:
     def actual_state(self) -> dict[str, Any]:
         """Return the state of the bench, whatever its instruments say; empty where nobody knows."""
         return {}
+
+    def check_modelled(self, since: float) -> None:
+        """Raise NotModelledError where a virtual bench came into a state since a bench time (s) that it does not model."""
+        if found := [what for what, when in self._unmodelled().items() if when >= since - _CLOCKS]:
+            raise NotModelledError(
+                text(
+                    "the virtual bench does not model {what}. What was read then is no figure of this motor",
+                    what="; ".join(found),
+                )
+            )
+
+    def _unmodelled(self) -> dict[str, float]:
+        told: dict[str, float] = self.actual_state().get("unmodelled", {})
+        return told
 
 
 class InProcessSimulation(Simulation):
@@ -68,6 +87,9 @@ class InProcessSimulation(Simulation):
     def actual_state(self) -> dict[str, Any]:
         """Return the state of its world."""
         return self.bench.world.truth()
+
+    def _unmodelled(self) -> dict[str, float]:
+        return self.bench.world.unmodelled
 
 
 class ServedSimulation(Simulation):

@@ -19,6 +19,10 @@ class MotorFaultError(ProcedureError):
         self.part = part
 
 
+class NotModelledError(ProcedureError):
+    """A virtual bench was brought where its physics does not follow; what was read there must not be judged."""
+
+
 class OnlyBoundedError(ProcedureError):
     """What was read gives no figure for `parameter`, only that it is at least `low` (in its unit, 95 %): may be enough to reject."""
 

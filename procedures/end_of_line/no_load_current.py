@@ -20,7 +20,7 @@ from procedures.core.procedure_error import OnlyBoundedError
 from procedures.core.steps import step
 from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.mechanics.turn_mean import TurnMean, mean_over_turns
-from procedures.techniques.shaft.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.driven_shaft import check_held, driving_speed_rad
 from procedures.verification.settings import DrivenWiringSettings
 
 _RPM = math.pi / 30.0
@@ -195,6 +195,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
             bench.clock.sleep(self._interval())
             read.append(bench.dynamometer.measure())
             also()
+        check_held(bench, read, self._speed)
         shown = mean_over_turns([r.torque for r in read], [r.time for r in read], [r.speed for r in read])
         accuracy = read[-1].torque_accuracy
         own = unc.statistical(

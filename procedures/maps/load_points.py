@@ -172,7 +172,7 @@ class EfficiencyAtLoad(Procedure[EfficiencyAtLoadSettings]):
         taken = []
         for speed in self._speeds:
             with bench.dynamometer.driving_speed(speed):
-                taken.append(held_torque(bench, settings))
+                taken.append(held_torque(bench, settings, speed))
         bench.dynamometer.stop()
         zero = ZeroLine(before, read_zero(bench, settings.interval, settings.zero_rest))
         torques = np.array([each.torque for each in taken]) - zero.at(np.array([each.time for each in taken]))

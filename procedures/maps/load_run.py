@@ -110,7 +110,7 @@ class LoadRun:
             running.enter_context(bench.dynamometer.driving_speed(speed))
             running.enter_context(bench.inverter.driving_current(0.0))
             bench.inverter.set_current(level)
-            torque = held_torque(bench, settings)
+            torque = held_torque(bench, settings, speed)
             reported = bench.inverter.measure_current()
             taken = self._power(speed, level, terminal)
         bench.dynamometer.stop()

@@ -135,7 +135,7 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
         taken = []
         for speed in self._speeds:
             with self.bench.dynamometer.driving_speed(speed):
-                taken.append(held_torque(self.bench, self.settings))
+                taken.append(held_torque(self.bench, self.settings, speed))
         self.bench.dynamometer.stop()
         zero = ZeroLine(before, read_zero(self.bench, self.settings.interval, self.settings.zero_rest))
         zeros = zero.at(np.array([each.time for each in taken]))
@@ -274,7 +274,7 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
                     (emf[-1].electrical_speed / torque[-1].speed if emf else float(pairs or 1)) * speed / math.tau
                 )
                 emf.append(fundamentals(bench, ranges, frequency, settings.periods))
-                torque.append(held_torque(bench, settings))
+                torque.append(held_torque(bench, settings, speed))
             ranges = dict(zip(ranges, emf[-1].ranges, strict=True))
             self._show(emf, torque)
         bench.dynamometer.stop()

@@ -119,12 +119,12 @@ class ShortCircuit(Procedure[ShortCircuitSettings]):
         ranges = dict.fromkeys(self._voltages, 4.0 * (self.nameplate.rated_voltage or 50.0))
         with bench.dynamometer.driving_speed(top):
             emf = fundamentals(bench, ranges, float(known or 1) * top / math.tau, settings.periods)
-            drags = [held_torque(bench, settings)]
+            drags = [held_torque(bench, settings, top)]
         pairs = pole_pairs_of(emf.electrical_speed, drags[0].speed, self.known_value("pole_pairs"))
         speeds = self._planned(pairs, top, emf.flux.value)
         for speed in reversed([each for each in speeds if each < 0.999 * top]):
             with bench.dynamometer.driving_speed(speed):
-                drags.append(held_torque(bench, settings))
+                drags.append(held_torque(bench, settings, speed))
         bench.dynamometer.stop()
         line = ZeroLine(zero, read_zero(bench, settings.interval, settings.zero_rest))
         temperature = winding_temperature(self, settings.winding_temperature, settings.temperature_uncertainty)

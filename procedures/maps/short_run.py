@@ -118,7 +118,7 @@ class ShortRun:
             frequency = self._before.pole_pairs * speed / math.tau
             first = {probe.channel: 2.5 * self._expected(speed)}
             current = fundamentals(bench, first, frequency, settings.periods)
-            torque = held_torque(bench, settings)
+            torque = held_torque(bench, settings, speed)
         bench.dynamometer.stop()
         # On the whole no warmer than by the rated current.
         dwell = bench.clock.now() - begun

@@ -20,7 +20,7 @@ from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.fitting.noise import undithered, white_noise
 from procedures.maps.settings import SpeedsSettings
 from procedures.techniques.acquisition import ranged_record
-from procedures.techniques.shaft.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.driven_shaft import check_held, driving_speed_rad
 
 _POINTS = 8_000
 #: The shortest and the longest record (s).
@@ -74,14 +74,18 @@ class Fundamentals:
         return math.hypot(*self.uncertainties) / len(self.uncertainties)
 
 
-def held_torque(bench: Bench, settings: SpeedsSettings) -> HeldTorque:
-    """Return torque and speed of the shaft as it is held now, once what was before is forgotten."""
+def held_torque(bench: Bench, settings: SpeedsSettings, speed: float) -> HeldTorque:
+    """Return torque and speed of the shaft as it is held now at a `speed` (rad/s), once what was before is forgotten.
+
+    Raises ProcedureError where it is not held.
+    """
     first = bench.dynamometer.measure()
     bench.clock.sleep(max(settings.settle, _FORGOTTEN * first.torque_filter))
     taken = []
     for _ in range(settings.readings):
         taken.append(bench.dynamometer.measure())
         bench.clock.sleep(settings.interval)
+    check_held(bench, taken, speed)
     torque, resolution = np.array([each.torque for each in taken]), taken[-1].torque_accuracy.resolution
     scatter = white_noise(torque, resolution)
     own = math.hypot(scatter / math.sqrt(torque.size), undithered(scatter, resolution))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sim_instruments.physics.circuits.network import Network
 from sim_instruments.physics.circuits.source import absent
 from sim_instruments.physics.circuits.windings import FloatArray, turned
+from sim_instruments.physics.circulating import CirculatingCurrent
 from sim_instruments.physics.integration.swing_equations import Shaft
 from sim_instruments.physics.mapped.network import MappedNetwork
 from sim_instruments.physics.mapped.periodic_flux import PeriodicFlux
@@ -110,6 +111,18 @@ class Brake(Protocol):
 
 
 @dataclass(frozen=True)
+class Together:
+    """Brakes that act at the same time."""
+
+    parts: tuple[Brake, ...]
+
+    def braking_torque(self, speed: FloatArray) -> FloatArray:
+        """Return their mean torque (N·m, against the motion, (n,)) at mechanical speeds (rad/s, not negative)."""
+        result: FloatArray = np.sum([part.braking_torque(speed) for part in self.parts], axis=0)
+        return result
+
+
+@dataclass(frozen=True)
 class BrakedShaft(Shaft):
     """A shaft that currents in closed loops or the iron's loss brake with their mean torque; `holding` (N·m) of it at standstill."""
 
@@ -145,11 +158,22 @@ def braked(shaft: Shaft, network: Network, current: complex = 0j) -> Shaft:
         holding = float(iron.braking_torque(np.zeros(1))[0]) if windings.motor.iron.hysteresis_loss else 0.0
         if network.joins_terminals:
             return BrakedShaft(**given, loops=PeriodicFlux(network, absent(0.0)), holding=holding)
-        return BrakedShaft(**given, loops=iron, holding=holding) if windings.motor.iron.loses else shaft
+        brakes: list[Brake] = [iron] if windings.motor.iron.loses else []
+        if (circulating := _circulating(network)) is not None:
+            brakes.append(circulating)
+        return BrakedShaft(**given, loops=Together(tuple(brakes)), holding=holding) if brakes else shaft
     # Shorted turns and eddy currents keep the currents that the mean inductance gives, and a brake of their own.
-    if type(network) is not Network or not network.joins_terminals:
+    if type(network) is not Network:
         return shaft
-    return BrakedShaft(**given, loops=PeriodicCurrents(network))
+    if network.joins_terminals:
+        return BrakedShaft(**given, loops=PeriodicCurrents(network))
+    circulating = _circulating(network)
+    return shaft if circulating is None else BrakedShaft(**given, loops=circulating)
+
+
+def _circulating(network: Network) -> CirculatingCurrent | None:
+    """Return what the magnets drive round a delta whose terminals nothing joins, None where it is nothing."""
+    return CirculatingCurrent.of(network.windings, np.zeros((3, 3))) if network.source is None else None
 
 
 class ClosedLoops:

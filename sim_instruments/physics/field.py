@@ -9,6 +9,7 @@ from sim_instruments.physics.circuits.network import Network
 from sim_instruments.physics.circuits.rotor_frame import RotorFrame
 from sim_instruments.physics.circuits.source import VoltageSource
 from sim_instruments.physics.circuits.windings import ComplexArray, FloatArray
+from sim_instruments.physics.circulating import CirculatingCurrent
 from sim_instruments.physics.motion.motion import Motion
 
 _PHASES = np.arange(3)[:, np.newaxis] * (2.0 * math.pi / 3.0)
@@ -18,7 +19,7 @@ class ImpressedField:
     """Terminal currents I·cos(ψ − k·120°), with ψ the electrical angle of the field and I its amplitude (A, peak).
 
     The ripple at the switching frequency is seen in the currents; voltages are the mean over a switching period.
-    A delta's circulating current from triple harmonics of the EMF is left out here.
+    What circulates in a delta is the steady state's (`CirculatingCurrent`).
     """
 
     def __init__(
@@ -40,7 +41,8 @@ class ImpressedField:
         self._source = source
         self._switching = 2.0 * math.pi * switching_frequency
         # Of all winding currents that give the terminals theirs, those without a circulating part.
-        self._to_windings = np.linalg.pinv(network.windings.incidence)
+        self._to_windings: FloatArray = np.asarray(np.linalg.pinv(network.windings.incidence), dtype=np.float64)
+        self._circulating = CirculatingCurrent.of(network.windings, self._to_windings)
 
     def field_angle(self, times: FloatArray) -> FloatArray:
         """Return the field's electrical angle (rad) from terminal A's axis."""
@@ -61,24 +63,36 @@ class ImpressedField:
         terminals = amplitude * np.cos(self.field_angle(times) - _PHASES)
         terminals += self._ripple * amplitude * np.cos(self._switching * times - _PHASES)
         result: FloatArray = self._to_windings @ terminals
-        return result
+        return result if self._circulating is None else result + self._round(times)[0]
 
     def smooth_currents(self, times: FloatArray) -> FloatArray:
         """Return the winding currents (A, shape (3, n)) without the ripple."""
         result: FloatArray = self._to_windings @ (self.amplitude(times) * np.cos(self.field_angle(times) - _PHASES))
-        return result
+        return result if self._circulating is None else result + self._round(times)[0]
 
     def drops(self, times: FloatArray) -> FloatArray:
         """Return the voltage drops (V, shape (3, n)) along the windings."""
         windings = self.network.windings
         angles = self.motion.angle(times) * windings.pole_pairs
         speeds = self.motion.speed(times) * windings.pole_pairs
-        currents = self.smooth_currents(times)
-        return windings.drops(angles, speeds, currents, self._to_windings @ self._turning(times))
+        currents, slopes = self.smooth_currents(times), self._to_windings @ self._turning(times)
+        if self._circulating is not None:
+            slopes = slopes + self._round(times)[1]
+        return windings.drops(angles, speeds, currents, slopes)
 
     def source_voltage(self, times: FloatArray) -> FloatArray:
         """Return the output voltage (V) of a supply that is no part of this circuit: its terminals are open."""
         return self._source.at(times)
+
+    def _round(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what circulates in a delta (A) and how it changes (A/s), shapes (n,)."""
+        if self._circulating is None:
+            raise ValueError("ImpressedField: nothing circulates in these windings")
+        pairs = self.network.windings.pole_pairs
+        terminals: ComplexArray = self.amplitude(times) * np.exp(1j * (self.field_angle(times) - _PHASES))
+        return self._circulating.at(
+            self.motion.angle(times) * pairs, self.motion.speed(times) * pairs, terminals, self.field_speed(times)
+        )
 
     def _turning(self, times: FloatArray) -> FloatArray:
         """Return how the terminal currents change (A/s, shape (3, n))."""

@@ -34,7 +34,7 @@ class Constants:
     def shaft(self, settings: WorldSettings, torque: float = 0.0) -> Shaft:
         """Return what turns together: the motor, and the dynamometer's machine where it is coupled; rubbing is its mean.
 
-        So is the braking of shorted turns while an inverter impresses the currents outside.
+        So is the braking of shorted turns while an inverter or a six-step drive impresses the currents outside.
         """
         motor, machine = self.motor, self.dynamometer
         coupled = 1.0 if settings.shaft.coupled else 0.0
@@ -45,11 +45,20 @@ class Constants:
             torque,
             motor.bearing,
         )
-        return self._braked(shaft) if settings.inverter.enabled else shaft
+        return self._braked(shaft) if settings.inverter.enabled or settings.six_step.enabled else shaft
 
     def coasting_shaft(self, settings: WorldSettings) -> Shaft:
         """Return the same with the mean braking of a winding's shorted turns, which no current from outside hides."""
         return self._braked(self.shaft(settings))
+
+    def swinging_shaft(self, settings: WorldSettings, torque: float) -> Shaft:
+        """Return the same under a torque (N·m) with what shorted turns brake a rotor that swings under the supply.
+
+        It swings far below the speed at which their inductance counts, so that this is viscous.
+        """
+        shaft = self.shaft(settings, torque)
+        brake = self._braked(shaft).bearing.brake
+        return replace(shaft, viscous_friction=shaft.viscous_friction + brake) if brake else shaft
 
     def _braked(self, shaft: Shaft) -> Shaft:
         motor = self.motor
@@ -76,8 +85,10 @@ class Constants:
 
     def cogging(self, shaft: Shaft) -> CoggingWaves | None:
         """Return the cogging that a coasting shaft feels, None where it is left out."""
-        motor = self.motor
-        if not motor.bearing.cogging_while_turning or not motor.cogging_torque:
+        motor, felt = self.motor, self.motor.bearing.cogging_while_turning
+        if felt is None:
+            felt = motor.cogging_torque > motor.coulomb_friction
+        if not felt or not motor.cogging_torque:
             return None
         return CoggingWaves(motor.cogging_torque, motor.cogging_order, motor.cogging_phase, shaft.inertia)
 

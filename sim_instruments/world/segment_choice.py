@@ -15,6 +15,7 @@ from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment, Stat
 from sim_instruments.world.segment_inputs import SegmentInputs, dynamometer_ramp
 from sim_instruments.world.settings import SupplySettings, WorldSettings
 from sim_instruments.world.shaft import free_shaft
+from sim_instruments.world.shaft.torque_limit import torque_beyond, until_speed
 from sim_instruments.world.sources import inverter_drive, six_step_drive
 from sim_instruments.world.sources.supply_regime import Regime, is_open, over_voltage, regime
 from sim_instruments.world.thermal import next_update
@@ -69,7 +70,7 @@ def _supplied(
 
 def _with_shaft(inputs: SegmentInputs, direction: int) -> Segment:
     """Choose the law of the shaft, and with it that of the circuit."""
-    settings, state, time = inputs.settings, inputs.state, inputs.time
+    settings, state = inputs.settings, inputs.state
     driven = settings.shaft.coupled and settings.dynamometer.enabled
     speed_mode = driven and settings.dynamometer_mode == "speed"
     if settings.rotor_held:
@@ -96,23 +97,39 @@ def _with_shaft(inputs: SegmentInputs, direction: int) -> Segment:
             segment = turning(inputs, motion, end, DynamometerLaw())
         return replace(segment, outcome=outcome) if segment.end == end else segment
     if speed_mode:
-        motion, end = dynamometer_ramp(inputs)
-        if settings.inverter.enabled:
-            return inverter_drive.imposed(inputs, motion, end, DynamometerLaw("balance"), direction)
-        if settings.six_step.enabled:
-            return six_step_drive.imposed(inputs, motion, end, DynamometerLaw("balance"))
-        if isinstance(motion, Rest):
-            return resting(inputs, DynamometerLaw("balance"))
-        return turning(inputs, motion, end, DynamometerLaw("balance"))
+        held = _held_to_speed(inputs, direction)
+        beyond = torque_beyond(held, inputs.constants.dynamometer.maximum_torque)
+        if not beyond:
+            return held
+        limited = _free(inputs, beyond, DynamometerLaw("constant", beyond), direction)
+        return until_speed(limited, settings.dynamometer_target)
     torque = settings.dynamometer_target if driven else 0.0
-    law = DynamometerLaw("constant", torque) if driven else DynamometerLaw()
+    return _free(inputs, torque, DynamometerLaw("constant", torque) if driven else DynamometerLaw(), direction)
+
+
+def _held_to_speed(inputs: SegmentInputs, direction: int) -> Segment:
+    """Return the segment of a shaft that the dynamometer holds to its speed or brings there, whatever that takes."""
+    settings, law = inputs.settings, DynamometerLaw("balance")
+    motion, end = dynamometer_ramp(inputs)
+    if settings.inverter.enabled:
+        return inverter_drive.imposed(inputs, motion, end, law, direction)
+    if settings.six_step.enabled:
+        return six_step_drive.imposed(inputs, motion, end, law)
+    if isinstance(motion, Rest):
+        return resting(inputs, law)
+    return turning(inputs, motion, end, law)
+
+
+def _free(inputs: SegmentInputs, torque: float, law: DynamometerLaw, direction: int) -> Segment:
+    """Return the segment of a shaft that the dynamometer pushes with a torque (N·m), or not at all."""
+    settings = inputs.settings
     if settings.inverter.enabled:
         return inverter_drive.free(inputs, torque, law, direction)
     if settings.six_step.enabled:
         return six_step_drive.free(inputs, torque, law)
     if inputs.output is None:
         return free_shaft.coasting(inputs, torque, law)
-    return free_shaft.energised(inputs, torque, law, time)
+    return free_shaft.energised(inputs, torque, law, inputs.time)
 
 
 def resting(inputs: SegmentInputs, law: DynamometerLaw) -> Segment:

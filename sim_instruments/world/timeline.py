@@ -24,6 +24,7 @@ from sim_instruments.world.segment_choice import plan
 from sim_instruments.world.settings import Snapshot, WorldSettings
 from sim_instruments.world.sources.six_step_stage import SixStepStage
 from sim_instruments.world.thermal import magnets_after, temperature_after
+from sim_instruments.world.unmodelled import unmodelled
 
 #: How long (s of bench time) past segments are kept.
 HISTORY = 600.0
@@ -71,6 +72,8 @@ class Timeline:
         self._starts = [-math.inf]
         #: The present segment, None where its laws are yet to be found.
         self._present: Segment | None = first
+        #: What has happened that no law follows, and when (s) it last began.
+        self.unmodelled: dict[str, float] = {}
         self._observing = _Observing(self.lock, self._advance)
 
     @property
@@ -99,6 +102,9 @@ class Timeline:
         """The segment that lasts now."""
         if self._present is None:
             self._present = plan(self.constants, self.settings, self._begin, self.now)
+            what = unmodelled(self.constants, self.settings, self._begin, self._present)
+            if what is not None:
+                self.unmodelled[what] = self.now
         return self._present
 
     def observing(self) -> AbstractContextManager[None]:

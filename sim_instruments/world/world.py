@@ -348,6 +348,12 @@ class World:
                 return abs(self._timeline.speed)
             return self._timeline.travelled(gate, until) / gate
 
+    @property
+    def unmodelled(self) -> dict[str, float]:
+        """What has happened that the bench does not model, and when (s) it last began."""
+        with self._timeline.observing():
+            return dict(self._timeline.unmodelled)
+
     def truth(self) -> dict[str, Any]:
         """Return what is really so now, for tests and the control endpoint: plain values that JSON can carry."""
         with self._timeline.observing():
@@ -390,6 +396,7 @@ class World:
                 "magnet_temperature": timeline.windings().magnet_temperature,
                 "hands": asdict(self.disturbances.hands),
                 "ambient_temperature": settings.ambient_temperature,
+                "unmodelled": dict(timeline.unmodelled),
                 "faults": {
                     **asdict(settings.faults),
                     "stuck_output": self.damage.stuck_outputs,

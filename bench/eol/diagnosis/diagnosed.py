@@ -9,7 +9,7 @@ from drivers.interfaces.text import Text
 
 
 class FaultyPart(Enum):
-    """The part of a motor that a rework place looks at; the value begins its rework code."""
+    """What a rework place looks at first; the value begins the rework code."""
 
     LEAD = "LEAD"
     JOINT = "JOINT"
@@ -20,6 +20,8 @@ class FaultyPart(Enum):
     MAGNETS = "MAGNETS"
     HALL = "HALL"
     BEARING = "BEARING"
+    #: The shaft does not turn, for the motor's bearing or the fixture's coupling or lock.
+    HELD = "HELD"
     COGGING = "COGGING"
     INSULATION = "INSULATION"
     TYPE = "TYPE"

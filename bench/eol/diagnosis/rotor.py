@@ -163,7 +163,14 @@ def drag_faults(evidence: Evidence) -> Iterator[Diagnosis]:
     elif drag:
         yield Diagnosis(FaultyPart.BEARING, "", text("bearing tight, or rotor rubs"))
     if "bearing" in evidence.broken:
-        yield Diagnosis(FaultyPart.BEARING, "", text("bearing seized, or rotor held: the dynamometer does not turn it"))
+        yield Diagnosis(
+            FaultyPart.HELD,
+            "",
+            text(
+                "bearing seized, or coupling jammed or rotor still locked: the dynamometer, which turned alone, does not turn it. "
+                "Uncouple the motor and turn its shaft by hand: if it turns, look at coupling and lock, and test the motor again"
+            ),
+        )
     if "cogging_torque" in evidence.outside:
         said = text(
             "cogging {torque:.3g} N·m peak to peak: a loose magnet, skew or slots",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.interfaces import Reading
+from drivers.interfaces import DynamometerReading, Reading
 from drivers.interfaces.text import text
 from procedures.core.bench import Bench, ProcedureError
 from procedures.core.nameplate import Nameplate
@@ -15,6 +15,8 @@ from procedures.techniques.steady_signals import alternating
 
 #: A tachometer that differs by more than this share from the speed that was commanded reads something else.
 _AGREE = 0.1
+#: A dynamometer that holds its speed is off it by less than this share, slip and ripple included.
+_HELD = 0.05
 #: Periods of a record, if the pole pairs are what is known of them, and the shortest and longest record (s).
 _PERIODS, _SHORTEST, _LONGEST = 4.0, 0.02, 4.0
 
@@ -37,6 +39,26 @@ def check_turning(bench: Bench, read: Reading, commanded: float) -> None:
             "check that it is aimed at the reflective mark, and that there is only one mark",
             read=read.value * 30.0 / math.pi,
             driven=abs(commanded) * 30.0 / math.pi,
+        )
+    )
+
+
+def check_held(bench: Bench, readings: Sequence[DynamometerReading], commanded: float) -> None:
+    """Raise ProcedureError where the dynamometer did not hold its speed (rad/s) against the motor: it is at its torque limit.
+
+    A torque read then is that limit, and says nothing of the motor.
+    """
+    farthest = max(readings, key=lambda each: abs(abs(each.speed) - abs(commanded)))
+    if bench.dynamometer.read_by_hand or abs(abs(farthest.speed) - abs(commanded)) <= _HELD * abs(commanded):
+        return
+    raise ProcedureError(
+        text(
+            "the dynamometer was to hold {commanded:.0f} rpm, and the shaft turned at {read:.0f} rpm under {torque:.3g} N·m: the motor "
+            "takes more than the drive's torque limit. Lower the current or the speed in the procedure's settings, raise the drive's "
+            "limit, or use a stronger dynamometer",
+            commanded=abs(commanded) * 30.0 / math.pi,
+            read=abs(farthest.speed) * 30.0 / math.pi,
+            torque=farthest.torque,
         )
     )
 

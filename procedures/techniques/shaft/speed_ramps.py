@@ -205,7 +205,8 @@ class RampRecorder:
         if self._turned_alone and share < _HELD:
             raise MotorFaultError(
                 text(
-                    "the dynamometer, which turned alone, does not turn the motor with {torque:.3g} N·m: its rotor is held",
+                    "the dynamometer, which turned alone, does not turn the motor with {torque:.3g} N·m: its bearing is seized, "
+                    "or the coupling is jammed or the rotor still locked",
                     torque=torque,
                 ),
                 "bearing",

@@ -13,6 +13,7 @@ from procedures.core.bench import Bench, ProcedureError
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.fitting.noise import undithered
 from procedures.estimation.mechanics.torque_constant import drift_within_levels, fit_torque_constant
+from procedures.techniques.shaft.driven_shaft import check_held
 
 #: Waits before the readings of a level that are tried one after the other, in units of the first.
 _LONGER = (1.0, 4.0, 16.0)
@@ -51,15 +52,16 @@ class TorqueLevels:
 
 
 def torque_at_levels(
-    bench: Bench, levels: Sequence[float], readings: int, interval: float, settling: float
+    bench: Bench, levels: Sequence[float], readings: int, interval: float, settling: float, *, speed: float
 ) -> TorqueLevels:
     """Return readings about `interval` (s) apart at each current (A), `settling` (s) after it was set, or longer where the torque lags.
 
-    Speed and current are driven already; levels follow one another in even steps. Where a little of a lag is left, the first is left out.
-    Raises ProcedureError where the torque lags however long it is waited for.
+    The `speed` (rad/s) and a current are driven already; levels follow one another in even steps. Where a little of a lag is left, the
+    first is left out.
+    Raises ProcedureError where the torque lags however long it is waited for, or the speed is not held.
     """
     for share in _LONGER:
-        taken = _taken(bench, levels, readings, interval, share * settling)
+        taken = _taken(bench, levels, readings, interval, share * settling, speed)
         drift = drift_within_levels(taken.torques, taken.torque_accuracy.resolution)
         if not drift or bench.dynamometer.read_by_hand:
             return taken
@@ -75,7 +77,9 @@ def torque_at_levels(
     )
 
 
-def _taken(bench: Bench, levels: Sequence[float], readings: int, interval: float, settling: float) -> TorqueLevels:
+def _taken(
+    bench: Bench, levels: Sequence[float], readings: int, interval: float, settling: float, speed: float
+) -> TorqueLevels:
     currents, torques = np.empty((len(levels), readings)), np.empty((len(levels), readings))
     # At even intervals, cogging and the ripple of the current's torque would show the same few angles again and again: a ripple that
     # grows with the current is then a slope. Any fixed sequence that is not periodic does.
@@ -87,6 +91,7 @@ def _taken(bench: Bench, levels: Sequence[float], readings: int, interval: float
         for number in range(readings):
             bench.clock.sleep(float(waits[place, number]))
             reading = bench.dynamometer.measure()
+            check_held(bench, [reading], speed)
             current = bench.inverter.measure_current()
             # What the dynamometer puts on the shaft, the motor takes off.
             torques[place, number], currents[place, number] = -reading.torque, current.value

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 from sim_instruments.physics.circuits.windings import FloatArray
 from sim_instruments.physics.integration.swing_equations import Shaft
+from sim_instruments.physics.motion.motion import Drag
 
 _TOLERANCE = 1e-10
 
@@ -114,6 +115,11 @@ class CoggingWaves:
         """By how much (rad²/s²) the square of the speed swings either way."""
         return 2.0 * self.torque / (self.order * self.inertia)
 
+    @property
+    def slowest(self) -> float:
+        """The mean speed (rad/s) below which a shaft does not come over the next wave."""
+        return math.sqrt(self.swing)
+
     def mean_square(self, angle: float, speed: float) -> float:
         """Return the square of the speed (rad²/s²) about which it swings, for a speed at an angle."""
         return max(speed**2 - self.swing * math.cos(self.order * angle + self.phase), 0.0)
@@ -126,7 +132,7 @@ class Cogged:
     `mean` is the motion without them, whose friction takes its energy over many waves.
     """
 
-    mean: BearingDrag
+    mean: Drag | BearingDrag
     cogging: CoggingWaves
 
     def angle(self, times: FloatArray) -> FloatArray:

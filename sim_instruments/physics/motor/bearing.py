@@ -16,14 +16,15 @@ class Bearing:
     `windage` (N·m·s²/rad²) grows with the square of the speed. `stribeck_torque` (N·m) comes on top of Coulomb friction at
     standstill and fades as exp(−(|ω| / stribeck_speed)^stribeck_exponent), speeds in rad/s, once a film of lubricant carries the shaft.
     `brake` (N·m·s/rad) and `brake_speed` (rad/s) are a closed loop's in the magnets' field: brake·ω / (1 + (ω/brake_speed)²).
-    `cogging_while_turning` says that the shaft feels its cogging torque while it coasts or is driven as well.
+    `cogging_while_turning` says whether the shaft feels its cogging torque while it coasts or is driven as well; None is where
+    that is more than its dry friction: less averages out over a turn.
     """
 
     windage: float = 0.0
     stribeck_torque: float = 0.0
     stribeck_speed: float = 10.0
     stribeck_exponent: float = 1.0
-    cogging_while_turning: bool = False
+    cogging_while_turning: bool | None = None
     brake: float = 0.0
     brake_speed: float = 1.0
 

@@ -33,8 +33,8 @@ def drag(
 ) -> tuple[Drag | BearingDrag | Cogged | Rest, float, Outcome]:
     """Return motion under a constant torque (N·m), until it stands still or a speed limit (rad/s) is met, and that end (s).
 
-    Cogging averages out over a turn and is left out, unless the motor's bearing says otherwise; a shaft that comes to rest stays where
-    dry friction stops it. `current` (A, d + j·q of the Y-equivalent) is what an inverter impresses, which the iron's loss depends on.
+    Where it feels the waves of its cogging (`Constants.cogging`), it turns as long as it comes over the next one, and then stays where it
+    is. `current` (A, d + j·q of the Y-equivalent) is what an inverter impresses, which the iron's loss depends on.
     """
     state, network = inputs.state, inputs.network
     shaft = braked(inputs.constants.coasting_shaft(inputs.settings), network, current)
@@ -43,17 +43,42 @@ def drag(
     if abs(speed) <= (0.0 if grip else _CREEP) and abs(torque) <= grip:
         return Rest(state.angle), math.inf, "none"
     way = math.copysign(1.0, speed if speed else torque)
-    if cogging is not None or not shaft.bearing.plain or isinstance(shaft, BrakedShaft):
+    if not shaft.bearing.plain or isinstance(shaft, BrakedShaft):
         return _dragged(inputs, shaft, cogging, torque, way, limit)
+    last = 0.0 if shaft.coulomb_friction or torque * way < 0.0 else _CREEP
+    if cogging is not None:
+        speed = way * math.sqrt(cogging.mean_square(state.angle, speed))
+        last = max(last, cogging.slowest)
+        if abs(speed) <= last and abs(torque) <= grip:
+            return _at_once(inputs, shaft, torque, way, limit)
     motion = Drag(
         inputs.time, state.angle, speed, torque - way * shaft.coulomb_friction, shaft.inertia, shaft.viscous_friction
     )
-    last = 0.0 if shaft.coulomb_friction or torque * way < 0.0 else way * _CREEP
-    stops = motion.time_of_speed(last) if speed else math.inf
+    # What is pushed over its first waves is slower than that and does not stop.
+    stops = motion.time_of_speed(way * last) if abs(speed) > last else math.inf
     limited = motion.time_of_speed(way * limit) if abs(speed) < limit else math.inf
+    moved = motion if cogging is None else Cogged(motion, cogging)
     if stops <= limited:
-        return motion, stops, "standstill"
-    return motion, limited, "none"
+        return moved, stops, "standstill"
+    return moved, limited, "none"
+
+
+def mean_speed(inputs: SegmentInputs) -> float:
+    """Return the speed (rad/s) at which the shaft turns without the waves of its cogging."""
+    cogging, speed = inputs.constants.cogging(inputs.constants.shaft(inputs.settings)), inputs.state.speed
+    if cogging is None or speed == 0.0:
+        return speed
+    return math.copysign(math.sqrt(cogging.mean_square(inputs.state.angle, speed)), speed)
+
+
+def _at_once(
+    inputs: SegmentInputs, shaft: Shaft, torque: float, way: float, limit: float
+) -> tuple[BearingDrag, float, Outcome]:
+    """Return the motion of a shaft that stops where it is, its end (s) and outcome."""
+    mean = BearingDrag(
+        inputs.time, inputs.state.angle, 0.0, torque, shaft, way=way, last=-math.inf, limit=limit, horizon=_INSTANT
+    )
+    return mean, float(np.nextafter(inputs.time, math.inf)), "standstill"
 
 
 def _dragged(
@@ -63,13 +88,9 @@ def _dragged(
     state, speed, last = inputs.state, abs(inputs.state.speed), 0.0 if shaft.static_friction else _CREEP
     if cogging is not None:
         speed = math.sqrt(cogging.mean_square(state.angle, speed))
-        # Slower than this it does not come over the next wave.
-        last = max(last, math.sqrt(cogging.swing))
+        last = max(last, cogging.slowest)
     if speed <= last and abs(torque) <= shaft.static_friction + (cogging.torque if cogging else 0.0):
-        mean = BearingDrag(
-            inputs.time, state.angle, 0.0, torque, shaft, way=way, last=-math.inf, limit=limit, horizon=_INSTANT
-        )
-        return mean, float(np.nextafter(inputs.time, math.inf)), "standstill"
+        return _at_once(inputs, shaft, torque, way, limit)
     falls = last if speed > last else -math.inf
     mean = BearingDrag(
         inputs.time, state.angle, way * speed, torque, shaft, way=way, last=falls, limit=limit, horizon=_HORIZON
@@ -87,7 +108,7 @@ def coasting(inputs: SegmentInputs, torque: float, law: DynamometerLaw) -> Segme
     shaft = inputs.constants.shaft(inputs.settings)
     limit = machine.maximum_speed if law.kind == "constant" else math.inf
     needed = shaft.friction(limit) if math.isfinite(limit) else math.inf
-    at_limit = abs(state.speed) >= limit * (1.0 - 1e-9)
+    at_limit = math.isfinite(limit) and abs(mean_speed(inputs)) >= limit * (1.0 - 1e-9)
     if at_limit and torque * math.copysign(1.0, state.speed) >= needed:
         # The drive's own speed limit takes over from its torque control.
         top: Ramp = Ramp(inputs.time, state.angle, state.speed)
@@ -114,7 +135,7 @@ def energised(inputs: SegmentInputs, torque: float, law: DynamometerLaw, time: f
         raise ValueError("energised(): the supply's output is open; this is a coasting shaft")
     if not inputs.network.drives_current:
         return coasting(inputs, torque, law)
-    total = inputs.constants.shaft(inputs.settings, torque)
+    total = inputs.constants.swinging_shaft(inputs.settings, torque)
     circuit, end = inputs.standing_circuit()
     static = windings.cogging(np.array([state.angle])) + torque
 

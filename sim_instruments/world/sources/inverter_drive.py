@@ -15,7 +15,7 @@ from sim_instruments.physics.mapped.windings import MappedWindings
 from sim_instruments.physics.motion.motion import Motion, Ramp, Rest
 from sim_instruments.world.segment import DynamometerLaw, FieldState, Outcome, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
-from sim_instruments.world.shaft.free_shaft import drag
+from sim_instruments.world.shaft.free_shaft import drag, mean_speed
 from sim_instruments.world.sources import rotor_current_drive
 
 
@@ -229,11 +229,11 @@ def _regulated(inputs: SegmentInputs, torque: float, law: DynamometerLaw, direct
     """Constant torque up to the speed where the voltage runs out; the drive then holds that speed."""
     constant = 1.5 * inputs.windings.pole_pairs * inputs.windings.flux_linkage_y
     wanted = direction * _wanted_current(inputs)
-    speed, shaft = inputs.state.speed, inputs.constants.shaft(inputs.settings)
+    speed = mean_speed(inputs)
+    shaft = braked(inputs.constants.shaft(inputs.settings), inputs.network)
     limit = _voltage_limited_speed(inputs, wanted)
     motoring = wanted * speed > 0.0
-    needed = math.copysign(shaft.coulomb_friction, speed) + shaft.viscous_friction * speed - torque
-    needed += shaft.bearing.drag(speed)
+    needed = shaft.friction(speed) - torque
     if motoring and abs(speed) >= limit * (1.0 - 1e-9):
         share = needed / constant
         if abs(speed) <= limit * (1.0 + 1e-9) and 0.0 <= share * math.copysign(1.0, wanted) <= abs(wanted):

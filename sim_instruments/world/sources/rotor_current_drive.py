@@ -16,7 +16,7 @@ from sim_instruments.physics.motion.motion import Motion, Ramp, Rest, Wavering
 from sim_instruments.physics.motion.traced import Traced
 from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
-from sim_instruments.world.shaft.free_shaft import drag
+from sim_instruments.world.shaft.free_shaft import drag, mean_speed
 
 #: The q current that gives way is looked for among those up to so many times the stage's largest.
 _REACH = 4.0
@@ -106,7 +106,7 @@ def free(inputs: SegmentInputs, torque: float, law: DynamometerLaw, direction: i
         return _to_speed(inputs, torque, law, frame, complex(wanted.real, abs(wanted.imag)), held)
     if (step := _step(inputs, frame, wanted)) is not None:
         return _stepping(inputs, torque, law, frame, step)
-    pushing, speed = _torque(inputs, wanted), inputs.state.speed
+    pushing, speed = _torque(inputs, wanted), mean_speed(inputs)
     shaft = braked(inputs.constants.shaft(inputs.settings), inputs.network, wanted)
     way = math.copysign(1.0, pushing)
     limit = _limit_speed(inputs, frame, wanted, way) if pushing else math.inf
@@ -187,10 +187,11 @@ def _to_speed(
     """Return the segment of a free shaft that is brought to a speed (rad/s) with a torque of up to that of `most` (A), and held there."""
     state, strength = inputs.state, abs(_torque(inputs, most))
     shaft = braked(inputs.constants.shaft(inputs.settings), inputs.network, most)
-    way = math.copysign(1.0, held - state.speed)
+    speed = mean_speed(inputs)
+    way = math.copysign(1.0, held - speed)
     reachable = _limit_speed(inputs, frame, most, math.copysign(1.0, held))
     held = min(max(held, -reachable), reachable)
-    if abs(state.speed - held) <= _CLOSE * max(abs(held), 1.0):
+    if abs(speed - held) <= _CLOSE * max(abs(held), 1.0):
         needed = math.copysign(shaft.friction(abs(held)), held) - torque if held else -torque
         if not held and abs(torque) <= shaft.static_friction:
             needed = 0.0

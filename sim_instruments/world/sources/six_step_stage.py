@@ -1,6 +1,7 @@
 """The six-step drive on the bench: its data, its steady states, and the speed at which it balances a load."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from sim_instruments.physics.motor.motor import VirtualMotor
@@ -20,6 +21,8 @@ _SAME_WARMTH = 0.25
 #: Share of the slope between standstill and no load that a torque curve is taken to have at the least.
 _LEAST_SLOPE = 0.01
 _STEP = 1e-3
+#: Rounds and relative distance in which a balance against a drag that depends on the speed is found.
+_ROUNDS, _CLOSE = 60, 1e-7
 
 
 @dataclass(frozen=True)
@@ -130,8 +133,24 @@ class SixStepStage:
                 viscous_friction=shaft.viscous_friction,
             )
         )
-        limited = math.isfinite(fastest) and steady_state(whole, fastest).load_torque > -torque
+        drag = shaft.bearing.drag
+        limited = math.isfinite(fastest) and steady_state(whole, fastest).load_torque > drag(fastest) - torque
         speed = fastest if limited else balance_load(whole, -torque).speed
+        if not (limited or shaft.bearing.plain):
+            speed = _balanced(whole, torque, drag, speed)
         faster, slower = (steady_state(whole, speed * (1.0 + step)).load_torque for step in (_STEP, -_STEP))
         least = _LEAST_SLOPE * stall_torque(whole) / whole.no_load_speed
-        return Balance(speed, max((slower - faster) / (2.0 * _STEP * speed), least), limited)
+        slope = (slower - faster + drag(speed * (1.0 + _STEP)) - drag(speed * (1.0 - _STEP))) / (2.0 * _STEP * speed)
+        return Balance(speed, max(slope, least), limited)
+
+
+def _balanced(bridge: Bridge, torque: float, drag: Callable[[float], float], fastest: float) -> float:
+    """Return the speed (rad/s) below `fastest` at which a bridge also carries a drag (N·m) that depends on it."""
+    # The drag at the slower speed is let in bit by bit, so that no step ends in a stall that is none.
+    speed = fastest
+    for _ in range(_ROUNDS):
+        following = balance_load(bridge, drag(speed) - torque).speed
+        if abs(following - speed) <= _CLOSE * fastest:
+            return following
+        speed = 0.5 * (speed + following)
+    return speed

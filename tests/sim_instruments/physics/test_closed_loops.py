@@ -15,7 +15,7 @@ from sim_instruments.physics.circuits.windings import Windings
 from sim_instruments.physics.closed_loops import ClosedLoops, PeriodicCurrents
 from sim_instruments.physics.motion.motion import Ramp, Wavering
 from sim_instruments.physics.motor.motor import VirtualMotor
-from sim_instruments.world.machine_data import Leads
+from sim_instruments.world.machine_data import DynamometerMachine, Leads
 from sim_instruments.world.world import World
 
 MOTOR = VirtualMotor(
@@ -108,7 +108,9 @@ def test_no_current_at_rest_and_no_loop_without_a_link():
 def test_a_coasting_shaft_is_braked_by_the_short():
     def coast(wiring):
         clock = VirtualClock()
-        world = World(MOTOR, clock, seed=1, leads=Leads(resistance=0.0))
+        world = World(
+            MOTOR, clock, seed=1, leads=Leads(resistance=0.0), dynamometer=DynamometerMachine(maximum_torque=50.0)
+        )
         world.connect(wiring)
         world.couple_dynamometer()
         world.dynamometer.enable(True)
@@ -140,7 +142,9 @@ def test_a_coasting_shaft_is_braked_by_the_short():
 
 def test_the_dynamometer_feels_the_short():
     clock = VirtualClock()
-    world = World(MOTOR, clock, seed=1, leads=Leads(resistance=0.0))
+    world = World(
+        MOTOR, clock, seed=1, leads=Leads(resistance=0.0), dynamometer=DynamometerMachine(maximum_torque=50.0)
+    )
     world.connect(ALL)
     world.couple_dynamometer()
     world.dynamometer.enable(True)

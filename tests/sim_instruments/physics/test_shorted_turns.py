@@ -13,6 +13,7 @@ from sim_instruments.physics.motor.bearing import Bearing
 from sim_instruments.physics.motor.defects import rubbing, shorted_turns, weak_pole
 from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.physics.motor.shorted_turns import ShortedTurns
+from sim_instruments.world.machine_data import DynamometerMachine
 from sim_instruments.world.world import World
 
 SHARE = 0.1
@@ -25,9 +26,9 @@ def motor(request: pytest.FixtureRequest, lab: Any) -> VirtualMotor:
     )
 
 
-def driven(motor: VirtualMotor, speed: float) -> tuple[World, VirtualClock]:
+def driven(motor: VirtualMotor, speed: float, **more: Any) -> tuple[World, VirtualClock]:
     clock = VirtualClock()
-    world = World(motor, clock)
+    world = World(motor, clock, **more)
     world.couple_dynamometer()
     world.dynamometer.set_mode("speed")
     world.dynamometer.command(speed)
@@ -140,3 +141,44 @@ def test_rubbing_drags_once_a_turn(lab: Any) -> None:
     )
     assert np.mean(torque) - without == pytest.approx(0.05, rel=0.02)
     assert np.ptp(torque) == pytest.approx(0.1, rel=0.05)
+
+
+def test_a_coasting_rotor_induces_what_one_that_is_turned_does(motor: VirtualMotor) -> None:
+    """The current in the short is in the voltages of a coast as well."""
+    peaks = []
+    for coasts in (False, True):
+        world, clock = driven(shorted_turns(motor, SHARE), 100.0, dynamometer=DynamometerMachine(inertia=1.0))
+        if coasts:
+            world.dynamometer.enable(False)
+            clock.sleep(1e-6)
+            world.truth()
+        segment, begin = world._timeline.present, clock.now()
+        clock.sleep(0.02)
+        world.truth()
+        times = np.linspace(begin, begin + 0.016, 2000)
+        speed = segment.motion.speed(times)
+        peaks.append(np.ptp(segment.node_potentials(times)[:3] / speed, axis=1))
+    assert peaks[1] == pytest.approx(peaks[0], rel=5e-3)
+    sound, clock = driven(motor, 100.0)
+    whole = np.ptp(sound._timeline.present.node_potentials(clock.now() - np.linspace(0.0, 0.016, 2000))[1])
+    assert peaks[0][1] < 0.97 * whole / 100.0
+
+
+def test_the_short_damps_a_rotor_that_swings_under_direct_current(lab: Any) -> None:
+    motor = replace(lab.lg_400w(), coulomb_friction=1e-5, viscous_friction=0.0, cogging_torque=0.0)
+    left = []
+    for one in (shorted_turns(motor, SHARE).without_short, shorted_turns(motor, SHARE)):
+        clock = VirtualClock()
+        world = World(one, clock, initial_angle=0.2)
+        world.connect({"A": "supply+", "B": "supply-"})
+        world.supply.set_voltage(2.0)
+        world.supply.set_current_limit(2.0)
+        world.supply.switch(True)
+        clock.sleep(0.3)
+        world.truth()
+        speeds = []
+        for _ in range(200):
+            clock.sleep(5e-4)
+            speeds.append(abs(world.truth()["shaft_speed"]))
+        left.append(max(speeds))
+    assert left[1] < 0.8 * left[0]

@@ -135,7 +135,7 @@ settings = { ramp_time = 0.5, zero_rest = 0.2, tare = "TARE" }
 
 
 @pytest.mark.parametrize(
-    ("tare", "verdict", "codes"), [("measured", Verdict.FAIL, ["BEARING"]), ("given", Verdict.ERROR, [])]
+    ("tare", "verdict", "codes"), [("measured", Verdict.FAIL, ["HELD"]), ("given", Verdict.ERROR, [])]
 )
 def test_a_rotor_that_the_dynamometer_cannot_turn_is_the_motor_s_where_it_turned_alone(
     tmp_path: Path, tare: str, verdict: Verdict, codes: list[str]
@@ -145,6 +145,11 @@ def test_a_rotor_that_the_dynamometer_cannot_turn_is_the_motor_s_where_it_turned
     seized = replace(motor, virtual=defects.tight_bearing(motor.virtual_motor(), 50.0))
     judged = PlanUnderTest(tmp_path / "plan.toml", tmp_path / "runs").measure(seized, seed=3)
     assert (judged.verdict, [each.code for each in judged.diagnoses]) == (verdict, codes), judged.attempts
+    for each in judged.diagnoses:
+        said = each.words.render()
+        assert "bearing seized" in said
+        assert "coupling jammed" in said
+        assert "turn its shaft by hand" in said
 
 
 BALANCE = """

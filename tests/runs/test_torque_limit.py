@@ -1,0 +1,16 @@
+"""A dynamometer that does not hold its speed against the motor: said, not measured."""
+
+from pathlib import Path
+
+from bench.testing import run_procedures, virtual_motor
+
+
+def test_a_torque_at_the_drives_limit_is_no_torque_of_the_motor(tmp_path: Path) -> None:
+    """24 A make 11.5 N·m of this motor, and the virtual dynamometer gives 10 N·m."""
+    motor = virtual_motor("lg-400w", flux_linkage=0.08, viscous_friction=0.05)
+    settings = {"speed_share": 0.05, "current_share": 0.83}
+    ran = run_procedures(["torque-constant"], motor, tmp_path, seed=3, settings=settings, faults=[])
+    assert ran.status == "failed"
+    assert "the drive's torque limit" in ran.cause
+    assert not ran.parameters
+    assert not ran.left["energised"]
