@@ -13,6 +13,7 @@ from bench.panel.gauge import gauge_of
 from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
 from bench.panel.pages.by_hand import ByHandForm, said_lines
+from bench.panel.pages.choice import ChoiceEntry
 from bench.panel.pages.correction import Correction
 from bench.panel.pages.entry import NumberEntry
 from bench.panel.pages.gauge_view import GaugeView
@@ -49,7 +50,7 @@ class StepCard:
         self._offered: object = ()
         self._by_hand = ByHandForm(reader)
         #: The field of the present question, where a number is asked for.
-        self.entry: NumberEntry | None = None
+        self.entry: NumberEntry | ChoiceEntry | None = None
         #: The field of the present question, where angles are asked for, and what was wrong with them.
         self.angles: ui.input | None = None
         self.fault: ui.label | None = None
@@ -163,7 +164,9 @@ class StepCard:
                         ui.label(words)
         if question is None or not may_answer:
             return
-        if question["kind"] == "number":
+        if question["kind"] == "number" and question["options"]:
+            self.entry = ChoiceEntry(question, self._reader, self._typed)
+        elif question["kind"] == "number":
             with ui.element("div").classes("mb-entry"):
                 self.entry = NumberEntry(self._run.view, question, self._reader, self._typed)
         elif question["kind"] == "angles":
@@ -195,6 +198,8 @@ class StepCard:
             turned = view.layout.shaft_turned
             going_on = text("Go on turning the shaft evenly until told to stop")
             return [say(going_on if turned else text("Measuring: keep your hands off the motor"))]
+        if question["kind"] == "number" and question["options"]:
+            return [say(text("See and choose: {quantity}", quantity=restore_text(question["quantity"])))]
         if question["kind"] == "number":
             return [say(text("Read and enter: {quantity}", quantity=restore_text(question["quantity"])))]
         if question["kind"] == "confirm":
