@@ -1,5 +1,6 @@
 """The step: one heading that says what to do now, its work in numbered lines, the drawing."""
 
+import re
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from functools import partial
 from time import monotonic
@@ -153,8 +154,8 @@ class StepCard:
         if self.correction.done is not None:
             ui.label(say(self.correction.done)).classes("mb-said").props("role=status")
         heading, *work = self._lines(question)
-        # A pair of terminals is one word, and stays on one line.
-        heading = heading.rstrip(":：.。").replace("–", "–\u2060")
+        # A pair of terminals is one word, as is a number with its unit, and stays on one line.
+        heading = re.sub(r"(?<=\d) (?=\S)", "\u00a0", heading.rstrip(":：.。").replace("–", "–\u2060"))
         ui.label(heading).classes("mb-h1").props("role=heading aria-level=1 aria-live=polite")
         if work:
             with ui.element("ol").classes("mb-work"):
