@@ -10,6 +10,8 @@ from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualSupplyOptions
 from drivers.manual.prompt import Option, Prompt
 
+#: What is asked of the output.
+REGULATION = text("regulation, by the lamp that is lit")
 #: What the person chooses by the lamp that is lit.
 MODES = {
     OutputMode.OFF: Option(0, text("off")),
@@ -75,7 +77,7 @@ class ManualSupply(InstrumentByHand[ManualSupplyOptions], Supply):
 
     def output_mode(self) -> OutputMode:
         """Ask what regulates the output; raises MeasurementError after three unusable answers."""
-        chosen = self._questions.choose(text("regulation, by the lamp that is lit"), [*MODES.values()])
+        chosen = self._questions.choose(REGULATION, [*MODES.values()])
         return next(mode for mode, option in MODES.items() if option.number == chosen)
 
     def measure_voltage(self) -> Reading:
