@@ -10,6 +10,7 @@ from typing import Any
 from bench.files.toml_file import nearest, read
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text, text
+from drivers.manual.prompt import Option
 from procedures.core.actions import FINISH, YES, EnterCommand, EnterReading, HandWork, MarkRestPositions
 from procedures.core.bench import Operator, ProcedureError
 
@@ -169,6 +170,10 @@ class AnswersPrompt:
         """Return the next answer to `role.quantity`; the driver itself checks its range."""
         asked = f"{self._instrument}: {quantity}{f' in {unit}' if unit else ''} {context or ''}".strip()
         return float(self._answers.next(f"{self._instrument}.{quantity_key(str(quantity))}", asked))
+
+    def choose(self, quantity: Text, options: Sequence[Option]) -> float:
+        """Return the next answer to `role.quantity`; the driver itself checks that it is one of the options."""
+        return self.ask(quantity, "", min(one.number for one in options), max(one.number for one in options), None)
 
     def confirm(self, task: Text) -> None:
         """Say that it is done."""

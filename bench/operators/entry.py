@@ -7,8 +7,9 @@ from itertools import count
 from typing import Protocol
 
 from bench.journal.events.run import RunBegun
-from bench.operators.typed import named_choice, typed_number
+from bench.operators.typed import typed_number
 from drivers.interfaces.text import Text, text
+from drivers.manual.prompt import Option
 from procedures.core.bench import Recorder
 from procedures.core.events import (
     Event,
@@ -25,7 +26,7 @@ from procedures.core.short_number import short
 
 @dataclass(frozen=True)
 class TypedReading:
-    """A number that was typed and counts: what was asked (with its place), in `unit` within `minimum` … `maximum`."""
+    """A number that was typed and counts: what was asked (with its place), in `unit` within `minimum` … `maximum`, or among `options`."""
 
     number: int
     asked: Text
@@ -35,11 +36,17 @@ class TypedReading:
     value: float
     #: How many were asked for in the same words before.
     earlier: int = 0
+    options: tuple[Option, ...] = ()
 
     @property
     def name(self) -> Text:
         """What it is called among the others."""
         return text("{quantity}, read again", quantity=self.asked) if self.earlier else self.asked
+
+    @property
+    def recorded(self) -> str:
+        """What was asked as the journal has it: a number chosen means nothing without what there was to choose from."""
+        return recorded(self.asked, self.options)
 
 
 class Corrections(Protocol):
@@ -100,11 +107,13 @@ class TypedEntry:
         values |= {"number": at.number, "count": at.count}
         return text("{quantity}, {terminals}, reading {number} of {count}", **values)
 
-    def known(self, quantity: Text, unit: str, minimum: float, maximum: float) -> float | None:
+    def known(
+        self, quantity: Text, unit: str, minimum: float, maximum: float, options: Sequence[Option] = ()
+    ) -> float | None:
         """Return the value of a question that was answered already, None where a person is to be asked."""
         if not self.preset:
             return None
-        return self._take(quantity, unit, minimum, maximum, self.preset.pop(0))
+        return self._take(quantity, unit, minimum, maximum, options, self.preset.pop(0))
 
     def typed(
         self,
@@ -115,21 +124,23 @@ class TypedEntry:
         typed: str,
         value: float | None,
         refused: Text | None = None,
+        options: Sequence[Option] = (),
     ) -> None:
         """Put into the journal what was typed, and the value that was taken of it."""
         if self.recorder is not None:
             why = "" if refused is None else refused.render()
-            event = ReadingTyped(quantity=quantity.render(), unit=unit, typed=typed, value=value, refused=why)
+            asked = recorded(quantity, options)
+            event = ReadingTyped(quantity=asked, unit=unit, typed=typed, value=value, refused=why)
             self.recorder.record(event)
         if value is not None:
-            self._take(quantity, unit, minimum, maximum, value)
+            self._take(quantity, unit, minimum, maximum, options, value)
 
     def checked(self, number: int, typed: str) -> tuple[TypedReading, float]:
         """Return the reading of this number and the value typed for it. Raises ValueError with a Text for what it cannot be."""
         reading = next((one for one in self.readings if one.number == number), None)
         if reading is None:
             raise ValueError(text("this reading does not count any more"))
-        value = checked_number(typed, str(reading.asked), reading.unit, reading.minimum, reading.maximum)
+        value = checked_number(typed, reading.unit, reading.minimum, reading.maximum, reading.options)
         if value == reading.value:
             raise ValueError(text("this is the value that counts already"))
         return reading, value
@@ -148,16 +159,53 @@ class TypedEntry:
         person = by or self._person or text("the person at the bench")
         raise RepeatWantedError(text("{person} wants the procedure from its beginning", person=person))
 
-    def _take(self, quantity: Text, unit: str, minimum: float, maximum: float, value: float) -> float:
-        self.taken.append(TypedReading(next(self._numbers), quantity, unit, minimum, maximum, value))
+    def _take(
+        self, quantity: Text, unit: str, minimum: float, maximum: float, options: Sequence[Option], value: float
+    ) -> float:
+        number = next(self._numbers)
+        self.taken.append(TypedReading(number, quantity, unit, minimum, maximum, value, options=tuple(options)))
         return value
 
 
-def checked_number(typed: str, question: str, unit: str, minimum: float, maximum: float) -> float:
-    """Return the number typed for a question, in `unit` and within its range. Raises ValueError with a Text for any other."""
-    chosen = named_choice(typed, question)
-    value = typed_number(typed, unit) if chosen is None else chosen
-    return within(value, unit, minimum, maximum)
+def checked_number(typed: str, unit: str, minimum: float, maximum: float, options: Sequence[Option] = ()) -> float:
+    """Return the number typed, in `unit` and within its range, or of one of the `options`. Raises ValueError with a Text for any other."""
+    if options:
+        return chosen_option(typed, options)
+    return within(typed_number(typed, unit), unit, minimum, maximum)
+
+
+def chosen_option(typed: str, options: Sequence[Option]) -> float:
+    """Return the number of the option that was typed by its number, its sign or its English name. Raises ValueError for any other."""
+    words = typed.strip().casefold()
+    for option in options:
+        if words and words in (option.sign.casefold(), str(option.name).casefold()):
+            return float(option.number)
+        if words.isascii() and words.isdecimal() and int(words) == option.number:
+            return float(option.number)
+    if not words:
+        raise ValueError(text("Choose one of the answers first."))
+    raise ValueError(
+        text(
+            "'{typed}' is none of the answers; choose among {allowed}",
+            typed=typed.strip(),
+            allowed=[*map(told, options)],
+        )
+    )
+
+
+def told(option: Option) -> Text:
+    """Return an option in words: its number, its name, its sign."""
+    name = text("{name} ({sign})", name=option.name, sign=option.sign) if option.sign else option.name
+    # Digits that are their own name are not said twice.
+    if str(name).isdecimal() and int(str(name)) == option.number:
+        return name
+    return Text("{number} {name}", {"number": option.number, "name": name})
+
+
+def recorded(quantity: Text, options: Sequence[Option]) -> str:
+    """Return what was asked in English, with what there was to choose from."""
+    asked = text("{quantity}: {options}", quantity=quantity, options=[*map(told, options)]) if options else quantity
+    return asked.render()
 
 
 def within(value: float, unit: str, minimum: float, maximum: float) -> float:

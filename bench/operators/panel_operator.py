@@ -9,21 +9,21 @@ from time import monotonic
 from typing import Any, Protocol
 
 from bench.journal.stored_result import store_text
-from bench.operators.entry import TypedEntry, TypedReading, checked_number, within
+from bench.operators import panel_answers
+from bench.operators.entry import TypedEntry, TypedReading
 from bench.operators.operator_channel import OperatorLine
 from bench.operators.stored_plot import store_plot
 from bench.operators.terminal import named
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.read_back import Found, ReadBack
 from drivers.interfaces.text import Text, text, text_of
+from drivers.manual.prompt import Option
 from procedures.core.actions import DoubtReading, EnterCommand, EnterReading, HandWork, MarkRestPositions, Mend
 from procedures.core.bench import Operator
 from procedures.core.live_plot import LivePlot
 
 #: Waiting is cut into slices (s): an exception in the middle of it could leave the condition's lock taken.
 _SLICE = 0.05
-#: Characters of a command.
-_LONGEST = 1000
 #: So long (s) after the sources have been read back they are asked anew.
 _READ_BACK = 0.3
 
@@ -87,7 +87,7 @@ class DistantOperator:
                 action.quantity, action.unit, action.minimum, action.maximum, action=action, proposed=seen
             )
         if isinstance(action, DoubtReading) and self._hands is None:
-            return self._correctable({"kind": "doubt", "lines": [store_text(action.finding)]}, _choice)
+            return self._correctable({"kind": "doubt", "lines": [store_text(action.finding)]}, panel_answers.yes_or_no)
         if isinstance(action, EnterCommand):
             asked = {
                 "kind": "command",
@@ -95,13 +95,13 @@ class DistantOperator:
                 "said": store_text(action.said),
                 "lines": [store_text(action.sentence())],
             }
-            return self._ask(asked, _words, action.idle)
+            return self._ask(asked, panel_answers.words, action.idle)
         said: dict[str, Any] = {"kind": "action", "action": type(action).__name__, "details": action}
         said["lines"] = [store_text(line) for line in action.lines({})]
         said["at_shaft"] = getattr(action, "at_shaft", False)
         if isinstance(action, MarkRestPositions) and self._hands is None:
-            return [math.radians(angle) for angle in self._ask({**said, "kind": "angles"}, _angles)]
-        self._correctable(said, _nothing)
+            return [math.radians(angle) for angle in self._ask({**said, "kind": "angles"}, panel_answers.angles)]
+        self._correctable(said, panel_answers.nothing)
         if isinstance(action, Mend) and self._hands is None:
             # Who does not want to go on aborts.
             return True
@@ -116,9 +116,10 @@ class DistantOperator:
         *,
         action: HandWork | None = None,
         proposed: object = None,
+        options: Sequence[Option] = (),
     ) -> float:
-        """Ask for a number in `unit` within `minimum` … `maximum`."""
-        known = self.entry.known(quantity, unit, minimum, maximum)
+        """Ask for a number in `unit` within `minimum` … `maximum`, or for one of the `options` by its number."""
+        known = self.entry.known(quantity, unit, minimum, maximum, options)
         if known is not None:
             return known
         asked: dict[str, Any] = {
@@ -128,6 +129,7 @@ class DistantOperator:
             "minimum": minimum,
             "maximum": maximum,
             "proposed": proposed,
+            "options": panel_answers.told_options(options),
         }
         if action is not None:
             asked |= {"action": type(action).__name__, "details": action}
@@ -137,7 +139,7 @@ class DistantOperator:
 
         def checked(given: object) -> float:
             try:
-                number = _number(given, unit, str(quantity), (minimum, maximum))
+                number = panel_answers.number(given, unit, (minimum, maximum), options)
             except ValueError as fault:
                 tried.append((str(given), text_of(fault)))
                 raise
@@ -146,13 +148,13 @@ class DistantOperator:
 
         value = float(self._correctable(asked, checked))
         for typed, refused in tried[:-1]:
-            self.entry.typed(quantity, unit, minimum, maximum, typed, None, refused)
-        self.entry.typed(quantity, unit, minimum, maximum, tried[-1][0], value)
+            self.entry.typed(quantity, unit, minimum, maximum, typed, None, refused, options)
+        self.entry.typed(quantity, unit, minimum, maximum, tried[-1][0], value, options=options)
         return value
 
     def confirm(self, heading: str, task: Text) -> None:
         """Have something done to an instrument that is set by hand."""
-        self._ask({"kind": "confirm", "instrument": heading, "task": store_text(task)}, _nothing)
+        self._ask({"kind": "confirm", "instrument": heading, "task": store_text(task)}, panel_answers.nothing)
 
     @property
     def looks(self) -> bool:
@@ -173,7 +175,7 @@ class DistantOperator:
         """Return what is answered; before that, earlier readings may be corrected."""
         told: dict[str, Any] = {}
         while True:
-            readings = [_told(reading) for reading in self.entry.readings]
+            readings = [panel_answers.told(reading) for reading in self.entry.readings]
             answer = self._ask({**asked, "readings": readings, **told}, check)
             if not isinstance(answer, _Correction):
                 return answer
@@ -290,45 +292,12 @@ class DistantPrompt:
             operator.entry.placed(named(self._instrument, quantity, context)), unit, minimum, maximum
         )
 
+    def choose(self, quantity: Text, options: Sequence[Option]) -> float:
+        """Return the number of the option chosen."""
+        operator, numbers = self._operator, [option.number for option in options]
+        asked = operator.entry.placed(named(self._instrument, quantity, None))
+        return operator.number(asked, "", min(numbers), max(numbers), options=options)
+
     def confirm(self, task: Text) -> None:
         """Return once the person says that it is done."""
         self._operator.confirm(self._instrument, task)
-
-
-def _words(value: object) -> str:
-    if not isinstance(value, str) or not value.strip() or len(value) > _LONGEST:
-        raise ValueError(text("a command is a line of words"))
-    return value.strip()
-
-
-def _nothing(value: object) -> None:
-    if value is not None:
-        raise ValueError(text("this only needs to be confirmed"))
-
-
-def _choice(value: object) -> bool:
-    if value is True or value is False:
-        return value
-    raise ValueError(text("this is answered by yes or no"))
-
-
-def _number(
-    value: object, unit: str = "°", question: str = "", among: tuple[float, float] = (-math.inf, math.inf)
-) -> float:
-    if isinstance(value, str):
-        return checked_number(value, question, unit, *among)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ValueError(text("{value} is not a number", value=repr(value)))
-    return within(float(value), unit, *among)
-
-
-def _angles(value: object) -> list[float]:
-    if not isinstance(value, list) or not value:
-        raise ValueError(text("angles are a list of numbers, in degrees"))
-    return [_number(item) for item in value]
-
-
-def _told(reading: TypedReading) -> dict[str, Any]:
-    """Return a reading as a page is told of it."""
-    told = {name: getattr(reading, name) for name in ("number", "unit", "minimum", "maximum", "value")}
-    return {**told, "asked": store_text(reading.name)}

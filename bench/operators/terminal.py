@@ -4,11 +4,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, overload
 
-from bench.operators.entry import TypedEntry, TypedReading, checked_number
+from bench.operators.entry import TypedEntry, TypedReading, checked_number, told
 from bench.operators.typed import BACK, typed_number
 from bench.operators.typed_lines import TypedLines
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces.text import Text, Translate, text, text_of
+from drivers.manual.prompt import Option
 from procedures.core.actions import (
     ChangeSetup,
     DoubtReading,
@@ -100,16 +101,26 @@ class TerminalOperator:
                 minimum=short(minimum),
                 maximum=short(maximum),
             )
-        known = self.entry.known(quantity, unit, minimum, maximum)
+        return self._number(question, quantity, unit, minimum, maximum)
+
+    def choice(self, quantity: Text, options: Sequence[Option]) -> float:
+        """Ask for one of the options, again and again until it is one; return its number."""
+        numbers = [option.number for option in options]
+        question = text("Choose {quantity}: {options}", quantity=quantity, options=[*map(told, options)])
+        return self._number(question, quantity, "", min(numbers), max(numbers), options)
+
+    def _number(
+        self, question: Text, quantity: Text, unit: str, minimum: float, maximum: float, options: Sequence[Option] = ()
+    ) -> float:
+        known = self.entry.known(quantity, unit, minimum, maximum, options)
         while known is None:
-            typed = self._correctable(question)
+            typed, refused = self._correctable(question), None
             try:
-                known = checked_number(typed, str(quantity), unit, minimum, maximum)
+                known = checked_number(typed, unit, minimum, maximum, options)
             except ValueError as fault:
-                self.entry.typed(quantity, unit, minimum, maximum, typed, None, text_of(fault))
-                self._say(text_of(fault))
-            else:
-                self.entry.typed(quantity, unit, minimum, maximum, typed, known)
+                refused = text_of(fault)
+                self._say(refused)
+            self.entry.typed(quantity, unit, minimum, maximum, typed, known, refused, options)
         return known
 
     def _correctable(self, question: Text) -> str:
@@ -216,6 +227,11 @@ class TerminalPrompt:
             operator.entry.placed(named(self._instrument, quantity, context)), unit, minimum, maximum
         )
 
+    def choose(self, quantity: Text, options: Sequence[Option]) -> float:
+        """Return the number of the option typed."""
+        operator = self._operator
+        return operator.choice(operator.entry.placed(named(self._instrument, quantity, None)), options)
+
     def confirm(self, task: Text) -> None:
         """Return once the person says that it is done."""
         self._operator.confirm(role_name(self._instrument), task)
@@ -230,7 +246,8 @@ def named(instrument: str, quantity: Text, context: Text | None) -> Text:
 
 
 def _worded(reading: TypedReading) -> Text:
-    return text("{reading}: {value}", reading=reading.name, value=short(reading.value, reading.unit))
+    chosen = next((told(option) for option in reading.options if option.number == reading.value), None)
+    return text("{reading}: {value}", reading=reading.name, value=chosen or short(reading.value, reading.unit))
 
 
 def _plain(words: str) -> str:

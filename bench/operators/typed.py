@@ -138,13 +138,6 @@ def unit_of(typed: str) -> str:
     return _KNOWN.get(typed.strip()[found.end() :].strip(), ("", 0))[0] if found else ""
 
 
-def named_choice(typed: str, question: str) -> float | None:
-    """Return the number that a question gives a name in brackets, as 1 in "1 constant current (CC)", where that was typed."""
-    name = re.escape(typed.strip())
-    found = re.search(rf"\b(\d+) [^,(]*\({name}\)", question, re.IGNORECASE) if name else None
-    return None if found is None else float(found[1])
-
-
 def _no_number(typed: str, unit: str) -> Text:
     return text("'{typed}' is not a number; type it like {example}", typed=typed, example=_example(unit))
 

@@ -148,7 +148,8 @@ def _working(sources: Sequence[Mapping[str, Any]], age: float, *, turned: bool) 
 
 def _energised(view: LiveView, found: Sequence[Mapping[str, Any]], asked: Mapping[str, Any] | None) -> ShownState:
     on = sorted(view.energised)
-    read = {one["role"]: one for one in found if one["values"]}
+    # What was read back as off stood there before it was switched on.
+    read = {one["role"]: one for one in found if one["values"] and one["found"] != Found.OFF}
     told: list[Text] = [_values(role, read[role]["values"]) if role in read else _last_read(view, role) for role in on]
     rest = _rest(found, [{"role": role} for role in on])
     if asked is None:

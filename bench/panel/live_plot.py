@@ -49,7 +49,10 @@ def options_of(plot: LivePlot, say: Callable[[Text], str], *, small: bool = Fals
         options["legend"]["show"] = False
         for grid in options["grid"]:
             grid |= {"left": 62, "right": 10}
-        options["grid"][0]["top"] = 10
+        # In pixels below, where the numbers and the label stand: a share of so little is less than they take.
+        options["grid"][-1] |= {"bottom": 42, "height": "auto" if plot.lower is None else "14%"}
+        options["grid"][-1].pop("top", None)
+        options["grid"][0] |= {"top": 10} if plot.lower is None else {"top": 10, "height": "40%"}
         for axis in options["yAxis"]:
             axis["name"] = axis["name"].rpartition(" / ")[2]
     coming = plot.coming

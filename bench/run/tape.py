@@ -107,7 +107,7 @@ class Tape:
         """Put another value in a reading's place and into the journal; return why that cannot be, or None."""
         now = replace(reading, value=value)
         event = ReadingCorrected(
-            quantity=reading.asked.render(), unit=reading.unit, was=reading.value, typed=typed, value=value, by=by
+            quantity=reading.recorded, unit=reading.unit, was=reading.value, typed=typed, value=value, by=by
         )
         taken = self._entry.taken
         if any(one.number == reading.number for one in taken):

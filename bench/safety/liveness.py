@@ -1,6 +1,6 @@
 """Whether a run gets on: when it last did something, and what it waits in meanwhile."""
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from time import monotonic
 
@@ -8,7 +8,7 @@ from bench.safety.interrupts import Interrupts
 from bench.station.sharing import Sharing
 from drivers.interfaces import Clock
 from drivers.interfaces.text import Text
-from drivers.manual.prompt import Prompt
+from drivers.manual.prompt import Option, Prompt
 from procedures.core.actions import HandWork
 from procedures.core.bench import Operator, Role
 
@@ -127,6 +127,11 @@ class WatchedPrompt:
         """Return the number given."""
         with self._waits.asking():
             return self._prompt.ask(quantity, unit, minimum, maximum, context)
+
+    def choose(self, quantity: Text, options: Sequence[Option]) -> float:
+        """Return the number of the answer chosen."""
+        with self._waits.asking():
+            return self._prompt.choose(quantity, options)
 
     def confirm(self, task: Text) -> None:
         """Return once it is done."""

@@ -4,11 +4,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from drivers.bases.always import always
-from drivers.interfaces import BldcDrive, Clock, MeasurementError, Reading
-from drivers.interfaces.text import text
+from drivers.interfaces import BldcDrive, Clock, Reading
+from drivers.interfaces.text import Text, text
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualDriveOptions
-from drivers.manual.prompt import ATTEMPTS, Prompt
+from drivers.manual.prompt import Option, Prompt
+
+#: What three signals may be; all alike is a fault, but it can be seen.
+_HALL_STATES = [
+    Option(int(digits), Text("{digits}", {"digits": digits})) for digits in (f"{number:03b}" for number in range(8))
+]
 
 
 class ManualDrive(InstrumentByHand[ManualDriveOptions], BldcDrive):
@@ -49,15 +54,10 @@ class ManualDrive(InstrumentByHand[ManualDriveOptions], BldcDrive):
         )
 
     def hall_state(self) -> tuple[bool, bool, bool]:
-        """Ask for the three Hall signals, typed as three digits; raises MeasurementError after unusable answers."""
+        """Ask for the three Hall signals, chosen as three digits; raises MeasurementError after unusable answers."""
         quantity = text("Hall signals H1 H2 H3 as three digits, each 0 or 1")
-        for _ in range(ATTEMPTS):
-            typed = self._questions.ask(quantity, "", 0, 111)
-            digits = f"{typed:03g}"
-            if len(digits) == 3 and set(digits) <= {"0", "1"}:
-                first, second, third = (digit == "1" for digit in digits)
-                return first, second, third
-        raise MeasurementError(self._name, text("Hall signals: {typed:g} is not three digits of 0 and 1", typed=typed))
+        first, second, third = f"{self._questions.choose(quantity, _HALL_STATES):03d}"
+        return first == "1", second == "1", third == "1"
 
     def make_safe(self) -> None:
         """Have the drive switched off."""

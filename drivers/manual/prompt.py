@@ -1,6 +1,8 @@
 """What a manual driver needs of a person, and the checks on what is typed."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 from drivers.interfaces import Accuracy, MeasurementError
@@ -10,11 +12,23 @@ from drivers.interfaces.text import Text, lines, text
 ATTEMPTS = 3
 
 
+@dataclass(frozen=True)
+class Option:
+    """One of a question's fixed answers: the number that stands for it, its name, and the sign that the instrument shows, if it has one."""
+
+    number: int
+    name: Text
+    sign: str = ""
+
+
 class Prompt(Protocol):
     """A way to reach the person at the bench. A person who gives up makes either method raise."""
 
     def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         """Return the number typed for a quantity in `unit`, which should be within `minimum` … `maximum`."""
+
+    def choose(self, quantity: Text, options: Sequence[Option]) -> float:
+        """Return the number of the answer chosen among a question's options."""
 
     def confirm(self, task: Text) -> None:
         """Return once the person says that what the task asks for is done."""
@@ -53,6 +67,23 @@ class Questions:
                 minimum=minimum,
                 maximum=maximum,
                 unit=unit,
+            ),
+        )
+
+    def choose(self, quantity: Text, options: Sequence[Option]) -> int:
+        """Return the number of one of the options. Raises MeasurementError, naming them, after three answers that are none of them."""
+        numbers = [option.number for option in options]
+        for _ in range(ATTEMPTS):
+            value = self._prompt.choose(quantity, options)
+            if value in numbers:
+                return int(value)
+        raise MeasurementError(
+            self.instrument,
+            text(
+                "{quantity}: {value:g} is none of the answers {allowed}",
+                quantity=quantity,
+                value=value,
+                allowed=numbers,
             ),
         )
 

@@ -8,14 +8,16 @@ from drivers.interfaces import Clock, OutputMode, Reading, Regulated, Supply
 from drivers.interfaces.text import text
 from drivers.manual.by_hand import InstrumentByHand
 from drivers.manual.options import ManualSupplyOptions
-from drivers.manual.prompt import Prompt
+from drivers.manual.prompt import Option, Prompt
 
-#: What the person types for the lamp that is lit.
+#: What is asked of the output.
+REGULATION = text("regulation, by the lamp that is lit")
+#: What the person chooses by the lamp that is lit.
 MODES = {
-    0: OutputMode.OFF,
-    1: OutputMode.CONSTANT_CURRENT,
-    2: OutputMode.CONSTANT_VOLTAGE,
-    3: OutputMode.TRIPPED,
+    OutputMode.OFF: Option(0, text("off")),
+    OutputMode.CONSTANT_CURRENT: Option(1, text("constant current"), "CC"),
+    OutputMode.CONSTANT_VOLTAGE: Option(2, text("constant voltage"), "CV"),
+    OutputMode.TRIPPED: Option(3, text("tripped")),
 }
 
 #: A meter at its limit shows a little more or less than the limit: so much of it is taken.
@@ -75,8 +77,8 @@ class ManualSupply(InstrumentByHand[ManualSupplyOptions], Supply):
 
     def output_mode(self) -> OutputMode:
         """Ask what regulates the output; raises MeasurementError after three unusable answers."""
-        quantity = text("regulation: 0 off, 1 constant current (CC), 2 constant voltage (CV), 3 tripped")
-        return MODES[round(self._questions.ask(quantity, "", 0, 3))]
+        chosen = self._questions.choose(REGULATION, [*MODES.values()])
+        return next(mode for mode, option in MODES.items() if option.number == chosen)
 
     def measure_voltage(self) -> Reading:
         """Ask for the voltage (V) the supply shows; raises MeasurementError where no accuracy is stated."""

@@ -147,8 +147,10 @@ def _limits(arrays: Sequence[FloatArray], *, from_zero: bool) -> tuple[float, fl
     if high <= low:
         half = 0.05 * abs(low) or 0.5
         low, high = low - half, high + half
-    margin = _MARGIN * (high - low)
-    return (0.0 if from_zero and high > 0.0 else low - margin), high + margin
+    zero = from_zero and high > 0.0
+    # Of what is drawn: a curve far from zero would run along the frame.
+    margin = _MARGIN * (high - (min(low, 0.0) if zero else low))
+    return (0.0 if zero else low - margin), high + margin
 
 
 def _label(words: str, unit: str) -> str:

@@ -1,6 +1,9 @@
 """Someone at the bench of a manual driver."""
 
+from collections.abc import Sequence
+
 from drivers.interfaces.text import Text
+from drivers.manual.prompt import Option
 
 
 class Person:
@@ -13,6 +16,10 @@ class Person:
 
     def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         self.asked.append((str(quantity), unit, minimum, maximum, str(context or "")))
+        return self.answers.pop(0)
+
+    def choose(self, quantity: Text, options: Sequence[Option]) -> float:
+        self.asked.append((str(quantity), "", options[0].number, options[-1].number, ""))
         return self.answers.pop(0)
 
     def confirm(self, task: Text) -> None:

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
@@ -14,6 +15,7 @@ from drivers.keysight.e36300 import KeysightE36300
 from drivers.keysight.options import E36300Options
 from drivers.lutron.options import LutronTachometerOptions
 from drivers.manual.options import ManualTachometerOptions
+from drivers.manual.prompt import Option
 from drivers.manual.tachometer import ManualTachometer
 
 
@@ -65,6 +67,9 @@ def test_opening_by_hand(clock: Any) -> None:
     class Person:
         def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
             return 60.0
+
+        def choose(self, quantity: Text, options: Sequence[Option]) -> float:
+            raise AssertionError(quantity)
 
         def confirm(self, task: Text) -> None:
             raise AssertionError(task)

@@ -22,6 +22,7 @@ from drivers.interfaces import (
 from drivers.interfaces.text import Text
 from drivers.manual.options import ManualOscilloscopeOptions
 from drivers.manual.oscilloscope import ManualOscilloscope
+from drivers.manual.prompt import Option
 from procedures.core.actions import Action, EnterReading
 from procedures.core.bench import Operator, Role
 from sim_instruments.bench import VirtualBench
@@ -78,6 +79,9 @@ class Saver:
         self.saved = 0
 
     def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
+        raise AssertionError(f"nothing is typed, but {quantity} is asked")
+
+    def choose(self, quantity: Text, options: Sequence[Option]) -> float:
         raise AssertionError(f"nothing is typed, but {quantity} is asked")
 
     def confirm(self, task: Text) -> None:
@@ -199,6 +203,9 @@ class Nodding:
     """Says that everything is done."""
 
     def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
+        raise AssertionError(f"{quantity} is asked")
+
+    def choose(self, quantity: Text, options: Sequence[Option]) -> float:
         raise AssertionError(f"{quantity} is asked")
 
     def confirm(self, task: Text) -> None:

@@ -1,7 +1,10 @@
 """How the pages of a panel are come to, each in the state in which it is looked at."""
 
 import itertools
+import json
+import os
 import re
+import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import partial
@@ -10,6 +13,7 @@ from pathlib import Path
 from playwright.sync_api import Error, Page
 
 from bench.cli.main import main
+from bench.operators.operator_channel import FILE
 from bench.panel.access import add_person
 from tests.bench.panel.browser.test_line_page import EXAMPLE, QUICK
 from tests.bench.panel.browser.test_run_page import BY_HAND
@@ -35,12 +39,12 @@ class Bench:
         """End the panel."""
         self.server.stop()
 
-    def ended(self, *words: str) -> str:
+    def ended(self, *words: str, motor: str = "ipmsm") -> str:
         """Return the name of a run of these words that has ended, made by the command line once."""
-        key = " ".join(words)
+        key = " ".join((motor, *words))
         if key not in self._ended:
             before = set(self.server.runs.glob("*"))
-            command = ["run", *words, "--station", "virtual", "--motor", "ipmsm", "--runs", str(self.server.runs)]
+            command = ["run", *words, "--station", "virtual", "--motor", motor, "--runs", str(self.server.runs)]
             with suppress(SystemExit):
                 main([*command, "--person", "J. Doe", "--serial-number", f"SN-{len(self._ended) + 1:03d}"])
             self._ended[key] = next(iter(set(self.server.runs.glob("*")) - before)).name
@@ -64,15 +68,16 @@ class Bench:
         return server
 
 
-def begin(page: Page, server: Server, title: str) -> None:
-    """Order a run of the shipped ipmsm: of one procedure, by the beginning of its title."""
+def begin(page: Page, server: Server, *titles: str, motor: str = "ipmsm") -> None:
+    """Order a run of a shipped motor: of procedures, by the beginnings of their titles."""
     page.goto(server.url)
     page.get_by_label("Motor type").click()
-    page.get_by_text("ipmsm (virtual)").click()
+    page.get_by_text(f"{motor} (virtual)", exact=True).click()
     page.get_by_label("Operator's name").fill("J. Doe")
     page.get_by_label("Serial number").fill("SN-001")
     page.get_by_role("button", name="None").click()
-    page.get_by_role("checkbox", name=re.compile(f"^{re.escape(title)}")).first.click()
+    for title in titles:
+        page.get_by_role("checkbox", name=re.compile(f"^{re.escape(title)}")).first.click()
     page.get_by_role("button", name="Start", exact=True).click()
     page.wait_for_url("**/runs/**")
 
@@ -171,6 +176,23 @@ def _played(kind: str, page: Page, bench: Bench) -> Iterator[None]:
 
 
 @contextmanager
+def _map_growing(page: Page, bench: Bench) -> Iterator[None]:
+    """Hold a run still in the middle of its map."""
+    begin(page, bench.server, "Pole pairs by stable positions", "Flux map at constant speed", motor="ipmsm-map")
+    reach(page, "readings, about")
+    page.get_by_text("A first look").first.wait_for()
+    announced = bench.server.runs / page.url.rpartition("/")[2] / FILE
+    process = int(json.loads(announced.read_text(encoding="utf-8"))["pid"])
+    os.kill(process, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(process, signal.SIGCONT)
+    page.locator(".mb-stop:not([disabled])").or_(page.locator("[data-next]")).first.click()
+    page.get_by_text(re.compile("ABORTED|Motor type")).first.wait_for()
+
+
+@contextmanager
 def _lost(page: Page, bench: Bench) -> Iterator[None]:
     begin(page, bench.server, "dq inductance, time constant")
     reach(page, "Connect, in this order")
@@ -193,8 +215,8 @@ def _watching(page: Page, bench: Bench) -> Iterator[None]:
 
 
 @contextmanager
-def _ended(words: tuple[str, ...], page: Page, bench: Bench) -> Iterator[None]:
-    page.goto(f"{bench.server.url}/runs/{bench.ended(*words)}")
+def _ended(words: tuple[str, ...], page: Page, bench: Bench, motor: str = "ipmsm") -> Iterator[None]:
+    page.goto(f"{bench.server.url}/runs/{bench.ended(*words, motor=motor)}")
     page.get_by_role("button", name="Measure the next motor").wait_for()
     page.wait_for_timeout(1500)
     yield
@@ -281,12 +303,14 @@ PAGES: Mapping[str, Come] = {
     "slip": partial(_typed_by_hand, "3.18"),
     "nonsense": partial(_typed_by_hand, "many"),
     "turning": partial(_step, "dq inductance, smallest and largest", "Turn the shaft by hand"),
-    **{kind: partial(_played, kind) for kind in ("measuring", "unknown", "doubt", "set", "angles")},
+    **{kind: partial(_played, kind) for kind in ("measuring", "unknown", "doubt", "set", "choice", "angles")},
+    "map_growing": _map_growing,
     "by_hand": _by_hand,
     "watching": _watching,
     "aborted": _aborted,
     "ended": partial(_ended, ("stator-resistance", "dq-inductance-extremes", "pole-pairs-static")),
     "withheld": partial(_ended, ("dq-inductance-time-constant", "--seed", "3", "--disturbances", str(_DISTURBED))),
+    "map_ended": partial(_ended, ("pole-pairs-static", "flux-map", "load-points", "short-circuit"), motor="ipmsm-map"),
     "report": _report,
     "runs": partial(_at, "/history"),
     "compared": _compared,

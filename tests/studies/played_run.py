@@ -13,7 +13,9 @@ from bench.eol.record import MeasuredFigure
 from bench.eol.verdict import Verdict
 from bench.journal.stored_result import store_text
 from bench.operators.operator_channel import OperatorLine
+from bench.operators.panel_answers import told_options
 from drivers.interfaces.text import text
+from drivers.manual.supply import MODES, REGULATION
 from procedures.core.actions import MarkRestPositions
 from tests.bench.eol.motor_records import motor_record
 
@@ -54,6 +56,15 @@ QUESTIONS: Mapping[str, tuple[Mapping[str, Any] | None, Sequence[Mapping[str, An
             "kind": "confirm",
             "instrument": "supply",
             "task": store_text(text("Switch the supply's output on.")),
+        },
+        [{**_SUPPLY, "found": "by_hand", "values": []}],
+    ),
+    "choice": (
+        {
+            "kind": "number",
+            "quantity": store_text(text("{instrument}, {quantity}", instrument=text("DC supply"), quantity=REGULATION)),
+            **dict.fromkeys(("unit", "proposed", "minimum"), ""),
+            "options": told_options([*MODES.values()]),
         },
         [{**_SUPPLY, "found": "by_hand", "values": []}],
     ),

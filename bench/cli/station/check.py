@@ -1,6 +1,7 @@
 """`motorbench station check`: does every instrument answer, and is it the right one?"""
 
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -31,7 +32,7 @@ from bench.station.station_file import Entry, Station, load_station
 from bench.station.visa_library import StationVisa
 from drivers.interfaces import InstrumentError
 from drivers.interfaces.text import Text, Translate, english, text
-from drivers.manual.prompt import Prompt
+from drivers.manual.prompt import Option, Prompt
 from procedures.core.bench import Role
 from procedures.core.nameplate import Nameplate, WindingConnection
 
@@ -45,6 +46,10 @@ class Nobody:
     def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         """Answer the least: nobody measures here."""
         return minimum
+
+    def choose(self, quantity: Text, options: Sequence[Option]) -> float:
+        """Choose the first: nobody measures here."""
+        return options[0].number
 
     def confirm(self, task: Text) -> None:
         """Go on."""

@@ -64,7 +64,7 @@
 
     function typedIn() {
         const fields = document.querySelectorAll("input[data-focus], input[data-keep]");
-        return [...fields].filter((field) => field.offsetParent && field.getAttribute("aria-label"));
+        return [...fields].filter((field) => field.offsetParent && field.type !== "radio" && field.getAttribute("aria-label"));
     }
 
     function unitsOf(field) {
@@ -131,9 +131,15 @@
         if (!event.repeat) done.click();
     }
 
-    // What a scanner types outside of a field is a code: one of them confirms, and the Enter of no other presses anything.
+    // What a scanner types outside of a field is a code: one of them confirms, those of a question's answers choose, and the
+    // Enter of no other presses anything.
     let code = "";
     let typedAt = 0;
+
+    function answerOf(words) {
+        const answers = [...document.querySelectorAll("[data-codes]")].filter((one) => one.offsetParent);
+        return answers.find((one) => one.dataset.codes.split(" ").includes(words.toUpperCase()));
+    }
 
     function coded(event) {
         const notes = [...document.querySelectorAll("[data-untaken]")];
@@ -150,7 +156,7 @@
         if (event.key.length === 1) {
             if (event.key === " " && !code) return;
             note.textContent = "";
-            const field = find("input[data-focus]:not([disabled])");
+            const field = find("input[data-focus]:not([disabled], [type=radio])");
             if (field?.offsetParent) {
                 event.stopImmediatePropagation();
                 field.focus();
@@ -159,6 +165,7 @@
             }
             code += event.key;
             typedAt = event.timeStamp;
+            answerOf(code)?.click();
             if (event.key === " ") event.preventDefault();
         } else if (event.key === "Enter" && code) {
             event.preventDefault();
@@ -167,7 +174,9 @@
             const done = places.find((one) => one.offsetParent);
             const words = code.trim();
             code = "";
-            const confirms = words.toUpperCase() === note.dataset.code;
+            const answer = answerOf(words);
+            if (answer && !answer.checked) answer.click();
+            const confirms = words.toUpperCase() === note.dataset.code || answer !== undefined;
             if (done && confirms) done.click();
             else note.textContent = note.dataset[confirms ? "idle" : "untaken"].replace("{code}", () => words.slice(0, 60));
         }

@@ -10,6 +10,9 @@ from procedures.estimation.fitting.fit import FloatArray
 
 #: Powers of both currents together that a polynomial has, while there are so many equations for each unknown.
 _DEGREES, _EACH = (3, 2, 1), 1.3
+#: Least singular value of the equations, of the largest, columns of length 1: below it readings leave unknowns open. While all of them
+#: turn one way, what lies across an axis is not told from the resistance: 1e-9 there, 4e-2 and more once both signs were read.
+_TOLD = 1e-2
 #: Rows and columns of the grid.
 _GRID = 41
 
@@ -31,29 +34,42 @@ class FirstLook:
 def first_look(
     current: NDArray[np.complex128], voltage: NDArray[np.complex128], electrical_speed: FloatArray, largest: float
 ) -> FirstLook | None:
-    """Return a polynomial of each flux linkage with one resistance, fitted to readings (n,) at constant speed; None where they are too few.
+    """Return a polynomial of each flux linkage with one resistance, fitted to readings (n,) at constant speed; None where they are too few,
+    or leave it open.
 
     Current and voltage are d + j·q (A and V, peak), the speed in rad/s, signed, `largest` (A) is what the map goes up to.
     """
     # ψ + R·i / (j·ω) = u / (j·ω): a resistance that all share beside what each axis links.
     x, y = current.real / largest, current.imag / largest
     told, drop = voltage / (1j * electrical_speed), current / (1j * electrical_speed)
-    degree = next((each for each in _DEGREES if 2 * x.size >= _EACH * (2 * len(_powers(each)) + 1)), 0)
-    if not degree:
-        return None
     try:
         read = Delaunay(np.column_stack((x, y)))
     except QhullError:
         return None
-    basis, nothing = _terms(x, y, degree), np.zeros((x.size, len(_powers(degree))))
-    rows = np.vstack((np.column_stack((basis, nothing, drop.real)), np.column_stack((nothing, basis, drop.imag))))
-    solved = np.linalg.lstsq(rows, np.concatenate((told.real, told.imag)), rcond=None)[0]
+    for degree in _DEGREES:
+        if 2 * x.size >= _EACH * (2 * len(_powers(degree)) + 1):
+            solved = _solved(_terms(x, y, degree), drop, told)
+            if solved is not None:
+                break
+    else:
+        return None
     axis = np.linspace(-1.0, 1.0, _GRID)
     over_d, over_q = (each.ravel() for each in np.meshgrid(axis, axis, indexing="ij"))
     at = _terms(over_d, over_q, degree)
     inside = read.find_simplex(np.column_stack((over_d, over_q))) >= 0
     flux = [np.where(inside, at @ part, np.nan).reshape(_GRID, _GRID) for part in np.split(solved[:-1], 2)]
     return FirstLook(axis * largest, axis * largest, flux[0], flux[1])
+
+
+def _solved(basis: FloatArray, drop: NDArray[np.complex128], told: NDArray[np.complex128]) -> FloatArray | None:
+    """Return the coefficients of both polynomials and the resistance; None where the readings leave some of them open."""
+    nothing = np.zeros_like(basis)
+    rows = np.vstack((np.column_stack((basis, nothing, drop.real)), np.column_stack((nothing, basis, drop.imag))))
+    length = np.linalg.norm(rows, axis=0)
+    if not length.all():
+        return None
+    solved, _, _, sizes = np.linalg.lstsq(rows / length, np.concatenate((told.real, told.imag)), rcond=None)
+    return np.asarray(solved / length) if sizes[-1] >= _TOLD * sizes[0] else None
 
 
 def _powers(degree: int) -> list[tuple[int, int]]:

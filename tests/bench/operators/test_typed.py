@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.operators.typed import named_choice, typed_number
+from bench.operators.typed import typed_number
 
 
 @pytest.mark.parametrize(
@@ -65,14 +65,3 @@ def test_what_could_mean_something_else_is_refused_in_a_sentence(typed: str, uni
 @given(st.floats(-1e6, 1e6, allow_nan=False), st.sampled_from([("m", 1e-3), ("µ", 1e-6), ("k", 1e3), ("", 1.0)]))
 def test_a_prefix_changes_the_value_by_its_factor_alone(value: float, prefix: tuple[str, float]) -> None:
     assert typed_number(f"{value!r} {prefix[0]}V", "V") == pytest.approx(value * prefix[1], rel=1e-15, abs=0.0)
-
-
-REGULATION = "regulation: 0 off, 1 constant current (CC), 2 constant voltage (CV), 3 tripped"
-
-
-@pytest.mark.parametrize(
-    ("typed", "number"),
-    [("CC", 1.0), (" cv ", 2.0), ("1", None), ("", None), ("C", None), ("off", None), ("(CC)", None), (".*", None)],
-)
-def test_what_a_question_names_in_brackets_may_be_typed(typed: str, number: float | None) -> None:
-    assert named_choice(typed, REGULATION) == number

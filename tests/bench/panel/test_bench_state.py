@@ -97,6 +97,12 @@ def test_hands_work_at_an_energised_motor_only_at_the_shaft_and_below_60_v(
     assert "2.90 A" in str(state.headline) + str(state.detail)
 
 
+def test_what_was_read_back_before_it_was_switched_on_is_not_said_of_it(run: LiveRun) -> None:
+    run.line.sources = [SUPPLY_OFF]
+    energise(run)
+    assert str(bench_state(run, READ_AT + 0.1).headline) == "Energised: DC supply. Do not touch."
+
+
 def test_what_the_measurement_does_is_told_with_its_age_and_never_as_safe(run: LiveRun) -> None:
     run.line.question = None
     run.line.sources = [SUPPLY_OFF, SHAFT_AT_REST]

@@ -148,7 +148,7 @@ class ActionBar:
 
     def _entering(self) -> Text:
         """Return what the button says that takes what stands in the field."""
-        words = self._card.entry.words if self._card.entry else ""
+        words = self._card.entry.shown if self._card.entry else ""
         if self._card.correction.chosen is not None:
             return text("Correct to {value}", value=words) if words else text("Correct")
         return text("Enter {value}", value=words) if words else text("Enter")
@@ -188,7 +188,7 @@ class ActionBar:
             wanted = {"number": chosen["number"], "typed": value}
             fault = await line.say({"id": question["id"], "correct": wanted, "by": self._session.person})
             if fault is None:
-                correction.given(str(value))
+                correction.given(self._card.entry.shown if self._card.entry else str(value))
         else:
             correction.done = None
             fault = await line.answer(question["id"], value)

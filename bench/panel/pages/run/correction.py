@@ -8,11 +8,12 @@ from nicegui import ui
 
 from bench.journal.stored_result import restore_text
 from bench.panel.live_view import LiveView
+from bench.panel.pages.choice import ChoiceEntry, option_name
 from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
 from bench.panel.pages.run.entry import NumberEntry
 from bench.panel.typed_scale import shown
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 
 
 class Correction:
@@ -60,7 +61,7 @@ class Correction:
             self.done = text("Corrected: {reading} is {value} now", reading=asked, value=words)
         self._question = self.chosen = None
 
-    def build(self, question: Mapping[str, Any], typed: Callable[[], None]) -> NumberEntry | None:
+    def build(self, question: Mapping[str, Any], typed: Callable[[], None]) -> NumberEntry | ChoiceEntry | None:
         """Build the list, or the field of the reading chosen; `typed` is called when something is typed into it."""
         say, why = self._reader.say, self.refused(question)
         heading = text("Which reading is to be corrected?")
@@ -77,10 +78,13 @@ class Correction:
         if self.chosen is None:
             self._list(question["readings"])
             return None
-        before = text("It was typed as {value}.", value=shown(self.chosen["value"], self.chosen["unit"]))
+        before = text("It was typed as {value}.", value=_value(self.chosen))
         ui.label(say(before)).classes("mb-hint")
+        question = {**self.chosen, "quantity": self.chosen["asked"]}
+        if self.chosen["options"]:
+            return ChoiceEntry(question, self._reader, typed)
         with ui.element("div").classes("mb-entry"):
-            return NumberEntry(self._view, {**self.chosen, "quantity": self.chosen["asked"]}, self._reader, typed)
+            return NumberEntry(self._view, question, self._reader, typed)
 
     def _list(self, readings: Sequence[Mapping[str, Any]]) -> None:
         say = self._reader.say
@@ -94,9 +98,15 @@ class Correction:
                     .on("click", partial(self._choose, reading)),
                 ):
                     ui.label(say(restore_text(reading["asked"])))
-                    ui.label(shown(reading["value"], reading["unit"])).classes("mb-number")
+                    ui.label(say(_value(reading))).classes("mb-number")
         ui.label(say(text("Readings that an instrument takes by itself are not corrected by hand."))).classes("mb-hint")
 
     def _choose(self, reading: Mapping[str, Any]) -> None:
         self.chosen = reading
         self._changed()
+
+
+def _value(reading: Mapping[str, Any]) -> Text:
+    """Return the value that a reading has, or the answer that was chosen, in words."""
+    chosen = (option_name(one) for one in reading["options"] if one["number"] == reading["value"])
+    return next(chosen, word(shown(reading["value"], reading["unit"])))

@@ -50,6 +50,11 @@ class NumberEntry:
         """What stands in the field, with its unit."""
         return completed(str(self._field.value or ""), self._chosen, self._unit)
 
+    @property
+    def shown(self) -> str:
+        """The same, for a person."""
+        return self.words
+
     def doubt(self) -> Text | None:
         """Return why what stands in the field is doubted, None where it is not."""
         value = value_of(self.words, self._unit)

@@ -32,12 +32,12 @@ class ReadingCard:
         say = reader.say
         self._arrived: float | None = None
         self._newest: object = None
-        with named(ui.element("section").classes("mb-card"), say(text("Live reading"))):
+        with named(ui.element("section").classes("mb-card"), say(text("Live reading"))) as self._card:
             with ui.element("div").classes("mb-what"):
                 self._what = ui.label(say(text("No reading yet")))
                 self._age = ui.label().props("data-age")
             self._value = ui.label("–").classes("mb-big").props("data-reading")
-            with ui.element("div").classes("mb-side-plot") as self._trend:
+            with ui.element("div").classes("mb-side-plot mb-trend") as self._trend:
                 self._chart = ui.echart(axes("", say(text("bench time / s")), "")).classes("mb-chart")
                 self._chart.props("aria-hidden=true")
             with ui.element("div").classes("mb-side-plot") as self._beside:
@@ -49,6 +49,7 @@ class ReadingCard:
         self._beside.set_visibility(not plotted and self._run.line.plot is not None)
         self._trend.set_visibility(not self._beside.visible)
         say, latest = self._reader.say, self._run.view.latest
+        self._card.classes(add="mb-unread") if latest is None else self._card.classes(remove="mb-unread")
         if latest is None:
             self._what.set_text(say(text("No reading yet")))
             self._value.set_text("–")

@@ -57,6 +57,7 @@ class StateRow:
         asked = self._run.abort_asked_at
         if asked is not None:
             self._word.set_text(say(text("ABORTING")))
+            self._word.classes(add="mb-aborting")
             self._small.set_text(say(text("pressed {age} s ago", age=f"{monotonic() - asked:.0f}")))
 
     async def _abort(self) -> None:

@@ -1,5 +1,6 @@
 """The step: one heading that says what to do now, its work in numbered lines, the drawing."""
 
+import re
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from functools import partial
 from time import monotonic
@@ -13,6 +14,7 @@ from bench.panel.gauge import gauge_of
 from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
 from bench.panel.pages.by_hand import ByHandForm, said_lines
+from bench.panel.pages.choice import ChoiceEntry
 from bench.panel.pages.parts import named, untaken_note
 from bench.panel.pages.reader import Reader
 from bench.panel.pages.run.correction import Correction
@@ -49,7 +51,7 @@ class StepCard:
         self._offered: object = ()
         self._by_hand = ByHandForm(reader)
         #: The field of the present question, where a number is asked for.
-        self.entry: NumberEntry | None = None
+        self.entry: NumberEntry | ChoiceEntry | None = None
         #: The field of the present question, where angles are asked for, and what was wrong with them.
         self.angles: ui.input | None = None
         self.fault: ui.label | None = None
@@ -152,8 +154,8 @@ class StepCard:
         if self.correction.done is not None:
             ui.label(say(self.correction.done)).classes("mb-said").props("role=status")
         heading, *work = self._lines(question)
-        # A pair of terminals is one word, and stays on one line.
-        heading = heading.rstrip(":：.。").replace("–", "–\u2060")
+        # A pair of terminals is one word, as is a number with its unit, and stays on one line.
+        heading = re.sub(r"(?<=\d) (?=\S)", "\u00a0", heading.rstrip(":：.。").replace("–", "–\u2060"))
         ui.label(heading).classes("mb-h1").props("role=heading aria-level=1 aria-live=polite")
         if work:
             with ui.element("ol").classes("mb-work"):
@@ -163,7 +165,9 @@ class StepCard:
                         ui.label(words)
         if question is None or not may_answer:
             return
-        if question["kind"] == "number":
+        if question["kind"] == "number" and question["options"]:
+            self.entry = ChoiceEntry(question, self._reader, self._typed)
+        elif question["kind"] == "number":
             with ui.element("div").classes("mb-entry"):
                 self.entry = NumberEntry(self._run.view, question, self._reader, self._typed)
         elif question["kind"] == "angles":
@@ -195,6 +199,8 @@ class StepCard:
             turned = view.layout.shaft_turned
             going_on = text("Go on turning the shaft evenly until told to stop")
             return [say(going_on if turned else text("Measuring: keep your hands off the motor"))]
+        if question["kind"] == "number" and question["options"]:
+            return [say(text("See and choose: {quantity}", quantity=restore_text(question["quantity"])))]
         if question["kind"] == "number":
             return [say(text("Read and enter: {quantity}", quantity=restore_text(question["quantity"])))]
         if question["kind"] == "confirm":

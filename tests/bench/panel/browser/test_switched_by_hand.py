@@ -113,16 +113,53 @@ def test_on_the_way_down_a_person_confirms_what_is_switched_off_by_hand(
     expect(page.locator("[data-left=unread]")).to_contain_text("Switched off, not read back: DC supply")
 
 
-def test_a_choice_takes_only_the_numbers_that_it_names(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
+@pytest.mark.parametrize("way", ["touch", "digit", "arrows", "scanner"])
+def test_a_choice_is_made_by_touch_keys_or_code_and_no_other_is_taken(
+    serve: Serve, new_page: NewPage, tmp_path: Path, way: str
+) -> None:
     server, page = serve_by_hand(serve, tmp_path), new_page()
-    begin(page, server, "Pole pairs by stable positions")
+    name = begin(page, server, "Pole pairs by stable positions")
     confirm_until(page, "Read and enter: .*current")
     enter(page, "1")
-    confirm_until(page, "regulation")
-    enter(page, "0.4")
-    expect(page.get_by_role("alert").filter(has_text="0.4 is not a whole number")).to_be_visible()
-    enter(page, "cc")
-    expect(page.get_by_role("heading", level=1)).not_to_contain_text("regulation")
+    confirm_until(page, "See and choose: .*regulation")
+    heading, answers = page.get_by_role("heading", level=1), page.get_by_role("radio")
+    ready = page.locator("[data-done]:not([aria-disabled])")
+    expect(answers).to_have_count(4)
+    expect(answers.and_(page.locator(":checked"))).to_have_count(0)
+    # Nobody has chosen yet, and a code of something else chooses nothing.
+    expect(ready).to_be_visible()
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("alert").filter(has_text="Choose one of the answers first.")).to_be_visible()
+    page.keyboard.type("7\n")
+    expect(page.locator("[data-untaken]:visible")).to_contain_text("'7' was not taken")
+    match way:
+        case "touch":
+            page.get_by_text("constant current (CC)").click()
+        case "digit":
+            page.keyboard.press("1")
+        case "arrows":
+            expect(answers.first).to_be_focused()
+            page.keyboard.press("ArrowDown")
+        case "scanner":
+            page.evaluate("document.activeElement.blur()")
+            page.keyboard.type("CC\n")
+    if way != "scanner":
+        expect(answers.nth(1)).to_be_checked()
+        expect(ready).to_contain_text("Enter constant current (CC)")
+        page.keyboard.press("Enter")
+    expect(heading).not_to_contain_text("regulation")
+    journal = (server.runs / name / "journal.jsonl").read_text().splitlines()
+    typed = [event["data"] for event in map(json.loads, journal) if event["kind"] == "reading_typed"]
+    refused, taken = [one for one in typed if "regulation" in one["quantity"]]
+    assert (refused["value"], refused["refused"]) == (None, "Choose one of the answers first.")
+    assert (taken["typed"], taken["value"]) == ("1", 1.0)
+    assert "1 constant current (CC), 2 constant voltage (CV)" in taken["quantity"]
+    # What was chosen can be corrected, by its words.
+    confirm_until(page, "Read and enter")
+    page.get_by_role("button", name="Correct a reading").click()
+    page.get_by_role("button", name=re.compile("regulation.*constant current")).click()
+    page.get_by_role("radio", name="constant voltage").check()
+    expect(ready).to_contain_text("Correct to constant voltage (CV)")
 
 
 def test_what_the_station_file_lacks_cannot_be_chosen_before_anything_is_opened(

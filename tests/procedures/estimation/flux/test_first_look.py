@@ -42,6 +42,18 @@ def test_too_few_readings_and_readings_on_a_line_show_nothing() -> None:
     assert first_look(line, voltage, speed, LARGEST) is None
 
 
+def test_while_all_turn_one_way_it_says_nothing() -> None:
+    current, voltage, speed = readings(40)
+    one_way = speed > 0.0
+    noise = 1.0 + 1e-5 * np.random.default_rng(1).normal(size=40)
+    assert first_look(current[one_way], voltage[one_way], (speed * noise)[one_way], LARGEST) is None
+    # Some the other way part resistance and flux linkage.
+    one_way[np.flatnonzero(~one_way)[:3]] = True
+    seen = first_look(current[one_way], voltage[one_way], (speed * noise)[one_way], LARGEST)
+    assert seen is not None
+    assert 0.1 < np.nanmax(np.hypot(seen.psi_d, seen.psi_q)) < 0.18
+
+
 def test_it_grows_by_and_by() -> None:
     current, voltage, speed = readings(40)
     areas = [
