@@ -9,6 +9,7 @@ from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKi
 from drivers.keysight.options import ImpedanceCalibration, Probe
 from sim_instruments.world.fixture.layout import crosspoints
 from tests.bench.testing.conformance.own_cia402_manuals import CIA402_INVERTER, CIA402_SIX_STEP, INVERTER_VARIANTS
+from tests.bench.testing.conformance.own_cia402_models import INVERTER_MODELS, SIX_STEP_MODELS
 from tests.bench.testing.conformance.own_found_states import LACKS, LEFT
 from tests.bench.testing.conformance.own_manuals import DELTA_BY_COMMAND, E4980A_CALIBRATED, GPT9800_SLOW, MANUALS
 
@@ -125,12 +126,15 @@ _REFUSED: Mapping[str, Sequence[tuple[Mapping[str, Any], Any]]] = {
     "gwinstek-gpt9800": (({"ramp_time": 0.05}, SetpointError), ({"ramp_time": 1000.0}, SetpointError)),
 }  # fmt: skip
 
+_MODELS: Mapping[str, Sequence[Model]] = {"cia402-inverter": INVERTER_MODELS, "cia402-six-step": SIX_STEP_MODELS}
+
 
 def manual_of(name: str) -> Manual:
     """Return what the manual states of a driver's instrument, and the options that it must refuse."""
     refused = (Model(options=options, error=error) for options, error in _REFUSED.get(name, ()))
     stated = MANUALS[name]
-    return replace(stated, models=(*stated.models, *refused), left=LEFT.get(name, ()), lacks=LACKS.get(name))
+    models = (*stated.models, *refused, *_MODELS.get(name, ()))
+    return replace(stated, models=models, left=LEFT.get(name, ()), lacks=LACKS.get(name))
 
 
 #: Other options with which each is used as well.
