@@ -57,7 +57,8 @@ def _taken_over(trial: Trial, left: Left) -> None:
         else:
             checks.that(f"{name}: set", now() != before, f"it stays {before}", TAKE_OVER)
         if not left.alters:
-            wrong = trial.wrong(made, instrument)
+            # What is only told may be a scale.
+            wrong = trial.wrong(made, instrument, full=trial.thorough and not left.wanted)
             checks.that(f"{name}: it works", not wrong, wrong, TAKE_OVER)
         instrument.close()
         checks.that(f"{name}: put back", now() == before, f"{now()} instead of {before}", _BACK)

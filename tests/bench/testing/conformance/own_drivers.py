@@ -97,7 +97,10 @@ FOUND: Mapping[str, Any] = {
     "cia402-inverter": _objects({0x6071: 900, 0x60FF: 4000}),
     "cia402-rotor-actuator": _objects({0x60FF: 200_000}),
     "mjbots-moteus": _configured(
-        {"servo.fw.enable": 1.0, "servo.max_current_A": 100.0, "servopos.position_min": -0.01, "servopos.position_max": 0.01}
+        {
+            "servo.enable_motor_temperature": 1.0,
+            "servo.fw.enable": 1.0, "servo.max_current_A": 100.0, "servopos.position_min": -0.01, "servopos.position_max": 0.01,
+        }
     ),
 }  # fmt: skip
 
@@ -153,5 +156,10 @@ VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
     "cia402-six-step": ({"heartbeat_time": 1.0},),
     "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}, {"timeout": 0.3}),
     "gwinstek-gpt9800": ({"ramp_time": 0.5}, GPT9800_SLOW),
-    "mjbots-moteus": ({"pole_pairs": 4}, {"maximum_voltage": 50.0}, {"sample_interval": 0.002}),
+    "mjbots-moteus": (
+        {"pole_pairs": 4},
+        {"maximum_voltage": 50.0},
+        {"sample_interval": 0.002},
+        {"current_tolerance": 0.1},
+    ),
 }

@@ -133,6 +133,8 @@ LEFT: Mapping[str, Sequence[Left]] = {
         _moteus("servo.max_velocity", 300.0, "300"),
         _moteus("servo.pid_dq_hz", 200.0, "200"),
         _moteus("servo.enable_motor_temperature", True, "1"),
+        _moteus("motor_position.rotor_to_output_ratio", 0.25, "0.25"),
+        _moteus("motor_position.output.sign", -1, "-1"),
         _moteus("motor.poles", 0, "", error=ReportedError, says="motor.poles is 0"),
         _moteus("motor.poles", 9, "", error=ReportedError, says="motor.poles is 9"),
         _moteus("motor.poles", 8, "", error=ReportedError, says="pole_pairs = 5", options={"pole_pairs": 5}),
