@@ -13,8 +13,8 @@ from drivers.interfaces import InstrumentError, ReportedError
 from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
 #: A delay (s) beyond every time-out: the reply comes when another one is waited for; and one that is no fault.
-_LATE, _LITTLE_LATE = 30.0, 0.05
-_WHAT = {
+LATE, _LITTLE_LATE = 30.0, 0.05
+WHAT = {
     FaultKind.SILENCE: "silence",
     FaultKind.HALF: "half a reply",
     FaultKind.GARBAGE: "garbage",
@@ -51,7 +51,7 @@ def disturb(trial: Trial) -> None:
     """
     messages, took, transport = _heard(trial)
     for turn, message in enumerate(messages):
-        kinds = [kind for kind in _KINDS[transport] if _strikes(kind, message.text, transport)]
+        kinds = disturbances(message.text, transport)
         many = len(kinds) if trial.thorough else 2
         for kind in sorted({kinds[(turn + step) % len(kinds)] for step in range(many if kinds else 0)}):
             _disturbed(trial, message, kind, took)
@@ -94,6 +94,11 @@ def _different(messages: Sequence[tuple[str, bool]]) -> Iterator[_Message]:
             yield _Message(number, text, energised)
 
 
+def disturbances(text: str, transport: str) -> list[FaultKind]:
+    """Return the ways in which a message can be disturbed."""
+    return [kind for kind in _KINDS[transport] if _strikes(kind, text, transport)]
+
+
 def _strikes(kind: FaultKind, text: str, transport: str) -> bool:
     if transport == "visa":
         if "?" not in text:
@@ -103,9 +108,9 @@ def _strikes(kind: FaultKind, text: str, transport: str) -> bool:
 
 
 def _disturbed(trial: Trial, message: _Message, kind: FaultKind, took: float) -> None:
-    what, checks = _WHAT[kind], trial.checks
+    what, checks = WHAT[kind], trial.checks
     with trial.opened() as (made, instrument):
-        made.faults.add(Fault.at(kind, message.number, delay=_LATE))
+        made.faults.add(Fault.at(kind, message.number, delay=LATE))
         if kind is FaultKind.SILENCE and message.text.startswith("write") and made.transport == "modbus":
             unit = made.simulated.units[int(message.text.split()[1])]
             made.faults.watch(MessageWatch.at(message.number, lambda: _lose(unit)))

@@ -11,10 +11,14 @@ from bench.testing.conformance.altered import check_altered
 from bench.testing.conformance.connection import check_connection
 from bench.testing.conformance.disturbed import check_trip, disturb
 from bench.testing.conformance.ends import check_ends, check_found
+from bench.testing.conformance.found import check_left
 from bench.testing.conformance.interface import check_interface
 from bench.testing.conformance.limits import check_limits
 from bench.testing.conformance.manual import Manual
-from bench.testing.conformance.replies import check_model, check_replies
+from bench.testing.conformance.models import check_model
+from bench.testing.conformance.opening import check_opening
+from bench.testing.conformance.recognition import check_recognition
+from bench.testing.conformance.replies import check_replies
 from bench.testing.conformance.report import Checks, ConformanceReport, FirstFailure
 from bench.testing.conformance.session import Trial, session_of
 from bench.testing.conformance.stand import DriverUnderTest, Found, station_of
@@ -53,7 +57,18 @@ def check_driver(
     checks = Checks(first_only=first_only, manual=manual or Manual())
     trial = Trial(subject, session_of(subject.role), checks, seed, thorough)
     with suppress(FirstFailure):
-        for check in (check_interface, _use, check_limits, check_ends, check_found, check_connection, check_replies):
+        for check in (
+            check_interface,
+            check_recognition,
+            _use,
+            check_limits,
+            check_ends,
+            check_found,
+            check_left,
+            check_connection,
+            check_opening,
+            check_replies,
+        ):
             with told(checks, check.__name__.strip("_")):
                 check(trial)
         for model in checks.manual.models:

@@ -37,11 +37,11 @@ class Reply:
     it comes once a message in which that is found was sent in the same call, so many `times` at most. `beside` are replies that
     come with it.
     Messages are SCPI's own, "read 1 2103H 2" (unit, address, count) for Modbus, "read 6041H 0" for CAN, "frame" for a serial
-    line. `data` is the reply without its line end, the registers' or the object's bytes, the whole frame.
+    line. `data` is the reply without its line end, the registers' or the object's bytes, the whole frame; None is silence.
     """
 
     message: str
-    data: bytes
+    data: bytes | None
     error: type[InstrumentError] | None = InstrumentError
     reads: Mapping[str, Any] = field(default_factory=dict)
     call: str = ""
@@ -70,13 +70,39 @@ class NotYet:
 class Model:
     """Another instrument, or other options, that the driver opens with: what it says of it then, or the error it opens with.
 
-    `answers` are replies by their message (of SCPI, a regular expression), `states` are properties by their name.
+    `answers` are replies by their message (a regular expression; as in a `Reply`), None where it has no such thing and says so.
+    `states` are properties by their name, or what a method called with nothing returns ("measure_frequency.value"). The error `says` so
+    in its text.
     """
 
-    answers: Mapping[str, bytes] = field(default_factory=dict)
+    answers: Mapping[str, bytes | None] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
     states: Mapping[str, Any] = field(default_factory=dict)
     error: type[Exception] | tuple[type[Exception], ...] = ()
+    says: str = ""
+
+
+@dataclass(frozen=True)
+class Left:
+    """A setting as the last user may have left it, and what becomes of it when the driver opens the instrument.
+
+    `leave` are program messages, or gets the simulated instrument and leaves it so. `now` gets it and returns the setting as it is at
+    present; of SCPI, `query` asks for it. The row of `found_state` whose query begins with `query` tells it as `found`; with `wanted`
+    it is set to that while it is in use, told as changed, and put back by close(). Instead of that, with `error` it is not opened, and
+    left alone; the error `says` so in its text. One that is `watched` is told where somebody changes it during use. What is only told
+    and `alters` figures is for a person: what is measured then is not looked at. `options` are those beside the others.
+    """
+
+    query: str
+    leave: Callable[[Any], Any] | str
+    found: str = ""
+    wanted: str = ""
+    now: Callable[[Any], Any] | None = None
+    error: type[Exception] | None = None
+    says: str = ""
+    watched: bool = False
+    alters: bool = False
+    options: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -100,7 +126,10 @@ class Manual:
     `accuracies` go by the name of the check ("at voltage: voltage reading"), `accuracies_at` by the arguments of `accuracy_at`.
     `identity` is what the driver makes of the simulated instrument's, `defaults` the options that may be left out. `takes` is how
     long (s) a call of a method lasts, at least and at most; `steps` are those to which a setting is rounded that a query (a
-    regular expression) reads back; `port` is how a serial line is set up (`baudrate`, `parity` … as pyserial names them).
+    regular expression) reads back; `port` is how a serial line is set up (`baudrate`, `parity` … as pyserial names them). `left` are
+    settings that a last user may have left. `lacks` are messages (regular expressions) that others of its family refuse: the driver
+    does without them, and tells where any other of its questions at opening is refused. `others` are replies to the question that it
+    is recognised by, of instruments that are none of its.
     """
 
     identity: Identity | None = None
@@ -115,3 +144,6 @@ class Manual:
     takes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     steps: Mapping[str, float] = field(default_factory=dict)
     port: Mapping[str, Any] = field(default_factory=dict)
+    left: Sequence[Left] = ()
+    lacks: Sequence[str] | None = None
+    others: Sequence[Any] = ()

@@ -4,11 +4,12 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from typing import Any
 
-from bench.testing.conformance.manual import Model, NotYet, Reply
-from bench.testing.conformance.report import Checks
+from bench.testing.conformance.manual import NotYet, Reply
+from bench.testing.conformance.played import put
+from bench.testing.conformance.report import Checks, same_value
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import InstrumentError
@@ -19,7 +20,7 @@ _LOOKS = 2
 #: How far (relative, s) a driver's patience may be from the stated one.
 _PATIENCE, _LOOK = 0.15, 0.15
 #: What no message is.
-_NONE = Reply("(?!)", b"")
+_NONE = Reply("(?!)", None)
 
 
 class _NotToldError(Exception):
@@ -65,10 +66,8 @@ class _Line:
     def __init__(self, made: Stand, reply: Reply | NotYet, begins: int | None, *, looks: int | None = None) -> None:
         self._made, self._reply, self._begins, self._looks = made, reply, begins, looks
         self._pattern = re.compile(reply.message)
-        transport = made.transport
-        kind = FaultKind.FROZEN if transport == "modbus" else FaultKind.REPLACE
-        self._fault = Fault(kind, self._strikes, times=None)
-        self._transport, self._row = transport, 0
+        self._fault = Fault(FaultKind.REPLACE, self._strikes, times=None)
+        self._transport, self._row = made.transport, 0
         self._after = re.compile(reply.after if isinstance(reply, Reply) else "")
         self._beside = reply.beside if isinstance(reply, Reply) else {}
         self._wanted = self._open = False
@@ -105,9 +104,7 @@ class _Line:
             found = result
             for part in what.split(".") if what else ():
                 found = found[int(part)] if part.isdigit() else getattr(found, part)
-            if not (
-                math.isclose(found, value, rel_tol=1e-6, abs_tol=1e-12) if isinstance(value, float) else found == value
-            ):
+            if not same_value(found, value):
                 raise _NotToldError(f"{name}: {what} is {found} instead of {value}")
 
     def _strikes(self, _: int, message: str) -> bool:
@@ -139,19 +136,10 @@ class _Line:
         self.came = min(self.came, now)
         return self._put(message, self._reply.data)
 
-    def _put(self, message: str, data: bytes) -> bool:
-        match self._transport:
-            case "visa":
-                self._fault.reply = data + b"\n"
-            case "modbus":
-                self._fault.memory[message] = bytes((3, len(data))) + data
-            case "can":
-                verb, index, subindex = message.split()
-                place = int(index[:4], 16).to_bytes(2, "little") + bytes([int(subindex)])
-                command = 0x43 | (4 - len(data)) << 2 if verb == "read" else 0x60
-                self._fault.reply = bytes([command]) + place + data.ljust(4, b"\0")
-            case _:
-                self._fault.reply = data
+    def _put(self, message: str, data: bytes | None) -> bool:
+        self._fault.kind = FaultKind.SILENCE
+        if data is not None:
+            put(self._fault, self._transport, message, data)
         return True
 
 
@@ -168,7 +156,7 @@ def check_replies(trial: Trial) -> None:
             remedy = "Compare its waits with the manual"
             checks.that(f"{name}() lasts {least:g} s to {most:g} s", right, f"{took} s", remedy)
     for reply in checks.manual.replies:
-        name = f"'{reply.data.decode('latin-1') if reply.data.isascii() else reply.data.hex(' ')}' to {reply.message}"
+        name = f"{_shown(reply.data)} to {reply.message}"
         if reply.error is None and not reply.reads:
             _goes_on(trial, reply, f"{name} is no error")
             continue
@@ -251,17 +239,7 @@ def _met(trial: Trial, reply: Reply | NotYet, number: int, what: str, error: typ
     return line.longest
 
 
-def check_model(trial: Trial, model: Model) -> None:
-    """Check what a driver says of another model or with other options, or that it does not open with them."""
-    what = " and ".join(str(dict(one)) for one in (model.answers, model.options) if one)
-    errors = model.error if isinstance(model.error, tuple) else (model.error,)
-    refused = trial.checks.refuses(f"not opened with {what}", *errors, remedy="Check it when opening")
-    with refused if errors else nullcontext(), trial.having(**model.options).stand() as made:
-        if model.answers:
-            made.answer(model.answers)
-        instrument = made.open()
-        for name, value in model.states.items():
-            found = getattr(instrument, name)
-            remedy = "Compare with the manual"
-            trial.checks.that(f"{name} with {what}", found == value, f"{found} instead of {value}", remedy)
-        instrument.close()
+def _shown(data: bytes | None) -> str:
+    if data is None:
+        return "silence"
+    return f"'{data.decode('latin-1') if data.isascii() else data.hex(' ')}'"

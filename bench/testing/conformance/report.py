@@ -55,6 +55,11 @@ def in_words(said: object) -> bool:
     return any(character.isalpha() for character in str(said)) and not isinstance(said, int | float)
 
 
+def same_value(found: Any, stated: Any) -> bool:
+    """Tell whether something is as stated; numbers but for what is rounded."""
+    return math.isclose(found, stated, rel_tol=1e-6, abs_tol=1e-12) if isinstance(stated, float) else found == stated
+
+
 def enter(result: Any) -> None:
     """Enter and leave the block that a method gives; nothing for what is none."""
     if hasattr(result, "__enter__"):

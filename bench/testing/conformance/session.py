@@ -56,9 +56,9 @@ class Trial:
         """Return the trial of the driver with other options; the machine behind it stays what it is."""
         return replace(self, subject=replace(self.subject, options=replace(self.subject.options, **options)))
 
-    def stand(self, *, sockets: bool = False) -> AbstractContextManager[Stand]:
+    def stand(self, *, sockets: bool = False, hostile: int | None = None) -> AbstractContextManager[Stand]:
         """Give a bench with its instrument, in the state in which it is found."""
-        return stand(self.subject, self.seed, sockets=sockets)
+        return stand(self.subject, self.seed, sockets=sockets, hostile=hostile)
 
     @contextmanager
     def opened(self, *, listening: bool = False, traffic: Traffic | None = None) -> Iterator[tuple[Stand, Any]]:

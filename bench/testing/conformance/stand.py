@@ -75,7 +75,8 @@ class Stand:
     streams: list[_NotedStream] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._can_buses = CanBuses(self.bench)
+        self._can_ends: list[Any] = []
+        self._can_buses = CanBuses(self)
         #: The clock that the driver is given.
         self.clock: Clock = self.bench.clock
 
@@ -116,9 +117,10 @@ class Stand:
 
     @property
     def connections(self) -> int:
-        """How many connections to instruments are open: streams, and resources of VISA."""
+        """How many connections to instruments are open: streams, ends of a CAN bus, and resources of VISA."""
         visa = self.bench.visa_library.sessions if self.transport == "visa" else 0
-        return visa + sum(not stream.closed for stream in self.streams)
+        ends = sum(not end.is_shut_down for end in self._can_ends)
+        return visa + ends + sum(not stream.closed for stream in self.streams)
 
     def open(
         self, *, guarding: bool = False, elsewhere: bool = False, traffic: Traffic | None = None, address: str = ""
@@ -133,7 +135,7 @@ class Stand:
         surroundings = Surroundings(
             self.clock,
             visa=lambda: pyvisa.ResourceManager(bench.visa_library),
-            can_buses=CanBuses(bench) if elsewhere else self._can_buses,
+            can_buses=CanBuses(self) if elsewhere else self._can_buses,
             in_process=self,
             traffic=traffic,
             guarding=guarding,
@@ -143,15 +145,18 @@ class Stand:
             place = f"can://{place['interface']}/{place['channel']}?node={place['node_id']}"
         return self.subject.driver.open(place, self.subject.options, surroundings)
 
-    def answer(self, answers: Mapping[str, bytes]) -> None:
-        """Have messages (SCPI, by a regular expression) be answered so, and never get to the simulated instrument."""
+    def answer(self, answers: Mapping[str, bytes | None]) -> None:
+        """Have messages (SCPI, by a regular expression) be answered so, and never get to the simulated instrument.
+
+        It queues an error instead for those that are answered by None.
+        """
         taken, given, waiting = self.simulated.write, self.simulated.read, list[bytes]()
 
         def write(data: bytes, *end: Any) -> None:
             said = data.strip().decode("latin-1")
             found = [reply for pattern, reply in answers.items() if re.search(pattern, said)]
-            if not found:
-                taken(data, *end)
+            if not found or found[0] is None:
+                taken(data if not found else b"NO:SUCH:HEADER\n", *end)
             waiting.extend(reply + b"\n" for reply in found[:1] if reply)
 
         def read(*how: Any) -> Any:
@@ -165,8 +170,9 @@ class Stand:
         return self.streams[-1]
 
     def can_bus(self, channel: str) -> Any:
-        """Return an end of a bus in process."""
-        return self.bench.can_bus(channel)
+        """Return an end of a bus in process, of which note is taken."""
+        self._can_ends.append(self.bench.can_bus(channel))
+        return self._can_ends[-1]
 
     def find(self) -> None:
         """Bring the instrument into the state in which it may be found."""
@@ -245,15 +251,20 @@ def motor_for(role: Role, generator: np.random.Generator) -> tuple[VirtualMotor,
 
 
 @contextmanager
-def stand(subject: DriverUnderTest, seed: int = 0, *, sockets: bool = False) -> Iterator[Stand]:
-    """Give a bench with the subject's instrument, in the state in which it is found; on real `sockets` where asked for."""
+def stand(
+    subject: DriverUnderTest, seed: int = 0, *, sockets: bool = False, hostile: int | None = None
+) -> Iterator[Stand]:
+    """Give a bench with the subject's instrument, in the state in which it is found; on real `sockets` where asked for.
+
+    With `hostile`, a seed, it is found as its simulated counterpart's own table says that a last user may have left it.
+    """
     generator = np.random.default_rng([seed, 7])
     motor, six_step = motor_for(subject.role, generator)
     unit = SimulatedUnit(subject.simulated, options=subject.station)
     fixture = subject.role.value in FIXTURE
     errors = Errors(dynamometer=DynamometerErrors(torque_offset=_TORQUE_OFFSET))
     with VirtualBench(
-        motor, [unit], seed=seed, errors=errors, six_step=six_step, sockets=sockets, fixture=fixture
+        motor, [unit], seed=seed, errors=errors, six_step=six_step, sockets=sockets, fixture=fixture, hostile=hostile
     ) as bench:
         made = Stand(subject, bench, generator)
         made.find()

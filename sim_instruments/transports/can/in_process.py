@@ -75,6 +75,11 @@ class DirectEnd(can.BusABC):
     ) -> CyclicSendTaskABC:
         return _BenchTimeTask(self, msgs, period, self._bus.clock)
 
+    @property
+    def is_shut_down(self) -> bool:
+        """Whether it has left the bus."""
+        return self._is_shutdown
+
     def shutdown(self) -> None:
         """Leave the bus; again is allowed."""
         self._listeners.clear()

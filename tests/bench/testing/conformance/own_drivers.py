@@ -9,6 +9,8 @@ from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKi
 from drivers.keysight.options import ImpedanceCalibration, Probe
 from sim_instruments.world.fixture.layout import crosspoints
 from tests.bench.testing.conformance.own_cia402_manuals import CIA402_INVERTER, CIA402_SIX_STEP, INVERTER_VARIANTS
+from tests.bench.testing.conformance.own_cia402_models import INVERTER_MODELS, SIX_STEP_MODELS
+from tests.bench.testing.conformance.own_found_states import LACKS, LEFT
 from tests.bench.testing.conformance.own_manuals import DELTA_BY_COMMAND, E4980A_CALIBRATED, GPT9800_SLOW, MANUALS
 
 VOLTAGE, CURRENT = Probe(ProbeKind.VOLTAGE, 10.0), Probe(ProbeKind.CURRENT, 10.0)
@@ -95,7 +97,10 @@ FOUND: Mapping[str, Any] = {
     "cia402-inverter": _objects({0x6071: 900, 0x60FF: 4000}),
     "cia402-rotor-actuator": _objects({0x60FF: 200_000}),
     "mjbots-moteus": _configured(
-        {"servo.fw.enable": 1.0, "servo.max_current_A": 100.0, "servopos.position_min": -0.01, "servopos.position_max": 0.01}
+        {
+            "servo.enable_motor_temperature": 1.0,
+            "servo.fw.enable": 1.0, "servo.max_current_A": 100.0, "servopos.position_min": -0.01, "servopos.position_max": 0.01,
+        }
     ),
 }  # fmt: skip
 
@@ -124,11 +129,15 @@ _REFUSED: Mapping[str, Sequence[tuple[Mapping[str, Any], Any]]] = {
     "gwinstek-gpt9800": (({"ramp_time": 0.05}, SetpointError), ({"ramp_time": 1000.0}, SetpointError)),
 }  # fmt: skip
 
+_MODELS: Mapping[str, Sequence[Model]] = {"cia402-inverter": INVERTER_MODELS, "cia402-six-step": SIX_STEP_MODELS}
+
 
 def manual_of(name: str) -> Manual:
     """Return what the manual states of a driver's instrument, and the options that it must refuse."""
     refused = (Model(options=options, error=error) for options, error in _REFUSED.get(name, ()))
-    return replace(MANUALS[name], models=(*MANUALS[name].models, *refused))
+    stated = MANUALS[name]
+    models = (*stated.models, *refused, *_MODELS.get(name, ()))
+    return replace(stated, models=models, left=LEFT.get(name, ()), lacks=LACKS.get(name))
 
 
 #: Other options with which each is used as well.
@@ -147,5 +156,10 @@ VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
     "cia402-six-step": ({"heartbeat_time": 1.0},),
     "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}, {"timeout": 0.3}),
     "gwinstek-gpt9800": ({"ramp_time": 0.5}, GPT9800_SLOW),
-    "mjbots-moteus": ({"pole_pairs": 4}, {"maximum_voltage": 50.0}, {"sample_interval": 0.002}),
+    "mjbots-moteus": (
+        {"pole_pairs": 4},
+        {"maximum_voltage": 50.0},
+        {"sample_interval": 0.002},
+        {"current_tolerance": 0.1},
+    ),
 }

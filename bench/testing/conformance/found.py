@@ -1,0 +1,160 @@
+"""What the last user left: told, set to what is needed, kept, watched, and put back when the instrument is closed."""
+
+from collections.abc import Callable
+from typing import Any
+
+from bench.testing.conformance.ends import TAKE_OVER
+from bench.testing.conformance.manual import Left
+from bench.testing.conformance.report import Checks, in_words
+from bench.testing.conformance.session import Trial
+from bench.testing.conformance.stand import Stand
+from drivers.interfaces import InstrumentError, ReportedError
+from drivers.interfaces.found_state import FoundSetting
+from sim_instruments.faults.line_faults import MessageWatch
+
+#: How many states are drawn from the simulated instrument's own table of what a last user may have left.
+_DRAWN, _DRAWN_THOROUGHLY = 1, 4
+_BACK = "Put back what was changed when it was opened"
+
+
+def check_left(trial: Trial) -> None:
+    """Check each setting that the manual names, and states drawn from the simulated instrument's table."""
+    for left in trial.checks.manual.left:
+        having = trial.having(**left.options)
+        _taken_over(having, left)
+        if left.wanted and left.error is None:
+            _not_kept(having, left)
+        if left.watched:
+            _changed_meanwhile(having, left)
+    for seed in (None, *range(_DRAWN_THOROUGHLY if trial.thorough else _DRAWN)):
+        _as_drawn(trial, seed)
+
+
+def _named(left: Left) -> str:
+    return f"left with {left.query} = {left.found}" if left.found else f"left with {left.query}"
+
+
+def _taken_over(trial: Trial, left: Left) -> None:
+    name, checks = _named(left), trial.checks
+    with trial.stand() as made:
+        trial.session.prepare(made)
+        now = _left(made, left)
+        before = now()
+        made.open(guarding=True, elsewhere=True).close()
+        checks.that(f"{name}: guarding changes nothing", now() == before, f"{now()}", "Leave it alone when guarding")
+        if left.error is not None:
+            with checks.refuses(f"{name}: refused", left.error, remedy="Ask when opening", says=(left.says,)):
+                made.open().close()
+            checks.that(f"{name}: left alone where refused", now() == before, f"{now()} instead of {before}", _BACK)
+            return
+        instrument = made.open()
+        rows = [row for row in instrument.found_state if row.query.startswith(left.query)]
+        checks.that(f"{name}: told", len(rows) == 1, f"{len(rows)} rows tell it", "Give it in found_state")
+        for row in rows:
+            _row(checks, name, row, left)
+        if not left.wanted:
+            checks.that(f"{name}: only told", now() == before, f"{now()} instead of {before}", "Leave it alone")
+        else:
+            checks.that(f"{name}: set", now() != before, f"it stays {before}", TAKE_OVER)
+        if not left.alters:
+            # What is only told may be a scale.
+            wrong = trial.wrong(made, instrument, full=trial.thorough and not left.wanted)
+            checks.that(f"{name}: it works", not wrong, wrong, TAKE_OVER)
+        instrument.close()
+        checks.that(f"{name}: put back", now() == before, f"{now()} instead of {before}", _BACK)
+
+
+def _row(checks: Checks, name: str, row: FoundSetting, left: Left) -> None:
+    remedy = "Tell what was found, what is needed, whether it was changed, and what another value does"
+    checks.that(f"{name}: as found", row.found == left.found, f"it says {row.found}", remedy)
+    right = row.changed if row.wanted == left.wanted != "" else row.wanted in ("", row.found) and not row.changed
+    checks.that(f"{name}: as needed", right, f"'{row.wanted}', {'' if row.changed else 'not '}changed", remedy)
+    checks.that(f"{name}: its effect", in_words(row.effect), f"{row.effect}", remedy)
+
+
+def _not_kept(trial: Trial, left: Left) -> None:
+    """Check that a setting which does not stay as it was set is told, with nothing held."""
+    with trial.stand() as made:
+        trial.session.prepare(made)
+        now = _left(made, left)
+        before, connections = now(), made.connections
+        if made.transport == "visa":
+            made.answer({f"^{left.query.split('?')[0]} ": b""})
+        else:
+            _keep_so(made, left)
+        remedy = "Read back what was set, and raise ReportedError where it is another"
+        with trial.checks.refuses(f"{_named(left)}, and kept so", ReportedError, remedy=remedy):
+            made.open().close()
+        held = made.connections - connections
+        trial.checks.that("nothing is held of what is refused", held <= 0, f"{held} are open", "Close the connection")
+        trial.checks.that(f"{_named(left)}: as before", now() == before, f"{now()} instead of {before}", _BACK)
+
+
+def _changed_meanwhile(trial: Trial, left: Left) -> None:
+    with trial.opened() as (made, instrument):
+        trial.session.brief(made, instrument, Checks())
+        _left(made, left)
+        remedy = "Look at it again before each use that rests on it"
+        with trial.checks.refuses(f"{_named(left)} during use", ReportedError, remedy=remedy):
+            trial.session.brief(made, instrument, Checks())
+            trial.session.full(made, instrument, Checks())
+
+
+def _as_drawn(trial: Trial, seed: int | None) -> None:
+    """Check one state: as it is found, or as a seed draws it from the simulated instrument's table."""
+    name = "as found" if seed is None else f"as a last user may leave it ({seed})"
+    checks, during = trial.checks, Checks()
+    with trial.stand(hostile=seed) as made:
+        trial.session.prepare(made)
+        try:
+            instrument: Any = made.open()
+        except InstrumentError as error:
+            told = seed is not None and in_words(error.what)
+            checks.that(f"{name}: is told", told, f"{error}", "Take over what may be set, and tell what may not")
+            return
+        rows = instrument.found_state
+        changed = [row for row in rows if row.changed and made.transport == "visa"]
+        for row in changed:
+            now = _asked(made, row.query)
+            right = row.wanted in now or row.found not in now
+            checks.that(f"{name}: {row.query} is set", right, f"it is {now}", TAKE_OVER)
+        try:
+            trial.session.brief(made, instrument, during)
+        except InstrumentError as error:
+            told = seed is not None and in_words(error.what)
+            checks.that(f"{name}: is told", told, f"{error}", "Take over what may be set, and tell what may not")
+        checks.that(f"{name}: never becomes a value", not during.wrong, during.wrong, TAKE_OVER)
+        instrument.close()
+        for row in changed:
+            back = _asked(made, row.query)
+            checks.that(f"{name}: {row.query} is put back", row.found in back, f"{back} instead of {row.found}", _BACK)
+
+
+def _left(made: Stand, left: Left) -> Callable[[], Any]:
+    """Leave a setting so, and return what asks for it as it is at present."""
+    if isinstance(left.leave, str):
+        for message in (*left.leave.split(";;"), "*CLS"):
+            made.simulated.write(message.encode() + b"\n")
+    else:
+        left.leave(made.simulated)
+    if left.now is not None:
+        now = left.now
+        return lambda: now(made.simulated)
+    return lambda: _asked(made, left.query)
+
+
+def _keep_so(made: Stand, left: Left) -> None:
+    """Have a setting be as it was left again before each message."""
+
+    def again(*_: Any) -> bool:
+        if not isinstance(left.leave, str):
+            left.leave(made.simulated)
+        return False
+
+    made.faults.watch(MessageWatch(again, lambda: None))
+
+
+def _asked(made: Stand, query: str) -> str:
+    """Return what the simulated instrument answers to a query."""
+    made.simulated.write(query.encode() + b"\n")
+    return bytes(made.simulated.read(200, 1.0)[0]).decode("latin-1").strip()

@@ -1,0 +1,43 @@
+"""Other models of an instrument's family, other versions of its firmware, and options with which it must not open."""
+
+from contextlib import nullcontext
+from typing import Any
+
+from bench.testing.conformance.manual import Model
+from bench.testing.conformance.played import play
+from bench.testing.conformance.report import same_value
+from bench.testing.conformance.session import Trial
+
+
+def check_model(trial: Trial, model: Model) -> None:
+    """Check what a driver says of another model or with other options, or that it does not open with them."""
+    what = " and ".join(str(dict(one)) for one in (model.answers, model.options) if one)
+    errors = model.error if isinstance(model.error, tuple) else (model.error,)
+    refused = trial.checks.refuses(
+        f"not opened with {what}", *errors, remedy="Check it when opening", says=(model.says,)
+    )
+    with refused if errors else nullcontext(), trial.having(**model.options).stand() as made:
+        trial.session.prepare(made)
+        if model.answers:
+            play(made, model.answers)
+        before = made.connections
+        try:
+            instrument = made.open()
+        except Exception:
+            left, remedy = made.connections - before, "Close the connection of what is not opened"
+            trial.checks.that(f"nothing is held of {what}", left <= 0, f"{left} connections are open", remedy)
+            raise
+        for name, value in model.states.items():
+            found = _stated(instrument, name)
+            remedy = "Compare with the manual"
+            trial.checks.that(f"{name} with {what}", same_value(found, value), f"{found} instead of {value}", remedy)
+        instrument.close()
+
+
+def _stated(instrument: Any, name: str) -> Any:
+    """Return what a path leads to: of a method, what it returns when it is called with nothing."""
+    found = instrument
+    for part in name.split("."):
+        found = found[int(part)] if part.isdigit() else getattr(found, part)
+        found = found() if callable(found) else found
+    return found

@@ -1,0 +1,108 @@
+"""Opening with a disturbed line: told or done right, with nothing held of what did not open."""
+
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any
+
+from bench.testing.conformance.disturbed import LATE, WHAT, disturbances
+from bench.testing.conformance.played import play
+from bench.testing.conformance.report import Checks, in_words
+from bench.testing.conformance.session import Trial
+from bench.testing.conformance.stand import Stand
+from drivers.interfaces import InstrumentError
+from sim_instruments.faults.line_faults import Fault
+
+_HELD = "Close the connection of what does not open"
+
+
+def check_opening(trial: Trial) -> None:
+    """Disturb each different message of opening, in two of the ways that its line can be, or in every way; and refuse each question."""
+    messages, transport = _heard(trial)
+    different = {text: number for number, text in reversed(list(enumerate(messages, 1)))}
+    for turn, (text, number) in enumerate(sorted(different.items(), key=lambda one: one[1])):
+        kinds = disturbances(text, transport)
+        many = len(kinds) if trial.thorough else 2
+        for kind in sorted({kinds[(turn + step) % len(kinds)] for step in range(many if kinds else 0)}):
+            with trial.stand() as made:
+                made.faults.add(Fault.at(kind, number, delay=LATE))
+                _opened(trial, made, f"{WHAT[kind]} when opening", text)
+    if transport in ("visa", "modbus", "can"):
+        for text in _questions(different, transport):
+            _refused(trial, text)
+
+
+def _heard(trial: Trial) -> tuple[list[str], str]:
+    """Return the messages of opening, and what they go by."""
+    with trial.stand() as made:
+        trial.session.prepare(made)
+        made.listen()
+        made.open().close()
+        return [text for text, _ in made.messages], made.transport
+
+
+def _questions(texts: dict[str, int], transport: str) -> Iterator[str]:
+    for text in texts:
+        if ("?" in text and "ERR" not in text) if transport == "visa" else text.startswith("read"):
+            yield text
+
+
+def _opened(trial: Trial, made: Stand, what: str, text: str) -> bool:
+    """Open with what disturbs it; return whether it opened. What did not is told, and opens once nothing disturbs it."""
+    checks = trial.checks
+    trial.session.prepare(made)
+    before = made.connections
+    try:
+        instrument: Any = made.open()
+    except InstrumentError as error:
+        checks.that(f"{what}: is told", in_words(error.what), f"it says '{error.what}'", "Say what was wrong in words")
+        held = made.connections - before
+        checks.that(f"{what}: nothing is held", held <= 0, f"{held} connections are open after '{text}'", _HELD)
+        made.faults.clear()
+        instrument = _again(made)
+        wrong = trial.wrong(made, instrument)
+        checks.that(f"{what}: opened again, it works", not wrong, f"after '{text}': {wrong}", _HELD)
+        instrument.close()
+        return False
+    made.faults.clear()
+    during = Checks()
+    try:
+        trial.session.brief(made, instrument, during)
+    except InstrumentError as error:
+        checks.that(f"{what}: is told", in_words(error.what), f"it says '{error.what}'", "Say what was wrong in words")
+    remedy = "Ask again, or refuse to open"
+    checks.that(f"{what}: never becomes a value", not during.wrong, f"'{text}': {during.wrong}", remedy)
+    instrument.close()
+    return True
+
+
+def _again(made: Stand) -> Any:
+    """Open once more; an error that waits from the first time may be told before that."""
+    with suppress(InstrumentError):
+        return made.open()
+    return made.open()
+
+
+def _refused(trial: Trial, text: str) -> None:
+    """Check a question that is refused: what others of the family have not is done without, and all else is told."""
+    with trial.stand() as made:
+        play(made, {f"^{re.escape(text.strip())}\\r?$": None})
+        opened = _opened_so(trial, made, text)
+    lacks = trial.checks.manual.lacks
+    if lacks is None:
+        return
+    may = any(re.search(pattern, text) for pattern in lacks)
+    wrong = f"'{text}' is refused, and it {'opens' if opened else 'does not open'}"
+    trial.checks.that("what it may lack at opening", opened is may, wrong, "Compare with the family's other models")
+
+
+def _opened_so(trial: Trial, made: Stand, text: str) -> bool:
+    """Tell whether it opens where a question is refused for good."""
+    trial.session.prepare(made)
+    try:
+        made.open().close()
+    except InstrumentError as error:
+        said = in_words(error.what)
+        trial.checks.that("a refusal when opening: is told", said, f"'{text}': {error.what}", "Say it in words")
+        return False
+    return True

@@ -1,0 +1,57 @@
+"""Replies that are played in the place of the simulated instrument's, whatever its line."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from bench.testing.conformance.stand import Stand
+from sim_instruments.faults.line_faults import Fault, FaultKind
+
+#: What a node says of an object that it has not (CiA 301), and a Modbus unit of a register.
+_NO_OBJECT = (0x06020000).to_bytes(4, "little")
+_NO_REGISTER = 2
+
+
+def play(made: Stand, answers: Mapping[str, bytes | None]) -> None:
+    """Have messages (by a regular expression) be answered so from now on; None is what an instrument says that has no such thing.
+
+    Messages are named as in a `Reply`.
+    """
+    if made.transport == "visa":
+        made.answer(answers)
+        return
+    for pattern, data in answers.items():
+        fault = Fault.on(FaultKind.REPLACE, pattern, times=None)
+        fault.strikes = partial(_struck, made.transport, fault, fault.strikes, data)
+        made.faults.add(fault)
+
+
+def put(fault: Fault, transport: str, message: str, data: bytes | None) -> None:
+    """Have a fault that strikes a message answer it by data (a `Reply`'s), or by a refusal where there is None."""
+    fault.kind = FaultKind.REPLACE
+    match transport:
+        case "visa":
+            fault.reply = (data or b"") + b"\n"
+        case "modbus" if data is None:
+            fault.kind, fault.code = FaultKind.EXCEPTION, _NO_REGISTER
+        case "modbus":
+            fault.kind = FaultKind.FROZEN
+            fault.memory[message] = bytes((3, len(data or b""))) + (data or b"")
+        case "can":
+            verb, index, subindex = message.split()
+            place = int(index[:4], 16).to_bytes(2, "little") + bytes([int(subindex)])
+            if data is None:
+                fault.reply = b"\x80" + place + _NO_OBJECT
+                return
+            command = 0x43 | (4 - len(data)) << 2 if verb == "read" else 0x60
+            fault.reply = bytes([command]) + place + data.ljust(4, b"\0")
+        case _:
+            fault.reply = data or b""
+
+
+def _struck(
+    transport: str, fault: Fault, strikes: Callable[[int, str], bool], data: bytes | None, count: int, message: str
+) -> bool:
+    if not strikes(count, message):
+        return False
+    put(fault, transport, message, data)
+    return True
