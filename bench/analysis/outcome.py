@@ -1,13 +1,15 @@
 """What an analysis tells, in the shape of `--json`."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied
 from bench.captures import Capture, CaptureChannel, CaptureError
+from bench.captures.capture import FloatArray
 from drivers.interfaces.text import Text, Translate, english, text, text_of, word
 from procedures.core.budget import Uncertainties
 from procedures.core.misfit_text import misfit_row, sentence
@@ -213,6 +215,16 @@ def open_unit(
 def named(factors: Mapping[str, float] | None) -> Mapping[str, float]:
     """Return the factors, none where not given."""
     return factors or {}
+
+
+def refuse_copies(records: Sequence[tuple[str, FloatArray]]) -> None:
+    """Raise CaptureError where a record, of a name and its readings, is another once more: it would count twice."""
+    for place, (name, values) in enumerate(records):
+        for earlier, others in records[:place]:
+            if np.array_equal(values, others):
+                raise CaptureError(
+                    name, text("holds the same readings as {earlier}; give each record once", earlier=earlier)
+                )
 
 
 def paths_of(files: Any) -> list[Path | str]:
