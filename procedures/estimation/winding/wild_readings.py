@@ -49,7 +49,8 @@ def wild_at_angles(design: FloatArray, values: FloatArray, resolution: float) ->
     inverse = np.linalg.inv(design[kept].T @ design[kept])
     reach = -float(special.stdtrit(freedom, 0.5 * _CHANCE / n))
     far = np.sqrt(variance * (1.0 + np.einsum("ij,jk,ik->i", design[suspects], inverse, design[suspects])))
-    return suspects[np.abs(values[suspects] - design[suspects] @ coefficients) > reach * far]
+    off = np.abs(values[suspects] - design[suspects] @ coefficients)
+    return np.asarray(suspects[off > reach * far], dtype=np.intp)
 
 
 def wild_over_time(values: FloatArray, resolution: float) -> IntArray:
