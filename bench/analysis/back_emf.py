@@ -9,7 +9,7 @@ from GTC.lib import UncertainReal
 
 from bench.analysis.back_emf_details import detail_record, detail_speeds, warn_of_record
 from bench.analysis.back_emf_record import BackEmfRecord, read_record
-from bench.analysis.outcome import AnalysisOutcome, named, paths_of
+from bench.analysis.outcome import AnalysisOutcome, named, paths_of, refuse_copies
 from bench.analysis.probe_connection import PROBES, ProbeConnection, by_name, judge_connection
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
@@ -81,6 +81,7 @@ def analyze_back_emf(
     ]
     first = records[0]
     fit = first.fit
+    refuse_copies([(record.capture.source, record.values) for record in records])
     typed = connection is not None
     connection = connection or by_name(first.names) or "line"
     factor = line_to_phase(1.0) if connection == "line" else 1.0
@@ -98,7 +99,7 @@ def analyze_back_emf(
                 if not each.unit
             )
         )
-        warn_of_record(outcome, record.capture, record.fit)
+        warn_of_record(outcome, record)
         judge_frequency(outcome, record.fit.frequency, turning, ("electrical_frequency", *hanging))
     judge_connection(outcome, records, connection, hanging, typed=typed)
     pole_pairs = _pole_pairs(outcome, fit, pole_pairs, speed_rpm, speed_uncertainty_rpm)
@@ -125,7 +126,7 @@ def analyze_back_emf(
         outcome.detail(magnet_temperature=temperature.celsius)
     if len(records) == 1:
         frequency = outcome.uncertainties.statistical(
-            "fit of the frequency", fit.frequency, fit.frequency_uncertainty, fit.degrees_of_freedom
+            "fit of the frequency", fit.frequency, first.repeated * fit.frequency_uncertainty, fit.degrees_of_freedom
         )
         outcome.parameter(
             "electrical_frequency",

@@ -16,8 +16,19 @@ from procedures.estimation.emf.speed_trend import OverSpeeds
 from procedures.estimation.fitting.fit import coverage_interval
 
 
-def warn_of_record(outcome: AnalysisOutcome, capture: Capture, fit: BackEmfFit) -> None:
+def warn_of_record(outcome: AnalysisOutcome, record: BackEmfRecord) -> None:
     """Say what looks wrong of a record's speed and of where its probes are."""
+    capture, fit = record.capture, record.fit
+    together = [names for names in record.lines if len(names) > 1]
+    for names in together:
+        outcome.warn(
+            text(
+                "channels {names} show one wave: they are on one line, or copies of each other. They count once, and say nothing of the "
+                "other lines: probe those as well",
+                names=names,
+            ),
+            "one-line",
+        )
     if fit.drift_significant:
         outcome.warn(
             text(
@@ -27,7 +38,7 @@ def warn_of_record(outcome: AnalysisOutcome, capture: Capture, fit: BackEmfFit) 
                 drift_uncertainty=100 * fit.drift_uncertainty,
             )
         )
-    if len(capture.channels) == 3:
+    if len(capture.channels) == 3 and not together:
         first, second = (float(np.degrees(fit.phases[k])) for k in (1, 2))
         if not (abs(abs(first) - 120) < 3 and abs(abs(second) - 120) < 3 and first * second < 0):
             outcome.warn(

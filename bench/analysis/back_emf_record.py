@@ -21,6 +21,8 @@ from procedures.estimation.emf.integrated_flux import FluxEstimate, flux_by_inte
 from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.fitting.misfit import Misfit
 
+#: Waves whose phases are less apart than this (sine, 3°) are one line's.
+_ONE_LINE = 0.05
 _COUPLINGS = ("dc", "ac")
 
 
@@ -45,9 +47,27 @@ class BackEmfRecord:
         return self.fit.drift_significant
 
     @property
+    def lines(self) -> list[list[str]]:
+        """The channels' names, those together that show one wave, or its reverse: they are on one line, or copies of each other."""
+        found: list[tuple[float, list[str]]] = []
+        for name, phase in zip(self.names, self.fit.phases, strict=True):
+            one = next((names for at, names in found if abs(np.sin(phase - at)) < _ONE_LINE), None)
+            if one is None:
+                found.append((float(phase), [name]))
+            else:
+                one.append(name)
+        return [names for _, names in found]
+
+    @property
+    def repeated(self) -> float:
+        """By what the uncertainties of a mean over all channels are too small where several are on one line: each counts once."""
+        return float(np.sqrt(len(self.names) / len(self.lines)))
+
+    @property
     def flux(self) -> Combined:
         """Flux linkage at the probes (V·s/rad), of the estimator that counts."""
-        return self.integrated.flux_linkage if self.drifts else self.fit.flux_linkage
+        found = self.integrated.flux_linkage if self.drifts else self.fit.flux_linkage
+        return replace(found, uncertainty=self.repeated * found.uncertainty, scatter=self.repeated * found.scatter)
 
     @property
     def shares(self) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ import numpy as np
 from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied, ErrorInput
-from bench.analysis.outcome import AnalysisOutcome, estimated, in_units, open_unit, paths_of, pick
+from bench.analysis.outcome import AnalysisOutcome, estimated, in_units, open_unit, paths_of, pick, refuse_copies
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.time_base import warn_of_coast
@@ -90,6 +90,7 @@ def analyze_coast_down(
     captures = [read_capture(path, selection=selection) for path in paths_of(file)]
     if not captures:
         raise CaptureError("capture", text("no file given"))
+    refuse_copies([(capture.source, np.vstack([c.values for c in capture.channels])) for capture in captures])
     for name, constant in (("speed filter", speed_filter), ("torque filter", torque_filter)):
         if not 0.0 <= constant <= _LONGEST_FILTER:
             raise CaptureError(

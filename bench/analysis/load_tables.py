@@ -7,26 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from bench.analysis.map_table import Column, read_table
+from bench.analysis.map_table import SPEED, TORQUE, Column, read_table
 from bench.analysis.run_map import map_of_run
+from bench.analysis.table_outcome import give, told, withheld_rows
 from bench.i18n.errors import InputError, at
-from drivers.interfaces import Accuracy
 from drivers.interfaces.text import Translate, english, text, text_of
-from procedures.core.budget import Uncertainties
-from procedures.core.misfit_text import misfit_row, sentence
+from procedures.core.misfit_text import sentence
 from procedures.estimation.fitting.fit import EstimationError
-from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.flux.capability import largest_torque
 from procedures.estimation.flux.flux_map import GainLimits, MapFigure, MeasuredFluxMap
 from procedures.estimation.flux.inductances import characteristic_current, inductances_at
-from procedures.estimation.flux.load_points import efficiency_of
 from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
 from procedures.estimation.flux.published_map import read_map
 from procedures.estimation.flux.short_circuit import fit_short_circuit
 from procedures.techniques.maps.results import table_of
 
-_TORQUE = ("torque", "t", "m")
-_SPEED = ("speed", "n", "w", "rpm", "krpm", "1/min", "min-1", "u/min", "r/min", "rad/s")
 _MAP = {
     "i_d": Column("A", ("id", "currentd", "dcurrent")),
     "i_q": Column("A", ("iq", "currentq", "qcurrent")),
@@ -34,19 +29,14 @@ _MAP = {
     "psi_q": Column("V·s", ("psiq", "fluxq", "phiq", "qflux", "fq")),
     "u_psi_d": Column("V·s", ("upsid",)),
     "u_psi_q": Column("V·s", ("upsiq",)),
-    "torque": Column("N·m", (*_TORQUE, "tem", "te")),
+    "torque": Column("N·m", (*TORQUE, "tem", "te")),
 }
 _SHORT = {
-    "speed": Column("rad/s", _SPEED),
+    "speed": Column("rad/s", SPEED),
     "electrical_speed": Column("rad/s", ("welectrical", "electricalspeed", "speedelectrical", "we")),
     "current": Column("A", ("current", "i", "isc")),
-    "torque": Column("N·m", _TORQUE),
+    "torque": Column("N·m", TORQUE),
     "friction": Column("N·m", ("friction", "topen", "openl")),
-}
-_LOAD = {
-    "torque": Column("N·m", _TORQUE),
-    "speed": Column("rad/s", _SPEED),
-    "power": Column("W", ("power", "p", "pin", "pel", "inputpower", "electricalpower")),
 }
 _SHARES = (0.25, 0.5, 0.75, 1.0)
 
@@ -72,7 +62,7 @@ def analyze_flux_map(
         found = read_map(
             points, flux, uncertainty=spread, torque=columns.get("torque"), pole_pairs=pole_pairs, gains=gains
         )
-        made = _told(path, found.misfit, translate)
+        made = told(path, found.misfit, translate)
         details = made["details"]
         details |= {
             "points": len(points),
@@ -85,10 +75,10 @@ def analyze_flux_map(
         }
         withheld = found.misfit.withholding("flux_map")
         if withheld is not None:
-            made["withheld"] = _withheld(("flux_linkage", "d_axis_inductance", "q_axis_inductance"), withheld.cause.value,
+            made["withheld"] = withheld_rows(("flux_linkage", "d_axis_inductance", "q_axis_inductance"), withheld.cause.value,
                                          sentence(withheld).render(translate))  # fmt: skip
             return made
-        _of_map(found.map, made, pole_pairs, voltage, current, resistance)
+        _of_map(found.map, made, pole_pairs, voltage, current, resistance, translate)
     except EstimationError as error:
         raise InputError(at(str(path), text_of(error))) from error
     if spread is None:
@@ -117,7 +107,7 @@ def analyze_run_map(
     """
     try:
         found = map_of_run(path)
-        made = _told(path, found.misfit, translate)
+        made = told(path, found.misfit, translate)
         made["details"] |= {
             "readings": found.fit.residuals.size // 2,
             "points": len(found.map.points),
@@ -125,7 +115,7 @@ def analyze_run_map(
             "symmetry_tested": found.symmetry_tested,
             "full_scale": found.map.full_scale,
         }
-        _of_map(found.map, made, pole_pairs, voltage, current, resistance)
+        _of_map(found.map, made, pole_pairs, voltage, current, resistance, translate)
     except EstimationError as error:
         raise InputError(at(str(path), text_of(error))) from error
     if pole_pairs is None:
@@ -140,6 +130,7 @@ def _of_map(
     voltage: float | None,
     current: float | None,
     resistance: float,
+    translate: Translate,
 ) -> None:
     poles = 1.0 if pole_pairs is None else pole_pairs
     zero = inductances_at(measured, 0.0, 0.0)
@@ -149,7 +140,7 @@ def _of_map(
     for name, unit, figure in (
         ("flux_linkage", "V·s", flux), ("d_axis_inductance", "H", zero.dd), ("q_axis_inductance", "H", zero.qq),
     ):  # fmt: skip
-        made["parameters"][name] = _parameter(name, unit, figure, "flux-map")
+        give(made, name, unit, figure, "flux-map", translate)
     # A square table's corners hold more current than any arc within it.
     most = float(np.min(np.max(np.abs(measured.points), axis=0)))
     most = most if current is None else min(current, measured.largest_current)
@@ -210,7 +201,7 @@ def analyze_short_circuit(
         )  # fmt: skip
     except EstimationError as error:
         raise InputError(at(str(path), text_of(error))) from error
-    made = _told(path, found.misfit, translate)
+    made = told(path, found.misfit, translate)
     made["details"] |= {name: figure.as_dict() if isinstance(figure, MapFigure) else figure
                         for name, figure in vars(found).items() if name != "misfit"}  # fmt: skip
     resistance = found.resistance or found.resistance_by_current
@@ -222,9 +213,9 @@ def analyze_short_circuit(
         if figure is None:
             continue
         if reason is None:
-            made["parameters"][name] = _parameter(name, unit, figure, "short-circuit")
+            give(made, name, unit, figure, "short-circuit", translate)
         else:
-            made["withheld"] |= _withheld((name,), reason.cause.value, sentence(reason).render(translate))
+            made["withheld"] |= withheld_rows((name,), reason.cause.value, sentence(reason).render(translate))
     made["assumptions"].append(
         text("L_d is the chord from zero to the short-circuit current, not the slope at zero").render(translate)
     )
@@ -233,72 +224,3 @@ def analyze_short_circuit(
             text("without --flux-linkage only the current at high speed and R from torque are known").render(translate)
         )
     return made
-
-
-def analyze_efficiency(
-    path: Path,
-    *,
-    mapped: Sequence[str] = (),
-    accuracies: Mapping[str, Accuracy] | None = None,
-    translate: Translate = english,
-) -> dict[str, Any]:
-    """Return efficiency and loss of each row of torque, speed and electrical power. Raises InputError where none can be evaluated."""
-    columns = read_table(path, _LOAD, ("torque", "speed", "power"), mapped)
-    made = _told(path, Misfit(), translate)
-    limits, uncertainties, rows = accuracies or {}, Uncertainties(), []
-    for number, (torque, speed, power) in enumerate(
-        zip(*(columns[n] for n in ("torque", "speed", "power")), strict=True), 1
-    ):
-        if not all(math.isfinite(each) for each in (torque, speed, power)):
-            rows.append({"row": number, "refused": text("a cell is empty").render(translate)})
-            continue
-        read = {
-            name: uncertainties.instrument(name, value, limits.get(name, Accuracy(source="as stated")))
-            for name, value in (("torque", torque), ("speed", speed), ("power", power))
-        }
-        try:
-            point = efficiency_of(read["torque"], read["speed"], read["power"])
-        except EstimationError as error:
-            rows.append({"row": number, "refused": text_of(error).render(translate)})
-            continue
-        rows.append({
-            "row": number, "torque": torque, "speed": speed, "generating": point.generating,
-            "efficiency": _quantity(uncertainties, point.efficiency), "loss": _quantity(uncertainties, point.loss),
-        })  # fmt: skip
-    made["details"]["load_points"] = rows
-    refused = [row for row in rows if "refused" in row]
-    if len(refused) == len(rows):
-        raise InputError(
-            at(str(path), text("no row gives an efficiency: {why}", why=refused[0]["refused"] if refused else ""))
-        )
-    made["warnings"] += [
-        {"id": "", "text": text("row {row}: {why}", row=row["row"], why=row["refused"]).render(translate)}
-        for row in refused
-    ]
-    return made
-
-
-def _quantity(uncertainties: Uncertainties, quantity: Any) -> dict[str, Any]:
-    return MapFigure(float(quantity.x), float(quantity.u), uncertainties.interval(quantity)).as_dict()
-
-
-def _parameter(name: str, unit: str, figure: MapFigure, procedure: str) -> dict[str, Any]:
-    uncertainties = Uncertainties()
-    quantity = uncertainties.statistical(text("the fit"), figure.value, figure.standard_uncertainty, math.inf)
-    made = uncertainties.parameter(name, unit, quantity, procedure=procedure, section="", estimator="")
-    return {**made.as_dict(), "coverage_interval": list(figure.coverage_interval)}
-
-
-def _withheld(names: Sequence[str], cause: str, message: str) -> dict[str, Any]:
-    return {name: {"cause": cause, "message": message, "procedure": "flux-map", "section": ""} for name in names}
-
-
-def _told(path: Path, misfit: Misfit, translate: Translate) -> dict[str, Any]:
-    return {
-        "parameters": {},
-        "withheld": {},
-        "misfit": [misfit_row(finding, translate) for finding in misfit.findings],
-        "assumptions": [],
-        "warnings": [{"id": f.cause.value, "text": sentence(f).render(translate)} for f in misfit.findings],
-        "details": {"source": str(path)},
-    }

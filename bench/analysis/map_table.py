@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.captures.text import BEYOND, number
 from bench.captures.units import si
 from bench.i18n.errors import InputError, UsageError, at
 from drivers.interfaces.text import reason_of, text
@@ -44,6 +45,11 @@ class Column:
     headings: tuple[str, ...]
 
 
+#: Headings of a torque and of a speed.
+TORQUE = ("torque", "t", "m")
+SPEED = ("speed", "n", "w", "rpm", "krpm", "1/min", "min-1", "u/min", "r/min", "rad/s")
+
+
 @dataclass(frozen=True)
 class _Heading:
     """A heading's name, plain, and its unit (SI) with its factor, from rms to peak where it says rms; an empty unit where it says none."""
@@ -70,7 +76,12 @@ def read_table(
     so or not. Raises InputError naming file, line and column, also where a unit is left open; UsageError for a mapping that names nothing.
     """
     content = _content(path)
-    lines = [line for line in content.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    numbered = [
+        (place, line)
+        for place, line in enumerate(content.splitlines(), 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    lines = [line for _, line in numbered]
     if len(lines) < 2:
         raise InputError(at(str(path), text("a heading and rows of numbers are needed")))
     mark = next((each for each in ("\t", ";", ",") if each in lines[0]), " ")
@@ -85,11 +96,11 @@ def read_table(
     for each in mapped:
         name, place, said = _mapped(path, each, known, heading)
         places[name] = place, said if said.unit else below[place]
-    for number, cell in enumerate(heading):
+    for place, cell in enumerate(heading):
         said = _split(cell, known)
         ours = next((key for key, column in known.items() if said.name in column.headings), None)
-        if ours is not None and ours not in places and number not in {place for place, _ in places.values()}:
-            places[ours] = number, said if said.unit else below[number]
+        if ours is not None and ours not in places and place not in {taken for taken, _ in places.values()}:
+            places[ours] = place, said if said.unit else below[place]
     lacking = [name for name in needed if name not in places and (instead or {}).get(name) not in places]
     if lacking:
         raise InputError(
@@ -100,7 +111,7 @@ def read_table(
         if said.unit != known[name].unit:
             raise _open_unit(path, name, known[name], heading[place])
     return {
-        name: _numbers(path, rows, first, place, heading[place])
+        name: _numbers(path, rows, [each for each, _ in numbered], first, place, heading[place])
         * said.factor
         * (math.sqrt(2.0) if name in rms and not said.rms else 1.0)
         for name, (place, said) in places.items()
@@ -206,19 +217,34 @@ def _plain(name: str) -> str:
     )
 
 
-def _numbers(path: Path, rows: Sequence[Sequence[str]], first: int, place: int, heading: str) -> NDArray[np.float64]:
+def _numbers(
+    path: Path, rows: Sequence[Sequence[str]], lines: Sequence[int], first: int, place: int, heading: str
+) -> NDArray[np.float64]:
     made = np.full(len(rows) - first, np.nan)
-    for line, row in enumerate(rows[first:], first + 1):
+    for at_row, row in enumerate(rows[first:]):
         cell = row[place].strip() if place < len(row) else ""
         if not cell or cell.lower() == "nan":
             continue
-        try:
-            made[line - first - 1] = float(cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell)
-        except ValueError:
+        line = lines[min(first + at_row, len(lines) - 1)]
+        read = number(cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell)
+        if read is None:
             raise InputError(
                 at(
                     str(path),
                     text("line {line}, column {column}: '{cell}' is no number", line=line, column=heading, cell=cell),
                 )
-            ) from None
+            )
+        if not abs(read) < BEYOND:
+            raise InputError(
+                at(
+                    str(path),
+                    text(
+                        "line {line}, column {column}: {value:.3g} is a value that no instrument reads; correct or remove the row",
+                        line=line,
+                        column=heading,
+                        value=read,
+                    ),
+                )
+            )
+        made[at_row] = read
     return made

@@ -1,13 +1,15 @@
 """What an analysis tells, in the shape of `--json`."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied
 from bench.captures import Capture, CaptureChannel, CaptureError
+from bench.captures.capture import FloatArray
 from drivers.interfaces.text import Text, Translate, english, text, text_of, word
 from procedures.core.budget import Uncertainties
 from procedures.core.misfit_text import misfit_row, sentence
@@ -15,8 +17,11 @@ from procedures.core.parameters import PARAMETERS
 from procedures.core.result import Withheld
 from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
+from procedures.plausibility.sizes import size_beyond
 
 _Result = TypeVar("_Result")
+#: The cause that a figure is not given for where no motor has such a size.
+IMPLAUSIBLE = "implausible-size"
 TYPE_A_ONLY = text(
     "uncertainties are statistical (Type A), apart from what was entered: gain and offset of scope, probes and sensors are not in "
     "the file and not included; state them with --accuracy"
@@ -81,6 +86,10 @@ class AnalysisOutcome:
                 name, self._procedure, self._section, reason.cause.value, sentence(reason)
             ).as_dict(self._translate)
             return
+        beyond = size_beyond(name, float(quantity.x))
+        if beyond is not None:
+            self.withhold((name,), IMPLAUSIBLE, beyond_words(name, float(quantity.x), beyond))
+            return
         made = self.uncertainties.parameter(
             name,
             PARAMETERS[name].unit,
@@ -135,6 +144,19 @@ class AnalysisOutcome:
             "warnings": [{"id": name, "text": said.render(self._translate)} for name, said in self._warnings],
             "details": self._details,
         }
+
+
+def beyond_words(name: str, value: float, sizes: tuple[float, float]) -> Text:
+    """Return what is said of a parameter whose value (SI) no motor has."""
+    return text(
+        "{label} would be {value:.3g} {unit}, where motors have {least:.0e} to {most:.0e}: look at the units in the headings, at the "
+        "probes' factors, and at --scale",
+        label=PARAMETERS[name].label,
+        value=value,
+        unit=PARAMETERS[name].unit,
+        least=sizes[0],
+        most=sizes[1],
+    )
 
 
 def estimated(capture: Capture, estimate: Callable[[], _Result]) -> _Result:
@@ -213,6 +235,16 @@ def open_unit(
 def named(factors: Mapping[str, float] | None) -> Mapping[str, float]:
     """Return the factors, none where not given."""
     return factors or {}
+
+
+def refuse_copies(records: Sequence[tuple[str, FloatArray]]) -> None:
+    """Raise CaptureError where a record, of a name and its readings, is another once more: it would count twice."""
+    for place, (name, values) in enumerate(records):
+        for earlier, others in records[:place]:
+            if np.array_equal(values, others):
+                raise CaptureError(
+                    name, text("holds the same readings as {earlier}; give each record once", earlier=earlier)
+                )
 
 
 def paths_of(files: Any) -> list[Path | str]:

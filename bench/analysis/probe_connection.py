@@ -75,7 +75,7 @@ def judge_connection(
         return
     shares = []
     for record in records:
-        if len(record.names) < 3 or any(finding.cause in _DISTORTS for finding in record.misfit.findings):
+        if len(record.lines) < 3 or any(finding.cause in _DISTORTS for finding in record.misfit.findings):
             return
         share, u_share = in_phase_third(record.capture.times(), record.values, record.fit.model)
         if share < _FLOOR or share < _CLEAR * u_share:

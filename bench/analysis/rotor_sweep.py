@@ -1,8 +1,11 @@
 """Rotor-sweep captures: inductance over angle, or over time while the shaft was turned by hand (§3.3.2)."""
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from bench.analysis.applied import Applied
 from bench.analysis.outcome import AnalysisOutcome, estimated, named, open_unit, pick
@@ -95,7 +98,7 @@ def analyze_rotor_sweep(
             convention="y_equivalent",
             misfit=fit.misfit.of(name),
         )
-    low, high = extremes(inductance.values)
+    low, high = extremes(np.delete(inductance.values, fit.left_out))
     by_note = estimated(capture, lambda: motor_class(low, high, threshold))
     if significant and by_note == "SPMSM":
         outcome.warn(
@@ -115,6 +118,16 @@ def analyze_rotor_sweep(
             ),
             "E3",
         )
+        if capture.time is None and known is None:
+            steps = float(np.median(np.diff(np.unique(angle.values))))
+            outcome.warn(
+                text(
+                    "the pole pairs were not given: angles {steps:.3g}° apart show saliency up to {most:.0f} pole pairs, of more nothing; "
+                    "give --pole-pairs",
+                    steps=math.degrees(steps),
+                    most=max(1.0, math.floor(0.45 * math.pi / steps)),
+                )
+            )
     outcome.detail(
         motor_class=by_note,
         saliency_significant=significant,
@@ -126,5 +139,6 @@ def analyze_rotor_sweep(
         reading_mean=fit.value("mean"),
         reading_amplitude=fit.value("amplitude"),
         residual_rms=fit.residual_rms,
+        left_out=[number + 1 for number in fit.left_out],
     )
     return outcome.as_dict()

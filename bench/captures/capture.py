@@ -77,11 +77,11 @@ class Capture:
         """Return the capture with channels multiplied by factors, by name. Raises CaptureError for an unknown name."""
         wanted = {self.channel(name).name: factor for name, factor in factors.items()}
         for name, factor in wanted.items():
-            if not (np.isfinite(factor) and factor != 0):
+            if not 1e-12 <= abs(factor) <= 1e12:
                 raise CaptureError(
                     self.source,
                     text(
-                        "scale of channel '{name}' is {factor:g}; it must be a number other than 0",
+                        "scale of channel '{name}' is {factor:g}; it must be a number other than 0, from 1e-12 to 1e12 in size",
                         name=name,
                         factor=factor,
                     ),

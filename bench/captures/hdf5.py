@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.captures.capture import Capture, CaptureChannel, CaptureError
+from bench.captures.text import BEYOND
 from bench.journal.waveforms import StoredWaveform, read_waveform, waveform_names
 from drivers.interfaces.text import text
 
@@ -53,7 +54,7 @@ def read_hdf5(path: Path, selected: str = "") -> Capture:
 def _check(path: Path, name: str, waveform: StoredWaveform) -> None:
     if waveform.time.size < 2:
         raise CaptureError(str(path), text("waveform {name} holds fewer than two samples", name=name))
-    if not (np.all(np.isfinite(waveform.time)) and np.all(np.isfinite(waveform.values))):
+    if not (np.all(np.abs(waveform.time) < BEYOND) and np.all(np.abs(waveform.values) < BEYOND)):
         raise CaptureError(
             str(path), text("waveform {name} holds values that are not finite numbers; retake it", name=name)
         )

@@ -15,6 +15,10 @@ from drivers.interfaces.text import reason_of, text
 LONGEST = 512 * 1024 * 1024
 
 
+#: No instrument reads such a value, in whatever unit: files mark a missing reading so.
+BEYOND = 1e30
+
+
 class Readable(Protocol):
     """A file that is open for reading."""
 
@@ -86,6 +90,18 @@ def read_numbers(
     if table is None or table.shape[0] != len(lines) - first:
         table = np.array([_row(path, line, first + k + 1, columns, delimiter) for k, line in enumerate(lines[first:])])
     bad = np.argwhere(~np.isfinite(table))
+    beyond = np.argwhere(~(np.abs(table) < BEYOND))
+    if beyond.size and not bad.size:
+        line = first + 1 + int(beyond[0][0])
+        raise CaptureError(
+            str(path),
+            text(
+                "'{content}' holds a value that no instrument reads, {value:.3g}; correct or remove the row",
+                content=lines[line - 1].strip()[:60],
+                value=float(table[tuple(beyond[0])]),
+            ),
+            line,
+        )
     if bad.size:
         line = first + 1 + int(bad[0][0])
         raise CaptureError(

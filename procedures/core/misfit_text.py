@@ -316,6 +316,12 @@ _SEEN_IN_FOUR_WIRE_SCATTER = {
         "at clips, terminals and the supply, and measure again"
     ),
 }
+#: What is said of inductances over a turn: `record` = "sweep".
+_SEEN_IN_SWEEP = {
+    Cause.ODD_READING: text(
+        "reading {number:.0f}, {read:.5g} µH, is left out: the others lead to {expected:.5g} µH there. Read it again"
+    ),
+}
 _SEEN_IN = {
     "cogging": _SEEN_IN_COGGING,
     "four-wire": _SEEN_IN_FOUR_WIRE,
@@ -324,6 +330,7 @@ _SEEN_IN = {
     "six-step-current": _SEEN_IN_SIX_STEP_CURRENT,
     "six-step-torque": _SEEN_IN_SIX_STEP_TORQUE,
     "step": _SEEN_IN_STEP,
+    "sweep": _SEEN_IN_SWEEP,
     "emf": _SEEN_IN_EMF,
     "emf-jumps": _SEEN_IN_EMF_JUMPS,
 }

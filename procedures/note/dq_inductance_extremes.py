@@ -261,9 +261,10 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         bench.show(lambda: plot.made(taken))
         bench.perform(StopTurning())
         time, inductance = np.array([r.time for r in taken]), np.array([r.inductance for r in taken])
-        self.findings["sweep"] = {"time": time.tolist(), "inductance": inductance.tolist()}
         middle = taken[int(np.argsort(inductance)[inductance.size // 2])]
         fit = fit_timed_sweep(time, inductance)
+        time, inductance = np.delete(time, fit.left_out), np.delete(inductance, fit.left_out)
+        self.findings["sweep"] = {"time": time.tolist(), "inductance": inductance.tolist()}
         bench.show(lambda: plot.fitted(time, inductance, fit.residuals))
         return Sweep(time, inductance, middle.inductance_accuracy, fit)
 

@@ -193,7 +193,7 @@ def efficiency(
         Print one JSON object and nothing else.
 
     """
-    from bench.analysis.load_tables import analyze_efficiency
+    from bench.analysis.efficiency_table import analyze_efficiency
     from drivers.interfaces import Accuracy
 
     translate = translator(language_of(language))

@@ -13,6 +13,7 @@ from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.noise import white_noise
 from procedures.estimation.winding.cut_readings import cut_off
 from procedures.estimation.winding.sweep_terms import added_terms
+from procedures.estimation.winding.wild_readings import named, wild_at_angles
 
 MotorClass = Literal["SPMSM", "IPMSM"]
 #: Residuals that resemble their neighbours more than this are no noise.
@@ -21,6 +22,8 @@ _ALIKE = 0.35
 _LEAST_SWING, _SWINGS = 12, 3.0
 #: Of pole pairs up to so many, one that leaves no more than this share of the squares explains the readings.
 _MOST_POLE_PAIRS, _EXPLAINED = 50, 0.2
+#: Places of a period that lie less apart tell no amplitude: singular values' ratio.
+_TOLD_APART = 0.02
 NAMES = ("mean", "amplitude", "phase")
 
 
@@ -31,7 +34,8 @@ class SweepFit(Fit):
     `course` (n,) is 2θ + phase at each reading (rad), so that its multiples of 2π are the d axis; `periods` of the inductance
     were seen; `constant_squares` is Σ(L − mean L)², `tried` how many independent courses of
     2θ the data were compared with, `course_parameters` how many parameters 2θ itself took from the data; `turns` where the readings
-    swing by more than their scatter.
+    swing by more than their scatter. Readings that the others contradict are `left_out`, by their place in what was given: courses and
+    residuals are without them.
     """
 
     course: FloatArray
@@ -40,6 +44,7 @@ class SweepFit(Fit):
     tried: float
     course_parameters: int
     turns: bool = False
+    left_out: tuple[int, ...] = ()
 
 
 def _harmonic(course: FloatArray, inductance: FloatArray) -> tuple[FloatArray, float]:
@@ -48,6 +53,15 @@ def _harmonic(course: FloatArray, inductance: FloatArray) -> tuple[FloatArray, f
     coefficients, *_ = np.linalg.lstsq(design, inductance, rcond=None)
     left = inductance - design @ coefficients
     return coefficients, float(left @ left)
+
+
+def _without_worst(course: FloatArray, inductance: FloatArray) -> float:
+    """Return what mean and cosine of a course leave of Σ L² when the reading that is farthest off is left out."""
+    design = np.column_stack((np.ones_like(course), np.cos(course), np.sin(course)))
+    q, _ = np.linalg.qr(design)
+    left = inductance - q @ (q.T @ inductance)
+    free = np.maximum(1.0 - np.sum(q**2, axis=1), 1e-6)
+    return float(left @ left) - float(np.max(left**2 / free))
 
 
 def resemblance(residuals: FloatArray) -> float:
@@ -137,15 +151,32 @@ def fit_rotor_sweep(
         candidates = _rates(theta, largest_pole_pairs)
         if not candidates:
             raise EstimationError("the angles cover less than one period of the inductance; turn the rotor further")
-        rate = min(candidates, key=lambda r: _harmonic(r * theta, values)[1])
+        rate = min(candidates, key=lambda r: _without_worst(r * theta, values))
         tried = float(len(candidates))
     if rate * np.ptp(theta) < np.pi:
         raise EstimationError(
             f"the angles cover {rate * np.ptp(theta) / (2 * np.pi):.2f} periods of the inductance; "
             "turn the rotor over at least one (half an electrical turn)"
         )
-    plain = sweep_fit(rate * theta, values, None, tried, resolution)
+    _check_phases(rate * theta)
     mechanical = cycles_per_angle is None and pole_pairs != 1
+    wild = wild_at_angles(_expected(theta, rate, mechanical=mechanical), values, resolution)
+    if not wild.size or cut_off(values, resolution):
+        return _fit_at(theta, values, rate, tried, resolution, mechanical=mechanical)
+    kept = np.delete(np.arange(values.size), wild)
+    fit = _fit_at(theta[kept], values[kept], rate, tried, resolution, mechanical=mechanical)
+    # A course is known up to its phase, which the fit has put on.
+    at_wild = rate * theta + float(fit.course[0] - rate * theta[kept[0]])
+    others = fit.value("mean") - fit.value("amplitude") * np.cos(at_wild)
+    misfit = Misfit((*named(wild, values, others), *fit.misfit.findings))
+    return replace(fit, misfit=misfit, left_out=tuple(wild.tolist()))
+
+
+def _fit_at(
+    theta: FloatArray, values: FloatArray, rate: float, tried: float, resolution: float, *, mechanical: bool
+) -> SweepFit:
+    """Return the fit of readings at angles (rad) whose inductance turns `rate` times as fast as they."""
+    plain = sweep_fit(rate * theta, values, None, tried, resolution)
     wrong = (*cut_off(values, resolution), *_wrong_period(theta, values, plain, resolution))
     if wrong or not saliency_significant(plain)[0]:
         return replace(plain, misfit=Misfit(wrong))
@@ -156,6 +187,27 @@ def fit_rotor_sweep(
     fit = sweep_fit(rate * theta, values - added.shape, None, tried, resolution)
     grown = fit.covariance * added.growth + np.diag([added.doubt**2, added.doubt**2, 0.0])
     return replace(fit, covariance=grown, misfit=Misfit(added.findings))
+
+
+def _check_phases(course: FloatArray) -> None:
+    """Raise EstimationError where all angles fall on one or two places of the inductance's period: the amplitude is then any."""
+    size = np.linalg.svd(np.column_stack((np.ones_like(course), np.cos(course), np.sin(course))), compute_uv=False)
+    if size[2] < _TOLD_APART * size[0]:
+        raise EstimationError(
+            "all angles fall on the same one or two places of the inductance's period, which tell no amplitude: take readings at steps "
+            "that are no half or whole period (180° ÷ pole pairs is one)"
+        )
+
+
+def _expected(theta: FloatArray, rate: float, *, mechanical: bool) -> FloatArray:
+    """Return the columns of what readings at angles may follow: mean, second harmonic, and where they are many what goes beside it."""
+    course = rate * theta
+    columns = [np.ones_like(course), np.cos(course), np.sin(course)]
+    if theta.size > 24:
+        columns += [np.linspace(-0.5, 0.5, theta.size), np.cos(2.0 * course), np.sin(2.0 * course)]
+        columns += [part(k * theta) for k in (1, 2) for part in (np.cos, np.sin)] if mechanical else []
+    basis, size, _ = np.linalg.svd(np.column_stack(columns), full_matrices=False)
+    return np.asarray(basis[:, size > 1e-9 * size[0]])
 
 
 def _rates(theta: FloatArray, largest_pole_pairs: int) -> list[float]:

@@ -10,6 +10,11 @@ from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 
 #: A term stands where chance alone would bring as much in this share of sweeps, and where so many readings more are left over.
 _CHANCE, _SPARE = 1e-3, 6
+#: Waves a turn that are less apart are one.
+_SAME = 1e-6
+#: Of a wave of the fourth order that three places a period do not tell from the second, up to this share of the amplitude is expected;
+#: waves are told apart where this share of their squares is left.
+_UNSEEN, _TOLD = 0.05, 0.05
 #: From this share of a mechanical turn on, what goes with it once is told from the mean.
 _WHOLE = 0.9
 
@@ -34,7 +39,9 @@ def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, me
     groups = {Cause.SLOPE: np.column_stack((order, order * wave[:, 1], order * wave[:, 2]))}
     turns = float(np.ptp(angle)) / (2.0 * np.pi) * values.size / (values.size - 1)
     if mechanical:
-        turning = [part(k * angle) for k in (1, 2) for part in (np.cos, np.sin)]
+        # Of one pole pair the inductance itself goes round twice a turn.
+        rate = float(np.ptp(course) / np.ptp(angle))
+        turning = [part(k * angle) for k in (1, 2) if abs(rate - k) > _SAME for part in (np.cos, np.sin)]
         groups[Cause.ECCENTRICITY] = np.column_stack(turning)
     design, found, slope = wave, [], 0
     coefficients, squares = _solve(design, values)
@@ -62,10 +69,18 @@ def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, me
         doubt = float(np.hypot(doubt, 0.5 * coefficients[slope] / np.sqrt(3.0)))
     # A wave of the fourth order may be the winding's own, or an angle that the magnets' detent moves, which moves the mean by as much.
     fourth = np.column_stack((np.cos(2.0 * course), np.sin(2.0 * course)))
-    if _probability(design, fourth, values, squares) < _CHANCE:
+    if not _seen(wave, fourth):
+        doubt = float(np.hypot(doubt, _UNSEEN * np.hypot(*coefficients[1:3]) / np.sqrt(3.0)))
+    elif _probability(design, fourth, values, squares) < _CHANCE:
         size = float(np.hypot(*_solve(np.column_stack((design, fourth)), values)[0][-2:]))
         doubt = float(np.hypot(doubt, size / np.sqrt(3.0)))
     return Added(tuple(found), np.asarray(shape), float(np.max(after / before)), doubt)
+
+
+def _seen(design: FloatArray, group: FloatArray) -> bool:
+    """Tell whether readings at these places tell a group of terms from the design's."""
+    left = group - design @ np.linalg.lstsq(design, group, rcond=None)[0]
+    return bool(np.sum(left**2) > _TOLD * np.sum(group**2))
 
 
 def _solve(design: FloatArray, values: FloatArray) -> tuple[FloatArray, float]:

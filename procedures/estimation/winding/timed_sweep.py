@@ -14,6 +14,7 @@ from procedures.estimation.fitting.nonlinear import minimise
 from procedures.estimation.winding.cut_readings import cut_off
 from procedures.estimation.winding.rotor_sweep import SweepFit, resemblance, saliency_significant, sweep_fit
 from procedures.estimation.winding.turning_points import held_to_turning_points
+from procedures.estimation.winding.wild_readings import led_to, named, wild_over_time
 
 ComplexArray = NDArray[np.complex128]
 _CHIRPS, _FINE = np.linspace(-0.6, 0.6, 25), 16
@@ -186,6 +187,9 @@ def fit_timed_sweep(
     increasing(t)
     if np.ptp(values) == 0:
         raise EstimationError("all inductance readings are alike; check that the meter triggers anew for each reading")
+    wild = wild_over_time(values, resolution)
+    odd = named(wild, values, led_to(values))
+    t, values = np.delete(t, wild), np.delete(values, wild)
     x = 2 * (t - t[0]) / (t[-1] - t[0]) - 1
     scanned, tried = _scan(x, values)
     n = t.size
@@ -220,4 +224,5 @@ def fit_timed_sweep(
             "turn (two periods) during the sweep"
         )
     held = held_to_turning_points(fit, values, resolution)
-    return replace(held, misfit=Misfit((*cut_off(values, resolution), *held.misfit.findings)))
+    found = Misfit((*cut_off(values, resolution), *odd, *held.misfit.findings))
+    return replace(held, misfit=found, left_out=tuple(wild.tolist()))

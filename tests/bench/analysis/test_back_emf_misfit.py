@@ -207,3 +207,33 @@ def test_names_that_say_it_are_taken_at_their_word(tmp_path: Path, names: str, l
     found = analyze_back_emf(three(tmp_path, names, third=0.0, line=bool(line)), coupling={"": "dc"})
     factor = np.sqrt(3.0) if line is None else 1.0
     assert flux(found)["value"] * factor == pytest.approx(5.0 / (2.0 * np.pi * 100.0), rel=1e-3)
+
+
+def test_channels_on_one_line_count_once(tmp_path: Path) -> None:
+    random = np.random.default_rng(8)
+    wave = 5.0 * np.cos(2.0 * np.pi * 100.0 * TIMES)
+    first = wave + random.normal(0.0, 0.02, wave.size)
+
+    def analyzed(name: str, *channels: np.ndarray) -> dict[str, Any]:
+        path = tmp_path / f"{name}.csv"
+        heading = ",".join(["t (s)", *(f"CH{k + 1} (V)" for k in range(len(channels)))])
+        np.savetxt(path, np.column_stack((TIMES, *channels)), delimiter=",", header=heading, comments="", fmt="%.9g")
+        return analyze_back_emf(path, coupling={"": "dc"})
+
+    alone = analyzed("alone", first)
+    assert "one-line" not in {warning["id"] for warning in alone["warnings"]}
+    for others in ((first,), (first, first), (-first,), (0.995 * first, first)):
+        found = analyzed("copies", first, *others)
+        assert "one-line" in {warning["id"] for warning in found["warnings"]}
+        assert flux(found)["standard_uncertainty"] >= 0.99 * flux(alone)["standard_uncertainty"]
+    # Three lines are three.
+    ids = {warning["id"] for warning in analyze_back_emf(three(tmp_path, "CH1 CH2 CH3", line=True))["warnings"]}
+    assert "one-line" not in ids
+
+
+def test_a_record_given_twice_is_refused(tmp_path: Path) -> None:
+    first = stored(tmp_path, SETUP, "first")
+    second = tmp_path / "second.csv"
+    second.write_bytes(first.read_bytes())
+    with pytest.raises(CaptureError, match="holds the same readings as"):
+        analyze_back_emf([first, second], speeds=2)

@@ -196,6 +196,46 @@ def test_a_speed_of_no_unit_is_what_was_typed(call: Call, tmp_path: Path, option
     assert json.loads(out)["parameters"]["coulomb_deceleration"]["value"] == pytest.approx(50.0, rel=0.02)
 
 
+@pytest.mark.parametrize(
+    ("command", "heading", "sizes", "absent"),
+    [
+        ("step-response", "time (s),CH1 (V),CH2 (A)", (1.0, 1e-6), {"loop_resistance"}),
+        ("step-response", "time (s),CH1 (V),CH2 (A)", (1e6, 1.0), {"loop_resistance", "loop_inductance", "inductance"}),
+        ("back-emf", "time (s),CH1 (V)", (1e9,), {"flux_linkage"}),
+        ("rotor-sweep", "angle (rad),L (H)", (1e9,), {"d_axis_inductance", "q_axis_inductance"}),
+    ],
+)
+def test_a_size_that_no_motor_has_is_not_given(
+    call: Call, tmp_path: Path, command: str, heading: str, sizes: tuple[float, ...], absent: set[str]
+) -> None:
+    random = np.random.default_rng(2)
+    time = TIMES - 0.02 if command == "step-response" else TIMES
+    shapes = {
+        "step-response": (np.where(time > 0.0, 1.0, 0.0), -np.expm1(-np.maximum(time, 0.0) / 5e-3)),
+        "back-emf": (np.cos(2.0 * np.pi * 100.0 * time),),
+        "rotor-sweep": (1e-4 * (1.0 - 0.2 * np.cos(800.0 * time)),),
+    }[command]
+    columns = [s * (x + random.normal(0.0, 1e-3 * np.ptp(x), x.size)) for s, x in zip(sizes, shapes, strict=True)]
+    file = table(tmp_path / "x.csv", heading, time, *columns)
+    code, out, _ = call("analyze", command, file, "--json")
+    found = json.loads(out)
+    assert code == 1
+    assert absent <= set(found["withheld"])
+    assert not absent & set(found["parameters"])
+
+
+def test_a_value_that_marks_a_missing_reading_is_refused_with_its_row(call: Call, tmp_path: Path) -> None:
+    wave = np.cos(2.0 * np.pi * 100.0 * TIMES)
+    wave[41] = 1e300
+    code, _, err = call("analyze", "back-emf", table(tmp_path / "x.csv", "time (s),CH1 (V)", TIMES, wave))
+    assert code == 2
+    assert "x.csv, line 43" in err
+    assert "no instrument reads, 1e+300" in err
+    file = table(tmp_path / "t.csv", "speed_rpm,current_A", np.array([1.0, 1e300]), np.array([1.0, 1.0]))
+    code, _, err = call("analyze", "short-circuit", file, "--pole-pairs", "4")
+    assert (code, "line 3, column speed_rpm: 1e+300" in err) == (2, True)
+
+
 def test_half_a_pole_pair_is_none(call: Call, emf: Path) -> None:
     code, _, err = call("analyze", "back-emf", str(emf), "--pole-pairs", "3.5")
     assert (code, "--pole-pairs 3.5: allowed is a whole number from 1 on" in err) == (2, True)

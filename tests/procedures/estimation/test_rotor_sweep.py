@@ -153,3 +153,52 @@ def test_what_moves_the_mean_of_a_sweep_is_held(bend: str) -> None:
         assert bool(fit.misfit) is not bend.startswith("the detent")
         held += abs(fit.value("mean") - 500e-6) < 2.0 * fit.uncertainty("mean")
     assert held >= 18
+
+
+@pytest.mark.parametrize("factor", [10.0, 0.1, 1.5, -1.0])
+@pytest.mark.parametrize("timed", [False, True])
+def test_a_wild_reading_is_left_out_and_named(factor: float, timed: bool) -> None:
+    random = np.random.default_rng(11)
+    at, values = sweep_record(random)
+    values[37] *= factor
+
+    fit = fit_timed_sweep(10 * at, values) if timed else fit_rotor_sweep(2 * np.pi * at, values, pole_pairs=4)
+    assert fit.left_out == (37,)
+    (odd,) = (finding for finding in fit.misfit.findings if finding.cause is Cause.ODD_READING)
+    assert odd.figures["number"] == 38.0
+    assert odd.figures["read"] == pytest.approx(1e6 * values[37])
+    assert odd.figures["expected"] == pytest.approx(1e6 * values[37] / factor, rel=0.03)
+    axes = axis_inductances(fit, 0.5)
+    assert axes.value("d_axis_inductance") == pytest.approx(LD, rel=0.01)
+    assert axes.value("q_axis_inductance") == pytest.approx(LQ, rel=0.01)
+
+
+def test_readings_of_a_clean_sweep_are_all_taken() -> None:
+    left = 0
+    for seed in range(40):
+        at, values = sweep_record(np.random.default_rng([seed, 77]))
+        left += len(fit_rotor_sweep(2 * np.pi * at, values).left_out) + len(fit_timed_sweep(10 * at, values).left_out)
+    assert left == 0
+
+
+def test_of_one_pole_pair_the_inductance_is_no_run_out() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    random = np.random.default_rng(5)
+    values = readings(2 * angle) + 0.03 * (LQ - LD) * np.cos(angle) + random.normal(0.0, 0.01 * READ_NOISE, 24)
+    axes = axis_inductances(fit_rotor_sweep(angle, values), 0.5)
+    assert axes.value("q_axis_inductance") == pytest.approx(LQ, rel=0.01)
+
+
+def test_angles_at_half_periods_tell_no_amplitude() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    with pytest.raises(EstimationError, match="no half or whole period"):
+        fit_rotor_sweep(angle, readings(6 * angle), pole_pairs=3)
+
+
+def test_three_places_a_period_do_not_tell_a_wave_of_the_fourth_order() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 18, endpoint=False)
+    wave = 6 * angle + 0.7
+    values = LD + LQ - (LQ - LD) * (np.cos(wave) - 0.03 * np.cos(2 * wave))
+    axes = axis_inductances(fit_rotor_sweep(angle, values, pole_pairs=3), 0.5)
+    for name, truth in (("d_axis_inductance", LD), ("q_axis_inductance", LQ)):
+        assert abs(axes.value(name) - truth) < 2.0 * axes.uncertainty(name)

@@ -1,0 +1,70 @@
+"""Tables of load points that others measured: efficiency and loss of each."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from bench.analysis.map_table import SPEED, TORQUE, Column, read_table
+from bench.analysis.table_outcome import told
+from bench.i18n.errors import InputError, at
+from drivers.interfaces import Accuracy
+from drivers.interfaces.text import Translate, english, text, text_of
+from procedures.core.budget import Uncertainties
+from procedures.estimation.fitting.fit import EstimationError
+from procedures.estimation.fitting.misfit import Misfit
+from procedures.estimation.flux.flux_map import MapFigure
+from procedures.estimation.flux.load_points import efficiency_of
+
+_LOAD = {
+    "torque": Column("N·m", TORQUE),
+    "speed": Column("rad/s", SPEED),
+    "power": Column("W", ("power", "p", "pin", "pel", "inputpower", "electricalpower")),
+}
+
+
+def analyze_efficiency(
+    path: Path,
+    *,
+    mapped: Sequence[str] = (),
+    accuracies: Mapping[str, Accuracy] | None = None,
+    translate: Translate = english,
+) -> dict[str, Any]:
+    """Return efficiency and loss of each row of torque, speed and electrical power. Raises InputError where none can be evaluated."""
+    columns = read_table(path, _LOAD, ("torque", "speed", "power"), mapped)
+    made = told(path, Misfit(), translate)
+    limits, uncertainties, rows = accuracies or {}, Uncertainties(), []
+    for number, (torque, speed, power) in enumerate(
+        zip(*(columns[n] for n in ("torque", "speed", "power")), strict=True), 1
+    ):
+        if not all(math.isfinite(each) for each in (torque, speed, power)):
+            rows.append({"row": number, "refused": text("a cell is empty").render(translate)})
+            continue
+        read = {
+            name: uncertainties.instrument(name, value, limits.get(name, Accuracy(source="as stated")))
+            for name, value in (("torque", torque), ("speed", speed), ("power", power))
+        }
+        try:
+            point = efficiency_of(read["torque"], read["speed"], read["power"])
+        except EstimationError as error:
+            rows.append({"row": number, "refused": text_of(error).render(translate)})
+            continue
+        rows.append({
+            "row": number, "torque": torque, "speed": speed, "generating": point.generating,
+            "efficiency": _quantity(uncertainties, point.efficiency), "loss": _quantity(uncertainties, point.loss),
+        })  # fmt: skip
+    made["details"]["load_points"] = rows
+    refused = [row for row in rows if "refused" in row]
+    if len(refused) == len(rows):
+        raise InputError(
+            at(str(path), text("no row gives an efficiency: {why}", why=refused[0]["refused"] if refused else ""))
+        )
+    made["warnings"] += [
+        {"id": "", "text": text("row {row}: {why}", row=row["row"], why=row["refused"]).render(translate)}
+        for row in refused
+    ]
+    return made
+
+
+def _quantity(uncertainties: Uncertainties, quantity: Any) -> dict[str, Any]:
+    return MapFigure(float(quantity.x), float(quantity.u), uncertainties.interval(quantity)).as_dict()

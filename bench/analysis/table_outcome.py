@@ -1,0 +1,48 @@
+"""What an analysis of a table tells, in the shape of `--json`."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from bench.analysis.outcome import IMPLAUSIBLE, beyond_words
+from drivers.interfaces.text import Translate, text
+from procedures.core.budget import Uncertainties
+from procedures.core.misfit_text import misfit_row, sentence
+from procedures.estimation.fitting.misfit import Misfit
+from procedures.estimation.flux.flux_map import MapFigure
+from procedures.plausibility.sizes import size_beyond
+
+
+def told(path: Path, misfit: Misfit, translate: Translate) -> dict[str, Any]:
+    """Return what is told of a table so far: what it shows beyond its model."""
+    return {
+        "parameters": {},
+        "withheld": {},
+        "misfit": [misfit_row(finding, translate) for finding in misfit.findings],
+        "assumptions": [],
+        "warnings": [{"id": f.cause.value, "text": sentence(f).render(translate)} for f in misfit.findings],
+        "details": {"source": str(path)},
+    }
+
+
+def give(made: dict[str, Any], name: str, unit: str, figure: MapFigure, procedure: str, translate: Translate) -> None:
+    """Add a parameter, or why it is not given: no motor has such a size."""
+    beyond = size_beyond(name, figure.value)
+    if beyond is None:
+        made["parameters"][name] = _parameter(name, unit, figure, procedure)
+    else:
+        said = beyond_words(name, figure.value, beyond).render(translate)
+        made["withheld"] |= withheld_rows((name,), IMPLAUSIBLE, said)
+
+
+def _parameter(name: str, unit: str, figure: MapFigure, procedure: str) -> dict[str, Any]:
+    uncertainties = Uncertainties()
+    quantity = uncertainties.statistical(text("the fit"), figure.value, figure.standard_uncertainty, math.inf)
+    made = uncertainties.parameter(name, unit, quantity, procedure=procedure, section="", estimator="")
+    return {**made.as_dict(), "coverage_interval": list(figure.coverage_interval)}
+
+
+def withheld_rows(names: Sequence[str], cause: str, message: str) -> dict[str, Any]:
+    """Return the rows of parameters that are not given, and why."""
+    return {name: {"cause": cause, "message": message, "procedure": "flux-map", "section": ""} for name in names}
