@@ -32,7 +32,8 @@ _SEEN = {
         "readings ripple {order:.0f} times a turn, as a coupling or an encoder that runs out makes them: align it"
     ),
     Cause.REGRIP: text(
-        "the hand stopped or turned back {count:.0f} times during the sweep, as when it grips anew: turn one way without a stop"
+        "the hand stopped or turned back {count:.0f} times during the sweep, as when it grips anew, or turning induces a voltage in the "
+        "winding that the meter reads: turn one way without a stop, more slowly"
     ),
     Cause.TURNING_POINTS: text(
         "the sweep shows {maxima:.0f} maxima and {minima:.0f} minima of the inductance clear of its ends, two of each are needed to know "
@@ -322,7 +323,15 @@ _SEEN_IN_SWEEP = {
         "reading {number:.0f}, {read:.5g} µH, is left out: the others lead to {expected:.5g} µH there. Read it again"
     ),
 }
+#: Of a sweep by hand whose way is known: `record` = "hand-sweep".
+_SEEN_IN_HAND_SWEEP = {
+    Cause.WRONG_PERIOD: text(
+        "the readings went through {periods:.1f} periods where the way that was turned has {expected:.1f}: turning induces a voltage that "
+        "the meter reads, larger than the rotor's own swing, or the shaft was turned less far. Turn all the way, more slowly"
+    ),
+}
 _SEEN_IN = {
+    "hand-sweep": _SEEN_IN_HAND_SWEEP,
     "cogging": _SEEN_IN_COGGING,
     "four-wire": _SEEN_IN_FOUR_WIRE,
     "four-wire-scatter": _SEEN_IN_FOUR_WIRE_SCATTER,

@@ -262,7 +262,9 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         bench.perform(StopTurning())
         time, inductance = np.array([r.time for r in taken]), np.array([r.inductance for r in taken])
         middle = taken[int(np.argsort(inductance)[inductance.size // 2])]
-        fit = fit_timed_sweep(time, inductance)
+        # The inductance has two periods an electrical turn.
+        way = None if pairs is None else speed * float(time[-1] - time[0]) * pairs / math.pi
+        fit = fit_timed_sweep(time, inductance, expected_periods=way)
         time, inductance = np.delete(time, fit.left_out), np.delete(inductance, fit.left_out)
         self.findings["sweep"] = {"time": time.tolist(), "inductance": inductance.tolist()}
         bench.show(lambda: plot.fitted(time, inductance, fit.residuals))

@@ -19,7 +19,7 @@ _ALONE = (
     "uneven speed and hum", "zero drifts and spikes",
 )  # fmt: skip
 ROWS = (*_ALONE, *(f"periods: {name}" for name in _ALONE), "periods: another order")
-_SPEED = 2.0 * np.pi * 0.1
+SPEED = 2.0 * np.pi * 0.1
 
 
 def record(row: str, random: Random) -> Estimates:
@@ -32,14 +32,14 @@ def record(row: str, random: Random) -> Estimates:
     fine = np.linspace(0.0, 2.0 * np.pi, 40_001)
     truth = float(np.ptp(sizes @ np.sin(np.outer(orders, fine) + phases[:, None])))
     n, turns = (120, 12.0 / order) if known else (500, 2.0)
-    time = (np.arange(n) + random.uniform(0.0, 0.8, n)) / n * (2.0 * np.pi * turns / _SPEED)
-    angle = _SPEED * time * (1.0 + random.uniform(-0.004, 0.004))
+    time = (np.arange(n) + random.uniform(0.0, 0.8, n)) / n * (2.0 * np.pi * turns / SPEED)
+    angle = SPEED * time * (1.0 + random.uniform(-0.004, 0.004))
     if "uneven" in name:
         along = time / time[-1]
         wave = np.sin(2.0 * np.pi * random.uniform(0.3, 1.7) * along + random.uniform(0.0, 6.3))
         angle = angle[-1] * np.cumsum(1.0 + log(random, 1e-3, 0.1) * wave) / n
     lag = log(random, 1e-3, 0.03) if "filter" in name else 0.0
-    passed = 1.0 / (1.0 + 1j * orders * _SPEED * lag)
+    passed = 1.0 / (1.0 + 1j * orders * SPEED * lag)
     # Run-out comes once and twice a turn.
     torque = random.uniform(1.0, 10.0) * size + sum(
         size * random.uniform(0.0, 2.0) * np.sin(k * angle + random.uniform(0.0, 6.3)) for k in (1, 2)
@@ -49,7 +49,7 @@ def record(row: str, random: Random) -> Estimates:
     torque, step, at_end = _disturbed(name, random, time / time[-1], time, torque, size, noise)
     read = torque + noise * random.standard_normal(n) if step == 0.0 else np.round(torque / step) * step
     read = at_end(read)
-    even = _SPEED * time
+    even = SPEED * time
     found = fit_cogging(
         even,
         read,
@@ -58,7 +58,7 @@ def record(row: str, random: Random) -> Estimates:
         resolution=step or 1e-3 * size,
         torque_filter=lag,
     )
-    return found.misfit, {"cogging_torque": _interval(found, truth)}
+    return found.misfit, {"cogging_torque": interval(found, truth)}
 
 
 def _given(order: int) -> int:
@@ -104,7 +104,7 @@ def _disturbed(
     return torque, 0.0, lambda read: read
 
 
-def _interval(found: Cogging, truth: float) -> Estimate:
+def interval(found: Cogging, truth: float) -> Estimate:
     """Return the interval as the procedure makes it, without what the instrument adds."""
     if not found.peak_to_peak:
         return Estimate(0.5 * found.hidden, 0.0, found.hidden, truth)

@@ -101,7 +101,9 @@ def turned(name: str, random: Random) -> Estimates:
     if what == "turning induces":
         values = values + 0.1 * size / 0.3 * speed * np.sin(angle + random.uniform(0.0, 6.3))
     if what == "slots":
+        # The procedure asks for the smallest and the largest, and these are what they are.
         values = values + 0.02 * size / 0.3 * np.cos(int(random.choice([6, 12, 18])) * angle + random.uniform(0.0, 6.3))
+        low, high = float(np.min(values)), float(np.max(values))
     if what == "meter lags":
         # A meter's own filter: each reading is the mean of what came before, the latest most.
         length = log(random, 0.02, 1.0) * fine
@@ -112,7 +114,7 @@ def turned(name: str, random: Random) -> Estimates:
     if what == "meter warms up":
         values = values * (1.0 - 0.1 * size * np.exp(-at / log(random, 0.05, 1.0)))
     read = values[fine // 2 :: fine] + random.normal(0.0, noise, count)
-    fit = axis_inductances(fit_timed_sweep(0.5 * np.arange(count), read))
+    fit = axis_inductances(fit_timed_sweep(0.5 * np.arange(count), read, expected_periods=4.0))
     return of_fit(fit, {"d_axis_inductance": low, "q_axis_inductance": high})
 
 

@@ -181,11 +181,11 @@ def _fit_at(
     if wrong or not saliency_significant(plain)[0]:
         return replace(plain, misfit=Misfit(wrong))
     added = added_terms(theta, plain.course, values, mechanical=mechanical)
-    if not added.findings and not added.doubt:
+    if not added.findings and not any(added.doubt):
         return plain
     # What goes with time or with the mechanical angle is taken off, and its own uncertainty put on.
     fit = sweep_fit(rate * theta, values - added.shape, None, tried, resolution)
-    grown = fit.covariance * added.growth + np.diag([added.doubt**2, added.doubt**2, 0.0])
+    grown = fit.covariance * added.growth + np.diag([*np.square(added.doubt), 0.0])
     return replace(fit, covariance=grown, misfit=Misfit(added.findings))
 
 

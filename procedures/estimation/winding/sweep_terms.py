@@ -6,7 +6,7 @@ import numpy as np
 from scipy import special
 
 from procedures.estimation.fitting.fit import FloatArray
-from procedures.estimation.fitting.misfit import Answer, Cause, Finding
+from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding
 
 #: A term stands where chance alone would bring as much in this share of sweeps, and where so many readings more are left over.
 _CHANCE, _SPARE = 1e-3, 6
@@ -17,16 +17,18 @@ _SAME = 1e-6
 _UNSEEN, _TOLD = 0.05, 0.05
 #: From this share of a mechanical turn on, what goes with it once is told from the mean.
 _WHOLE = 0.9
+#: What a drift does to the swing, share of what it does to the mean.
+_SWING = 0.25
 
 
 @dataclass(frozen=True)
 class Added:
-    """What is taken off readings (n,): their `shape` (H), by which the variances of mean and amplitude grow, and what may be left (H)."""
+    """What is taken off readings (n,): their `shape` (H), how variances of mean and amplitude grow, and what may be left in each (H)."""
 
     findings: tuple[Finding, ...]
     shape: FloatArray
     growth: float
-    doubt: float
+    doubt: tuple[float, float]
 
 
 def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, mechanical: bool) -> Added:
@@ -64,9 +66,12 @@ def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, me
     after = np.diag(np.linalg.pinv(design.T @ design))[:3]
     widened = any(finding.answer is Answer.WIDENED for finding in found)
     doubt = float(np.max(np.abs(coefficients[:3] - plain))) if widened else 0.0
-    if slope:
-        # When on its way the meter was right is not known.
-        doubt = float(np.hypot(doubt, 0.5 * coefficients[slope] / np.sqrt(3.0)))
+    # When on its way a meter that drifts, or jumps, was right is not known.
+    straight, noise = (
+        float(coefficients[slope]) if slope else 0.0,
+        np.sqrt(squares / max(values.size - len(coefficients), 1)),
+    )
+    drifted = 0.5 * _drifted(angle, values, straight, float(noise))
     # A wave of the fourth order may be the winding's own, or an angle that the magnets' detent moves, which moves the mean by as much.
     fourth = np.column_stack((np.cos(2.0 * course), np.sin(2.0 * course)))
     if not _seen(wave, fourth):
@@ -74,7 +79,19 @@ def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, me
     elif _probability(design, fourth, values, squares) < _CHANCE:
         size = float(np.hypot(*_solve(np.column_stack((design, fourth)), values)[0][-2:]))
         doubt = float(np.hypot(doubt, size / np.sqrt(3.0)))
-    return Added(tuple(found), np.asarray(shape), float(np.max(after / before)), doubt)
+    return Added(
+        tuple(found),
+        np.asarray(shape),
+        float(np.max(after / before)),
+        (float(np.hypot(doubt, drifted)), float(np.hypot(doubt, _SWING * drifted))),
+    )
+
+
+def _drifted(angle: FloatArray, values: FloatArray, straight: float, noise: float) -> float:
+    """Return how far readings of so much noise drifted: as a straight line says, or the first angle read again at the end."""
+    again = angle[-1] != angle[0] and np.isclose(np.cos(angle[-1] - angle[0]), 1.0, atol=1e-9)
+    closing = abs(float(values[-1] - values[0])) if again else 0.0
+    return max(abs(straight), closing if straight or closing > ALARM * np.sqrt(2.0) * noise else 0.0)
 
 
 def _seen(design: FloatArray, group: FloatArray) -> bool:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from procedures.estimation.fitting.checks import increasing, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
-from procedures.estimation.fitting.misfit import Misfit
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.nonlinear import minimise
 from procedures.estimation.winding.cut_readings import cut_off
 from procedures.estimation.winding.rotor_sweep import SweepFit, resemblance, saliency_significant, sweep_fit
@@ -33,6 +33,9 @@ _SMOOTH = 2e-3
 _LAST_STEP = 1e-4
 #: Fewer periods than this determine no saliency; below this share of the mean there is none to determine.
 LEAST_PERIODS, _NOTEWORTHY = 1.6, 2.5e-3
+#: Up to this share of the periods that the way has, readings may go with a voltage and not with the rotor, unless they swing by more
+#: than this share of their mean: so much no voltage makes.
+_TOO_FEW, _BY_VOLTAGE = 0.65, 0.25
 #: Over a period or more the amplitude is half the readings' range; much more is a fit that mean and cosine cancel in.
 _PLAUSIBLE = 0.6
 #: Readings that a first look at a sweep takes, and the degree of its course.
@@ -172,12 +175,18 @@ def look_at_sweep(time: ArrayLike, inductance: ArrayLike) -> SweepLook:
 
 
 def fit_timed_sweep(
-    time: ArrayLike, inductance: ArrayLike, *, largest_degree: int = 63, resolution: float = 0.0
+    time: ArrayLike,
+    inductance: ArrayLike,
+    *,
+    largest_degree: int = 63,
+    resolution: float = 0.0,
+    expected_periods: float | None = None,
 ) -> SweepFit:
     """Fit L = mean − amplitude·cos(2θ(t) + phase) to readings (H, shape (n,)) of a shaft turned slowly one way.
 
     θ(t) is a polynomial whose degree the data choose (corrected Akaike criterion), rising all along. At least one
-    electrical turn (two periods of L) must be covered. `resolution` is one step of the readings (H). Raises
+    electrical turn (two periods of L) must be covered. `resolution` is one step of the readings (H); `expected_periods` how many periods
+    of L the way that was turned has, where it is known: of half as many nothing is given. Raises
     EstimationError on fewer than 12 readings; a motor without saliency gives an amplitude that is not significant, or a small one
     of fewer periods: the induced voltage goes round once where the inductance goes round twice. The fit is held against the readings'
     turning points, see `misfit`.
@@ -224,5 +233,21 @@ def fit_timed_sweep(
             "turn (two periods) during the sweep"
         )
     held = held_to_turning_points(fit, values, resolution)
-    found = Misfit((*cut_off(values, resolution), *odd, *held.misfit.findings))
-    return replace(held, misfit=found, left_out=tuple(wild.tolist()))
+    others = (*cut_off(values, resolution), *odd, *_by_voltage(fit, values, expected_periods))
+    return replace(held, misfit=Misfit((*others, *held.misfit.findings)), left_out=tuple(wild.tolist()))
+
+
+def _by_voltage(fit: SweepFit, values: FloatArray, expected: float | None) -> tuple[Finding, ...]:
+    """Return the finding of readings that swing half as often as the rotor's inductance would: as a voltage does that turning induces."""
+    if expected is None or fit.periods > _TOO_FEW * expected or not saliency_significant(fit)[0]:
+        return ()
+    swing = float(np.ptp(values)) / float(np.mean(values))
+    if swing > _BY_VOLTAGE:
+        return ()
+    figures: dict[str, float | str] = {
+        "periods": fit.periods,
+        "expected": expected,
+        "swing": swing,
+        "record": "hand-sweep",
+    }
+    return (Finding(Cause.WRONG_PERIOD, Answer.WITHHELD, figures=figures),)

@@ -14,6 +14,8 @@ _NEAR, _REVERSAL, _REVERSAL_NOISE = 0.12, 0.1, 6.0
 _INNER = 0.15
 #: Readings on the way between the extremes change by more than this share of the swing while they would show a stop.
 _STANDING = 0.1
+#: Inner levels within this share of the swing come again alike.
+_AGAIN = 0.1
 #: What a parabola is off at a cosine's crest, share of the amplitude.
 _CREST = 0.003
 #: A swing below so many deviations of the readings tells no turning point.
@@ -23,21 +25,41 @@ _NOISE, _AGREE, _ALIKE = 1.3, 3.5, 0.35
 _NEEDED = 2
 #: A fit with too few turning points to hold it against is worth this many times its uncertainty.
 _FEW = 2.0
+#: Levels drift beyond so many standard uncertainties, of so many turning points or more.
+_DRIFTS, _DRIFTING = 4.0, 5
 
 
 @dataclass(frozen=True)
 class TurningPoints:
-    """Levels of maxima and minima, their standard uncertainties, and how often the hand stopped or turned back between."""
+    """Levels of maxima and minima, their standard uncertainties, and how often the hand stopped or turned back between.
+
+    `inner` are the levels of maxima (True) and minima that lie too far within the swing to be the rotor's alone, but come again alike, or
+    between two of the other kind that do not. `drift` is the rise of all levels from the first reading to the last, where it is beyond
+    chance, else 0.
+    """
 
     maxima: FloatArray
     minima: FloatArray
     uncertainty: float
     stops: int
+    inner: dict[bool, list[float]]
+    drift: float
 
     @property
     def enough(self) -> bool:
         """Whether both axes were passed twice."""
         return min(self.maxima.size, self.minima.size) >= _NEEDED
+
+    @property
+    def inner_doubt(self) -> float:
+        """Return by how much both axes together would change if the inner levels were the rotor's, as where turning induces a voltage."""
+        moved = [
+            float(np.mean([*levels, *self.inner[upper]]) - np.mean(levels))
+            if levels.size and self.inner[upper]
+            else 0.0
+            for upper, levels in ((True, self.maxima), (False, self.minima))
+        ]
+        return float(np.hypot(*moved))
 
     def level(self, which: FloatArray) -> tuple[float, float]:
         """Return the mean level of maxima or minima and its standard uncertainty."""
@@ -59,19 +81,48 @@ def turning_points(values: FloatArray, noise: float) -> TurningPoints:
     pivots = _pivots(values, max(_REVERSAL * swing, _REVERSAL_NOISE * noise))
     top, bottom = float(np.max(values)), float(np.min(values))
     levels: dict[bool, list[float]] = {True: [], False: []}
+    inner: dict[bool, list[float]] = {True: [], False: []}
+    places: dict[bool, list[int]] = {True: [], False: []}
     uncertainties, stops = [0.0], 0
-    for place, upper in pivots:
-        off = top - values[place] if upper else values[place] - bottom
-        if off > _INNER * swing + 3.0 * noise:
+    off = [top - values[place] if upper else values[place] - bottom for place, upper in pivots]
+    within = [each > _INNER * swing + 3.0 * noise for each in off]
+    for k, (place, upper) in enumerate(pivots):
+        if within[k]:
             stops += 1
+            between = 0 < k < len(pivots) - 1 and not (within[k - 1] or within[k + 1])
+            alike = _AGAIN * swing + _REVERSAL_NOISE * noise
+            again = any(
+                j != k and kind is upper and within[j] and abs(off[j] - off[k]) < alike
+                for j, (_, kind) in enumerate(pivots)
+            )
+            if between or again:
+                inner[upper].append(float(values[place]))
             continue
         level = _vertex(values, place, upper, _NEAR * swing + 2.0 * noise, noise)
         if level is not None:
             levels[upper].append(level[0])
+            places[upper].append(place)
             uncertainties.append(level[1])
-    return TurningPoints(
-        np.array(levels[True]), np.array(levels[False]), max(uncertainties), stops + _standing(values, noise, swing)
-    )
+    maxima, minima = np.array(levels[True]), np.array(levels[False])
+    drift = _drift((maxima, minima), (places[True], places[False]), max(uncertainties), values.size)
+    return TurningPoints(maxima, minima, max(uncertainties), stops + _standing(values, noise, swing), inner, drift)
+
+
+def _drift(
+    levels: tuple[FloatArray, FloatArray], places: tuple[list[int], list[int]], uncertainty: float, count: int
+) -> float:
+    """Return by how much maxima and minima rise together from the first of `count` readings to the last; 0 where chance does as much."""
+    along = [np.array(each, dtype=np.float64) / max(count - 1, 1) for each in places]
+    x = np.concatenate([each - np.mean(each) for each in along if each.size > 1] or [np.zeros(1)])
+    y = np.concatenate([each - np.mean(each) for each in levels if each.size > 1] or [np.zeros(1)])
+    square = float(x @ x)
+    if x.size < _DRIFTING or not square:
+        return 0.0
+    rise = float(x @ y) / square
+    left = y - rise * x
+    # Both kinds have a mean of their own.
+    spread = max(uncertainty, float(np.sqrt(left @ left / (x.size - 3))))
+    return rise if abs(rise) > _DRIFTS * spread / np.sqrt(square) else 0.0
 
 
 def _pivots(values: FloatArray, reversal: float) -> list[tuple[int, bool]]:
@@ -151,6 +202,8 @@ def held_to_turning_points(fit: SweepFit, values: FloatArray, resolution: float)
     told: list[Finding] = []
     if points.stops:
         told.append(Finding(Cause.REGRIP, Answer.WIDENED, figures={"count": float(points.stops)}))
+    if points.drift:
+        told.append(Finding(Cause.SLOPE, Answer.WIDENED))
     counts: dict[str, float | str] = {"maxima": float(points.maxima.size), "minima": float(points.minima.size)}
     if not (points.maxima.size and points.minima.size) or not (points.enough or good):
         told = [Finding(Cause.TURNING_POINTS, Answer.WITHHELD, figures=counts), *told]
@@ -163,19 +216,24 @@ def held_to_turning_points(fit: SweepFit, values: FloatArray, resolution: float)
     agree = abs(fit.value("mean") - mean) < _AGREE * np.hypot(own, u_mean) and abs(
         fit.value("amplitude") - amplitude
     ) < _AGREE * np.hypot(own, u_amplitude)
+    # When on its way a drifting meter was right is not known.
+    u_drift, u_inner = 0.5 * points.drift, points.inner_doubt
+    beside = np.diag([u_drift**2 + 0.5 * u_inner**2, 0.5 * u_inner**2, 0.0])
     if good and agree and points.enough and not points.stops:
-        return replace(fit, turns=True)
+        return replace(fit, covariance=fit.covariance + beside, misfit=Misfit(tuple(told)), turns=True)
     if good and agree:
         if not points.enough:
             told.append(Finding(Cause.TURNING_POINTS, Answer.WIDENED, figures=counts))
-        return replace(fit, covariance=fit.covariance * _FEW**2, misfit=Misfit(tuple(told)), turns=True)
+        covariance = fit.covariance * _FEW**2 + beside
+        return replace(fit, covariance=covariance, misfit=Misfit(tuple(told)), turns=True)
     if not points.enough:
         told = [Finding(Cause.TURNING_POINTS, Answer.WITHHELD, figures=counts), *told]
         return replace(fit, misfit=Misfit(tuple(told)), turns=True)
     if not (told or agree):
         # A course that the fit does not follow is the hand's; figures that differ by it are something else's.
         told = [Finding(Cause.UNEXPLAINED, Answer.WIDENED)]
-    return replace(_by_levels(fit, mean, amplitude, own, own), misfit=Misfit(tuple(told)), turns=True)
+    by_levels = _by_levels(fit, mean, amplitude, own, own)
+    return replace(by_levels, covariance=by_levels.covariance + beside, misfit=Misfit(tuple(told)), turns=True)
 
 
 def _by_levels(fit: SweepFit, mean: float, amplitude: float, u_mean: float, u_amplitude: float) -> SweepFit:
