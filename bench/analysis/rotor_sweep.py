@@ -87,14 +87,21 @@ def analyze_rotor_sweep(
     )
     significant, p_value = saliency_significant(fit)
     axes = estimated(capture, lambda: axis_inductances(fit))
-    for name, axis in (("d_axis_inductance", "d"), ("q_axis_inductance", "q")):
+    lost = None
+    if capture.time is not None and significant:
+        # A meter may take its reading over all of the time to the next, while the shaft turns on: less of the swing is seen.
+        whole = (2.0 * math.pi * fit.periods / (fit.course.size - 1)) ** 2 / 24.0
+        lost = outcome.uncertainties.limit("turning during a reading", 0.5 * whole, 0.5 * whole)
+    for name, axis, sign in (("d_axis_inductance", "d", -1.0), ("q_axis_inductance", "q", 1.0)):
         reading = outcome.estimate(text("sweep fit of {name}", name=f"L_{axis}"), axes, name)
+        if lost is not None:
+            reading = reading + sign * fit.value("amplitude") * lost
         reading = outcome.with_errors(reading, "inductance", inductance.name, gain=1.0, offset=1.0)
         outcome.parameter(
             name,
             factor.y_equivalent * reading,
             estimator="fit of mean and second harmonic to the whole sweep",
-            winding=factor.winding * axes.value(name),
+            winding=factor.winding * float(reading.x),
             convention="y_equivalent",
             misfit=fit.misfit.of(name),
         )

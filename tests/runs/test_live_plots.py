@@ -79,7 +79,7 @@ def test_back_emf_shows_wave_and_harmonics_of_each_speed() -> None:
         assert manners(plot)[:3] == [Manner.RECORD] * 3
         assert plot.lower is not None
         assert plot.lower.curves[0].manner is Manner.BARS
-        assert plot.lower.curves[0].x.tolist() == [3.0, 5.0, 7.0]
+        assert plot.lower.curves[0].x.tolist() == [3.0, 5.0, 7.0, 11.0]
 
 
 def test_a_coast_shows_its_end_while_it_is_read_and_both_models_then() -> None:

@@ -6,11 +6,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
+from scipy import special
 
 from procedures.estimation.fitting.checks import increasing, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.nonlinear import minimise
+from procedures.estimation.fitting.randomness import chance_of_pattern
 from procedures.estimation.winding.cut_readings import cut_off
 from procedures.estimation.winding.rotor_sweep import SweepFit, resemblance, saliency_significant, sweep_fit
 from procedures.estimation.winding.turning_points import held_to_turning_points
@@ -25,6 +27,10 @@ _FOLLOWED = 32
 #: So many degrees in a row without a better score, and no higher one is tried, unless what is left still hangs together:
 #: neighbouring residuals correlate beyond chance where the course has yet to follow the hand.
 _PATIENCE = 5
+#: Degrees, as shares of the readings, that are tried where they still hang together, until what is left is random at this chance.
+_BEYOND, _RANDOM = (0.28, 0.33, 0.4), 0.01
+#: The rotor's voltage is taken out where chance alone would show as much in this share of sweeps.
+_CHANCE = 1e-3
 _HANGS_TOGETHER = 0.35
 #: Weight of a coefficient of the course (rad) against a residual in standard deviations of the readings: too little to move
 #: what the readings show, enough to keep a high degree from swinging where they show nothing (an extreme at an end).
@@ -144,6 +150,66 @@ def _acceptable(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> 
     return bool(np.hypot(cosine, sine) <= _PLAUSIBLE * np.ptp(values))
 
 
+def _explained(
+    x: FloatArray, values: FloatArray, best: FloatArray, largest_degree: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return readings and a course that leave no pattern, by the rotor's voltage, a more wavering hand, or both; as they are where none
+    does.
+    """
+    # A high degree would bend the course after the voltage, which is therefore looked for first.
+    without = _without_emf(x, values, best)
+    if not _shows_pattern(x, *without):
+        return without
+    followed = _followed(x, values, best, largest_degree)
+    if not _shows_pattern(x, values, followed):
+        return values, followed
+    both = _without_emf(x, values, followed)
+    return (values, best) if _shows_pattern(x, *both) else both
+
+
+def _followed(x: FloatArray, values: FloatArray, best: FloatArray, largest_degree: int) -> FloatArray:
+    """Return a course that follows a hand through what the `best` one so far has left, or that one where none does.
+
+    Beginning at a good course, a high degree costs a hundredth of a second.
+    """
+    for share in _BEYOND:
+        degree = min(int(share * x.size), largest_degree)
+        if degree < best.size:
+            continue
+        course, _ = _refine(x, values, best, degree)
+        if not _shows_pattern(x, values, course) and _acceptable(x, values, course):
+            return course
+    return best
+
+
+def _without_emf(x: FloatArray, values: FloatArray, best: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return readings without what the turning rotor's voltage leaves in them, and their course; as they are where it leaves nothing.
+
+    It goes round once where the inductance goes round twice, and grows with the speed.
+    """
+    course, degree = _course(x, best), best.size - 1
+    design, _, found = _wave(course, values)
+    basis = chebyshev.chebvander(x, degree)[:, 1:].T
+    model = np.vstack((design, (found[2] * design[1] - found[1] * design[2]) * basis))
+    speed = chebyshev.chebval(x, chebyshev.chebder(best)) / float(best[1])
+    emf = np.vstack((speed * np.cos(0.5 * course), speed * np.sin(0.5 * course)))
+    q, _ = np.linalg.qr(model.T)
+    left, own = values - q @ (q.T @ values), emf - (emf @ q) @ q.T
+    size = np.linalg.lstsq(own.T, left, rcond=None)[0]
+    squares, explained = float(left @ left), float((size @ own) @ left)
+    freedom = values.size - model.shape[0] - 2
+    if freedom < 1 or special.fdtrc(2, freedom, 0.5 * explained / (squares - explained) * freedom) > _CHANCE:
+        return values, best
+    mended = values - size @ emf
+    refined, _ = _refine(x, mended, best, degree)
+    return (mended, refined) if _acceptable(x, mended, refined) else (values, best)
+
+
+def _shows_pattern(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> bool:
+    chance = chance_of_pattern(_residuals(x, values, coefficients))
+    return chance is not None and chance < _RANDOM
+
+
 class SweepLook(NamedTuple):
     """The second harmonic at first sight: `fitted` (H, (n,)) and the `periods` of the inductance seen so far; `explained` is the share of
     the readings' squares about their mean.
@@ -178,7 +244,7 @@ def fit_timed_sweep(
     time: ArrayLike,
     inductance: ArrayLike,
     *,
-    largest_degree: int = 63,
+    largest_degree: int = 128,
     resolution: float = 0.0,
     expected_periods: float | None = None,
 ) -> SweepFit:
@@ -196,7 +262,8 @@ def fit_timed_sweep(
     increasing(t)
     if np.ptp(values) == 0:
         raise EstimationError("all inductance readings are alike; check that the meter triggers anew for each reading")
-    wild = wild_over_time(values, resolution)
+    cut = cut_off(values, resolution)
+    wild = wild_over_time(values, resolution)[: 0 if cut else None]
     odd = named(wild, values, led_to(values))
     t, values = np.delete(t, wild), np.delete(values, wild)
     x = 2 * (t - t[0]) / (t[-1] - t[0]) - 1
@@ -224,6 +291,8 @@ def fit_timed_sweep(
             worse += 1
         if worse >= _PATIENCE and degree > 6:
             break
+    if _shows_pattern(x, values, best):
+        values, best = _explained(x, values, best, largest_degree)
     degree = best.size - 1
     fit = sweep_fit(chebyshev.chebval(x, best), values, chebyshev.chebvander(x, degree)[:, 1:], tried, resolution)
     noteworthy = fit.value("amplitude") > _NOTEWORTHY * fit.value("mean")
@@ -233,7 +302,7 @@ def fit_timed_sweep(
             "turn (two periods) during the sweep"
         )
     held = held_to_turning_points(fit, values, resolution)
-    others = (*cut_off(values, resolution), *odd, *_by_voltage(fit, values, expected_periods))
+    others = (*cut, *odd, *_by_voltage(fit, values, expected_periods))
     return replace(held, misfit=Misfit((*others, *held.misfit.findings)), left_out=tuple(wild.tolist()))
 
 

@@ -3,6 +3,7 @@ import pytest
 
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.fitting.misfit import Answer, Cause
+from procedures.estimation.fitting.randomness import chance_of_pattern
 from procedures.estimation.winding.rotor_sweep import (
     axis_inductances,
     extremes,
@@ -202,3 +203,19 @@ def test_three_places_a_period_do_not_tell_a_wave_of_the_fourth_order() -> None:
     axes = axis_inductances(fit_rotor_sweep(angle, values, pole_pairs=3), 0.5)
     for name, truth in (("d_axis_inductance", LD), ("q_axis_inductance", LQ)):
         assert abs(axes.value(name) - truth) < 2.0 * axes.uncertainty(name)
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_the_rotors_voltage_in_the_readings_is_modelled(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    time = np.linspace(0.0, 20.0, 160)
+    course = 2.0 * np.pi * 4.0 * (time / 20.0 + 0.01 * np.sin(0.9 * time + random.uniform(0.0, 6.0)))
+    speed = np.gradient(course, time)
+    noise = random.normal(0.0, 1e-5 * LQ, time.size)
+    values = readings(course) + 5e-4 * LQ * speed / np.mean(speed) * np.cos(0.5 * course) + noise
+    fit = fit_timed_sweep(time, values)
+    assert fit.value("amplitude") == pytest.approx(LQ - LD, abs=4.0 * fit.uncertainty("amplitude"))
+    assert fit.uncertainty("amplitude") < 1e-4 * LQ
+    chance = chance_of_pattern(fit.residuals)
+    assert chance is not None
+    assert chance > 0.01
