@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from bench.i18n.errors import FileError, at
+from bench.i18n.errors import InputError, at
 from bench.motor.motor_file import MotorFile
 from bench.operators.virtual import VirtualOperator
 from bench.plugins.catalogue import reason
@@ -73,4 +73,4 @@ def _make(bench: VirtualBench, station: Station) -> None:
                 bench.instrument(role.value)
             except Exception as error:
                 why = text("simulated instrument {name}: {why}", name=name, why=reason(error))
-                raise FileError(at(role.value, why)) from error
+                raise InputError(at(role.value, why)) from error

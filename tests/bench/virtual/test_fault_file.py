@@ -168,7 +168,7 @@ def test_on_a_real_station_faults_are_refused(call: Call, tmp_path: Path) -> Non
 
 def test_what_the_bench_cannot_have_is_refused_before_the_run(call: Call, tmp_path: Path) -> None:
     code, _, said = call(*RUN, "--station", "virtual", "--fault", "drive: silence at 1")
-    assert code == 1
+    assert code == 2
     assert "--fault \"drive: silence at 1\": role 'drive' is unknown; the bench has supply" in said
     assert not (tmp_path / "runs").exists()
 
