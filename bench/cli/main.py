@@ -10,7 +10,7 @@ from cyclopts import App, CycloptsError, Parameter
 from bench.i18n.errors import FileError, InputError, UsageError, fault, message
 from drivers.interfaces.text import text
 
-#: Exit statuses: something failed or was withheld; the command line was wrong, or a file that it names cannot be used.
+#: Exit statuses, as docs/reference/commands.rst has them: it was begun, or the bench kept it from that; what was typed or named is wrong.
 FAILED, USAGE = 1, 2
 
 

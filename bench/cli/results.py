@@ -9,7 +9,7 @@ from cyclopts import App, Parameter
 
 from bench.cli.output import padded, print_end, print_json, print_summary
 from bench.files.toml_file import nearest
-from bench.i18n.errors import UsageError
+from bench.i18n.errors import FileError, UsageError
 from bench.i18n.language import language_of, translator
 from bench.journal.events.safety import GuardianTook
 from bench.journal.guardian_record import read_guardian
@@ -24,6 +24,7 @@ from procedures.core.result import Parameter as Measured
 
 #: Procedures that a list names one by one.
 _NAMED = 3
+_RUNS = Path("runs")
 
 
 def results(
@@ -32,7 +33,7 @@ def results(
     budget: Annotated[tuple[str, ...] | None, Parameter(consume_multiple=True)] = None,
     json: bool = False,
     language: str = "auto",
-    runs: Path = Path("runs"),
+    runs: Path = _RUNS,
 ) -> int:
     """Show a run's parameters and warnings; a run that was cut off shows what it has.
 
@@ -72,7 +73,7 @@ def results(
     return 0
 
 
-def list_runs(*, json: bool = False, language: str = "auto", runs: Path = Path("runs")) -> int:
+def list_runs(*, json: bool = False, language: str = "auto", runs: Path = _RUNS) -> int:
     """List the runs of a folder in the order they began.
 
     Parameters
@@ -86,6 +87,9 @@ def list_runs(*, json: bool = False, language: str = "auto", runs: Path = Path("
 
     """
     translate = translator(language_of(language))
+    # Before the first run the usual folder is not there yet.
+    if runs != _RUNS and not runs.is_dir():
+        raise FileError(text("{runs}: there is no such folder of runs", runs=runs))
     found = [overview(folder) for folder in run_folders(runs)]
     if json:
         print_json({"runs": [asdict(each) for each in found]})

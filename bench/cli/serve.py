@@ -3,6 +3,7 @@
 import logging
 import socket
 import ssl
+import sys
 from ipaddress import ip_address
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from bench.files.toml_file import read
 from bench.i18n.errors import InputError, UsageError
 from bench.i18n.language import language_of, translator
 from bench.station.station_file import VIRTUAL
-from drivers.interfaces.text import reason_of, text
+from drivers.interfaces.text import lines, reason_of, text
 
 #: Largest message (bytes) from a browser, the same that NiceGUI's pages keep to.
 _LONGEST_MESSAGE = 1_000_000
@@ -77,6 +78,7 @@ def serve(
         raise UsageError(text("give --station FILE, or --virtual for the virtual bench"))
     if station != VIRTUAL:
         read(Path(station), text("station file"))
+        _say_what_is_wrong(station)
     if not _is_loopback(host) and people is None:
         raise UsageError(
             text(
@@ -131,6 +133,18 @@ def serve(
         ssl_keyfile=key,
     )
     return 0
+
+
+def _say_what_is_wrong(station: str) -> None:
+    """Say on standard error why nothing can run on a station; the panel is served all the same, and reads the file anew for each run."""
+    from bench.eol.line.line_file import load_line
+
+    try:
+        load_line(station, None)
+    except InputError as error:
+        after = text("Nothing can be run on this station until its file is mended; the panel reads it anew then")
+        said = lines((error.text, after)).render(translator(language_of("auto")))
+        print(f"motorbench: {said}", file=sys.stderr, flush=True)
 
 
 def _reached_by(host: str) -> str:

@@ -33,7 +33,7 @@ from bench.eol.store.tallies import (
 from bench.eol.verdict import Verdict
 from bench.eol.yields import SHIFTS, Grouping, MotorYields, motor_yields
 from bench.files.toml_file import nearest
-from bench.i18n.errors import InputError
+from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text
 from procedures.known_parameters import definition_of
 from reports.labels import ParameterLabels
@@ -157,11 +157,11 @@ def parameter_labels(engine: Engine) -> ParameterLabels:
 
 
 def known_names(connection: Connection, requested: Sequence[str]) -> list[str]:
-    """Return the requested parameters, all that there are where none is. Raises InputError for one that is not there."""
+    """Return the requested parameters, all that there are where none is. Raises UsageError for one that is not there."""
     known = parameters(connection)
     for name in requested:
         if name not in known:
-            raise InputError(
+            raise UsageError(
                 text("the records have no parameter {name!r}; {hint}", name=name, hint=nearest(name, known))
             )
     return list(requested) or known

@@ -22,7 +22,7 @@ from bench.eol.plan_file import (
     SpreadSection,
 )
 from bench.files.toml_file import read, validate
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError, InputError
 from bench.operators.typed import typed_number
 from bench.plugins.catalogues import Catalogues
 from bench.plugins.files import PluginsSection, catalogues_of
@@ -81,7 +81,7 @@ class Plan:
         limits = dict(self.absolute)
         for parameter, percent in self.relative.items():
             if parameter not in expected:
-                raise InputError(
+                raise FileError(
                     text(
                         "{source}: limit on {parameter}: the type has no value for it; "
                         "add expected.{parameter} to the motor file {motor}, or give low and high",
@@ -117,7 +117,7 @@ def load_plan(path: Path, base: Catalogues | None = None) -> Plan:
     procedures = catalogues_of(file.plugins, str(path), base).procedures
     for check in file.procedure:
         if check.name not in procedures:
-            raise InputError(
+            raise FileError(
                 text(
                     "{path}: procedure {name!r}: {hint}",
                     path=path,
@@ -182,7 +182,7 @@ class _Units:
             if definition is not None:
                 _check_bounds(figure, definition.bounds, key)
         except ValueError as fault:
-            raise InputError(
+            raise FileError(
                 text(
                     "{source}: limit on {parameter}: {key}: {finding}",
                     source=self._source,
@@ -209,7 +209,7 @@ class _Units:
             for key, given, open_side in (("low", limit.low, -math.inf), ("high", limit.high, math.inf))
         )
         if low > high:
-            raise InputError(
+            raise FileError(
                 text(
                     "{source}: limit on {parameter}: low = {low} is above high = {high}",
                     source=self._source,

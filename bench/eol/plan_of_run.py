@@ -10,7 +10,7 @@ from tomli_w import dumps as toml_text
 from bench.eol.plan import Plan, load_plan
 from bench.files.new_file import write_new
 from bench.files.toml_file import parse
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import view_of
@@ -45,7 +45,7 @@ def plan_of_run(folder: RunFolder, path: Path, percent: float) -> MadePlan:
     start = view.start
     figures = {name: each for name, each in view.parameters().parameters.items() if each.source == "measured"}
     if start is None or not figures:
-        raise InputError(
+        raise FileError(
             text("{run}: no parameter was measured; a plan needs figures to set limits about", run=folder.path)
         )
     restated = {name for name in figures if name in PARAMETERS and PARAMETERS[name].restates in figures}

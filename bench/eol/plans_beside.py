@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.eol.plan import Plan
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError, InputError
 from drivers.interfaces.text import text, text_of
 
 
@@ -42,7 +42,7 @@ def check_name(plan: Plan) -> None:
     for other in plans_beside(Path(plan.source)):
         with suppress(OSError):
             if other.name == plan.name and other.path.read_text(encoding="utf-8") != plan.content:
-                raise InputError(
+                raise FileError(
                     text(
                         "{source}: plan.name = {name!r} is the name of {other}, too, which is another plan; records are kept by "
                         "that name: give each its own, or move one of them out of the folder",
@@ -61,7 +61,7 @@ def check_serial(plan: Plan, serial_number: str) -> None:
         owner = next((each for each in plans_beside(Path(plan.source)) if _matches(each, serial_number)), None)
         if owner is None:
             raise
-        raise InputError(
+        raise FileError(
             text(
                 "{error}; it is one of the plan {name} ({path}), for the type {motor}",
                 error=text_of(error),

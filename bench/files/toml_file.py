@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from bench.files.wanted import unit_of, wanted_by
-from bench.i18n.errors import FileError, InputError, at
+from bench.i18n.errors import FileError, at
 from drivers.interfaces.text import Text, lines, reason_of, text, text_of
 
 
@@ -81,13 +81,34 @@ def read(path: Path, what: Text) -> tuple[bytes, dict[str, Any]]:
 def parse(content: bytes, name: str) -> dict[str, Any]:
     """Return the content of TOML text. Raises FileError naming the file and the place of the fault."""
     try:
-        return tomllib.loads(content.decode("utf-8"))
-    except UnicodeDecodeError as error:
-        raise FileError(text("{name}: not UTF-8 text (byte {start})", name=name, start=error.start)) from None
+        return tomllib.loads(decoded(content, name))
     except tomllib.TOMLDecodeError as error:
         raise FileError(text("{name}: not valid TOML: {error}", name=name, error=_parsed(error))) from None
     except RecursionError:
         raise FileError(text("{name}: lists or tables stand too deep in one another", name=name)) from None
+
+
+def decoded(content: bytes, name: str) -> str:
+    """Return the text in a file's bytes. Raises FileError naming the file, the place, and how to save it."""
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise not_utf8(name, content[:2], error) from None
+
+
+def not_utf8(name: str, first: bytes, error: UnicodeDecodeError) -> FileError:
+    """Return the error of a file whose `first` bytes may tell what encoding it is in."""
+    if first in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        return FileError(
+            text("{name}: the text is UTF-16 (Notepad's Unicode); save it as UTF-8, in the editor's Save As", name=name)
+        )
+    return FileError(
+        text(
+            "{name}: not UTF-8 text (byte {start}); save it as UTF-8, in the editor's Save As",
+            name=name,
+            start=error.start,
+        )
+    )
 
 
 def _parsed(error: tomllib.TOMLDecodeError) -> Text:
@@ -105,7 +126,7 @@ def validate(model: type[M], data: Mapping[str, Any], name: str, prefix: str = "
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise InputError(lines(explain(error, model, data, name, prefix))) from None
+        raise FileError(lines(explain(error, model, data, name, prefix))) from None
 
 
 def explain(

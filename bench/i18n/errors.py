@@ -17,7 +17,7 @@ class InputError(Exception):
 
 
 class FileError(InputError):
-    """A file or folder that was named is not there or cannot be read; a command then ends as on wrong usage."""
+    """A file or folder that was named is not there, cannot be read or holds something else: a command then ends as on wrong usage."""
 
 
 class UsageError(InputError):

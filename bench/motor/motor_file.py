@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bench.files.photo import Photo, photo_beside
 from bench.files.toml_file import parse, validate
-from bench.i18n.errors import FileError, InputError, at
+from bench.i18n.errors import FileError, at
 from bench.motor.motor_sections import NameplateSection, TypedMotor, with_type_values
 from bench.motor.shipped_motors import folder_of, motor_content
 from bench.motor.six_step_file import drive_file_of, holds_drive
@@ -53,7 +53,7 @@ class MotorFile:
     def virtual_motor(self) -> VirtualMotor:
         """Return the virtual motor. Raises InputError where the file has none."""
         if self.virtual is None:
-            raise InputError(
+            raise FileError(
                 text(
                     "{source}: the virtual bench needs the motor's truth and the file has none; "
                     "add a table [virtual] with phase_resistance, d_axis_inductance, q_axis_inductance, flux_linkage, "
@@ -125,7 +125,7 @@ def _motor(
     try:
         motor = file.virtual.motor(file.nameplate.connection) if file.virtual else None
     except ValueError as error:
-        raise InputError(at(f"{source}: virtual", text_of(error))) from None
+        raise FileError(at(f"{source}: virtual", text_of(error))) from None
     return _made(content, source, file.nameplate.nameplate(file.expected, file.tolerance), motor, None)
 
 
@@ -138,11 +138,11 @@ def _on_map(file: _MappedFile, source: str, folder: Path | None) -> VirtualMotor
     except OSError as error:
         raise FileError(at(place, reason_of(error))) from None
     except ValueError as error:
-        raise InputError(at(place, text_of(error))) from None
+        raise FileError(at(place, text_of(error))) from None
     try:
         return file.virtual.motor(file.nameplate.connection, flux_map)
     except ValueError as error:
-        raise InputError(at(f"{source}: virtual", text_of(error))) from None
+        raise FileError(at(f"{source}: virtual", text_of(error))) from None
 
 
 def _made(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from bench.files.toml_file import Section, validate
-from bench.i18n.errors import InputError, at
+from bench.i18n.errors import FileError, at
 from bench.motor.motor_insides import InsideSection
 from bench.motor.motor_sections import ExpectedSection, NameplateSection, TypedMotor, number, with_type_values
 from bench.motor.shipped_motors import motor_content
@@ -114,7 +114,7 @@ def drive_file_of(data: Mapping[str, Any], source: str, procedures: "Procedures 
     missing = [name for name in _TABLES if not isinstance(virtual, Mapping) or name not in virtual]
     if missing:
         tables = " and ".join(f"[virtual.{name}]" for name in missing)
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: no six-step drive in it: {tables} missing; {example} shows what stands there",
                 source=source,
@@ -125,7 +125,7 @@ def drive_file_of(data: Mapping[str, Any], source: str, procedures: "Procedures 
     file = validate(with_type_values(DriveFile, data, procedures), data, source)
     plate, truth = file.nameplate.pole_pairs, file.virtual.pole_pairs
     if plate is not None and plate != truth:
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: nameplate.pole_pairs = {plate} and virtual.pole_pairs = {truth}; give the same number",
                 source=source,
@@ -138,7 +138,7 @@ def drive_file_of(data: Mapping[str, Any], source: str, procedures: "Procedures 
             file.nameplate, file.expected, file.tolerance, file.six_step_drive(), file.virtual.insides()
         )
     except SixStepError as error:
-        raise InputError(at(f"{source}: virtual", text_of(error))) from None
+        raise FileError(at(f"{source}: virtual", text_of(error))) from None
 
 
 def load_drive(reference: str) -> SixStepDrive:

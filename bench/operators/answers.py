@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from bench.files.toml_file import nearest, read
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError
 from drivers.interfaces.text import Text, text
 from drivers.manual.prompt import Option
 from procedures.core.actions import FINISH, YES, EnterCommand, EnterReading, HandWork, MarkRestPositions
 from procedures.core.bench import Operator, ProcedureError
+from procedures.core.events import Event, RepeatStarted, StepStarted
 
 #: The key of the marked angles of `MarkRestPositions`.
 ANGLES_KEY = "rest_positions_deg"
@@ -29,6 +30,9 @@ class Answers:
 
     def __init__(self, answers: Mapping[str, Any], source: str, commands: Sequence[str] = ()) -> None:
         self._source = source
+        self._step, self._again = "", False
+        #: By key, what was asked once more, because the reading before it was doubted.
+        self._doubted: dict[str, list[Text]] = {}
         self._commands = iter(commands)
         self._left: dict[str, deque[Any]] = {}
         for key, given in _flat(answers):
@@ -38,7 +42,7 @@ class Answers:
             for item in items:
                 numbers = item if isinstance(item, list) else [item]
                 if any(isinstance(number, bool) or not isinstance(number, int | float) for number in numbers):
-                    raise InputError(
+                    raise FileError(
                         text(
                             "{source}: readings.{key} = {item}; give numbers without units",
                             source=source,
@@ -47,6 +51,9 @@ class Answers:
                         )
                     )
             self._left[key] = deque(items)
+        self._count = {key: len(left) for key, left in self._left.items()}
+        self._where: Text | None = None
+        self._first_count = 1
 
     def next(self, key: str, asked: str) -> Any:
         """Return the next answer to `key`; ProcedureError names what was `asked` where there is none or none is left."""
@@ -61,16 +68,51 @@ class Answers:
                     known=known,
                 )
             )
+        taken = self._count[key] - len(self._left[key]) + 1
+        if self._again:
+            place = text("number {number} ({where})", number=taken, where=self._where or asked)
+            self._doubted.setdefault(key, []).append(place)
         if not self._left[key]:
-            raise ProcedureError(
-                text(
-                    "{source}: the answers for {key} have run out; still asked is '{asked}'. Add one to readings.{key}",
-                    source=self._source,
-                    key=key,
-                    asked=asked,
-                )
-            )
+            raise ProcedureError(self._run_out(key, asked, taken))
         return self._left[key].popleft()
+
+    def _run_out(self, key: str, asked: str, number: int) -> Text:
+        said = text(
+            "{source}: the answers for {key} have run out; still asked is '{asked}'{where}. Add number {number} to readings.{key}",
+            source=self._source,
+            key=key,
+            asked=asked,
+            where=text(", at {where}", where=self._where) if self._where else "",
+            number=number,
+        )
+        if not (doubted := self._doubted.get(key)):
+            return said
+        return text(
+            "{said}. A reading that contradicts its siblings is taken once more, and takes one more answer: put it in as {places}, so that "
+            "those behind it stay with what they answer, or correct the reading that was doubted",
+            said=said,
+            places=doubted,
+        )
+
+    def hear(self, event: Event) -> None:
+        """Take an event of the journal: which step asks, and whether it asks once more."""
+        if isinstance(event, StepStarted):
+            self._step, self._where, self._again = event.step, text("step {step}", step=event.step), False
+        elif isinstance(event, RepeatStarted):
+            self._again = event.again or event.number > self._planned(event)
+            self._where = text(
+                "step {step}, {terminals}, reading {number} of {count}",
+                step=self._step,
+                terminals=event.terminals,
+                number=event.number,
+                count=event.count,
+            )
+
+    def _planned(self, event: RepeatStarted) -> int:
+        """Return how many readings were wanted at first: one that is read once more raises their count."""
+        if event.number == 1:
+            self._first_count = event.count
+        return self._first_count
 
     def command(self) -> str:
         """Return the next command, the one that ends where none is left."""
@@ -94,10 +136,10 @@ def load_answers(path: Path) -> Answers:
     _, data = read(path, text("answers file"))
     for key in data:
         if key not in _KEYS:
-            raise InputError(text("{path}: unknown key {key}; {hint}", path=path, key=key, hint=nearest(key, _KEYS)))
+            raise FileError(text("{path}: unknown key {key}; {hint}", path=path, key=key, hint=nearest(key, _KEYS)))
     commands = data.get("commands", [])
     if not isinstance(commands, list) or not all(isinstance(one, str) for one in commands):
-        raise InputError(
+        raise FileError(
             text(
                 "{path}: commands = {given}; allowed is a list of texts, a command each",
                 path=path,
@@ -106,7 +148,7 @@ def load_answers(path: Path) -> Answers:
         )
     readings = data.get("readings", {})
     if not isinstance(readings, dict):
-        raise InputError(
+        raise FileError(
             text("{path}: readings = {given}; allowed is a table [readings]", path=path, given=repr(readings))
         )
     return Answers(readings, str(path), commands)

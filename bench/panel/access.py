@@ -16,7 +16,7 @@ from pydantic import Field
 from tomli_w import dumps as toml_text
 
 from bench.files.toml_file import Section, read, validate
-from bench.i18n.errors import InputError, UsageError
+from bench.i18n.errors import FileError, InputError, UsageError
 from bench.panel.sessions import Right
 from bench.panel.throttle import LoginThrottle, network_of
 from drivers.interfaces.text import reason_of, text
@@ -69,7 +69,7 @@ class Access:
         self._under_way: Counter[tuple[str, str]] = Counter()
         self._computing = ThreadPoolExecutor(_AT_ONCE, thread_name_prefix="password")
         if not self._people:
-            raise InputError(
+            raise FileError(
                 text(
                     "{path}: nobody may log in; add people with motorbench user add NAME --role operator --file {path}",
                     path=path,

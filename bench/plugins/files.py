@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import Field
 
 from bench.files.toml_file import Section
-from bench.i18n.errors import FileError, InputError
+from bench.i18n.errors import FileError
 from bench.plugins.catalogue import Origin, PluginFile, UnloadedDeclaration, reason
 from bench.plugins.catalogues import GROUPS, Catalogues, installed
 from bench.plugins.records import RecordOutput
@@ -44,7 +44,7 @@ def catalogues_of(section: PluginsSection, source: str, base: Catalogues | None 
     for name in section.records:
         made.records.need(
             name,
-            lambda why, name=name: InputError(  # type: ignore[misc]
+            lambda why, name=name: FileError(  # type: ignore[misc]
                 text("{source}: {key}.records: {name!r}: {why}", source=source, key=KEY, name=name, why=why)
             ),
         )

@@ -10,7 +10,14 @@ from bench.i18n.errors import UsageError
 from bench.i18n.language import translator
 from bench.plugins.catalogues import installed
 from bench.run.request import RunRequest
-from bench.run.run_operator import FixtureHands, PanelHands, RunOperator, TerminalHands, VirtualHands
+from bench.run.run_operator import (
+    FixtureHands,
+    PanelHands,
+    RunOperator,
+    TerminalHands,
+    TypedAnswers,
+    VirtualHands,
+)
 from bench.run.simulation import InProcessSimulation, ServedSimulation, Simulation
 from bench.safety.interrupts import Interrupts
 from bench.safety.ownership.owner import Ownership, Unowned
@@ -170,8 +177,9 @@ def _in_front(
     elif request.answers is not None:
         from bench.operators.answers import AnswersOperator, load_answers
 
-        replaying = AnswersOperator(load_answers(request.answers), behind.hands)
-        yield replace(context, operator=RunOperator(hands=replaying, prompts=behind.prompts))
+        given = load_answers(request.answers)
+        replaying = AnswersOperator(given, behind.hands)
+        yield replace(context, operator=TypedAnswers(hands=replaying, prompts=behind.prompts, answers=given))
     elif request.operator == "panel":
         from bench.operators.panel_operator import DistantOperator
 
@@ -197,7 +205,9 @@ def _replayed(station: Station, answers: Path) -> RunContext:
 
     given = load_answers(answers)
     only_typed = all(entry.driver.name == MANUAL for entry in station.entries.values())
-    operator = RunOperator(hands=AnswersOperator(given), prompts=lambda role: AnswersPrompt(given, role.value))
+    operator = TypedAnswers(
+        hands=AnswersOperator(given), prompts=lambda role: AnswersPrompt(given, role.value), answers=given
+    )
     clock = ReplayClock() if only_typed else SystemClock()
     return RunContext(station, clock, operator, StationVisa(station.visa_library))
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError
 from bench.run.plan import Planned
 from bench.run.probe_limits import unstated_probes
 from bench.station.station_file import Entry, Station
@@ -40,7 +40,7 @@ def check_needs(plan: Sequence[Planned], station: Station) -> None:
         missing = unmet(planned, station)
         if missing:
             why = lines(missing, between="; ")
-            raise InputError(text("{source}: {name}: {why}", source=station.source, name=planned.name, why=why))
+            raise FileError(text("{source}: {name}: {why}", source=station.source, name=planned.name, why=why))
 
 
 def unmet(planned: Planned, station: Station) -> list[Text]:

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 
-from bench.i18n.errors import InputError, UsageError
+from bench.i18n.errors import FileError, UsageError
 from bench.station.station_file import Station
 from drivers.interfaces import Role
 from drivers.interfaces.text import text
@@ -59,7 +59,7 @@ def check_asked(station: Station, given: dict[int, float], *, somebody: bool) ->
     """Raise InputError where nobody can be asked for a probe that neither the station file nor the command line states."""
     left = sorted(unstated_probes(station) - given.keys())
     if left and not somebody:
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: the limit of error of the probe on channel {channel} is not stated, and nobody is there to be asked; write gain "
                 "and source into [instruments.oscilloscope.probes.{channel}], or give --probe CH{channel}=2%",

@@ -5,7 +5,7 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from bench.i18n.errors import InputError, UsageError
+from bench.i18n.errors import FileError, InputError, UsageError
 from bench.journal.codec import RecordedEvent
 from bench.journal.events.instruments import InstrumentOpened
 from bench.journal.events.run import RunBegun, RunFinished, RunStarted
@@ -30,7 +30,7 @@ def begun(folder: RunFolder) -> tuple[JournalFile, RunStarted]:
     read = read_journal(folder.journal)
     first = read.events[0].event if read.events else None
     if not isinstance(first, RunStarted):
-        raise InputError(
+        raise FileError(
             text(
                 "{journal}: the journal has no beginning, so there is nothing to go on with; start a new run",
                 journal=folder.journal,
@@ -64,7 +64,7 @@ def check_unchanged(
             continue
         changed = _changes(before, content) if before else None
         if changed is None or changed:
-            raise InputError(
+            raise FileError(
                 text(
                     "{path}: the {what} file {source} is not the one this run began with ({then}): "
                     "{changes}. {remedy}; {not_together}",
@@ -88,7 +88,7 @@ def check_unchanged(
         if known.get(name) != software.get(name)
     ]
     if changed:
-        raise InputError(
+        raise FileError(
             text(
                 "{path}: the software is not the one this run began with: {changes}. "
                 "Have those versions again (requirements.lock names them), or start a new run; {not_together}",

@@ -15,6 +15,7 @@ from procedures.core.events import Event
 from procedures.core.live_plot import NobodyLooks, Onlooker
 
 if TYPE_CHECKING:
+    from bench.operators.answers import Answers
     from bench.operators.fixture import FixtureOperator
     from bench.operators.panel_operator import DistantOperator
     from bench.operators.terminal import TerminalOperator
@@ -65,6 +66,17 @@ class RunOperator:
 
 def _no_prompt(_: Role) -> None:
     """Ask nobody: the virtual bench has no manual instruments."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TypedAnswers(RunOperator):
+    """A file of answers, which hears which step asks."""
+
+    answers: "Answers"
+
+    def hear(self, event: Event) -> None:
+        """Pass on what happens."""
+        self.answers.hear(event)
 
 
 @dataclass(frozen=True, kw_only=True)

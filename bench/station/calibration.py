@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import Field, model_validator
 
 from bench.files.toml_file import Section, validate
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError
 from drivers.interfaces.text import lines, text
 from procedures.core.result import Notice
 
@@ -87,7 +87,7 @@ def check(
     found = list(calibrations)
     for role, calibration in found:
         if calibration.date > today:
-            raise InputError(
+            raise FileError(
                 text(
                     "{source}: instruments.{role}.{key}.date = {date} lies in the future; "
                     "allowed is a date up to today, {today}. Correct the file or this computer's date",
@@ -100,7 +100,7 @@ def check(
             )
     overdue = [(role, calibration) for role, calibration in found if role in used and today > calibration.due]
     if refuse and overdue:
-        raise InputError(
+        raise FileError(
             lines(
                 text(
                     "{source}: instruments.{role}.{key}: certificate {certificate} was due on {due} and today is {today}; "

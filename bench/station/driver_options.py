@@ -10,7 +10,7 @@ from pydantic import Field as ModelField
 from pydantic import Strict, create_model
 
 from bench.files.toml_file import Section, validate
-from bench.i18n.errors import InputError, at
+from bench.i18n.errors import FileError, at
 from drivers.catalogue import RATING_UNITS
 from drivers.interfaces import Accuracy
 
@@ -25,7 +25,7 @@ def read_options(options: type[T], data: Mapping[str, Any], name: str, prefix: s
         return cast("T", _make(options, section))
     except ValueError as error:
         # What concerns several values at once is the options' own to judge; the message begins with the key.
-        raise InputError(at(name, f"{prefix}.{error}")) from None
+        raise FileError(at(name, f"{prefix}.{error}")) from None
 
 
 def unit_of_option(name: str) -> str | None:

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import Field
 
 from bench.files.toml_file import Section, validate
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError, InputError
 from bench.plugins.catalogue import Catalogue
 from bench.station.driver_options import read_options
 from drivers.interfaces.text import text
@@ -67,7 +67,7 @@ def _driver(contact: _Contact, place: str, known: Catalogue[InterlockDriver]) ->
     for driver in known.values():
         if scheme in driver.schemes:
             return driver
-    raise InputError(
+    raise FileError(
         text(
             "{place}.address = {address!r}: write tcp://host:port, rtu:///dev/…?baudrate=… or "
             "can://interface/channel?bitrate=…, or name the driver of another kind of contact; {hint}",

@@ -7,7 +7,7 @@ from enum import StrEnum
 from pydantic import Field
 
 from bench.files.toml_file import Section
-from bench.i18n.errors import InputError, at
+from bench.i18n.errors import FileError, at
 from drivers.interfaces import Role
 from drivers.interfaces.declarations import declarations
 from drivers.interfaces.role import ROLES
@@ -135,19 +135,19 @@ def shutdown_sequence_of(given: Iterable[ShutdownSection], roles: Mapping[Role, 
     for number, one in enumerate(given):
         key = f"{source}: way_down[{number}]"
         if one.role not in roles:
-            raise InputError(
+            raise FileError(
                 text("{key}.role = {role!r}: the station has no [instruments.{role}]", key=key, role=one.role.value)
             )
         try:
             items.append(item(one.do, one.role, one.below, one.within))
         except ValueError as error:
-            raise InputError(at(key, text_of(error))) from error
+            raise FileError(at(key, text_of(error))) from error
     if not items:
         return ShutdownSequence(default_items(by_hand), by_hand)
     present = {(one.do, one.role) for one in items}
     for role, off in OFF_BY.items():
         if role in roles and (off, role) not in present:
-            raise InputError(
+            raise FileError(
                 text(
                     "{source}: [[way_down]] leaves [instruments.{role}] energised; "
                     'add an item with do = "{off}" and role = "{role}", or leave the whole list out',

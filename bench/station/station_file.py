@@ -11,7 +11,7 @@ from pydantic import Field
 
 from bench.files.photo import Photo, photo_beside
 from bench.files.toml_file import Section, nearest, read, validate
-from bench.i18n.errors import InputError, at
+from bench.i18n.errors import FileError, at
 from bench.plugins.catalogues import OURS, Catalogues, installed
 from bench.plugins.files import KEY, PluginsSection, catalogues_of
 from bench.station import calibration
@@ -141,7 +141,7 @@ def catalogues_at(station: str) -> Catalogues:
     _, data = read(Path(station), text("station file"))
     section = data.get(KEY, {})
     if not isinstance(section, dict):
-        raise InputError(text("{station}: {key} is no table; give [{key}] files", station=station, key=KEY))
+        raise FileError(text("{station}: {key} is no table; give [{key}] files", station=station, key=KEY))
     return catalogues_of(validate(PluginsSection, section, station, KEY), station)
 
 
@@ -156,7 +156,7 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
     """Return the station that a file's content describes; raises InputError as `load_station` does."""
     for role in data.get("instruments", {}) if isinstance(data.get("instruments"), dict) else ():
         if role not in [known.value for known in Role]:
-            raise InputError(
+            raise FileError(
                 text(
                     "{source}: unknown key instruments.{role}; {hint}",
                     source=source,
@@ -197,7 +197,7 @@ def _chosen(role: Role, table: Mapping[str, Any], source: str, catalogues: Catal
     tables = {name: own for name, own in table.items() if name != USE}
     for name, own in tables.items():
         if not isinstance(own, dict):
-            raise InputError(
+            raise FileError(
                 text(
                     "{source}: {prefix}.{name}: with {prefix}.use each instrument has a table of its own: [{prefix}.NAME]",
                     source=source,
@@ -208,7 +208,7 @@ def _chosen(role: Role, table: Mapping[str, Any], source: str, catalogues: Catal
     entries = {name: _entry(role, own, source, catalogues, f"{prefix}.{name}") for name, own in tables.items()}
     if table[USE] not in entries:
         hint = nearest(str(table[USE]), list(entries))
-        raise InputError(
+        raise FileError(
             text("{source}: {prefix}.use = {name!r}: {hint}", source=source, prefix=prefix, name=table[USE], hint=hint)
         )
     return entries[table[USE]]
@@ -218,13 +218,13 @@ def _entry(role: Role, table: Mapping[str, Any], source: str, catalogues: Catalo
     common = validate(_Instrument, {key: table[key] for key in _COMMON if key in table}, source, prefix)
     driver = catalogues.driver(common.driver, role)
     if driver is None:
-        raise InputError(at(source, _no_driver(common.driver, role, prefix, catalogues)))
+        raise FileError(at(source, _no_driver(common.driver, role, prefix, catalogues)))
     # Ours are tested; to look at one its module would be imported.
     unfit = driver.unfit() if catalogues.drivers.origin(driver.name).name != OURS else None
     if unfit is not None:
-        raise InputError(at(source, text("{prefix}.driver: {unfit}", prefix=prefix, unfit=unfit)))
+        raise FileError(at(source, text("{prefix}.driver: {unfit}", prefix=prefix, unfit=unfit)))
     if driver.needs_address and not common.address:
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: {prefix}.address is missing; {name} needs the address it answers at",
                 source=source,
@@ -235,7 +235,7 @@ def _entry(role: Role, table: Mapping[str, Any], source: str, catalogues: Catalo
     limits, own = take_limits(role, {key: table[key] for key in table if key not in _COMMON}, source, prefix)
     calibrated, given = calibration.take_entry(own, source, prefix)
     if calibration.KEY in given and calibration.KEY not in [option.name for option in fields(driver.options)]:
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: {prefix}.{key}: {name} takes date, due and certificate here and no accuracies; "
                 "they have options of their own",

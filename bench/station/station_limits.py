@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bench.files.toml_file import Section, validate
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError
 from bench.motor.motor_sections import number
 from drivers.interfaces.text import text
 from procedures.core.bench import Role
@@ -82,7 +82,7 @@ def take_limits(
     section = SECTIONS.get(role)
     if section is None:
         limited = ", ".join(known.value for known in SECTIONS)
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: {prefix}.{key}: this instrument puts nothing out that could be limited; {limited} have limits. "
                 "Take the table out of the file",
@@ -94,7 +94,7 @@ def take_limits(
         )
     given = table[KEY]
     if not isinstance(given, Mapping):
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: {prefix}.{key} = {given}; allowed is a table with {keys}",
                 source=source,

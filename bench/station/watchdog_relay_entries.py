@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import Field
 
 from bench.files.toml_file import Section, validate
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError, InputError
 from bench.plugins.catalogue import Catalogue
 from bench.station.driver_options import read_options
 from bench.station.shutdown_sequence import OFF_BY
@@ -62,7 +62,7 @@ def relays_of(
         allowed = [role.value for role in OFF_BY if role in there]
         for role in common.roles:
             if role.value not in allowed:
-                raise InputError(
+                raise FileError(
                     text(
                         "{source}: {prefix}.roles: {role} is no role of this station that feeds energy; allowed are {allowed}",
                         source=source,
@@ -83,7 +83,7 @@ def check_addresses(entries: Iterable[RelayEntry], source: str) -> None:
     seen: dict[str, str] = {}
     for entry in entries:
         if entry.address in seen:
-            raise InputError(
+            raise FileError(
                 text(
                     "{source}: watchdog_relays.{name}.address: {address} is the address of {other} too, and its watchdog is one; "
                     "give each relay a device of its own",

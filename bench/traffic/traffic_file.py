@@ -24,7 +24,7 @@ from typing import Any, Literal, cast, get_args
 
 from tomli_w import dumps
 
-from bench.files.toml_file import parse, read
+from bench.files.toml_file import decoded, parse, read
 from bench.i18n.errors import FileError, InputError
 from bench.plugins.files import KEY as PLUGINS
 from bench.station.station_file import Station, make_station
@@ -119,14 +119,11 @@ def read_recording(path: Path, plugins_of: str = "") -> SessionRecording:
         if f"\n{_UNFINISHED} = true\n".encode() in raw[: raw.find(_TRAFFIC.encode())]:
             # The last line may have been cut in the middle of a character.
             raw = raw[: raw.rfind(b"\n") + 1]
-        content = raw.decode("utf-8")
     except OSError as error:
         raise FileError(
             text("{path}: the recording cannot be read: {error}", path=path, error=reason_of(error))
         ) from None
-    except UnicodeDecodeError as error:
-        raise FileError(text("{name}: not UTF-8 text (byte {start})", name=path, start=error.start)) from None
-    return parse_recording(content, str(path), plugins_of)
+    return parse_recording(decoded(raw, str(path)), str(path), plugins_of)
 
 
 def parse_recording(content: str, source: str, plugins_of: str = "") -> SessionRecording:

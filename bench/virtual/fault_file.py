@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from bench.files.toml_file import nearest, read, validate
-from bench.i18n.errors import InputError, at
+from bench.i18n.errors import FileError, at
 from bench.plugins.catalogues import installed
 from bench.virtual.fault_phrase import parse_phrase
 from drivers.interfaces.text import text
+from procedures.core.bench import Role
 from procedures.core.procedure import Procedure
 from sim_instruments.faults.catalogue import kinds
 from sim_instruments.faults.description import Description
@@ -45,10 +46,10 @@ def load_faults(path: Path, procedures: Procedures | None = None) -> list[GivenF
     name = str(path)
     for key in data:
         if key != _TABLE:
-            raise InputError(text("{name}: unknown key {key}; {hint}", name=name, key=key, hint=nearest(key, [_TABLE])))
+            raise FileError(text("{name}: unknown key {key}; {hint}", name=name, key=key, hint=nearest(key, [_TABLE])))
     tables = data.get(_TABLE, [])
     if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables) or not tables:
-        raise InputError(text("{name}: give at least one table [[{table}]]", name=name, table=_TABLE))
+        raise FileError(text("{name}: give at least one table [[{table}]]", name=name, table=_TABLE))
     return [_fault(table, name, f"{_TABLE}[{number}]", known_procedures) for number, table in enumerate(tables)]
 
 
@@ -59,16 +60,26 @@ def _fault(data: Mapping[str, Any], name: str, prefix: str, procedures: Procedur
     if not isinstance(kind, str) or kind not in known:
         key = f"{prefix}." if prefix else ""
         if kind is None:
-            raise InputError(
+            raise FileError(
                 text("{name}: {key}fault is missing; known are: {names}", name=name, key=key, names=sorted(known))
             )
         hint = nearest(str(kind), list(known))
-        raise InputError(
+        raise FileError(
             text("{name}: {key}fault {kind} is not known; {hint}", name=name, key=key, kind=repr(kind), hint=hint)
         )
+    _check_role(data.get("role"), source)
     described = validate(known[kind], data, name, prefix)
     _check_step(described, source, procedures)
     return GivenFault(described, source)
+
+
+def _check_role(role: object, source: str) -> None:
+    """Raise FileError for an instrument that no bench has, before anything is said of what may be asked of it."""
+    roles = [each.value for each in Role]
+    if isinstance(role, str) and role not in roles:
+        raise FileError(
+            at(source, text("there is no instrument {role!r}; {hint}", role=role, hint=nearest(role, roles)))
+        )
 
 
 def _check_step(described: Description, source: str, procedures: Procedures) -> None:
@@ -76,7 +87,7 @@ def _check_step(described: Description, source: str, procedures: Procedures) -> 
     if described.step is None:
         return
     if described.procedure is not None and described.procedure not in procedures:
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: there is no procedure {procedure!r}; {hint}",
                 source=source,
@@ -92,4 +103,4 @@ def _check_step(described: Description, source: str, procedures: Procedures) -> 
             said = text("{name} has no step {step!r}; {hint}", name=described.procedure, step=described.step, hint=hint)
         else:
             said = text("there is no step {step!r}; {hint}", step=described.step, hint=hint)
-        raise InputError(at(source, said))
+        raise FileError(at(source, said))

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from bench.i18n.errors import InputError, at
+from bench.i18n.errors import FileError, at
 from bench.journal.events.run import FaultBegan, FaultMended, ProcedureStarted
 from drivers.interfaces.text import text_of
 from procedures.core.bench import Recorder
@@ -26,7 +26,7 @@ def inject(faults: "Sequence[GivenFault]", add: "Callable[[Description], object]
         try:
             add(fault.described)
         except (ValueError, RuntimeError) as error:
-            raise InputError(at(fault.source, text_of(error))) from None
+            raise FileError(at(fault.source, text_of(error))) from None
 
 
 class StepReporter:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from bench.files.toml_file import Section, read, validate
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError
 from bench.motor.motor_sections import number
 from drivers.interfaces.text import text
 
@@ -26,12 +26,12 @@ def load_ports(path: Path) -> dict[str, dict[str, int]]:
     owners: dict[int, str] = {}
     for name, table in data.items():
         if not isinstance(table, dict):
-            raise InputError(text("{path}: {name} must be a table, like [{name}]", path=path, name=name))
+            raise FileError(text("{path}: {name} must be a table, like [{name}]", path=path, name=name))
         ports[name] = validate(EndpointSection, table, str(path), name).model_dump(exclude_none=True)
         for way, port in ports[name].items():
             key = f"{name}.{way}"
             if port in owners:
-                raise InputError(
+                raise FileError(
                     text("{path}: {key} = {port} is {other}'s, too", path=path, key=key, port=port, other=owners[port])
                 )
             owners[port] = key

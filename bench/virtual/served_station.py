@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.files.toml_file import read
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError, InputError
 from bench.motor.motor_file import MotorFile
 from bench.plugins.catalogue import reason
 from bench.station.calibration import KEY as CALIBRATION
@@ -91,7 +91,7 @@ def station_to_serve(path: Path, motor: MotorFile) -> StationToServe:
 
 def unserved(role: str, why: Text) -> InputError:
     """Return the error of an instrument that the virtual bench cannot serve."""
-    return InputError(text("instruments.{role} cannot be served: {why}", role=role, why=why))
+    return FileError(text("instruments.{role} cannot be served: {why}", role=role, why=why))
 
 
 def _why(entry: Entry, station: Station) -> Text:

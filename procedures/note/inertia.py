@@ -12,18 +12,27 @@ from pydantic import Field
 from drivers.interfaces import Accuracy
 from drivers.interfaces.text import text, word
 from procedures.core.actions import CoupleDynamometer, ReleaseRotor, UncoupleDynamometer
-from procedures.core.bench import Role
+from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
 from procedures.core.demand import SHAFT, Demands
 from procedures.core.parameters import PARAMETERS
 from procedures.core.procedure import Procedure
+from procedures.core.procedure_error import OnlyBoundedError
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import Fit, coverage_interval
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics import inertia as estimation
+from procedures.estimation.mechanics.drag_bound import ONE_SIDED, OwnDrag, least_drag
 from procedures.estimation.mechanics.turning import SpeedRamp
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
-from procedures.techniques.shaft.speed_ramps import Curve, RampRecorder, Ramps, RampSettings, TorqueSource
+from procedures.techniques.shaft.speed_ramps import (
+    Curve,
+    RampRecorder,
+    Ramps,
+    RampSettings,
+    ShortCoastError,
+    TorqueSource,
+)
 
 NAMES = estimation.SHARED
 
@@ -70,7 +79,10 @@ class Inertia(Procedure[InertiaSettings]):
         tare = self.open_terminals()
         top = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)
         driven = self.accelerate(top)
-        coast = self.coast(top)
+        try:
+            coast = self.coast(top)
+        except ShortCoastError as short:
+            raise self._at_least(driven, short, tare) from short
         self.solve(Ramps.freed(driven, coast), tare)
 
     @step("3.5/1", "Leave the stator's terminals open", by_hand=True)
@@ -122,11 +134,7 @@ class Inertia(Procedure[InertiaSettings]):
         drifts = [each.zero.misfit(float(np.mean(each.driven.torque))) for each, _ in parts]
         misfit = Misfit.together([*(fit.misfit for _, fit in parts), *drifts])
         coupled = self._quantities("ramps", total, ramps)
-        dynamometer = (
-            self._quantities("tare ramps", own, tare)
-            if own and tare
-            else {name: self._given_tare(name) for name in NAMES}
-        )
+        dynamometer = self._of_dynamometer(own, tare)
         alone = estimation.subtract_tare(coupled, dynamometer)
         for name, motor in alone.items():
             self.report(
@@ -140,6 +148,35 @@ class Inertia(Procedure[InertiaSettings]):
         self._report_with_load(alone["inertia"], coupled["inertia"], ramps.driven)
         self._say_what_two_points_cost(
             simple - simple_tare, total.value("inertia") - (own.value("inertia") if own else 0.0)
+        )
+
+    def _at_least(self, driven: Curve, short: ShortCoastError, tare: Ramps | None) -> ProcedureError:
+        """Return the error of a coast too short to be fitted: with the least that its drag can be, where that is anything."""
+        dynamometer = self._of_dynamometer(self._fit(tare) if tare else None, tare)
+        inertia, coulomb, viscous = (
+            float(dynamometer[name].x) + way * ONE_SIDED * float(dynamometer[name].u)
+            for name, way in zip(NAMES, (-1.0, 1.0, 1.0), strict=True)
+        )
+        last, accuracy = short.last, driven.speed_accuracy
+        low = least_drag(
+            OwnDrag(inertia, coulomb, viscous),
+            driven.time,
+            driven.speed,
+            driven.torque - driven.zero.value,
+            slow=last.speed,
+            later=last.time - driven.begin - float(driven.time[-1]),
+            error=accuracy.gain * float(driven.speed[-1]) + accuracy.offset + accuracy.resolution,
+        )
+        if low <= 0.0:
+            return short
+        return OnlyBoundedError(
+            text(
+                "{why}. Its inertia is not found, but a drag of {low:.2g} N·m at least is left of its slowing down",
+                why=short.text,
+                low=low,
+            ),
+            "coulomb_friction",
+            low,
         )
 
     def _report_with_load(self, rotor: UncertainReal, coupled: UncertainReal, driven: Curve) -> None:
@@ -198,6 +235,10 @@ class Inertia(Procedure[InertiaSettings]):
             )
             for name in NAMES
         }
+
+    def _of_dynamometer(self, own: Fit | None, tare: Ramps | None) -> dict[str, UncertainReal]:
+        measured = self._quantities("tare ramps", own, tare) if own and tare else {}
+        return measured or {name: self._given_tare(name) for name in NAMES}
 
     def _given_tare(self, name: str) -> UncertainReal:
         uncertainty = self.settings.tare_inertia_uncertainty if name == "inertia" else 0.0

@@ -102,7 +102,9 @@ def mistake(entry: Mapping[str, Any], colours: Colours) -> Text:
         case Kind.VOLTAGE_LEAD.value:
             return text("{lead} does not touch {wanted}", lead=_lead(entry), wanted=wires[0])
         case Kind.CURRENT_PROBE.value if place is None:
-            return text("channel {channel}: the current probe is round no wire", channel=entry["channel"])
+            return text(
+                "channel {channel}: the current probe is round no wire, or switched off", channel=entry["channel"]
+            )
         case Kind.CURRENT_PROBE.value if entry["at"] in entry["terminals"]:
             return text(
                 "channel {channel}: the current probe's arrow points away from the motor", channel=entry["channel"]
@@ -116,7 +118,8 @@ def mistake(entry: Mapping[str, Any], colours: Colours) -> Text:
             )
         case ProbingFault.SILENT.value:
             return text(
-                "channel {channel} shows no voltage: its tip or its reference is not connected",
+                "channel {channel} shows no voltage: its tip or its reference is not connected, or the probe is dead: hold it on the "
+                "oscilloscope's calibrator",
                 channel=entry["channel"],
             )
         case ProbingFault.REVERSED.value:

@@ -336,7 +336,7 @@ def test_two_wires_interchanged_at_the_inverter(bench, measure):
 def test_a_current_probe_round_no_wire_at_the_inverter(bench, measure):
     attach = bench.world.attach_current_probe
     bench.world.attach_current_probe = lambda *_: None
-    assert "channel 4: the current probe is round no wire, or A (white) is open" in refused(
+    assert "channel 4: the current probe is round no wire, or switched off, or A (white) is open" in refused(
         measure, "pole-pairs-inverter"
     )
     bench.world.attach_current_probe = attach

@@ -254,11 +254,13 @@ def _percent(option: str, value: float) -> float:
 
 def _not_negative(option: str, value: float) -> float:
     if not 0.0 <= value < 1e9:
-        raise UsageError(text("{option} {value:g}: a value from 0 on is allowed", option=option, value=value))
+        raise UsageError(text("{option} {value:g}: a value from 0 to below 1e9 is allowed", option=option, value=value))
     return value
 
 
 def _above_zero(options: Mapping[str, float | None]) -> None:
     for option, value in options.items():
         if value is not None and not 0.0 < value < 1e9:
-            raise UsageError(text("{option} {value:g}: a value above 0 is needed", option=option, value=value))
+            raise UsageError(
+                text("{option} {value:g}: a value above 0 and below 1e9 is needed", option=option, value=value)
+            )

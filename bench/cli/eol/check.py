@@ -17,7 +17,7 @@ from bench.eol.defects.check import DefectRequest, check_defects
 from bench.eol.defects.proposal import write_plan
 from bench.eol.line.dry_run import DryRun, dry_run
 from bench.eol.line.preparation import BatchRequest
-from bench.i18n.errors import InputError
+from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from bench.run.console import console_on
 from drivers.interfaces.text import Text, Translate, text, word
@@ -89,7 +89,7 @@ def check(
     )
     translate = translator(language_of(language))
     if output is not None and output.exists():
-        raise InputError(text("{path}: is there already; choose another name, or remove it", path=output))
+        raise UsageError(text("{path}: is there already; choose another name, or remove it", path=output))
     done = dry_run(request)
     if not json:
         _print(console_on(sys.stdout), done, translate)

@@ -52,7 +52,7 @@ def export(
         there = kept.batches()
         for name in batches:
             if name not in there:
-                raise InputError(
+                raise UsageError(
                     text("there is no batch {name!r}; there are: {names}", name=name, names=there[:20] or text("none"))
                 )
         found = (record for name in (dict.fromkeys(batches) or [None]) for record in kept.read(name))

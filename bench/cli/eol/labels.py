@@ -2,7 +2,7 @@
 
 import sys
 
-from bench.i18n.errors import InputError
+from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text
 
 
@@ -23,7 +23,7 @@ def labels(*, batch: str, records: str = "records.sqlite") -> None:
     with own_records(records) as kept:
         lines = [label_of(record) + "\n" for record in kept.read(batch)]
     if not lines:
-        raise InputError(
+        raise UsageError(
             text(
                 "{records}: has no motor of a batch {batch}; motorbench eol stats names the batches",
                 records=records,

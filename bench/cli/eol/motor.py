@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from bench.cli.output import print_json
-from bench.i18n.errors import InputError
+from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import Text, Translate, text
 from reports.labels import ParameterLabels
@@ -39,7 +39,7 @@ def motor(serial_number: str, *, records: str = "records.sqlite", json: bool = F
     with own_records(records) as kept:
         tests = kept.of_motor(serial_number)
     if not tests:
-        raise InputError(text("{records}: has no test of a motor {serial!r}", records=records, serial=serial_number))
+        raise UsageError(text("{records}: has no test of a motor {serial!r}", records=records, serial=serial_number))
     changes = [(), *(tuple(changed_figures(before, after)) for before, after in pairwise(tests))]
     if json:
         print_json(

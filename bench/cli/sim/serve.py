@@ -232,7 +232,7 @@ def _opened(
     try:
         return ServedBench(motor, speedup=speedup, host=host, seed=seed, pages={"/motor": told}, **more)
     except UnknownEndpointError as error:
-        raise InputError(
+        raise UsageError(
             text(
                 "{file}: {name}.{way} is no endpoint of this bench; there are {known}",
                 file=ports,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from unicodedata import east_asian_width
 
-from bench.i18n.errors import InputError, UsageError, at
+from bench.i18n.errors import UsageError, at
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import Text, Translate, english, text, text_of
 
@@ -84,7 +84,7 @@ def _at_voltage(drive: "SixStepDrive", motor: str, voltage: float) -> "SixStepDr
     try:
         return replace(drive, source_voltage=voltage)
     except SixStepError as error:
-        raise InputError(at(f"{motor}, --voltage {voltage:g}", text_of(error))) from None
+        raise UsageError(at(f"{motor}, --voltage {voltage:g}", text_of(error))) from None
 
 
 def _check_plot(plot: Path | None, points: int) -> None:
@@ -108,13 +108,13 @@ def _point(bridge: "Bridge", motor: str, *, speed: float = 0.0, load: float | No
     from sim_instruments.six_step.steady_state import steady_state
 
     if load is None and not (math.isfinite(speed) and speed > 0):
-        raise InputError(
+        raise UsageError(
             text("--speed {speed:g}: a finite speed above 0 rpm is allowed; a drive at rest has no period", speed=speed)
         )
     try:
         return steady_state(bridge, speed * _RPM) if load is None else balance_load(bridge, load)
     except SixStepError as error:
-        raise InputError(at(motor, text_of(error))) from None
+        raise UsageError(at(motor, text_of(error))) from None
 
 
 def as_json(point: "SteadyState") -> dict[str, Any]:

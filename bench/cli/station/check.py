@@ -14,7 +14,7 @@ from bench.cli.station.calibrations_output import print_due
 from bench.cli.station.needs import good as needs_met
 from bench.cli.station.needs import outlooks, print_outlooks
 from bench.eol.line.line_file import load_line
-from bench.i18n.errors import InputError, UsageError, message
+from bench.i18n.errors import UsageError, message
 from bench.i18n.language import language_of, translator
 from bench.journal.unrecorded import Unrecorded
 from bench.run.console import console_on
@@ -167,7 +167,7 @@ def reset(station: Path, *, by: str, json: bool = False, language: str = "auto")
             watching.enter_context(closed(read))
         trips = [trip for read in stations if (trip := _reset(state, read, by.strip())) is not None]
     if not trips and not any(read.interlocks for read in stations):
-        raise InputError(text("{station}: the station has no [interlocks]; there is nothing to reset", station=station))
+        raise UsageError(text("{station}: the station has no [interlocks]; there is nothing to reset", station=station))
     trip = trips[0] if trips else None
     if json:
         print_json({"reset": trip is not None, "trip": None if trip is None else asdict(trip)})
@@ -186,7 +186,7 @@ def _reset(state: StateFolder, station: Station, by: str) -> Trip | None:
     latch = Latch(state, station)
     trip = None if station.interlocks else latch.standing()
     if trip is not None:
-        raise InputError(
+        raise UsageError(
             text(
                 "{station}: {stood}, and this file names no [interlocks]: reset it with the station file that names the interlock",
                 station=station.source,

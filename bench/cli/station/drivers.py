@@ -3,7 +3,7 @@
 import sys
 
 from bench.cli.output import padded, print_catalogue, print_json, say_broken
-from bench.i18n.errors import InputError
+from bench.i18n.errors import InputError, UsageError
 from bench.i18n.language import language_of, translator
 from bench.plugins.catalogues import Catalogues
 from bench.station.command_table import markdown_tables, packages_with_commands
@@ -116,7 +116,7 @@ def _commands_of(name: str, catalogues: Catalogues, translate: Translate, *, jso
 def _declared(name: str, catalogues: Catalogues) -> tuple[SourcedCommand, ...]:
     packages = packages_with_commands(catalogues)
     if name not in packages:
-        raise InputError(
+        raise UsageError(
             text(
                 "{name}: no driver that names the sources of its commands; known are: {known}",
                 name=name,

@@ -10,7 +10,7 @@ from tomli_w import dumps
 
 from bench.cli.held_signals import signals_held
 from bench.cli.output import print_json
-from bench.i18n.errors import InputError, UsageError
+from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from bench.safety.ownership.claims import claims_of
 from bench.safety.ownership.owner import owning
@@ -136,7 +136,7 @@ def _refuse_taken(station: Station, entry: Entry, wanted: Framing) -> None:
         if other is entry or not other.address or not ours & set(canonical_addresses(other.address)):
             continue
         if wanted.unit in getattr(other.options, "units", ()):
-            raise InputError(
+            raise UsageError(
                 text(
                     "unit {unit} is that of {other} on the same line; give another number with --unit",
                     unit=wanted.unit,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from bench.cli.new_file import refuse_existing
 from bench.cli.output import padded, print_json
 from bench.cli.station.check import NO_MOTOR, Nobody, held, look
-from bench.i18n.errors import InputError, at, message
+from bench.i18n.errors import UsageError, at, message
 from bench.i18n.language import language_of, translator
 from bench.journal.unrecorded import Unrecorded
 from bench.run.console import console_on
@@ -140,7 +140,7 @@ def replay(
     """
     recording = read_recording(file, str(station) if station else "")
     if not recording.carriers:
-        raise InputError(text("{file}: no instrument's messages are in it", file=str(file)))
+        raise UsageError(text("{file}: no instrument's messages are in it", file=str(file)))
     if serve:
         return _serve(recording, host, base_port, tolerant=tolerant, language=language)
     from bench.traffic.replay import replay as replayed

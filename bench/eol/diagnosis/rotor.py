@@ -160,6 +160,12 @@ def drag_faults(evidence: Evidence) -> Iterator[Diagnosis]:
             current=evidence.least["no_load_current"],
         )
         yield Diagnosis(FaultyPart.BEARING, "", said)
+    elif "coulomb_friction" in evidence.least:
+        said = text(
+            "bearing tight, or rotor rubs: it drags {torque:.2g} N·m at least",
+            torque=evidence.least["coulomb_friction"],
+        )
+        yield Diagnosis(FaultyPart.BEARING, "", said)
     elif drag:
         yield Diagnosis(FaultyPart.BEARING, "", text("bearing tight, or rotor rubs"))
     if "bearing" in evidence.broken:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 
 from bench.eol.limits import ParameterLimits, least_ratio
 from bench.eol.plan import Plan
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError
 from bench.run.plan import Catalogue
 from drivers.interfaces.text import Text, text
 
@@ -21,14 +21,14 @@ def check_limits(plan: Plan, limits: Mapping[str, ParameterLimits]) -> None:
         where = {"source": plan.source, "parameter": parameter, "low": f"{bounds.low:g}", "high": f"{bounds.high:g}"}
         if parameter in COUNTS:
             if math.isfinite(bounds.tolerance) and math.ceil(bounds.low) > math.floor(bounds.high):
-                raise InputError(
+                raise FileError(
                     text(
                         "{source}: limit on {parameter}: it is a count, and no whole number lies within {low} … {high}",
                         **where
                     )
                 )  # fmt: skip
         elif bounds.tolerance == 0.0:
-            raise InputError(
+            raise FileError(
                 text(
                     "{source}: limit on {parameter}: low and high are both {low}, which leaves nothing for the figure's uncertainty; "
                     "give them apart by a few times that (motorbench eol check tells it)",

@@ -10,7 +10,7 @@ from pydantic import Field
 from tomli_w import dumps as toml_text
 
 from bench.files.toml_file import Section, read, validate
-from bench.i18n.errors import InputError, UsageError
+from bench.i18n.errors import FileError, UsageError
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
 from bench.plugins.catalogues import Catalogues, installed
 from bench.station.shutdown_sequence import OFF_BY
@@ -112,13 +112,13 @@ def load_line(reference: str, sockets: int | None) -> ProductionLine:
     line = validate(_Line, data.get("line", {}), reference, "line")
     if line.bench == VIRTUAL:
         if set(data) != {"line"}:
-            raise InputError(
+            raise FileError(
                 text("{reference}: a line of virtual benches has a table [line] and nothing else", reference=reference)
             )
         return _virtual(line if sockets is None else line.model_copy(update={"sockets": sockets}), reference)
     for key in ("name", "sockets", "shared"):
         if key in line.model_fields_set:
-            raise InputError(
+            raise FileError(
                 text('{reference}: line.{key} goes with line.bench = "virtual"', reference=reference, key=key)
             )
     station_line = _real(data, reference, content, line)
@@ -156,7 +156,7 @@ def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> 
         one = (LineSocket("1", station),)
         return ProductionLine(source, station.name, one, frozenset(), line.timeout, line.warm_up, line.cold_after)
     if not isinstance(tables, dict) or not 1 <= len(tables) <= MOST_SOCKETS:
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: sockets: give 1 to {most_sockets} tables [sockets.NAME]",
                 source=source,
@@ -171,7 +171,7 @@ def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> 
         shared |= {role for role in station.entries if role.value in data.get("instruments", {})}
     feeding = sorted(role.value for role in shared & set(OFF_BY))
     if feeding and len(sockets) > 1:
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: instruments.{feeding} feeds energy and cannot be shared: the guardian of one socket would switch it off "
                 "under another. Give each socket its own: [sockets.NAME.instruments.{feeding}]",
@@ -181,7 +181,7 @@ def _real(data: Mapping[str, Any], source: str, content: bytes, line: _Line) -> 
         )
     fixture = sorted(role.value for role in shared & FIXTURE_ROLES)
     if fixture and len(sockets) > 1:
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: instruments.{fixture} works in place of hands and belongs to one socket: "
                 "[sockets.NAME.instruments.{fixture}]",
@@ -207,14 +207,14 @@ def _socket_station(data: Mapping[str, Any], name: str, table: Any, source: str)
     """Return a socket's station as a station file of its own would give it, the shared instruments included."""
     own = validate(_Socket, table, source, f"sockets.{name}") if isinstance(table, dict) else None
     if own is None:
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: sockets.{name} is no table; give [sockets.{name}.instruments.ROLE]", source=source, name=name
             )
         )
     twice = sorted(set(own.instruments) & set(data.get("instruments", {})))
     if twice:
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: sockets.{name}.instruments.{twice} and instruments.{twice}: it is either the socket's own or shared",
                 source=source,

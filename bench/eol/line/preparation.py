@@ -11,7 +11,7 @@ from bench.eol.line.wanted_figures import with_wanted_before
 from bench.eol.plan import Plan, PlannedCheck, load_plan
 from bench.eol.plans_beside import check_name
 from bench.files.toml_file import nearest, validate
-from bench.i18n.errors import InputError, UsageError
+from bench.i18n.errors import FileError, UsageError
 from bench.motor.motor_file import MotorFile, load_motor
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
 from bench.run.needs import check_needs
@@ -94,7 +94,7 @@ def planned_of(checks: Iterable[PlannedCheck], source: str, known: Catalogue) ->
     """Return checks as a run takes them, from the procedures there are. Raises InputError for settings that one does not allow."""
     checks = list(checks)
     if manual := next((check.name for check in checks if known[check.name].manual), None):
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: {name} is commanded by a person, and no part of a plan; motorbench run {name}",
                 source=source,
@@ -126,7 +126,7 @@ def check_parameters(plan: Plan, planned: Sequence[Planned], known: Catalogue) -
             continue
         owners = givers(known).get(parameter)
         hint = text("add the procedure {names}", names=" or ".join(owners)) if owners else nearest(parameter, available)
-        raise InputError(
+        raise FileError(
             text(
                 "{source}: limit on {parameter}: no procedure of the plan gives it; {hint}",
                 source=plan.source,
@@ -145,7 +145,7 @@ def check_station(line: ProductionLine, planned: Sequence[Planned], available: C
         for each in planned:
             missing = sorted(role.value for role in each.procedure.roles if role.value not in available)
             if missing:
-                raise InputError(
+                raise FileError(
                     text(
                         "{name} needs {names}, which the virtual bench has not",
                         name=each.name,

@@ -11,7 +11,8 @@ from typing import IO
 from bench.eol.line.line_file import ProductionLine
 from bench.eol.line.preparation import BatchRequest
 from bench.eol.plan import Plan
-from bench.i18n.errors import FileError, InputError, UsageError
+from bench.files.toml_file import not_utf8
+from bench.i18n.errors import FileError, UsageError
 from drivers.interfaces.text import reason_of, text
 
 #: Serial numbers that come from a panel, as `--serials` says it.
@@ -98,12 +99,14 @@ def _serials_in(stream: IO[str]) -> Generator[str]:
 def _check_text(path: Path) -> None:
     # What comes through a pipe can be read but once: there each line is judged as it comes.
     if path.is_file():
+        with path.open("rb") as file:
+            first = file.read(2)
         try:
             with path.open(encoding="utf-8") as file:
                 while file.read(1 << 16):
                     pass
         except UnicodeDecodeError as error:
-            raise InputError(text("{path}: the file of serial numbers is not UTF-8 text", path=path)) from error
+            raise not_utf8(str(path), first, error) from None
 
 
 class QueuedSerials(SerialNumbers):

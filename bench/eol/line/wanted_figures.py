@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from bench.eol.plan import Plan, PlannedCheck
-from bench.i18n.errors import InputError
+from bench.i18n.errors import FileError
 from bench.run.plan import Catalogue, Planned
 from drivers.interfaces.text import Text, text
 from procedures.core.nameplate import Nameplate
@@ -29,7 +29,7 @@ def with_wanted_before(plan: Plan, planned: Sequence[Planned], nameplate: Namepl
                 if parameter in other.procedure.parameters and check.every % earlier.every == 0
             ]
             if not giving:
-                raise InputError(
+                raise FileError(
                     text(
                         "{source}: procedure {name}: it wants {parameter}; {hint}, or give settings.{setting}",
                         source=plan.source,

@@ -8,7 +8,7 @@ from sqlalchemy import ColumnElement, Connection, Integer, Row, Select, and_, ca
 from bench.eol.store.schema import GOLDEN, MOTOR, SUMMED_MOTORS
 from bench.eol.store.stretches import Stretch, among, joined, summed_stretches, unsummed
 from bench.eol.verdict import Verdict
-from bench.i18n.errors import InputError
+from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Text, text
 
 
@@ -83,14 +83,14 @@ def choose(connection: Connection, batches: Sequence[str], model: str = "", gold
     rows = _counted(connection, summed, batches)
     missing = [name for name in batches if name not in {row.batch for row in rows}]
     if missing or not rows:
-        raise InputError(_nothing(connection, missing))
+        raise UsageError(_nothing(connection, missing))
     models = sorted({row.model for row in rows})
     if model and model not in models:
-        raise InputError(
+        raise UsageError(
             text("there are no records of the type {model!r}; there are: {names}", model=model, names=models)
         )
     if len(models) > 1 and not model:
-        raise InputError(
+        raise UsageError(
             text(
                 "the records are of several types: {names}; name batches of one, or --model TYPE",
                 names=models,

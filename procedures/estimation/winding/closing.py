@@ -117,12 +117,16 @@ def unsettled(again: Sequence[ReadAgain], parameter: str) -> Unsettled:
     seen = [each for each in again if each.unexplained]
     if not seen:
         # What is no more than chance may be a fall all the same: it is told of nobody, and in the interval.
-        falls = [-each.left / each.seconds for each in again if each.left < -_HARDLY * each.uncertainty]
+        falls = [
+            -each.left / each.seconds for each in again if each.seconds and each.left < -_HARDLY * each.uncertainty
+        ]
         return Unsettled(excess=min(_SLOWEST * max(falls, default=0.0), _MOST), warm=True)
     left, seconds = np.array([each.left for each in again]), np.array([each.seconds for each in again])
     weight = 1.0 / np.array([max(each.uncertainty, 1e-9) for each in again]) ** 2
-    rate = float(np.sum(weight * left * seconds) / np.sum(weight * seconds**2))
-    uncertainty = float(np.sum(weight * seconds**2)) ** -0.5
+    # Readings that were typed from a list tell no time, in which a winding could have cooled.
+    timed = float(np.sum(weight * seconds**2))
+    rate = float(np.sum(weight * left * seconds)) / timed if timed else 0.0
+    uncertainty = timed**-0.5 if timed else 0.0
     # A winding cools along an exponential, so that its rate is the same within a few percent only.
     spread = 1.0 / weight + (0.1 * rate * seconds) ** 2
     beside = float(np.sum((left - rate * seconds) ** 2 / spread))

@@ -124,6 +124,22 @@ class Ramps:
         return [taken(self.driven, self.driven.torque), taken(self.coast, 0.0)]
 
 
+class ShortCoastError(ProcedureError):
+    """A coast that was over after too few readings; `last` is the last of them, the first below the share of speed that it goes to."""
+
+    def __init__(self, count: int, fewest: int, last: DynamometerReading, time: float) -> None:
+        super().__init__(
+            text(
+                "the shaft is slow {time:.2g} s after the torque was taken off, which leaves {n} readings of the coast, {fewest} are "
+                "needed: something brakes it hard, or its inertia is small; shorten sample_interval and settling",
+                time=time,
+                n=count,
+                fewest=fewest,
+            )
+        )
+        self.last = last
+
+
 class RampRecorder:
     """Drives the coupled shaft by the dynamometer's torque, lets it coast, and reads both ramps.
 
@@ -172,6 +188,9 @@ class RampRecorder:
         dynamometer.stop()
         time = np.array([r.time for r in readings]) - switched
         self._bench.show(lambda: coast_plot(_COAST, time, np.array([r.speed for r in readings])))
+        kept = sum(r.time >= switched + self._settings.settling for r in readings)
+        if kept < _FEWEST and readings[-1].speed <= self._settings.coast_share * top:
+            raise ShortCoastError(kept, _FEWEST, readings[-1], time[-1])
         return self._curve(
             readings, switched, read_zero(self._bench, self._settings.sample_interval, self._settings.zero_rest)
         )
@@ -215,7 +234,8 @@ class RampRecorder:
     def _pace(self, torque: float, top: float) -> float:
         """Return how many times faster than asked for this torque (N·m) would bring the shaft to `top`."""
         dynamometer, trial = self._bench.dynamometer, 0.1 * self._settings.ramp_time
-        with dynamometer.driving_torque(torque):
+        # Against a large friction the torque above it is left to the inertia alone: the drive itself keeps the speed down.
+        with dynamometer.driving_torque(torque, min(1.05 * top, dynamometer.maximum_speed)):
             self._bench.clock.sleep(trial)
             reached = dynamometer.measure().speed
         dynamometer.stop()

@@ -86,12 +86,12 @@ def test_a_bad_motor_file_is_one_clear_message(call: Call, tmp_path: Path, old: 
     path = tmp_path / "motor.toml"
     path.write_text(LG.replace(old, new), encoding="utf-8")
     code, out, err = call("demo", "--motor", str(path))
-    assert (code, out) == (1, "")
+    assert (code, out) == (2, "")
     assert str(path) in err
     assert said in err
     assert not (tmp_path / "runs").exists()
     code, out, err = call("demo", "--motor", str(path), "--json")
-    assert code == 1
+    assert code == 2
     assert said in json.loads(out)["error"]
 
 
@@ -99,7 +99,7 @@ def test_a_motor_without_truth_cannot_be_simulated(call: Call, tmp_path: Path) -
     path = tmp_path / "plate.toml"
     path.write_text('[nameplate]\nname = "B"\nconnection = "delta"\nrated_current = 5\n', encoding="utf-8")
     code, _, err = call("demo", "--motor", str(path))
-    assert code == 1
+    assert code == 2
     assert "add a table [virtual]" in err
 
 
@@ -211,7 +211,7 @@ def test_answers_that_run_out_fail_the_run_and_it_is_resumed(call: Call, by_hand
     resume = ["run", "--resume", result["run"], "--operator", "answers", "--answers", str(full), "--json"]
     by_hand.write_text(MANUAL.replace("600.0", "500.0"), encoding="utf-8")
     code, out, _ = call(*resume)
-    assert code == 1
+    assert code == 2
     assert "the station file" in json.loads(out)["error"]
     assert "is not the one this run began with" in json.loads(out)["error"]
     by_hand.write_text(MANUAL, encoding="utf-8")
@@ -224,7 +224,7 @@ def test_answers_that_run_out_fail_the_run_and_it_is_resumed(call: Call, by_hand
 
 def test_a_missing_instrument_is_named_before_anything_happens(call: Call, by_hand: Path, tmp_path: Path) -> None:
     code, _, err = call("run", "stator-resistance", "--station", str(by_hand), "--motor", "lg-400w")
-    assert code == 1
+    assert code == 2
     assert f"{by_hand}: stator-resistance: it needs [instruments.lcr_meter]" in err
     assert not (tmp_path / "runs").exists()
 

@@ -96,8 +96,8 @@ def test_one_motor_alone_has_no_statistics_and_no_error(call: Call, put: Put) ->
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (("--parameter", "stator_resistence"), 1, "did you mean stator_resistance"),
-        (("B7",), 1, "there is no batch 'B7'; there are: B1"),
+        (("--parameter", "stator_resistence"), 2, "did you mean stator_resistance"),
+        (("B7",), 2, "there is no batch 'B7'; there are: B1"),
         (("--rule", "9"), 2, "Nelson's rules are 1 to 8"),
         (("--last", "1"), 2, "2 to 10000"),
         (("--alpha", "1.5"), 2, "between 0 and 1"),

@@ -65,7 +65,7 @@ def test_a_wrong_motor_file_is_refused_in_the_language_that_is_asked_for(
     call: Call, motor: Path, option: list[str]
 ) -> None:
     code, out, err = run(call, motor, *option)
-    assert (code, out) == (1, "")
+    assert (code, out) == (2, "")
     assert err.removeprefix("motorbench: ").splitlines() == [f"{motor}：{line}" for line in IN_CHINESE]
 
 

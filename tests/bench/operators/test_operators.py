@@ -11,7 +11,7 @@ from rich.console import Console
 from bench.i18n.errors import InputError
 from bench.i18n.language import translator
 from bench.motor.motor_file import load_motor
-from bench.operators.answers import AnswersOperator, load_answers
+from bench.operators.answers import Answers, AnswersOperator, AnswersPrompt, load_answers
 from bench.operators.terminal import TerminalOperator, TerminalPrompt
 from bench.operators.virtual import VirtualOperator
 from bench.safety.interrupts import Interrupted
@@ -42,6 +42,7 @@ from procedures.core.actions import (
     VoltageProbe,
 )
 from procedures.core.bench import ProcedureError
+from procedures.core.events import RepeatStarted, StepStarted
 from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.world.world import World
 from tests.bench.operators.asking import Asking
@@ -145,6 +146,23 @@ def test_answers_are_given_in_order_and_run_out(answers: Path) -> None:
         operator.perform(READING)
     with pytest.raises(ProcedureError, match=r"no answers for winding_temprature.*did you mean winding_temperature"):
         operator.perform(EnterReading("winding_temprature", text("x"), "°C", 0.0, 1.0))
+
+
+def test_answers_that_run_out_after_a_doubted_reading_say_where_one_more_belongs() -> None:
+    given = Answers({"lcr_meter.resistance": [0.032, 0.32, 0.032]}, "answers.toml")
+    prompt = AnswersPrompt(given, "lcr_meter")
+
+    def ask(number: int, count: int, *, again: bool = False) -> float:
+        given.hear(RepeatStarted(terminals="A–B", number=number, count=count, again=again))
+        return prompt.ask(text("resistance Rs"), "Ω", 0.0, 1.0, None)
+
+    given.hear(StepStarted(step="3.2.2/3", text="Measure", time=0.0))
+    assert [ask(1, 2), ask(2, 2), ask(2, 2, again=True)] == [0.032, 0.32, 0.032]
+    with pytest.raises(ProcedureError) as stop:
+        ask(1, 2)
+    said = str(stop.value)
+    assert "at step 3.2.2/3, A–B, reading 1 of 2. Add number 4 to readings.lcr_meter.resistance" in said
+    assert "takes one more answer: put it in as number 3 (step 3.2.2/3, A–B, reading 2 of 2)" in said
 
 
 def test_an_answer_out_of_range_is_refused(answers: Path) -> None:

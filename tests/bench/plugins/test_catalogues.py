@@ -245,7 +245,7 @@ DRIVER = Driver("lamp", Role.SUPPLY, ScpiSupplyOptions, opened)
     (tmp_path / "s.toml").write_text(station, encoding="utf-8")
     for typed in (("station", "check", "s.toml"), ("run", "nameplate", "--station", "s.toml", "--motor", "lg-400w")):
         code, _, err = call(*typed)
-        assert code == 1
+        assert code == 2
         assert "s.toml: instruments.supply.driver: what driver lamp makes, Lamp, is no Supply" in err
 
 
@@ -256,7 +256,7 @@ def test_a_resumed_run_needs_the_plug_in_that_it_began_with(call: Call, tmp_path
     assert call("run", "--resume", "latest")[0] == 0
     (tmp_path / "plugin.py").write_text(DRIVER + "# changed\n", encoding="utf-8")
     code, _, err = call("run", "--resume", "latest")
-    assert code == 1
+    assert code == 2
     assert "plugin.py was" in err
 
 
@@ -268,7 +268,7 @@ def test_records_go_to_the_named_outputs(call: Call, tmp_path: Path) -> None:
     assert (json.loads(line)["kind"], json.loads(line)["status"]) == ("run", "completed")
     (tmp_path / "s.toml").write_text(station.replace("json-lines", "no-such"), encoding="utf-8")
     code, _, err = call("run", "nameplate", "--station", "s.toml", "--motor", "lg-400w")
-    assert code == 1
+    assert code == 2
     assert "plugins.records: 'no-such': known are: json-lines" in err
 
 

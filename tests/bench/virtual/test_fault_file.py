@@ -149,6 +149,16 @@ def test_phrases_that_are_refused(phrase: str, named: str) -> None:
     assert "[ROLE:] FAULT" in str(refused.value)
 
 
+def test_a_fault_of_an_instrument_that_no_bench_has_lists_those_there_are() -> None:
+    with pytest.raises(InputError) as refused:
+        given_faults(None, ["toaster: silence"])
+    said = str(refused.value)
+    assert said.startswith(
+        "--fault \"toaster: silence\": there is no instrument 'toaster'; known are: drive, dynamometer, "
+    )
+    assert said.endswith("voltmeter")
+
+
 def test_an_empty_phrase_says_what_faults_there_are() -> None:
     with pytest.raises(InputError, match="fault is missing; known are: bus_off"):
         given_faults(None, [""])
@@ -168,7 +178,7 @@ def test_on_a_real_station_faults_are_refused(call: Call, tmp_path: Path) -> Non
 
 def test_what_the_bench_cannot_have_is_refused_before_the_run(call: Call, tmp_path: Path) -> None:
     code, _, said = call(*RUN, "--station", "virtual", "--fault", "drive: silence at 1")
-    assert code == 1
+    assert code == 2
     assert "--fault \"drive: silence at 1\": role 'drive' is unknown; the bench has supply" in said
     assert not (tmp_path / "runs").exists()
 

@@ -20,6 +20,14 @@ def bridge(factors: tuple[float, float, float], seed: int) -> list[ReadAgain]:
     ]
 
 
+@pytest.mark.parametrize("factor", [1.0, 0.9997, 4.0])
+def test_readings_typed_from_a_list_tell_no_time_to_cool_in(factor: float) -> None:
+    again = read_again([1.0, 1.0, 1.0], [factor] * 3, [[1.0] * 3, [1.0] * 3], seconds=0.0, coarseness=1e-6)
+    found = unsettled([again], "stator_resistance")
+    assert np.isfinite(found.excess)
+    assert all(each.cause is Cause.CONTACT for each in found.misfit.findings)
+
+
 def test_lines_that_stay_are_not_doubted() -> None:
     alarms = sum(bridge((1.0, 1.0, 1.0), seed)[0].unexplained for seed in range(400))
     assert alarms <= 8

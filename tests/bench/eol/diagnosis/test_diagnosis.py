@@ -152,6 +152,23 @@ def test_a_rotor_that_the_dynamometer_cannot_turn_is_the_motor_s_where_it_turned
         assert "turn its shaft by hand" in said
 
 
+@pytest.mark.parametrize(("high", "verdict"), [(0.06, Verdict.FAIL), (0.6, Verdict.ERROR)])
+def test_a_coast_too_short_to_be_fitted_still_rejects_a_bearing_that_drags_grossly(
+    tmp_path: Path, high: float, verdict: Verdict
+) -> None:
+    limit = f'[[limit]]\nparameter = "coulomb_friction"\nhigh = {high}\n'
+    (tmp_path / "plan.toml").write_text(RAMPS.replace("TARE", "measured") + limit, encoding="utf-8")
+    motor = load_motor("lg-400w")
+    tight = replace(motor, virtual=defects.tight_bearing(motor.virtual_motor(), 1.0))
+    judged = PlanUnderTest(tmp_path / "plan.toml", tmp_path / "runs").measure(tight, seed=3)
+    assert judged.verdict is verdict, judged.attempts
+    assert "coulomb_friction" not in judged.run.parameters
+    if verdict is Verdict.FAIL:
+        (said,) = judged.diagnoses
+        assert said.code == "BEARING"
+        assert "N·m at least" in said.words.render()
+
+
 BALANCE = """
 [plan]
 name = "balance"
