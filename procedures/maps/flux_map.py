@@ -53,6 +53,7 @@ _BUDGET = MapBudget(
         "speed": text("speed: gain of the map's readings"),
     },
     section="M1",
+    estimator="largest torque on the smooth surface through the map's points",
 )
 
 
@@ -265,10 +266,11 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         alone = np.zeros(flux_map.flux.size)
         alone[2 * place] = 1.0
         zero = flux_map.figure(float(flux_map.flux[place, 0]), alone)
-        estimator = "ψ_d at no current, read at both signs of the speed"
-        report_figure(self, _BUDGET, "map_flux_linkage", zero, flux_map, estimator=estimator)
-        estimator = "largest torque on the smooth surface through the map's points"
-        report_mtpa(self, _BUDGET, flux_map, self._pairs, estimator=estimator)
+        name = "map_flux_linkage"
+        report_figure(
+            self, _BUDGET, name, zero, flux_map, estimator="ψ_d at no current, read at both signs of the speed"
+        )
+        report_mtpa(self, _BUDGET, flux_map, self._pairs)
 
     def _compare_torque(self, flux_map: MeasuredFluxMap, taken: MapReadings) -> None:
         """Hold the map's torque against the shaft's, without what turns at no current too."""

@@ -43,6 +43,7 @@ _BUDGET = MapBudget(
         "angle": text("inverter: zero of the rotor's angle"),
     },
     section="M2",
+    estimator="strokes at standstill, a smooth surface through them",
 )
 
 
@@ -190,8 +191,7 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
             "conserving": conserving_of(flux_map),
             **saturation_of(flux_map),
         }
-        estimator = "strokes at standstill, a smooth surface through them"
-        report_mtpa(self, _BUDGET, flux_map, self._pairs, estimator=estimator)
+        report_mtpa(self, _BUDGET, flux_map, self._pairs)
 
     def _tell_left_out(self, taken: TakenStrokes) -> None:
         if taken.too_light:

@@ -90,11 +90,12 @@ def conserving_of(flux_map: MeasuredFluxMap) -> Mapping[str, Any]:
 
 @dataclass(frozen=True)
 class MapBudget:
-    """What a map's figures are reported with: names of its points' scatter and of what they share, and the procedure's section."""
+    """What a map's figures are reported with: names of its points' scatter, of what they share, of how MTPA is found."""
 
     scatter: Text
     shared: Mapping[str, Text]
     section: str
+    estimator: str
 
 
 def report_figure(
@@ -116,9 +117,7 @@ def report_figure(
     procedure.report(name, made, section=budget.section, estimator=estimator)
 
 
-def report_mtpa(
-    procedure: Procedure[Any], budget: MapBudget, flux_map: MeasuredFluxMap, pole_pairs: float, *, estimator: str
-) -> None:
+def report_mtpa(procedure: Procedure[Any], budget: MapBudget, flux_map: MeasuredFluxMap, pole_pairs: float) -> None:
     """Report the largest torque and its angle at the map's largest current, and put those at smaller ones among the findings.
 
     Where the torque still grows at the map's edge, that is said instead.
@@ -148,7 +147,7 @@ def report_mtpa(
         )
         return
     for name, figure in (("mtpa_angle", last.angle), ("mtpa_torque", last.torque)):
-        report_figure(procedure, budget, name, figure, flux_map, estimator=estimator)
+        report_figure(procedure, budget, name, figure, flux_map, estimator=budget.estimator)
 
 
 def capability_of(
