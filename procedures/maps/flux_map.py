@@ -18,17 +18,19 @@ from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.flux.estimator import FluxMapEstimate, estimate_flux_map
-from procedures.estimation.flux.flux_map import GainLimits, MapFigure, MeasuredFluxMap
-from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
+from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap
 from procedures.estimation.flux.plan import PlannedReading, grid_locations, other_sides, reading_order, within_voltage
 from procedures.estimation.flux.readings import FluxReadings
 from procedures.techniques.maps.plots import map_plot
 from procedures.techniques.maps.readings import MapReadings, Pace, read_points
 from procedures.techniques.maps.results import (
     MAP_FILE,
+    MapBudget,
     capability_of,
     conserving_of,
     grid_of,
+    report_figure,
+    report_mtpa,
     saturation_of,
     shaft_torque,
     table_of,
@@ -41,16 +43,18 @@ from procedures.verification.settings import DrivenWiringSettings
 _ORDER = 20
 #: Share of the bus voltage's largest phase voltage that a current may take.
 _MODULATED = 0.95
-#: Currents at which the largest torque per ampere is told, shares of the map's largest.
-_MTPA = (0.25, 0.5, 0.75, 1.0)
 #: The torque of the map and the shaft's differ by less than so many standard uncertainties.
 _AGREE = 3.0
-#: Quantities of the budget, by the names of what readings of a map share.
-_SHARED = {
-    "voltage": text("inverter, voltage: gain of the map's readings"),
-    "current": text("inverter, current: gain of the map's readings"),
-    "speed": text("speed: gain of the map's readings"),
-}
+_BUDGET = MapBudget(
+    text("scatter of the map's readings"),
+    {
+        "voltage": text("inverter, voltage: gain of the map's readings"),
+        "current": text("inverter, current: gain of the map's readings"),
+        "speed": text("speed: gain of the map's readings"),
+    },
+    section="M1",
+    estimator="largest torque on the smooth surface through the map's points",
+)
 
 
 class FluxMapSettings(DrivenWiringSettings):
@@ -262,44 +266,11 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         alone = np.zeros(flux_map.flux.size)
         alone[2 * place] = 1.0
         zero = flux_map.figure(float(flux_map.flux[place, 0]), alone)
-        self._report("map_flux_linkage", zero, flux_map, estimator="ψ_d at no current, read at both signs of the speed")
-        points = maximum_torque_per_ampere(flux_map, [share * flux_map.largest_current for share in _MTPA], self._pairs)
-        self.findings["mtpa"] = [
-            {
-                "current": point.current,
-                "i_d": point.i_d,
-                "i_q": point.i_q,
-                "at_edge": point.at_edge,
-                "angle": point.angle.as_dict(),
-                "torque": point.torque.as_dict(),
-            }
-            for point in points
-        ]
-        last = points[-1]
-        if last.at_edge:
-            self.notice(
-                "mtpa-at-edge",
-                text(
-                    "at {current:.3g} A the torque still grows where the map ends: the largest torque per ampere lies outside of it; "
-                    "measure over more d-axis current",
-                    current=last.current,
-                ),
-            )
-            return
-        for name, figure in (("mtpa_angle", last.angle), ("mtpa_torque", last.torque)):
-            self._report(
-                name, figure, flux_map, estimator="largest torque on the smooth surface through the map's points"
-            )
-
-    def _report(self, name: str, figure: MapFigure, flux_map: MeasuredFluxMap, *, estimator: str) -> None:
-        unc = self.bench.uncertainties
-        freedom = flux_map.degrees_of_freedom
-        made = unc.statistical("scatter of the map's readings", figure.value, figure.scatter, freedom)
-        if figure.between:
-            made = made + unc.statistical("what lies between the map's points", 0.0, figure.between)
-        for what, half_width in figure.shared.items():
-            made = made + unc.limit(_SHARED[what], 0.0, abs(half_width))
-        self.report(name, made, section=self.section, estimator=estimator)
+        name = "map_flux_linkage"
+        report_figure(
+            self, _BUDGET, name, zero, flux_map, estimator="ψ_d at no current, read at both signs of the speed"
+        )
+        report_mtpa(self, _BUDGET, flux_map, self._pairs)
 
     def _compare_torque(self, flux_map: MeasuredFluxMap, taken: MapReadings) -> None:
         """Hold the map's torque against the shaft's, without what turns at no current too."""

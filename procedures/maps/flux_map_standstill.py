@@ -13,13 +13,19 @@ from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError
-from procedures.estimation.flux.flux_map import MapFigure, MeasuredFluxMap
-from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
 from procedures.estimation.flux.plan import grid_locations
 from procedures.estimation.flux.standstill import StandstillGains, fit_standstill
 from procedures.maps.standstill_run import StrokePace, TakenStrokes, take_strokes
 from procedures.techniques.maps.plots import stroke_plot
-from procedures.techniques.maps.results import MAP_FILE, conserving_of, grid_of, saturation_of, table_of
+from procedures.techniques.maps.results import (
+    MAP_FILE,
+    MapBudget,
+    conserving_of,
+    grid_of,
+    report_mtpa,
+    saturation_of,
+    table_of,
+)
 from procedures.techniques.maps.stroke_records import StrokeRecorder
 from procedures.techniques.shaft.pole_pair_count import known_pole_pairs
 from procedures.verification.settings import WiringSettings
@@ -28,14 +34,17 @@ from procedures.verification.settings import WiringSettings
 _STAR = 2.0 / 3.0
 #: A flux linkage that the motor file expects is within this share, as a standard deviation.
 _EXPECTED = 0.03
-_MTPA = (0.25, 0.5, 0.75, 1.0)
-#: Quantities of the budget, by the names of what a map's strokes share.
-_SHARED = {
-    "voltage": text("oscilloscope, voltage: gain of the strokes' records"),
-    "current": text("inverter, current: gain of the strokes' samples"),
-    "magnet": text("flux linkage of the magnets, which no stroke shows"),
-    "angle": text("inverter: zero of the rotor's angle"),
-}
+_BUDGET = MapBudget(
+    text("scatter of the map's strokes"),
+    {
+        "voltage": text("oscilloscope, voltage: gain of the strokes' records"),
+        "current": text("inverter, current: gain of the strokes' samples"),
+        "magnet": text("flux linkage of the magnets, which no stroke shows"),
+        "angle": text("inverter: zero of the rotor's angle"),
+    },
+    section="M2",
+    estimator="strokes at standstill, a smooth surface through them",
+)
 
 
 class StandstillFluxMapSettings(WiringSettings):
@@ -182,7 +191,7 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
             "conserving": conserving_of(flux_map),
             **saturation_of(flux_map),
         }
-        self._report_figures(flux_map)
+        report_mtpa(self, _BUDGET, flux_map, self._pairs)
 
     def _tell_left_out(self, taken: TakenStrokes) -> None:
         if taken.too_light:
@@ -207,40 +216,3 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
                     longest=self.settings.longest,
                 ),
             )
-
-    def _report_figures(self, flux_map: MeasuredFluxMap) -> None:
-        points = maximum_torque_per_ampere(flux_map, [share * flux_map.largest_current for share in _MTPA], self._pairs)
-        self.findings["mtpa"] = [
-            {
-                "current": point.current,
-                "i_d": point.i_d,
-                "i_q": point.i_q,
-                "at_edge": point.at_edge,
-                "angle": point.angle.as_dict(),
-                "torque": point.torque.as_dict(),
-            }
-            for point in points
-        ]
-        last = points[-1]
-        if last.at_edge:
-            self.notice(
-                "mtpa-at-edge",
-                text(
-                    "at {current:.3g} A the torque still grows where the map ends: the largest torque per ampere lies outside of it",
-                    current=last.current,
-                ),
-            )
-            return
-        self._report("mtpa_angle", last.angle, flux_map)
-        self._report("mtpa_torque", last.torque, flux_map)
-
-    def _report(self, name: str, figure: MapFigure, flux_map: MeasuredFluxMap) -> None:
-        unc = self.bench.uncertainties
-        made = unc.statistical(
-            "scatter of the map's strokes", figure.value, figure.scatter, flux_map.degrees_of_freedom
-        )
-        if figure.between:
-            made = made + unc.statistical("what lies between the map's points", 0.0, figure.between)
-        for what, half_width in figure.shared.items():
-            made = made + unc.limit(_SHARED[what], 0.0, abs(half_width))
-        self.report(name, made, section=self.section, estimator="strokes at standstill, a smooth surface through them")

@@ -73,8 +73,8 @@ def estimate_flux_map(
         )
     fits: dict[bool, MapFit] = {}
 
-    def fitted(even: bool, noisy: FluxReadings) -> MapFit:
-        return fit_map(noisy, symmetric=even, gains=gains, wanted=wanted, reference_time=reference_time)
+    def fitted(even: bool, noisy: FluxReadings, *, unsure: bool = False) -> MapFit:
+        return fit_map(noisy, symmetric=even, gains=gains, wanted=wanted, reference_time=reference_time, unsure=unsure)
 
     pairs = _pairs(readings, wanted)
     tested = symmetric is None and len(pairs) >= _LEAST_PAIRS
@@ -92,7 +92,7 @@ def estimate_flux_map(
         fits = {even: fitted(even, readings) for even in fits}
     odd_parts = _odd_parts(fits[False]) if False in fits else []
     even = True in fits and not (tested and _contradicted(fits, odd_parts))
-    fit = fits[even]
+    fit = fitted(even, readings, unsure=True)
     findings: list[Finding] = []
     if tested and not even:
         worst = max(odd_parts, key=lambda each: np.hypot(each.psi_d, each.psi_q))

@@ -32,7 +32,8 @@ class CommonUnknown:
 class MapFit:
     """What one least squares of readings gives, before it is judged.
 
-    `angle` (rad) is what the inverter's zero lies behind the magnet, `delay` (s) that of the voltages against the currents; `resistance`
+    `angle` (rad) is what the inverter's zero lies behind the magnet, `delay` (s) that of the voltages against the currents, `followed` the
+    share of what was read beside the asked current that the voltages follow, the rest being its sensors' noise; `resistance`
     (n,) in Ω and `magnet_change` (n,) in V·s are at the readings' times, with standard uncertainties. `residuals` (2n,) are whitened,
     their squares are `cost`.
     """
@@ -42,6 +43,7 @@ class MapFit:
     surface: FluxSurface
     angle: CommonUnknown
     delay: CommonUnknown
+    followed: CommonUnknown
     resistance: FloatArray
     resistance_uncertainty: FloatArray
     magnet_change: FloatArray
@@ -63,20 +65,24 @@ def fit_map(
     gains: GainLimits | None = None,
     wanted: FloatArray | None = None,
     reference_time: float | None = None,
+    unsure: bool = True,
 ) -> MapFit:
     """Return the least squares of readings with ψ free at each location.
 
-    `wanted` (n, 2) as `locations_of` has it. Raises EstimationError where the readings do not determine the map.
+    Unless it is `unsure` of it, the smooth surface is taken as it is from a location to where magnets and iron move its readings; such
+    fits may be compared by their costs. `wanted` (n, 2) as `locations_of` has it. Raises EstimationError where the readings do not
+    determine the map.
     """
     locations = locations_of(readings, symmetric=symmetric, wanted=wanted)
     reference = float(np.min(readings.time)) if reference_time is None else reference_time
     model = ReadingModel(readings, locations, symmetric=symmetric, reference_time=reference)
     scale = float(np.max(np.abs(readings.voltage) / np.abs(readings.electrical_speed)))
-    reached = _round(readings, model, model.start(), None, scale)
+    reached = _round(readings, model, model.start(), None, scale, unsure=unsure)
     for turn in range(1, _ROUNDS):
         reached = _round(
-            readings, model, reached.unknowns, reached.surface, scale, reached.covariance, choose=turn == 1
-        )
+            readings, model, reached.unknowns, reached.surface, scale, reached.covariance, choose=turn == 1,
+            unsure=unsure,
+        )  # fmt: skip
         if turn > 2 and reached.moved < _SETTLED * scale:
             break
     predicted = model.predict(reached.unknowns, reached.surface)
@@ -102,11 +108,14 @@ def _round(
     known: FloatArray | None = None,
     *,
     choose: bool = True,
+    unsure: bool,
 ) -> _Reached:
     """Solve the linearised least squares about the unknowns, and lay a surface through what it gives, choosing its coordinates anew."""
     predicted = model.predict(unknowns, surface)
     resistance = float(np.mean(model.resistance() @ unknowns[model.layout.resistance]))
-    whitener = _whitener(readings, surface, predicted.at, resistance)
+    followed = float(np.clip(unknowns[model.layout.followed], 0.0, 1.0))
+    around = model.locations.currents() if unsure else None
+    whitener = _whitener(readings, surface, predicted.at, around, resistance, followed)
     # Before a first round nothing is known of the resistance but what the largest voltage has room for.
     room = 0.3 * float(np.max(np.abs(readings.voltage))) / readings.largest_current
     prior = model.known_beforehand(scale, resistance if resistance > 0.0 else room)
@@ -158,21 +167,38 @@ def _result(
 
     resistance, magnet = series(model.resistance(), layout.resistance), series(model.magnet(), layout.magnet)
     return MapFit(
-        estimate, model.locations, surface, common(layout.angle), common(layout.delay), *resistance, *magnet,
+        estimate, model.locations, surface, common(layout.angle), common(layout.delay),
+        common(layout.followed), *resistance, *magnet,
         residuals, cost, freedom,
     )  # fmt: skip
 
 
-def _whitener(readings: FluxReadings, surface: FluxSurface | None, at: FloatArray, resistance: float) -> FloatArray:
-    """Return what makes a reading's d and q residuals independent and of unit variance (n, 2, 2)."""
+def _whitener(
+    readings: FluxReadings,
+    surface: FluxSurface | None,
+    at: FloatArray,
+    around: NDArray[np.complex128] | None,
+    resistance: float,
+    followed: float,
+) -> FloatArray:
+    """Return what makes a reading's d and q residuals independent and of unit variance (n, 2, 2).
+
+    From its location, where `around` says them, to where magnets and iron move a reading the surface may rise otherwise than it says.
+    Of a current's noise that share stays which of its deviations is `followed`: where d is real and n noise, their sum tells d to
+    within var(n)·var(d)/(var(d) + var(n)).
+    """
     n = readings.time.size
-    voltage, current = readings.voltage_noise, readings.current_noise
+    voltage, current = readings.voltage_noise, np.sqrt(followed) * readings.current_noise
     through = np.zeros((n, 2, 2)) if surface is None else surface.slopes(at)
     speed = readings.electrical_speed
     gain = resistance * np.eye(2) + np.stack((-through[:, 1] * speed[:, None], through[:, 0] * speed[:, None]), axis=1)
     floor = 1e-9 * float(np.max(np.abs(readings.voltage)))
     covariance = (voltage**2 + floor**2)[:, None, None] * np.eye(2)
     covariance = covariance + (current**2)[:, None, None] * (gain @ gain.transpose(0, 2, 1))
+    if surface is not None and around is not None:
+        places, nil = np.column_stack((around.real, around.imag)), np.zeros(n)
+        rise = np.column_stack([each.spread(places, nil, at - places) for each in (surface.q, surface.d)])
+        covariance = covariance + (speed[:, None] * rise)[:, :, None] ** 2 * np.eye(2)
     return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
 
 

@@ -16,8 +16,9 @@ _RESISTANCE_KNOTS, _MAGNET_KNOTS, _READINGS_A_KNOT = 80.0, 200.0, 6
 #: Saturating functions of the current that dead time and drops are made of: their widths in shares of the largest current.
 _DROP_WIDTHS = (0.02, 0.08, 0.3)
 #: What is known beforehand (standard deviations): by how much the resistance bends from knot to knot, in shares of it; drops in shares of
-#: the largest voltage, angles in rad, iron's current in shares of the largest one, the magnet in shares of the largest flux linkage.
-_BEND, _DROP, _ANGLE, _IRON, _MAGNET = 0.05, 0.2, 0.1, 0.05, 0.05
+#: the largest voltage, angles in rad, iron's current in shares of the largest one, the magnet in shares of the largest flux linkage,
+#: the share of a read deviation that is real.
+_BEND, _DROP, _ANGLE, _IRON, _MAGNET, _FOLLOWED = 0.05, 0.2, 0.1, 0.05, 0.05, 1.0
 #: Above this ratio of speeds, hysteresis and eddy currents are told apart.
 _TWO_SPEEDS = 1.2
 
@@ -34,6 +35,7 @@ class UnknownsLayout:
     delay: int
     iron: slice
     magnet: slice
+    followed: int
     size: int
 
 
@@ -49,6 +51,8 @@ class Predicted:
 class ReadingModel:
     """u = e^(−jωτ)·[R(t)·i + f(|i|)·i/|i| + jω·e^(−jε)·ψ(e^(jε)·i − iron + magnet)], all as read.
 
+    i is the location's current and a share, common to all readings, of what was read beside it: a regulator that misses its set-point
+    moves the flux (1), a sensor's noise does not (0), and the voltages tell which.
     `reference_time` (s) is when the magnet is as the map shall show it. Source: the machine's equations in the rotor's frame; the iron's
     current is (k_h + k_e·|ω|)·sign(ω)·jψ, a change of the magnet's flux Δλ a shift of i_d by Δλ/L_d(0).
     """
@@ -93,7 +97,7 @@ class ReadingModel:
         ).tolist()
         return UnknownsLayout(
             len(points), free_q, slice(edges[0], edges[1]), slice(edges[1], edges[2]), edges[2], edges[3],
-            slice(edges[4], edges[5]), slice(edges[5], edges[6]), edges[6],
+            slice(edges[4], edges[5]), slice(edges[5], edges[6]), edges[6], edges[6] + 1,
         )  # fmt: skip
 
     def start(self) -> FloatArray:
@@ -121,8 +125,9 @@ class ReadingModel:
 
     def predict(self, unknowns: FloatArray, surface: FluxSurface | None) -> Predicted:
         """Return the voltages that the unknowns give; `surface` tells how the flux changes about each location."""
-        layout, readings, speed = self.layout, self._readings, self._speed
-        current = readings.current
+        layout, speed = self.layout, self._speed
+        deviation = self._readings.current - self._at
+        current = self._at + unknowns[layout.followed] * deviation
         turn, late = np.exp(-1j * unknowns[layout.angle]), np.exp(-1j * speed * unknowns[layout.delay])
         true = current / turn
         at_location = self._flux_at_locations(unknowns)
@@ -155,6 +160,8 @@ class ReadingModel:
         slopes[:, layout.delay] = -1j * speed * (late * voltage + through * flux)
         slopes[:, layout.iron] = (through * _act(inductance, -1j * at_location))[:, None] * self._iron
         slopes[:, layout.magnet] = (through * _act(inductance, np.full_like(true, per_flux)))[:, None] * self._magnet
+        resisted = self._resistance @ unknowns[layout.resistance] * deviation * late
+        slopes[:, layout.followed] = resisted + through * _act(inductance, deviation / turn)
         return Predicted(late * voltage + through * flux, slopes, np.column_stack((at.real, at.imag)))
 
     def known_beforehand(self, flux_scale: float, resistance: float) -> FloatArray:
@@ -168,6 +175,7 @@ class ReadingModel:
         spread[layout.delay] = _ANGLE / float(np.max(np.abs(self._speed)))
         spread[layout.iron] = _IRON * self._largest / flux_scale
         spread[layout.magnet] = _MAGNET * flux_scale
+        spread[layout.followed] = _FOLLOWED
         rows = np.diag(1.0 / spread)[np.isfinite(spread)]
         count = layout.resistance.stop - layout.resistance.start
         if resistance <= 0.0 or count < 3:

@@ -1,4 +1,4 @@
-"""A flux map as a table, and its torque against the shaft's."""
+"""A flux map as a table, its figures as parameters, and its torque against the shaft's."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,12 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from drivers.interfaces.text import Text, text
 from procedures.core.curves import curve
+from procedures.core.procedure import Procedure
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.flux.capability import largest_torque
 from procedures.estimation.flux.conserving import fit_conserving
-from procedures.estimation.flux.flux_map import MeasuredFluxMap
+from procedures.estimation.flux.flux_map import MapFigure, MeasuredFluxMap
 from procedures.estimation.flux.inductances import d_axis_saturation, reciprocity
+from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
 from procedures.estimation.flux.region import measured_region
 from procedures.techniques.maps.readings import MapReadings
 
@@ -23,6 +26,8 @@ _SMALL = 0.1
 _LEAST = 4
 #: Steps of the grid along either axis, and speeds at which the largest torque is told.
 _PLACES, _SPEEDS = 24, 20
+#: Currents at which the largest torque per ampere is told, shares of the map's largest.
+_MTPA = (0.25, 0.5, 0.75, 1.0)
 
 
 def table_of(flux_map: MeasuredFluxMap) -> Mapping[str, Sequence[float]]:
@@ -81,6 +86,68 @@ def conserving_of(flux_map: MeasuredFluxMap) -> Mapping[str, Any]:
         "largest_share": largest,
         "reciprocity": float(np.sqrt(np.mean(reciprocity(flux_map, flux_map.points) ** 2))),
     }
+
+
+@dataclass(frozen=True)
+class MapBudget:
+    """What a map's figures are reported with: names of its points' scatter, of what they share, of how MTPA is found."""
+
+    scatter: Text
+    shared: Mapping[str, Text]
+    section: str
+    estimator: str
+
+
+def report_figure(
+    procedure: Procedure[Any],
+    budget: MapBudget,
+    name: str,
+    figure: MapFigure,
+    flux_map: MeasuredFluxMap,
+    *,
+    estimator: str,
+) -> None:
+    """Report a figure of a map as a parameter: its scatter, what lies between the points, and what they share as limits."""
+    unc = procedure.bench.uncertainties
+    made = unc.statistical(budget.scatter, figure.value, figure.scatter, flux_map.degrees_of_freedom)
+    if figure.between:
+        made = made + unc.statistical("what lies between the map's points", 0.0, figure.between)
+    for what, half_width in figure.shared.items():
+        made = made + unc.limit(budget.shared[what], 0.0, abs(half_width))
+    procedure.report(name, made, section=budget.section, estimator=estimator)
+
+
+def report_mtpa(procedure: Procedure[Any], budget: MapBudget, flux_map: MeasuredFluxMap, pole_pairs: float) -> None:
+    """Report the largest torque and its angle at the map's largest current, and put those at smaller ones among the findings.
+
+    Where the torque still grows at the map's edge, that is said instead.
+    """
+    currents = [share * flux_map.largest_current for share in _MTPA]
+    points = maximum_torque_per_ampere(flux_map, currents, pole_pairs)
+    procedure.findings["mtpa"] = [
+        {
+            "current": point.current,
+            "i_d": point.i_d,
+            "i_q": point.i_q,
+            "at_edge": point.at_edge,
+            "angle": point.angle.as_dict(),
+            "torque": point.torque.as_dict(),
+        }
+        for point in points
+    ]
+    last = points[-1]
+    if last.at_edge:
+        procedure.notice(
+            "mtpa-at-edge",
+            text(
+                "at {current:.3g} A the torque still grows where the map ends: the largest torque per ampere lies outside of it; "
+                "measure over more d-axis current",
+                current=last.current,
+            ),
+        )
+        return
+    for name, figure in (("mtpa_angle", last.angle), ("mtpa_torque", last.torque)):
+        report_figure(procedure, budget, name, figure, flux_map, estimator=budget.estimator)
 
 
 def capability_of(

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.fitting.misfit import Cause
@@ -56,6 +58,40 @@ def test_what_all_readings_share_is_found() -> None:
     assert made.resistance == pytest.approx(gain * bench.resistance_at(readings.time), rel=0.03)
     base = motor.flux(np.zeros(1, dtype=complex))[0].real
     assert made.magnet_change[-1] == pytest.approx(-base * bench.magnet_at(readings.time)[-1], abs=0.01 * base)
+
+
+def test_noise_of_current_sensors_moves_no_flux_linkage() -> None:
+    motor = MOTORS["bridged IPMSM"]
+    _, readings, wanted = bench_of(motor, 4)
+    quiet = estimate_flux_map(readings, gains=GAINS, wanted=wanted)
+    noise = 2e-3 * motor.largest_current
+    d, q = noise * np.random.default_rng(4).normal(size=(2, readings.time.size))
+    loud = replace(readings, i_d=readings.i_d + d, i_q=readings.i_q + q, current_noise=readings.current_noise + noise)
+    found = estimate_flux_map(loud, gains=GAINS, wanted=wanted)
+    assert found.fit.followed.value == pytest.approx(0.0, abs=4 * found.fit.followed.uncertainty)
+    assert found.fit.followed.uncertainty < 0.1
+    # Taken for real, such noise would be 1 % of the largest flux linkage at small currents.
+    assert np.max(np.abs(found.map.flux - quiet.map.flux)) < 3e-3 * quiet.map.full_scale
+
+
+@given(miss=st.floats(0.001, 0.003), seed=st.integers(0, 2**16))
+@settings(max_examples=4)
+def test_set_points_that_the_inverter_misses_move_it(miss: float, seed: int) -> None:
+    motor = MOTORS["bridged IPMSM"]
+    random = np.random.default_rng(seed)
+    bench = random_bench(motor, random)
+    plan = reading_order(grid_locations(motor.largest_current, 51), random)
+    off = miss * motor.largest_current * random.normal(size=(len(plan), 2)).clip(-3.0, 3.0)
+    taken = [
+        replace(each, i_d=each.i_d + beside[0], i_q=each.i_q + beside[1])
+        for each, beside in zip(plan, off.tolist(), strict=True)
+    ]
+    readings, _ = read(motor, bench, taken, random)
+    wanted = np.array([(each.i_d, each.i_q) for each in plan])
+    found = estimate_flux_map(readings, gains=GAINS, wanted=wanted)
+    noise = 4e-4
+    assert found.fit.followed.value == pytest.approx(miss**2 / (miss**2 + noise**2), abs=0.15)
+    assert np.max(np.abs(errors(motor, found))) < 0.009 * found.map.full_scale
 
 
 def test_gains_are_apart_from_scatter_and_common_to_all_points() -> None:
