@@ -12,9 +12,9 @@ from tests.journals import event
 
 
 class ShownRun:
-    """A run of one procedure, at a bench time (s) of its own."""
+    """A run of one procedure, at a bench time (s) of its own; `start` is what its beginning holds besides."""
 
-    def __init__(self, folder: Path, procedure: str, step: str, words: str) -> None:
+    def __init__(self, folder: Path, procedure: str, step: str, words: str, **start: Any) -> None:
         folder.mkdir(parents=True)
         self.name = folder.name
         self.time = 0.0
@@ -23,7 +23,7 @@ class ShownRun:
         #: What was answered, in its order.
         self.answers: list[object] = []
         self._journal = Journal(folder / "journal.jsonl", lambda: self.time)
-        self.record("run_started", procedures=[procedure], settings=[], motor={"name": "M"}, truth={})
+        self.record("run_started", procedures=[procedure], settings=[], motor={"name": "M"}, truth={}, **start)
         self.record("procedure_started", procedure=procedure, steps={step: words})
         self.record("step_started", step=step, text=words)
         self._line.announce(folder)
