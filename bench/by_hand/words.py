@@ -1,8 +1,15 @@
 """What people call commands, their values and the words that these take."""
 
+import re
 from collections.abc import Mapping
 
-from drivers.interfaces.text import Text, text
+from drivers.interfaces import Role
+from drivers.interfaces.text import Text, lines, text, word
+from reports.labels import role_name
+
+#: A number and its unit, typed as two words and as one.
+_UNIT = re.compile(r"(?<=\d) +(?=[^\d\s=]+(?: |$))")
+_FIGURE = re.compile(r"^([-+−]?[\d.,]+(?:[eE][-+]?\d+)?)([^\d.,\s].*)$")
 
 WORDS: Mapping[str, Text] = {
     "make_safe": text("bring to its harmless state"),
@@ -103,3 +110,19 @@ WORDS: Mapping[str, Text] = {
 def called(name: str) -> Text:
     """Return what people call a method, an argument, a choice or hand work; the name itself where nobody has said it."""
     return WORDS.get(name) or Text("{name}", {"name": name.replace("_", " ")})
+
+
+def command_words(typed: str) -> Text:
+    """Return a command to an instrument, as it was typed, in the words of people; any other line as it is."""
+    role, *rest = _UNIT.sub("\u00a0", typed).split(" ")
+    if role not in {one.value for one in Role} or not rest:
+        return Text("{typed}", {"typed": typed})
+    said: list[Text] = [text("{instrument}: {what}", instrument=role_name(role), what=called(rest[0]))]
+    for words in rest[1:]:
+        name, equals, value = words.partition("=")
+        if equals and value in WORDS:
+            said.append(text("{what}: {value}", what=called(name), value=called(value)))
+        else:
+            figure = _FIGURE.sub("\\1\u00a0\\2", value if equals else words)
+            said.append(Text("{name} {figure}", {"name": called(name), "figure": figure}) if equals else word(figure))
+    return lines(said, " · ")

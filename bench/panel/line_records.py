@@ -48,6 +48,8 @@ class StatisticsView:
     parameters: tuple[str, ...] = ()
     statistics: "LineStatistics | None" = None
     fault: Text | None = None
+    #: Whether that is something that went wrong: records that cannot be read, or what was asked for and is not there.
+    refused: bool = False
     labels: ParameterLabels = field(default_factory=lambda: ParameterLabels({}))
 
 
@@ -117,7 +119,7 @@ def read_statistics(reference: str, choice: Choice) -> StatisticsView:
         # What a database says of itself stays as it is.
         own = getattr(error, "orig", None)
         message = text_of(error) if own is None else " ".join(str(own).split())
-        return StatisticsView(choice, fault=text("The records cannot be read: {error}", error=message))
+        return StatisticsView(choice, fault=text("The records cannot be read: {error}", error=message), refused=True)
 
 
 def _read(engine: "Engine", choice: Choice) -> StatisticsView:
@@ -131,14 +133,16 @@ def _read(engine: "Engine", choice: Choice) -> StatisticsView:
         return StatisticsView(choice, fault=lines((text("There are no records yet."), _TO_DO)))
     models = tuple(dict.fromkeys(model for _, model in kept))
     if choice.model and choice.model not in models:
-        return StatisticsView(choice, models, fault=text("There are no records of the type {name}.", name=choice.model))
+        missing = text("There are no records of the type {name}.", name=choice.model)
+        return StatisticsView(choice, models, fault=missing, refused=True)
     # A batch that is named without its type tells the type.
     model = choice.model or next((model for batch, model in kept if batch == choice.batch), models[0])
     batches = tuple(batch for batch, of in kept if of == model)
     batch = batches[0] if choice.batch is None else choice.batch
     choice = replace(choice, model=model, batch=batch)
     if batch != ALL and batch not in batches:
-        return StatisticsView(choice, models, batches, fault=text("There is no batch {name}.", name=batch))
+        missing = text("There is no batch {name}.", name=batch)
+        return StatisticsView(choice, models, batches, fault=missing, refused=True)
     wanted = StatisticsRequest(
         () if batch == ALL else (batch,),
         model,

@@ -170,6 +170,9 @@ def _played(kind: str, page: Page, bench: Bench) -> Iterator[None]:
     with played_run(bench.server.runs / name, lines[: last + 1], kind):
         page.goto(f"{bench.server.url}/runs/{name}")
         page.locator("[data-state]:visible").first.wait_for()
+        lead = page.get_by_role("button", name="Take the control")
+        if lead.is_visible():
+            lead.click()
         page.wait_for_timeout(2500)
         yield
     (bench.server.runs / name / "journal.jsonl").unlink()

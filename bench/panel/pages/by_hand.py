@@ -11,7 +11,7 @@ from bench.by_hand.hand_work import OWNERS, PLAIN
 from bench.by_hand.look_over import probe_words
 from bench.by_hand.outcome import kept_words
 from bench.by_hand.values import range_of, spoken
-from bench.by_hand.words import called
+from bench.by_hand.words import called, command_words
 from bench.journal.stored_result import restore_text
 from bench.operators.typed import typed_number
 from bench.panel.pages.parts import named, table
@@ -29,7 +29,10 @@ Send = Callable[[str], Awaitable[None]]
 
 def said_lines(question: Mapping[str, Any], reader: Reader) -> list[str]:
     """Return what came of the command before, a line each."""
-    first, *others = reader.say(restore_text(question["said"])).splitlines()
+    said = restore_text(question["said"])
+    if isinstance(typed := said.values.get("typed"), str) and typed:
+        said = Text(said.template, {**said.values, "typed": command_words(typed)})
+    first, *others = reader.say(said).splitlines()
     return [f"⚠ {first}" if question["details"]["refused"] else first, *others]
 
 
@@ -68,7 +71,7 @@ class ByHandForm:
         self._role = self._role if self._role in roles else roles[0]
         for words in self._question["on"]:
             with ui.row().classes("items-center gap-4 mt-3 mb-state-live rounded-lg px-4 py-2 w-full"):
-                ui.label(say(text("ON: {typed}", typed=words))).classes("text-xl grow")
+                ui.label(say(text("ON: {typed}", typed=command_words(words)))).classes("text-xl grow")
                 off = partial(self._line, f"off {words.split()[0]}")
                 ui.button(say(text("Switch off")), on_click=off, color=None).classes("mb-abort text-xl px-8 py-2")
         if self._question.get("confirms"):

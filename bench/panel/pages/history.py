@@ -201,7 +201,7 @@ def _compared_table(compared: list[Compared], figures: Mapping[str, Figure], nam
                 say(text("disagree")) if pair.disagree else "",
             ]
         )
-    table(head, lines, numeric=frozenset({1, 2, 4, 5}))
+    table(head, lines, numeric=frozenset({1, 2, 4, 5}), stacked=True)
 
 
 def _type_figures(panel: Panel, run: str, figures: Mapping[str, Figure]) -> dict[str, Figure]:

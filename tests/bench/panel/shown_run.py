@@ -12,16 +12,18 @@ from tests.journals import event
 
 
 class ShownRun:
-    """A run of one procedure, at a bench time (s) of its own."""
+    """A run of one procedure, at a bench time (s) of its own; `start` is what its beginning holds besides."""
 
-    def __init__(self, folder: Path, procedure: str, step: str, words: str) -> None:
+    def __init__(self, folder: Path, procedure: str, step: str, words: str, **start: Any) -> None:
         folder.mkdir(parents=True)
         self.name = folder.name
         self.time = 0.0
         self._asked = 0
-        self._line = OperatorLine(lambda _: None)
+        self._line = OperatorLine(self._hear)
+        #: What was answered, in its order.
+        self.answers: list[object] = []
         self._journal = Journal(folder / "journal.jsonl", lambda: self.time)
-        self.record("run_started", procedures=[procedure], settings=[], motor={"name": "M"}, truth={})
+        self.record("run_started", procedures=[procedure], settings=[], motor={"name": "M"}, truth={}, **start)
         self.record("procedure_started", procedure=procedure, steps={step: words})
         self.record("step_started", step=step, text=words)
         self._line.announce(folder)
@@ -46,9 +48,14 @@ class ShownRun:
         self._line.say({"plot": store_plot(plot)})
 
     def ask(self, kind: str, **more: Any) -> None:
-        """Ask something."""
+        """Ask something, until it is answered."""
         self._asked += 1
         self._line.say({"question": {"id": self._asked, "kind": kind, **more}})
+
+    def _hear(self, message: Mapping[str, Any]) -> None:
+        if "answer" in message:
+            self.answers.append(message["answer"])
+            self._line.say({"question": None})
 
     def tell(self, sources: list[Mapping[str, Any]]) -> None:
         """Say what the sources read back."""

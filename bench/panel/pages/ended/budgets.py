@@ -22,7 +22,14 @@ def budgets_part(panel: Panel, run: LiveRun, reader: Reader) -> None:
     with named(ui.element("section").classes("mb-card mb-4"), say(text("Uncertainty budgets"))):
         ui.label(say(text("Uncertainty budgets"))).classes("text-lg font-semibold")
         for parameter in with_budget:
-            title = f"{say(parameter.label)} ({say(panel.offer.title(parameter.procedure))}): {say(phrase(parameter.estimator))}"
+            title = say(
+                text(
+                    "{parameter} ({procedure}): {estimator}",
+                    parameter=parameter.label,
+                    procedure=panel.offer.title(parameter.procedure),
+                    estimator=phrase(parameter.estimator),
+                )
+            )
             with expansion(title):
                 _table(parameter, reader)
 

@@ -43,6 +43,8 @@ class SignOffPart:
             self._list(signed)
             if self._session.may_change and self._run.view.ended:
                 self._form()
+            elif self._run.view.ended:
+                ui.label(say(text("Only an engineer may sign."))).classes("text-base")
 
     def _list(self, signed: Sequence[Signature]) -> None:
         say = self._reader.say

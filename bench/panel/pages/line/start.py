@@ -198,7 +198,7 @@ def _about(path: Path) -> _Offered:
         check_name(plan)
     except InputError as error:
         return _Offered(path, path.stem, text("Cannot begin: {reason}", reason=text_of(error)), usable=False)
-    words = text("{limits} limits · {procedures} procedures", limits=len(plan.limited), procedures=len(plan.checks))
+    words = text("limits: {limits} · procedures: {procedures}", limits=len(plan.limited), procedures=len(plan.checks))
     return _Offered(path, plan.name, words, usable=True)
 
 

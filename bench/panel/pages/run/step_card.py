@@ -157,7 +157,10 @@ class StepCard:
         # A pair of terminals is one word, as is a number with its unit, and stays on one line.
         heading = re.sub(r"(?<=\d) (?=\S)", "\u00a0", heading.rstrip(":：.。").replace("–", "–\u2060"))
         ui.label(heading).classes("mb-h1").props("role=heading aria-level=1 aria-live=polite")
-        if work:
+        if question is not None and question["kind"] == "doubt":
+            # The finding is no list of things to do.
+            ui.label("\n".join(work)).classes("mb-note whitespace-pre-line")
+        elif work:
             with ui.element("ol").classes("mb-work"):
                 for number, words in enumerate(work, 1):
                     with ui.element("li"):
@@ -210,7 +213,8 @@ class StepCard:
             return said_lines(question, self._reader)
         if question["kind"] == "doubt":
             # The journal has its words in English only.
-            return [say(restore_text(line)) for line in question["lines"]]
+            finding = [say(restore_text(line)) for line in question["lines"]]
+            return [say(text("Is this reading right? Look again")), *finding]
         action = view.action
         if action is not None and type(action).__name__ == question["action"]:
             return [say(line) for line in action.lines(nameplate_of(view.run.start).wire_colours)]

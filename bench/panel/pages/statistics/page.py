@@ -79,7 +79,7 @@ class _Statistics:
                 ui.button(say(text("Read again")), on_click=self._read).props("outline no-caps")
                 ui.link(say(text("One motor's tests")), "/motors").classes("mb-link text-base")
             self._status = ui.label().props("role=status").classes("text-base mt-2")
-        self._fault = ui.label().props("role=alert").classes("text-xl whitespace-pre-line").style("color:#7a130d")
+        self._fault = ui.label().props("role=alert").classes("mb-card mb-told whitespace-pre-line")
         self._content = ui.element("div").classes("w-full flex flex-col flex-nowrap gap-4")
         ui.timer(0.01, self._read, once=True)
 
@@ -98,6 +98,8 @@ class _Statistics:
         self._offer(view)
         self._status.set_text("" if statistics is None else say(_selected(statistics)))
         self._fault.set_text("" if view.fault is None else say(view.fault))
+        # That nobody has measured yet is no fault.
+        self._fault.classes(add="mb-wrong") if view.refused else self._fault.classes(remove="mb-wrong")
         self._content.clear()
         if statistics is None:
             return

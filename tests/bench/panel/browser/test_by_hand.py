@@ -48,7 +48,9 @@ def test_a_technician_uses_the_supply_by_hand(panel: Panel, new_page: NewPage) -
     # First a person looks what is connected.
     expect(card).to_contain_text("the supply's plus on A")
     page.get_by_role("button", name="It is so: switch on").click()
-    expect(card).to_contain_text("ON: supply energised voltage=1V current_limit=500mA regulated=current")
+    expect(card).to_contain_text(
+        "ON: DC supply: output on · voltage 1 V · current limit 500 mA · what the output holds: current"
+    )
     expect(page.get_by_role("status").filter(has_text="Energised: ")).to_contain_text("DC supply")
     choose(page, "What to do", "read the current")
     do.click()

@@ -42,16 +42,19 @@ def scan(page: Page, code: str) -> None:
     page.keyboard.press("Enter")
 
 
-def confirm_to_the_end(page: Page, press: Callable[[], None]) -> None:
-    """Confirm each step; the focus is where its answer belongs, and at the end on what comes next."""
+def confirm_to_the_end(page: Page, press: Callable[[], None], *, most: int = 60) -> int:
+    """Confirm each step, `most` of them; the focus is where its answer belongs, and at the end on what comes next.
+
+    Returns how many were confirmed.
+    """
     onward = page.get_by_role("button", name="Measure the next motor")
     ready = page.locator("[data-done]:not([aria-disabled])")
-    for _ in range(60):
+    for confirmed in range(most):
         expect(onward.or_(ready).first).to_be_visible()
         if onward.is_visible():
             expect(onward).to_be_focused()
             expect(page.locator("[data-next]:not([aria-disabled])")).to_be_visible()
-            return
+            return confirmed
         expect(page.locator("[data-focus]:not([disabled])").first).to_be_focused()
         step = str(page.locator("[data-step]").get_attribute("data-step"))
         press()

@@ -148,7 +148,7 @@ def test_a_first_plan_is_made_from_a_measured_motor(panel: Panel, new_page: NewP
     page.get_by_role("option", name="SN-7").first.click()
     page.get_by_role("button", name="Make the plan").click()
     made = page.get_by_role("radio", name="lg-400w", checked=True)
-    expect(made).to_contain_text("1 limits · 1 procedures")
+    expect(made).to_contain_text("limits: 1 · procedures: 1")
     page.get_by_label("Operator's name").fill("J. Doe")
     page.get_by_label("Virtual sockets").fill("1")
     page.get_by_label("Virtual sockets").blur()
