@@ -29,7 +29,7 @@ from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS
 from tests.studies.mutants import SUPPORTING, TARGETS, Mutant, mutants
 
 #: A check that takes longer (s, of the processor) does not end, which is found too; several times what the longest one takes.
-_PATIENCE = 25
+_PATIENCE = 90
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,10 @@
 - **Defaults that nobody leaves out**: of a parameter that every call in the drivers' modules gives.
 - **Lengths of pieces**: a constant that is nothing but the step of a `range` and the end of the slices that begin there. All pieces
   together are the whole, however long each is.
-- **`strict=`** of a `zip`: it says what must be so, and changes nothing where it is.
+- **`strict=`** of a `zip`: it says what must be so, and changes nothing where it is; `daemon=` and `name=` of a thread that is joined
+  where its block ends: they count where the interpreter ends before that.
+- **What nobody takes**: what a function returns, worked out without a call, where every call of it in the drivers' modules is a
+  statement of its own.
 """
 
 import ast
@@ -34,6 +37,7 @@ def unobservable(tree: ast.Module) -> set[int]:
     messages = {id(each) for node in ast_nodes(tree) for part in _message(node) for each in ast_nodes(part)}
     while more := _only_in_messages(tree, messages) - messages:
         messages |= more
+    found |= {id(node) for node in _not_taken(tree)}
     called = [part for node in ast_nodes(tree) for part in _pauses(node)]
     names = {part.value.func.attr for part in called} - {"sleep"}
     called += [node for node in ast_nodes(tree) if isinstance(node, ast.FunctionDef) and node.name in names]
@@ -51,6 +55,9 @@ def _formal(node: ast.AST) -> Iterator[ast.AST]:
             yield from (each.annotation for each in node.args.args + node.args.kwonlyargs if each.annotation)
             yield from [node.returns] if node.returns else []
             yield from node.decorator_list
+            if any(_is_join(each) for each in ast_nodes(node)):
+                threads = [each for each in ast_nodes(node) if isinstance(each, ast.Call) and _name(each) == "Thread"]
+                yield from (one.value for each in threads for one in each.keywords if one.arg in ("daemon", "name"))
         case ast.ClassDef():
             yield from node.decorator_list
         case ast.AnnAssign():
@@ -60,6 +67,26 @@ def _formal(node: ast.AST) -> Iterator[ast.AST]:
         case ast.JoinedStr():
             # What is formatted into a command is behaviour; a format is no part of the tree that can be changed alone.
             yield from (p.format_spec for p in node.values if isinstance(p, ast.FormattedValue) and p.format_spec)
+
+
+def _name(call: ast.Call) -> str:
+    """Return the last part of what is called."""
+    return ast.unparse(call.func).rpartition(".")[2]
+
+
+def _is_join(node: ast.AST) -> bool:
+    return isinstance(node, ast.Call) and ast.unparse(node) == "thread.join()"
+
+
+def _not_taken(tree: ast.Module) -> Iterator[ast.AST]:
+    """Give the return statements whose value nobody takes."""
+    for function in (node for node in tree.body if isinstance(node, ast.FunctionDef)):
+        calls = _calls_of(function.name)
+        if not calls or not all(id(call) in _statements() for call in calls):
+            continue
+        for node in ast_nodes(function):
+            if isinstance(node, ast.Return) and not any(isinstance(each, ast.Call) for each in ast_nodes(node)):
+                yield node
 
 
 def _message(node: ast.AST) -> Iterator[ast.AST]:
@@ -95,8 +122,8 @@ def _only_in_messages(tree: ast.Module, messages: set[int]) -> set[int]:
                 whole = ast_nodes(node.value if _asks(node.value) else node)  # type: ignore[arg-type]
                 found |= {id(each) for each in whole} - kept
         for node in ast_nodes(function):
-            if isinstance(node, ast.Assign) and (name := _target(node)) and not _asks(node.value):
-                uses = _uses(function, name)
+            if isinstance(node, ast.Assign) and (names := _targets(node)) and not _asks(node.value):
+                uses = [use for name in names for use in _uses(function, name)]
                 if uses and all(id(use) in messages for use in uses):
                     found |= {id(each) for each in ast_nodes(node.value)}
     return found
@@ -106,6 +133,14 @@ def _target(node: ast.Assign) -> str:
     """Return the one name that is assigned, empty where it is another thing."""
     only = node.targets[0]
     return only.id if len(node.targets) == 1 and isinstance(only, ast.Name) else ""
+
+
+def _targets(node: ast.Assign) -> list[str]:
+    """Return the names that are assigned, none where other things are."""
+    only = node.targets[0]
+    parts = only.elts if isinstance(only, ast.Tuple) else node.targets
+    names = [each.id for each in parts if isinstance(each, ast.Name)]
+    return names if len(names) == len(parts) else []
 
 
 def _asks(value: ast.expr) -> bool:
@@ -165,6 +200,13 @@ def _given_defaults(tree: ast.Module) -> Iterator[ast.AST]:
 @cache
 def _modules() -> tuple[ast.Module, ...]:
     return tuple(ast.parse(path.read_text(encoding="utf-8")) for path in sorted(_DRIVERS.rglob("*.py")))
+
+
+@cache
+def _statements() -> frozenset[int]:
+    """Return the calls (by `id`) in the drivers' modules that are statements of their own."""
+    nodes = (node for tree in _modules() for node in ast_nodes(tree) if isinstance(node, ast.Expr))
+    return frozenset(id(node.value) for node in nodes if isinstance(node.value, ast.Call))
 
 
 @cache

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bench.testing.conformance.manual import ProtectionTrip
+from bench.testing.conformance.played import lose
 from bench.testing.conformance.report import Checks, in_words
 from bench.testing.conformance.session import Energise, Trial
 from bench.testing.conformance.stand import Stand
@@ -112,8 +113,7 @@ def _disturbed(trial: Trial, message: _Message, kind: FaultKind, took: float) ->
     with trial.opened() as (made, instrument):
         made.faults.add(Fault.at(kind, message.number, delay=LATE))
         if kind is FaultKind.SILENCE and message.text.startswith("write") and made.transport == "modbus":
-            unit = made.simulated.units[int(message.text.split()[1])]
-            made.faults.watch(MessageWatch.at(message.number, lambda: _lose(unit)))
+            lose(made, message.text, message.number)
         began = made.bench.clock.now()
         # What the instrument itself refuses is not sent again by itself: it was told, and whoever hears it makes safe.
         one_use(trial, made, instrument, what, message.text, refusal=kind in (FaultKind.EXCEPTION, FaultKind.REPLACE))
@@ -124,12 +124,6 @@ def _disturbed(trial: Trial, message: _Message, kind: FaultKind, took: float) ->
         wrong = trial.wrong(made, instrument, safe=True)
         remedy = "Throw away what may still come before the next exchange"
         checks.that(f"{what}: the next exchange is in step", not wrong, f"after '{message.text}': {wrong}", remedy)
-
-
-def _lose(unit: Any) -> None:
-    """Have the next request to write never get to a Modbus unit."""
-    taken = unit.write
-    unit.write = lambda *_: setattr(unit, "write", taken)
 
 
 def one_use(trial: Trial, made: Stand, instrument: Any, what: str, text: str, *, refusal: bool = False) -> None:

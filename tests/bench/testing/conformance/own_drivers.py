@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from bench.testing.conformance.manual import Manual, Model
-from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKind, SetpointError
+from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKind, ReportedError, SetpointError
 from drivers.keysight.options import ImpedanceCalibration, Probe
 from sim_instruments.world.fixture.layout import crosspoints
 from tests.bench.testing.conformance.own_cia402_manuals import CIA402_INVERTER, CIA402_SIX_STEP, INVERTER_VARIANTS
@@ -129,7 +129,16 @@ _REFUSED: Mapping[str, Sequence[tuple[Mapping[str, Any], Any]]] = {
     "gwinstek-gpt9800": (({"ramp_time": 0.05}, SetpointError), ({"ramp_time": 1000.0}, SetpointError)),
 }  # fmt: skip
 
-_MODELS: Mapping[str, Sequence[Model]] = {"cia402-inverter": INVERTER_MODELS, "cia402-six-step": SIX_STEP_MODELS}
+_MODELS: Mapping[str, Sequence[Model]] = {
+    "cia402-inverter": INVERTER_MODELS,
+    "cia402-six-step": SIX_STEP_MODELS,
+    "delta-dyn200": (
+        *(Model(options={"watchdog_time": time}, error=SetpointError, says="watchdog_time") for time in (0.4, 100.1)),
+        *(Model(options={"watchdog_time": time}, states={"watchdog.time": time}) for time in (0.5, 100.0)),
+        Model({"^read 1 0902H": None}, {"watchdog_time": 2.0}, error=ReportedError, says="watchdog_time = 0"),
+        Model({"^read 1 0903H": None}, {"watchdog_time": 2.0}, error=ReportedError, says="watchdog_time = 0"),
+    ),
+}
 
 
 def manual_of(name: str) -> Manual:
