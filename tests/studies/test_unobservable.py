@@ -57,15 +57,3 @@ def test_tables_and_figures_of_messages_and_pauses_that_look_again_are_left_alon
 @pytest.mark.parametrize("number", [2, 4, 5, 8, 9, 10, 11, 14, 23])
 def test_what_can_be_told_from_outside_is_changed(number: int) -> None:
     assert number not in left_alone(SOURCE)
-
-
-def test_what_no_call_takes_is_left_alone_and_what_one_takes_is_not() -> None:
-    source = """
-def {name}(instrument, parameter, value):
-    if value:
-        return value + 1
-    return find(2)
-"""
-    # Nobody in the drivers takes what `check_bits` returns; a name that nobody calls has no such calls.
-    assert left_alone(source.format(name="check_setpoint")) in ({1}, set())
-    assert left_alone(source.format(name="nobody_calls_it")) == set()

@@ -11,8 +11,6 @@
   together are the whole, however long each is.
 - **`strict=`** of a `zip`: it says what must be so, and changes nothing where it is; `daemon=` and `name=` of a thread that is joined
   where its block ends: they count where the interpreter ends before that.
-- **What nobody takes**: what a function returns, worked out without a call, where every call of it in the drivers' modules is a
-  statement of its own.
 """
 
 import ast
@@ -37,7 +35,6 @@ def unobservable(tree: ast.Module) -> set[int]:
     messages = {id(each) for node in ast_nodes(tree) for part in _message(node) for each in ast_nodes(part)}
     while more := _only_in_messages(tree, messages) - messages:
         messages |= more
-    found |= {id(node) for node in _not_taken(tree)}
     called = [part for node in ast_nodes(tree) for part in _pauses(node)]
     names = {part.value.func.attr for part in called} - {"sleep"}
     called += [node for node in ast_nodes(tree) if isinstance(node, ast.FunctionDef) and node.name in names]
@@ -76,17 +73,6 @@ def _name(call: ast.Call) -> str:
 
 def _is_join(node: ast.AST) -> bool:
     return isinstance(node, ast.Call) and ast.unparse(node) == "thread.join()"
-
-
-def _not_taken(tree: ast.Module) -> Iterator[ast.AST]:
-    """Give the return statements whose value nobody takes."""
-    for function in (node for node in tree.body if isinstance(node, ast.FunctionDef)):
-        calls = _calls_of(function.name)
-        if not calls or not all(id(call) in _statements() for call in calls):
-            continue
-        for node in ast_nodes(function):
-            if isinstance(node, ast.Return) and not any(isinstance(each, ast.Call) for each in ast_nodes(node)):
-                yield node
 
 
 def _message(node: ast.AST) -> Iterator[ast.AST]:
@@ -200,13 +186,6 @@ def _given_defaults(tree: ast.Module) -> Iterator[ast.AST]:
 @cache
 def _modules() -> tuple[ast.Module, ...]:
     return tuple(ast.parse(path.read_text(encoding="utf-8")) for path in sorted(_DRIVERS.rglob("*.py")))
-
-
-@cache
-def _statements() -> frozenset[int]:
-    """Return the calls (by `id`) in the drivers' modules that are statements of their own."""
-    nodes = (node for tree in _modules() for node in ast_nodes(tree) if isinstance(node, ast.Expr))
-    return frozenset(id(node.value) for node in nodes if isinstance(node.value, ast.Call))
 
 
 @cache

@@ -14,7 +14,7 @@ from drivers.interfaces import InstrumentError, ReportedError
 from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
 #: A delay (s) beyond every time-out: the reply comes when another one is waited for; and one that is no fault.
-LATE, _LITTLE_LATE = 30.0, 0.05
+LATE, LITTLE_LATE = 30.0, 0.05
 WHAT = {
     FaultKind.SILENCE: "silence",
     FaultKind.HALF: "half a reply",
@@ -57,7 +57,7 @@ def disturb(trial: Trial) -> None:
         for kind in sorted({kinds[(turn + step) % len(kinds)] for step in range(many if kinds else 0)}):
             _disturbed(trial, message, kind, took)
     with trial.opened() as (made, instrument):
-        made.faults.add(Fault(FaultKind.LATE, lambda count, _: count % 2 == 1, delay=_LITTLE_LATE, times=None))
+        made.faults.add(Fault(FaultKind.LATE, lambda count, _: count % 2 == 1, delay=LITTLE_LATE, times=None))
         wrong = trial.wrong(made, instrument, safe=True)
     trial.checks.that("replies that come a little late", not wrong, wrong, "Wait for the reply time")
     fed = [one for one in messages if one.energised]
