@@ -3,7 +3,7 @@
 - **Messages**: what stands in `text(…)`, in `raise` and in `add_note(…)`, and what serves nothing else: a local name, a function of
   the module or a table looked up by `.get` whose every use stands in a message (names of error codes, a figure that the message
   shows), a property that the drivers read in messages only, what a method of their own returns that they call in `text(…)` only,
-  but not what that asks the instrument.
+  what a method of their own is given for messages only, but not what that asks the instrument.
 - **Annotations**, decorators and imports.
 - **Pauses of a loop that looks again**: the `sleep` in a `while` loop. How often one looks changes nothing that is found.
 - **Defaults that nobody leaves out**: of a parameter that every call in the drivers' modules gives.
@@ -107,12 +107,28 @@ def _only_in_messages(tree: ast.Module, messages: set[int]) -> set[int]:
             for node in returned:
                 whole = ast_nodes(node.value if _asks(node.value) else node)  # type: ignore[arg-type]
                 found |= {id(each) for each in whole} - kept
+        found |= {id(each) for part in _said_only(tree, function, messages) for each in ast_nodes(part)}
         for node in ast_nodes(function):
             if isinstance(node, ast.Assign) and (names := _targets(node)) and not _asks(node.value):
                 uses = [use for name in names for use in _uses(function, name)]
                 if uses and all(id(use) in messages for use in uses):
                     found |= {id(each) for each in ast_nodes(node.value)}
     return found
+
+
+def _said_only(tree: ast.Module, function: ast.FunctionDef, messages: set[int]) -> Iterator[ast.AST]:
+    """Give what the module's calls hand to a method of its own for messages alone."""
+    if not function.name.startswith("_") or not function.args.args or function.args.args[0].arg != "self":
+        return
+    calls = [
+        each
+        for each in ast_nodes(tree)
+        if isinstance(each, ast.Call) and ast.unparse(each.func) == f"self.{function.name}"
+    ]
+    for place, argument in enumerate(function.args.args[1:]):
+        uses = _uses(function, argument.arg)
+        if uses and all(id(use) in messages for use in uses):
+            yield from (call.args[place] for call in calls if len(call.args) > place and not _asks(call.args[place]))
 
 
 def _target(node: ast.Assign) -> str:
