@@ -14,14 +14,10 @@ SLOPES = {Slope.RISING: text("rising"), Slope.FALLING: text("falling"), Slope.EI
 
 def check_setpoint(
     instrument: str, parameter: Text | str, value: float, unit: str, low: float, high: float, whose: Text | str
-) -> float:
-    """Return the value when it is finite and within `low` … `high` (in `unit`).
-
-    Raises SetpointError naming the limit and whose it is.
-    """
+) -> None:
+    """Raise SetpointError, which names the limit and whose it is, for a value that is not finite and within `low` … `high` (`unit`)."""
     if not (math.isfinite(value) and low <= value <= high):
         raise SetpointError(instrument, parameter, value, unit, low, high, whose)
-    return value
 
 
 def probe_on(instrument: str, channel: int, probes: Mapping[int, T]) -> T:

@@ -8,7 +8,7 @@ from contextlib import suppress
 
 from drivers.bases.set_points import check_setpoint
 from drivers.delta.options import BeckhoffRelayOptions
-from drivers.interfaces import CommunicationError, InstrumentError, ReportedError, Watchdog
+from drivers.interfaces import CommunicationError, ReportedError, Watchdog
 from drivers.interfaces.text import text
 from drivers.transport.modbus.line import ModbusLine, open_line
 
@@ -166,6 +166,6 @@ def open_beckhoff_relay(address: str, options: BeckhoffRelayOptions, *, name: st
     line = open_line(address, name, timeout=options.timeout)
     try:
         return BeckhoffRelay(line, options, name=name)
-    except InstrumentError:
+    except BaseException:
         line.close()
         raise

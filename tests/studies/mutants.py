@@ -17,7 +17,7 @@ from tests.studies.unobservable import ast_nodes, unobservable
 
 ROOT = Path(__file__).parents[2]
 _CIA402 = ("cia402-inverter", "cia402-rotor-actuator", "cia402-six-step")
-_BASES = ("always", "found_state", "identification", "scpi_driver", "set_points")
+_BASES = ("always", "found_state", "identification", "scpi_driver")
 _DELTA = ("c2000_watchdog", "found_settings", "recognition", "shaft", "transducer_scales")
 _OF_CIA402 = (
     "found_objects",
@@ -59,6 +59,7 @@ TARGETS: Mapping[str, Sequence[str]] = {
 #: What serves these: how an instrument is recognised, found and set up, and what others of its family have.
 SUPPORTING: Mapping[str, Sequence[str]] = {
     **dict.fromkeys((f"drivers.bases.{each}" for each in _BASES), ("keysight-e4980a", "keysight-e36300")),
+    "drivers.bases.set_points": ("keysight-e4980a", "keysight-infiniivision"),
     "drivers.keysight.e36300_settings": ("keysight-e36300",),
     "drivers.keysight.e4980a_settings": ("keysight-e4980a",),
     "drivers.keysight.infiniivision_settings": ("keysight-infiniivision",),

@@ -29,7 +29,7 @@ from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS
 from tests.studies.mutants import SUPPORTING, TARGETS, Mutant, mutants
 
 #: A check that takes longer (s, of the processor) does not end, which is found too; several times what the longest one takes.
-_PATIENCE = 25
+_PATIENCE = 90
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class _Mutated(MetaPathFinder, Loader):
 
 def _load(mutant: Mutant) -> None:
     """Have the drivers' modules be imported anew, the changed one among them; what declares them stays."""
-    kept = ("drivers.interfaces", "drivers.transport", "drivers.catalogue", "drivers.manual")
+    kept = ("drivers.interfaces", "drivers.transport", "drivers.catalogue", "drivers.manual", "drivers.recognition")
     for name in [name for name in sys.modules if name.startswith("drivers.")]:
         if not name.startswith(kept) or name == "drivers.transport.visa.opening":
             del sys.modules[name]

@@ -25,14 +25,27 @@ class Meter:
             return self.read(11) * 12
         return 13
 
+    def _named(self, what, value):
+        if value > 25:
+            raise ValueError(text("{what} is {value}", what=what, value=value))
+        return value
+
     def check(self, value):
+        self._named(26, value + 27)
         for start in range(0, 14, PIECE):
             self.write(value[start : start + PIECE])
         self.error.add_note(str(15))
         shown = value * 7
+        low, high = (value * 17, 18) if value else (19, 20)
         asked = self.read(8)
         if value > LIMITS.get(9):
-            raise ValueError(text("{shown} {name} {asked}", shown=shown, name=NAMES.get(value), asked=asked, left=self._remaining()))
+            raise ValueError(
+                text("{shown} {name} {asked}", shown=shown, name=NAMES.get(value), asked=asked, low=low, high=high, left=self._remaining())
+            )
+        thread = Thread(target=self.wait, daemon=24 > 21, name=str(22))
+        thread.start()
+        thread.join(23)
+        thread.join()
 """
 
 
@@ -44,9 +57,9 @@ def left_alone(source: str) -> set[int]:
 
 
 def test_tables_and_figures_of_messages_and_pauses_that_look_again_are_left_alone() -> None:
-    assert left_alone(SOURCE) == {1, 6, 7, 12, 13, 15, 16}
+    assert left_alone(SOURCE) == {1, 6, 7, 12, 13, 15, 16, 17, 18, 19, 20, 21, 22, 24, 26}
 
 
-@pytest.mark.parametrize("number", [2, 3, 5, 8, 9, 10, 11, 14])
+@pytest.mark.parametrize("number", [2, 4, 5, 8, 9, 10, 11, 14, 23, 25, 27])
 def test_what_can_be_told_from_outside_is_changed(number: int) -> None:
     assert number not in left_alone(SOURCE)

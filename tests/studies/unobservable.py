@@ -3,13 +3,14 @@
 - **Messages**: what stands in `text(…)`, in `raise` and in `add_note(…)`, and what serves nothing else: a local name, a function of
   the module or a table looked up by `.get` whose every use stands in a message (names of error codes, a figure that the message
   shows), a property that the drivers read in messages only, what a method of their own returns that they call in `text(…)` only,
-  but not what that asks the instrument.
+  what a method of their own is given for messages only, but not what that asks the instrument.
 - **Annotations**, decorators and imports.
 - **Pauses of a loop that looks again**: the `sleep` in a `while` loop. How often one looks changes nothing that is found.
 - **Defaults that nobody leaves out**: of a parameter that every call in the drivers' modules gives.
 - **Lengths of pieces**: a constant that is nothing but the step of a `range` and the end of the slices that begin there. All pieces
   together are the whole, however long each is.
-- **`strict=`** of a `zip`: it says what must be so, and changes nothing where it is.
+- **`strict=`** of a `zip`: it says what must be so, and changes nothing where it is; `daemon=` and `name=` of a thread that is joined
+  where its block ends: they count where the interpreter ends before that.
 """
 
 import ast
@@ -51,6 +52,9 @@ def _formal(node: ast.AST) -> Iterator[ast.AST]:
             yield from (each.annotation for each in node.args.args + node.args.kwonlyargs if each.annotation)
             yield from [node.returns] if node.returns else []
             yield from node.decorator_list
+            if any(_is_join(each) for each in ast_nodes(node)):
+                threads = [each for each in ast_nodes(node) if isinstance(each, ast.Call) and _name(each) == "Thread"]
+                yield from (one.value for each in threads for one in each.keywords if one.arg in ("daemon", "name"))
         case ast.ClassDef():
             yield from node.decorator_list
         case ast.AnnAssign():
@@ -60,6 +64,15 @@ def _formal(node: ast.AST) -> Iterator[ast.AST]:
         case ast.JoinedStr():
             # What is formatted into a command is behaviour; a format is no part of the tree that can be changed alone.
             yield from (p.format_spec for p in node.values if isinstance(p, ast.FormattedValue) and p.format_spec)
+
+
+def _name(call: ast.Call) -> str:
+    """Return the last part of what is called."""
+    return ast.unparse(call.func).rpartition(".")[2]
+
+
+def _is_join(node: ast.AST) -> bool:
+    return isinstance(node, ast.Call) and ast.unparse(node) == "thread.join()"
 
 
 def _message(node: ast.AST) -> Iterator[ast.AST]:
@@ -94,18 +107,42 @@ def _only_in_messages(tree: ast.Module, messages: set[int]) -> set[int]:
             for node in returned:
                 whole = ast_nodes(node.value if _asks(node.value) else node)  # type: ignore[arg-type]
                 found |= {id(each) for each in whole} - kept
+        found |= {id(each) for part in _said_only(tree, function, messages) for each in ast_nodes(part)}
         for node in ast_nodes(function):
-            if isinstance(node, ast.Assign) and (name := _target(node)) and not _asks(node.value):
-                uses = _uses(function, name)
+            if isinstance(node, ast.Assign) and (names := _targets(node)) and not _asks(node.value):
+                uses = [use for name in names for use in _uses(function, name)]
                 if uses and all(id(use) in messages for use in uses):
                     found |= {id(each) for each in ast_nodes(node.value)}
     return found
+
+
+def _said_only(tree: ast.Module, function: ast.FunctionDef, messages: set[int]) -> Iterator[ast.AST]:
+    """Give what the module's calls hand to a method of its own for messages alone."""
+    if not function.name.startswith("_") or not function.args.args or function.args.args[0].arg != "self":
+        return
+    calls = [
+        each
+        for each in ast_nodes(tree)
+        if isinstance(each, ast.Call) and ast.unparse(each.func) == f"self.{function.name}"
+    ]
+    for place, argument in enumerate(function.args.args[1:]):
+        uses = _uses(function, argument.arg)
+        if uses and all(id(use) in messages for use in uses):
+            yield from (call.args[place] for call in calls if len(call.args) > place and not _asks(call.args[place]))
 
 
 def _target(node: ast.Assign) -> str:
     """Return the one name that is assigned, empty where it is another thing."""
     only = node.targets[0]
     return only.id if len(node.targets) == 1 and isinstance(only, ast.Name) else ""
+
+
+def _targets(node: ast.Assign) -> list[str]:
+    """Return the names that are assigned, none where other things are."""
+    only = node.targets[0]
+    parts = only.elts if isinstance(only, ast.Tuple) else node.targets
+    names = [each.id for each in parts if isinstance(each, ast.Name)]
+    return names if len(names) == len(parts) else []
 
 
 def _asks(value: ast.expr) -> bool:

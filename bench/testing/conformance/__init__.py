@@ -2,7 +2,7 @@
 
 from bench.testing.conformance.driver import check_driver
 from bench.testing.conformance.export import check_export
-from bench.testing.conformance.manual import Manual, Model, NotYet, ProtectionTrip, Reply, StatedLimits
+from bench.testing.conformance.manual import Left, Manual, Model, NotYet, ProtectionTrip, Reply, StatedLimits
 from bench.testing.conformance.procedure import check_procedure
 from bench.testing.conformance.report import CheckFinding, ConformanceReport
 from bench.testing.conformance.safety_devices import (
@@ -17,6 +17,7 @@ __all__ = [
     "CheckFinding",
     "ConformanceReport",
     "ContactPlace",
+    "Left",
     "Manual",
     "Model",
     "NotYet",

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bench.testing.conformance.manual import ProtectionTrip
+from bench.testing.conformance.played import lose
 from bench.testing.conformance.report import Checks, in_words
 from bench.testing.conformance.session import Energise, Trial
 from bench.testing.conformance.stand import Stand
@@ -13,7 +14,7 @@ from drivers.interfaces import InstrumentError, ReportedError
 from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
 #: A delay (s) beyond every time-out: the reply comes when another one is waited for; and one that is no fault.
-LATE, _LITTLE_LATE = 30.0, 0.05
+LATE, LITTLE_LATE = 30.0, 0.05
 WHAT = {
     FaultKind.SILENCE: "silence",
     FaultKind.HALF: "half a reply",
@@ -56,7 +57,7 @@ def disturb(trial: Trial) -> None:
         for kind in sorted({kinds[(turn + step) % len(kinds)] for step in range(many if kinds else 0)}):
             _disturbed(trial, message, kind, took)
     with trial.opened() as (made, instrument):
-        made.faults.add(Fault(FaultKind.LATE, lambda count, _: count % 2 == 1, delay=_LITTLE_LATE, times=None))
+        made.faults.add(Fault(FaultKind.LATE, lambda count, _: count % 2 == 1, delay=LITTLE_LATE, times=None))
         wrong = trial.wrong(made, instrument, safe=True)
     trial.checks.that("replies that come a little late", not wrong, wrong, "Wait for the reply time")
     fed = [one for one in messages if one.energised]
@@ -112,8 +113,7 @@ def _disturbed(trial: Trial, message: _Message, kind: FaultKind, took: float) ->
     with trial.opened() as (made, instrument):
         made.faults.add(Fault.at(kind, message.number, delay=LATE))
         if kind is FaultKind.SILENCE and message.text.startswith("write") and made.transport == "modbus":
-            unit = made.simulated.units[int(message.text.split()[1])]
-            made.faults.watch(MessageWatch.at(message.number, lambda: _lose(unit)))
+            lose(made, message.text, message.number)
         began = made.bench.clock.now()
         # What the instrument itself refuses is not sent again by itself: it was told, and whoever hears it makes safe.
         one_use(trial, made, instrument, what, message.text, refusal=kind in (FaultKind.EXCEPTION, FaultKind.REPLACE))
@@ -124,12 +124,6 @@ def _disturbed(trial: Trial, message: _Message, kind: FaultKind, took: float) ->
         wrong = trial.wrong(made, instrument, safe=True)
         remedy = "Throw away what may still come before the next exchange"
         checks.that(f"{what}: the next exchange is in step", not wrong, f"after '{message.text}': {wrong}", remedy)
-
-
-def _lose(unit: Any) -> None:
-    """Have the next request to write never get to a Modbus unit."""
-    taken = unit.write
-    unit.write = lambda *_: setattr(unit, "write", taken)
 
 
 def one_use(trial: Trial, made: Stand, instrument: Any, what: str, text: str, *, refusal: bool = False) -> None:

@@ -57,6 +57,7 @@ class NotYet:
     """A reply that says "not yet": it is waited for, up to `patience` (s) where it stays so, and then told.
 
     With `call` it comes in that method only. A `patience` of NaN is not looked at. Where it is not `told`, everything goes on then.
+    `between` (a regular expression) is what may be sent again while it is waited for.
     """
 
     message: str
@@ -64,6 +65,7 @@ class NotYet:
     patience: float = math.nan
     call: str = ""
     told: bool = True
+    between: str = "ERR"
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
-from bench.testing.conformance.disturbed import LATE, WHAT, disturbances
+from bench.testing.conformance.disturbed import LATE, LITTLE_LATE, WHAT, disturbances
 from bench.testing.conformance.played import play
 from bench.testing.conformance.report import Checks, in_words
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import InstrumentError
-from sim_instruments.faults.line_faults import Fault
+from sim_instruments.faults.line_faults import Fault, FaultKind
 
 _HELD = "Close the connection of what does not open"
 
@@ -27,6 +27,10 @@ def check_opening(trial: Trial) -> None:
             with trial.stand() as made:
                 made.faults.add(Fault.at(kind, number, delay=LATE))
                 _opened(trial, made, f"{WHAT[kind]} when opening", text)
+    with trial.stand() as made:
+        made.faults.add(Fault(FaultKind.LATE, lambda count, _: count % 2 == 1, delay=LITTLE_LATE, times=None))
+        right, remedy = _opened(trial, made, "a little late", "every other message"), "Wait for the reply time"
+        trial.checks.that("opening: replies that come a little late", right, "it does not open", remedy)
     if transport in ("visa", "modbus", "can"):
         for text in _questions(different, transport):
             _refused(trial, text)

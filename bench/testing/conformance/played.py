@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from bench.testing.conformance.stand import Stand
-from sim_instruments.faults.line_faults import Fault, FaultKind
+from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
 #: What a node says of an object that it has not (CiA 301), and a Modbus unit of a register.
 _NO_OBJECT = (0x06020000).to_bytes(4, "little")
@@ -23,6 +23,20 @@ def play(made: Stand, answers: Mapping[str, bytes | None]) -> None:
         fault = Fault.on(FaultKind.REPLACE, pattern, times=None)
         fault.strikes = partial(_struck, made.transport, fault, fault.strikes, data)
         made.faults.add(fault)
+
+
+def lose(made: Stand, message: str, number: int = 0) -> None:
+    """Have a message that writes (Modbus, CAN) be confirmed and not carried out, once: the next one, or the one of that number."""
+    if made.transport == "can":
+        play(made, {f"^{message}$": b""})
+        return
+    unit = made.simulated.units[int(message.split()[1])]
+
+    def not_taken() -> None:
+        taken = unit.write
+        unit.write = lambda *_: setattr(unit, "write", taken)
+
+    made.faults.watch(MessageWatch.at(number, not_taken) if number else MessageWatch.on(f"^{message}$", not_taken))
 
 
 def put(fault: Fault, transport: str, message: str, data: bytes | None) -> None:

@@ -70,6 +70,7 @@ class _Line:
         self._transport, self._row = made.transport, 0
         self._after = re.compile(reply.after if isinstance(reply, Reply) else "")
         self._beside = reply.beside if isinstance(reply, Reply) else {}
+        self._between = re.compile(reply.between if isinstance(reply, NotYet) else "ERR")
         self._wanted = self._open = False
         self.number, self.struck, self.must_tell = -1, 0, begins is not None and looks is None
         #: The calls that have such messages, by their number; how long (s) each lasted, by its name.
@@ -116,8 +117,8 @@ class _Line:
             return True
         if self._pattern.search(message) is None or not self._open:
             self._open = self._open or (self._wanted and self._after.search(message) is not None)
-            # What asks for errors in between is no other matter.
-            self._row = self._row if "ERR" in message else 0
+            # What asks for errors in between, or commands it again, is no other matter.
+            self._row = self._row if self._between.search(message) else 0
             return False
         now = self.now
         self.met.setdefault(self.number, self._name)

@@ -10,6 +10,7 @@ from bench.testing.conformance.replies import check_replies
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import station_of
+from bench.testing.conformance.watchdogs import check_watchdog
 from drivers.interfaces import Accuracy, Watching
 
 
@@ -39,27 +40,8 @@ def check_station(trial: Trial, variants: Sequence[Mapping[str, Any]]) -> None:
             continue
         other = replace(other, subject=replace(other.subject, station=station_of(other.subject.options)))
         if isinstance(other.subject.options, Watching) and other.subject.options.watchdog is not None:
-            _watched(other, name)
+            check_watchdog(other, name)
             continue
         with other.opened(listening=True) as (made, instrument):
             wrong = other.wrong(made, instrument, full=True)
         trial.checks.that(f"{name}: it works", not wrong, wrong, "Take every option into account")
-
-
-def _watched(trial: Trial, name: str) -> None:
-    """Check that the watchdog which is asked for is armed, by who uses the instrument only, and let go of at the end."""
-    asked, checks = trial.subject.options.watchdog, trial.checks
-    with trial.stand(sockets=True) as made:
-        trial.session.prepare(made)
-        for _ in range(2):
-            instrument: Any = made.open()
-            armed = instrument.watchdog
-            same = armed is not None and armed.time == asked.time
-            remedy = "Arm what is asked for, and read it back"
-            checks.that(f"{name}: armed", same, f"{armed}, asked for {asked}", remedy)
-            guard: Any = made.open(guarding=True, elsewhere=True)
-            checks.that(f"{name}: guarding arms nothing", guard.watchdog is None, f"{guard.watchdog}", "Leave it alone")
-            guard.close()
-            instrument.close()
-            left = instrument.watchdog
-            checks.that(f"{name}: close() ends the watch", left is None, f"{left}", "Put back what was set")

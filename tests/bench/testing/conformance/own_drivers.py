@@ -5,11 +5,12 @@ from dataclasses import replace
 from typing import Any
 
 from bench.testing.conformance.manual import Manual, Model
-from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKind, SetpointError
+from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKind, ReportedError, SetpointError
 from drivers.keysight.options import ImpedanceCalibration, Probe
 from sim_instruments.world.fixture.layout import crosspoints
 from tests.bench.testing.conformance.own_cia402_manuals import CIA402_INVERTER, CIA402_SIX_STEP, INVERTER_VARIANTS
 from tests.bench.testing.conformance.own_cia402_models import INVERTER_MODELS, SIX_STEP_MODELS
+from tests.bench.testing.conformance.own_delta_scales import POWER_STATED
 from tests.bench.testing.conformance.own_found_states import LACKS, LEFT
 from tests.bench.testing.conformance.own_manuals import DELTA_BY_COMMAND, E4980A_CALIBRATED, GPT9800_SLOW, MANUALS
 
@@ -129,7 +130,16 @@ _REFUSED: Mapping[str, Sequence[tuple[Mapping[str, Any], Any]]] = {
     "gwinstek-gpt9800": (({"ramp_time": 0.05}, SetpointError), ({"ramp_time": 1000.0}, SetpointError)),
 }  # fmt: skip
 
-_MODELS: Mapping[str, Sequence[Model]] = {"cia402-inverter": INVERTER_MODELS, "cia402-six-step": SIX_STEP_MODELS}
+_MODELS: Mapping[str, Sequence[Model]] = {
+    "cia402-inverter": INVERTER_MODELS,
+    "cia402-six-step": SIX_STEP_MODELS,
+    "delta-dyn200": (
+        *(Model(options={"watchdog_time": time}, error=SetpointError, says="watchdog_time") for time in (0.4, 100.1)),
+        *(Model(options={"watchdog_time": time}, states={"watchdog.time": time}) for time in (0.5, 100.0)),
+        Model({"^read 1 0902H": None}, {"watchdog_time": 2.0}, error=ReportedError, says="watchdog_time = 0"),
+        Model({"^read 1 0903H": None}, {"watchdog_time": 2.0}, error=ReportedError, says="watchdog_time = 0"),
+    ),
+}
 
 
 def manual_of(name: str) -> Manual:
@@ -151,7 +161,7 @@ VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
     "keysight-34461a": ({"calibration": {10.0: _POINT}},),
     "keysight-infiniivision": ({"calibration": {1: Accuracy(gain=0.02, offset=0.1, source="calibration")}},),
     "keysight-34970a": ({"crosspoints": {}}, {"fixed": ("A:channel4~", "A:voltmeter+")}),
-    "delta-dyn200": ({"direction_from": "command"}, DELTA_BY_COMMAND, {"watchdog_time": 2.0}),
+    "delta-dyn200": ({"direction_from": "command"}, DELTA_BY_COMMAND, POWER_STATED, {"watchdog_time": 2.0}),
     "cia402-inverter": ({"heartbeat_time": 1.0}, *INVERTER_VARIANTS),
     "cia402-six-step": ({"heartbeat_time": 1.0},),
     "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}, {"timeout": 0.3}),

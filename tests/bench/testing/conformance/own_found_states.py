@@ -105,7 +105,7 @@ LEFT: Mapping[str, Sequence[Left]] = {
         Left("00-00", lambda _: None, now=lambda _: 0, options={"drive_code": 5}, error=ReportedError, says="left with 6"),
         Left("06H", found="50", wanted="1", **_register(2, 0x06, 50, words=2)),
         Left("1EH", found="50", wanted="1", **_register(2, 0x1E, 50, words=2)),
-        Left("06H", found="50", **_register(2, 0x06, 50, words=2), options={"torque_filter": 0.2}),
+        Left("06H", found="50", **_register(2, 0x06, 50, words=2), options={"torque_filter": 0.2}, alters=True),
         Left("12H", **_register(2, 0x12, 1, words=2), error=ReportedError, says="left with 1"),
         Left("12H", found="1", **_register(2, 0x12, 1, words=2), options={"torque_inverted": True}, alters=True),
         Left("12H", lambda _: None, now=lambda _: 0, options={"torque_inverted": True}, error=ReportedError, says="left with 0"),

@@ -19,6 +19,7 @@ from drivers.interfaces import (
 )
 from drivers.keysight.options import ImpedanceCalibration, Probe
 from tests.bench.testing.conformance.own_cia402_manuals import INVERTER, ROTOR, SIX_STEP
+from tests.bench.testing.conformance.own_delta_scales import SCALES
 from tests.bench.testing.conformance.own_moteus_manual import MOTEUS
 
 _RPM = 2.0 * math.pi / 60.0
@@ -56,6 +57,7 @@ _E36300 = Manual(
         Reply(r"^VOLT\?", b"+3.0E+00", CommunicationError, call="energised"),
         Reply(r"^CURR:PROT:DEL:STAR\?", b"SCH", CommunicationError, call="energised"),
         Reply(r"^CURR:PROT:DEL:STAR\?", b"CCTRANS", None),
+        Reply(r"^VOLT:SENS\?", None, CommunicationError, call="open", within=5.0),
         *_TRIPS,
         Reply(r"ISUM1:COND", b"+1", reads={"": OutputMode.CONSTANT_CURRENT}),
         Reply(r"ISUM1:COND", b"+10", reads={"": OutputMode.CONSTANT_VOLTAGE}),
@@ -315,6 +317,7 @@ _DELTA = Manual(
         Reply("read 1 2103H 2", bytes.fromhex("0000000a"), None),
         Reply("read 1 2103H 2", bytes.fromhex("0000000b"), ReportedError, says="0.11 A"),
         Reply("read 1 2103H 2", bytes.fromhex("00640000"), ReportedError, says="1 Hz"),
+        *SCALES,
     ),
     # 599 Hz at the most; the rated torque unless the station lowers it.
     models=(

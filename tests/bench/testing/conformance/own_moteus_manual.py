@@ -140,7 +140,7 @@ _STAGE: Sequence[Reply] = (
     Reply(_STATE, frames.state(10), ReportedError, call=_BEGINS, says="its mode is 10", after="01CH"),
     Reply(_STATE, frames.state(1, 33), ReportedError, call=_BEGINS, says="fault 33", after="01CH"),
     Reply(_STATE, frames.state(2), None, call=_BEGINS, after="01CH", times=5),
-    Reply(_STATE, frames.state(4), ReportedError, call=_BEGINS, says="its mode is 4", after="01CH", within=1.1),
+    Reply(_STATE, frames.state(4), ReportedError, call=_BEGINS, says="its mode is 4", after="01CH", within=2.2),
     Reply(_STATE, frames.state(11), ReportedError, call="set_dq_current", says="its mode is 11"),
     Reply(_STATE, frames.state(9), ReportedError, call="make_safe", says="stays in mode 9"),
     Reply("^write 000H read", frames.state(1, 38), ReportedError, call="make_safe", says="it is too hot", times=1),
@@ -191,7 +191,7 @@ MOTEUS = Manual(
         *_STREAM,
     ),
     not_yet=(
-        NotYet(_STATE, frames.state(9), 1.0, call="make_safe"),
+        NotYet(_STATE, frames.state(9), 1.0, call="make_safe", between="^write 000H read"),
         NotYet(_CURRENTS, frames.floats(0x04, 5.0, 0.0), 1.0, call="make_safe"),
     ),
     trip=ProtectionTrip(lambda simulated: simulated.servo._trip(34), says="fault 34", within=0.5),

@@ -161,17 +161,9 @@ class Wrong(BeckhoffRelay):
         self._switch(True)
 
 
-def test_a_relay_that_is_fed_by_questions_and_picked_up_by_food_is_found() -> None:
-    from drivers.transport.modbus.line import open_line
-
-    def opener(address: str, options: Any, *, name: str) -> Wrong:
-        return Wrong(open_line(address, name, timeout=options.timeout), options, name=name)
-
+def test_a_relay_that_is_fed_by_questions_and_picked_up_by_food_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.beckhoff.bk9000.BeckhoffRelay", Wrong)
     with coupler() as place:
-        report = check_watchdog_relay(
-            replace(installed().watchdog_relays["beckhoff-bk9000"], opener=opener),
-            place,
-            options=OPTIONS["beckhoff-bk9000"],
-        )
+        report = check_watchdog_relay("beckhoff-bk9000", place, options=OPTIONS["beckhoff-bk9000"])
     found = {one.check for one in report.failures}
     assert {"not fed, but asked", "fed after it has dropped out"} <= found

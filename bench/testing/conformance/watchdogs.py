@@ -1,0 +1,79 @@
+"""A watchdog that the station asks for: armed and read back, fed, let go of at the end, and acting once nobody feeds it."""
+
+from contextlib import suppress
+from typing import Any
+
+from bench.station.clock import SystemClock
+from bench.testing.conformance.played import lose
+from bench.testing.conformance.session import Trial
+from bench.testing.conformance.stand import Stand
+from drivers.interfaces import InstrumentError, Watchdog
+from sim_instruments.faults.line_faults import MessageWatch
+
+#: How many of its times a use lasts in which it is fed, and after how many it has acted.
+_FED, _DEAD = 2.5, 1.6
+
+
+def check_watchdog(trial: Trial, name: str) -> None:
+    """Check that the watchdog is armed by who uses the instrument only, and let go of at the end.
+
+    A thorough trial waits some four of its times, of the wall's clock, to see that it acts.
+    """
+    asked, checks = trial.subject.options.watchdog, trial.checks
+    with trial.stand(sockets=True) as made:
+        trial.session.prepare(made)
+        for _ in range(2):
+            instrument: Any = made.open()
+            armed = instrument.watchdog
+            same = armed is not None and armed.time == asked.time
+            remedy = "Arm what is asked for, and read it back"
+            checks.that(f"{name}: armed", same, f"{armed}, asked for {asked}", remedy)
+            guard: Any = made.open(guarding=True, elsewhere=True)
+            checks.that(f"{name}: guarding arms nothing", guard.watchdog is None, f"{guard.watchdog}", "Leave it alone")
+            guard.close()
+            instrument.close()
+            left = instrument.watchdog
+            checks.that(f"{name}: close() ends the watch", left is None, f"{left}", "Put back what was set")
+    _not_kept(trial, name)
+    if trial.thorough and trial.session.energise is not None:
+        with trial.stand(sockets=True) as made:
+            _acts(trial, made, name, asked)
+
+
+def _writes(trial: Trial) -> list[str]:
+    """Return the messages of opening that write something."""
+    with trial.stand(sockets=True) as made:
+        trial.session.prepare(made)
+        heard: list[str] = []
+        made.faults.watch(MessageWatch(lambda _, message: bool(heard.append(message)), lambda: None))
+        made.open().close()
+        return [message for message in dict.fromkeys(heard) if message.startswith("write")]
+
+
+def _not_kept(trial: Trial, name: str) -> None:
+    """Check that each setting which arms it is read back: where one is lost on its way, it is told, and nothing is armed."""
+    remedy = "Read back what arms it, and put it back where it was not taken"
+    for message in _writes(trial):
+        with trial.stand(sockets=True) as made:
+            trial.session.prepare(made)
+            lose(made, message)
+            with trial.checks.refuses(f"{name}: not taken", InstrumentError, remedy=f"{remedy} ({message})"):
+                made.open().close()
+
+
+def _acts(trial: Trial, made: Stand, name: str, asked: Watchdog) -> None:
+    """Check that it does nothing while the instrument is used, and switches off once the line is cut."""
+    checks, energise = trial.checks, trial.session.energise
+    assert energise is not None  # noqa: S101  its caller has looked
+    trial.session.prepare(made)
+    instrument: Any = made.open()
+    with suppress(InstrumentError), energise(made, instrument):
+        SystemClock().sleep(_FED * asked.time)
+        checks.that(f"{name}: fed", made.energised, f"it is off after {_FED:g} of its times", "Feed it in use")
+        made.bench.connection(trial.subject.role.value).pull()
+        SystemClock().sleep(_DEAD * asked.time)
+        remedy = "Have it take the energy away, in time"
+        checks.that(f"{name}: acts", not made.energised, f"it is on after {_DEAD:g} of its times", remedy)
+        made.bench.connection(trial.subject.role.value).plug()
+    with suppress(InstrumentError):
+        instrument.close()

@@ -1,0 +1,133 @@
+"""What the kit says of a driver that does not take over, tell, keep or put back what a last user left, or holds what did not open."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from bench.plugins.catalogues import installed
+from bench.testing.conformance.driver import subject_of
+from bench.testing.conformance.found import check_left
+from bench.testing.conformance.manual import Left, Manual, Model
+from bench.testing.conformance.models import check_model
+from bench.testing.conformance.opening import check_opening
+from bench.testing.conformance.recognition import check_recognition
+from bench.testing.conformance.report import Checks
+from bench.testing.conformance.roles.dq_currents import both_currents_fully
+from bench.testing.conformance.session import Trial, session_of
+from bench.testing.conformance.watchdogs import check_watchdog
+from drivers.bases.found_state import FoundState
+from drivers.interfaces import IdentityError, ReportedError
+from drivers.mjbots.readings import MoteusReadings
+from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS
+
+SUPPLY, DYNAMOMETER = "keysight-e36300", "delta-dyn200"
+LIST = Left("VOLT:MODE? (@1)", "VOLT:MODE LIST,(@1)", "LIST", "FIX")
+PAIR = Left("OUTP:PAIR?", "OUTP:PAIR SER", error=ReportedError, says="left with SER")
+LIMIT = Left(
+    "11-37",
+    lambda simulated: simulated.units[1].write(0x0B25, [10]),
+    "10",
+    "100",
+    now=lambda simulated: simulated.units[1].read(0x0B25, 1),
+    watched=True,
+)
+
+
+def trial(driver: str, manual: Manual | None = None) -> Trial:
+    subject = subject_of(driver, None, OPTIONS[driver], installed(), found=FOUND.get(driver))
+    return Trial(subject, session_of(subject.role), Checks(manual=manual or Manual()), seed=0)
+
+
+def failed(check: Callable[..., None], driver: str, manual: Manual | None = None, *more: Any) -> list[str]:
+    one = trial(driver, manual)
+    check(one, *more)
+    return [finding.check for finding in one.checks.report(driver).failures]
+
+
+@pytest.mark.parametrize(("driver", "left"), [(SUPPLY, LIST), (SUPPLY, PAIR), (DYNAMOMETER, LIMIT)])
+def test_what_is_taken_over_as_stated_passes(driver: str, left: Left) -> None:
+    assert failed(check_left, driver, Manual(left=(left,))) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "check"),
+    [
+        ("settings", property(lambda _: ()), "told"),
+        ("give_back", lambda _: None, "put back"),
+        ("take_over", lambda *_: None, "set"),
+    ],
+)
+def test_a_driver_that_forgets_a_setting_is_found(
+    monkeypatch: pytest.MonkeyPatch, name: str, change: Any, check: str
+) -> None:
+    monkeypatch.setattr(FoundState, name, change)
+    found = failed(check_left, SUPPLY, Manual(left=(LIST,)))
+    assert any(one.startswith("left with VOLT:MODE? (@1) = LIST") and one.endswith(check) for one in found), found
+
+
+def test_a_driver_that_does_not_look_again_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(FoundState, "verify", lambda *_: None)
+    assert failed(check_left, DYNAMOMETER, Manual(left=(LIMIT,))) == ["left with 11-37 = 10 during use"]
+
+
+def test_without_a_manual_what_the_simulated_instrument_may_be_left_with_is_put_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert failed(check_left, SUPPLY) == []
+    monkeypatch.setattr(FoundState, "give_back", lambda _: None)
+    found = failed(check_left, "keysight-34461a")
+    assert any(one.startswith("as a last user may leave it (0)") and one.endswith("is put back") for one in found)
+
+
+def test_what_a_driver_does_not_go_without_is_found() -> None:
+    found = failed(check_opening, SUPPLY, Manual(lacks=("OUTP:PAIR",)))
+    assert found == ["what it may lack at opening"]
+    lacks = (r"OUTP:(PAIR|TRAC)\?", r"(VOLT|CURR):MODE\?", r"VOLT:SENS\?")
+    assert failed(check_opening, SUPPLY, Manual(lacks=lacks)) == []
+
+
+def test_a_connection_that_is_held_of_what_did_not_open_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.transport.visa.opening.ScpiSession.close", lambda _: None)
+    found = failed(check_opening, SUPPLY)
+    assert any(one.endswith("when opening: nothing is held") for one in found), found
+
+
+def test_another_instrument_that_is_recognised_is_found() -> None:
+    other = "Keysight Technologies,E36312A,MY1,1.0"
+    assert failed(check_recognition, SUPPLY, Manual(others=(other,))) == ["recognised: nothing else is"]
+    assert failed(check_recognition, DYNAMOMETER) == []
+
+
+@pytest.mark.parametrize(
+    ("driver", "model", "check"),
+    [
+        (DYNAMOMETER, Model({"^read 1 0000H": b"\0\x07"}, {"drive_code": 6}), "models"),
+        (DYNAMOMETER, Model({"^read 1 0000H": None}, error=IdentityError), "not opened with"),
+        ("cia402-inverter", Model({"^read 606CH": bytes(4)}, states={"measure_frequency.value": 1.0}), "measure_freq"),
+        ("cia402-inverter", Model({"^read 1018H 1": None}, error=ReportedError, says="no such words"), "not opened"),
+    ],
+)
+def test_another_model_that_is_taken_for_what_it_is_not_is_found(driver: str, model: Model, check: str) -> None:
+    if check == "models":
+        with pytest.raises(ReportedError, match="left with 7 where 6 is needed"):
+            check_model(trial(driver), model)
+        return
+    assert any(one.startswith(check) for one in failed(check_model, driver, None, model))
+
+
+def test_a_setting_of_a_watchdog_that_is_not_taken_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.delta.c2000_watchdog.CommunicationWatchdog._read_back", lambda *_: None)
+    one = trial(DYNAMOMETER)
+    watched = one.having(watchdog_time=2.0)
+    check_watchdog(watched, "watched")
+    assert [finding.check for finding in one.checks.report("it").failures] == ["watched: not taken"]
+
+
+def test_a_rotor_that_turns_shows_a_wrong_scale_of_speed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(MoteusReadings, "frequency", lambda *_: 1.0)
+    one = trial("mjbots-moteus")
+    with one.opened() as (made, instrument):
+        both_currents_fully(made, instrument, one.checks)
+    found = [finding.check for finding in one.checks.report("it").failures]
+    assert {"turned: electrical speed", "turned: frequency"} <= set(found)
