@@ -38,7 +38,7 @@ _PLACES = (
 
 
 @dataclass(frozen=True)
-class Column:
+class KnownColumn:
     """A column that is looked for: its SI unit, and the headings that it may have, plain."""
 
     unit: str
@@ -62,7 +62,7 @@ class _Heading:
 
 def read_table(
     path: Path,
-    known: Mapping[str, Column],
+    known: Mapping[str, KnownColumn],
     needed: Sequence[str],
     mapped: Sequence[str] = (),
     *,
@@ -137,7 +137,9 @@ def read_table(
     }
 
 
-def _mapped(path: Path, typed: str, known: Mapping[str, Column], heading: Sequence[str]) -> tuple[str, int, _Heading]:
+def _mapped(
+    path: Path, typed: str, known: Mapping[str, KnownColumn], heading: Sequence[str]
+) -> tuple[str, int, _Heading]:
     """Return our name, the column's place and its unit of NAME=HEADING as typed."""
     name, _, column = typed.partition("=")
     if name not in known or not column:
@@ -153,7 +155,7 @@ def _mapped(path: Path, typed: str, known: Mapping[str, Column], heading: Sequen
     return name, heading.index(column if column in heading else bare), _split(column, known)
 
 
-def _open_unit(path: Path, name: str, column: Column, heading: str) -> InputError:
+def _open_unit(path: Path, name: str, column: KnownColumn, heading: str) -> InputError:
     offered = _OFFERED[column.unit]
     return InputError(
         at(
@@ -192,7 +194,7 @@ def _content(path: Path) -> str:
     raise InputError(at(str(path), text("is no text in UTF-8")))
 
 
-def _split(heading: str, known: Mapping[str, Column]) -> _Heading:
+def _split(heading: str, known: Mapping[str, KnownColumn]) -> _Heading:
     """Return a heading's name and unit; one that is a unit only, as "rpm", is both."""
     plain, rms = _without_kind(heading)
     for pattern in _PLACES:
