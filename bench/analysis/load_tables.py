@@ -20,7 +20,7 @@ from procedures.estimation.flux.inductances import characteristic_current, induc
 from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
 from procedures.estimation.flux.published_map import read_map
 from procedures.estimation.flux.short_circuit import fit_short_circuit
-from procedures.techniques.map_results import table_of
+from procedures.techniques.maps.results import table_of
 
 _MAP = {
     "i_d": KnownColumn("A", ("id", "currentd", "dcurrent")),
