@@ -1,5 +1,6 @@
 """Coast-down captures: friction against inertia, or both with a torque (§3.5)."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -22,6 +23,8 @@ from procedures.estimation.mechanics.inertia import QUADRATIC, SHARED, fit_coast
 from procedures.estimation.mechanics.turning import SpeedRamp
 from reports.labels import ParameterLabels
 
+#: Of controllers' logs.
+_ELECTRICAL = re.compile(r"e[_ -]?rpm|elec", re.IGNORECASE)
 _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 #: Readings at an end that are looked at together.
 _AT_ENDS = 5
@@ -227,6 +230,15 @@ def _speed(capture: Capture, wanted: str | None, in_rpm: bool | None) -> tuple[C
     if wanted is None and len(only) == 1:
         wanted = only[0].name
     channel = pick(capture, wanted, ("rad/s",), "speed", _SPEED_WORDS)
+    if _ELECTRICAL.search(channel.name):
+        raise CaptureError(
+            capture.source,
+            text(
+                "column '{name}' is an electrical speed by its name, which is the shaft's times the pole pairs: divide it by them, and "
+                "call it speed",
+                name=channel.name,
+            ),
+        )
     if channel.unit == "rad/s":
         return channel, []
     if in_rpm or "rpm" in channel.name.lower():

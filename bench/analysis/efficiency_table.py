@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bench.analysis.map_table import SPEED, TORQUE, Column, read_table
+from bench.analysis.map_table import SPEED, TORQUE, KnownColumn, read_table
 from bench.analysis.table_outcome import told
 from bench.i18n.errors import InputError, at
 from drivers.interfaces import Accuracy
@@ -17,9 +17,9 @@ from procedures.estimation.flux.flux_map import MapFigure
 from procedures.estimation.flux.load_points import efficiency_of
 
 _LOAD = {
-    "torque": Column("N·m", TORQUE),
-    "speed": Column("rad/s", SPEED),
-    "power": Column("W", ("power", "p", "pin", "pel", "inputpower", "electricalpower")),
+    "torque": KnownColumn("N·m", TORQUE),
+    "speed": KnownColumn("rad/s", SPEED),
+    "power": KnownColumn("W", ("power", "p", "pin", "pel", "inputpower", "electricalpower")),
 }
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.analysis.map_table import SPEED, TORQUE, Column, read_table
+from bench.analysis.map_table import SPEED, TORQUE, KnownColumn, read_table
 from bench.analysis.run_map import map_of_run
 from bench.analysis.table_outcome import give, told, withheld_rows
 from bench.i18n.errors import InputError, at
@@ -23,20 +23,20 @@ from procedures.estimation.flux.short_circuit import fit_short_circuit
 from procedures.techniques.maps.results import table_of
 
 _MAP = {
-    "i_d": Column("A", ("id", "currentd", "dcurrent")),
-    "i_q": Column("A", ("iq", "currentq", "qcurrent")),
-    "psi_d": Column("V·s", ("psid", "fluxd", "phid", "dflux", "fd")),
-    "psi_q": Column("V·s", ("psiq", "fluxq", "phiq", "qflux", "fq")),
-    "u_psi_d": Column("V·s", ("upsid",)),
-    "u_psi_q": Column("V·s", ("upsiq",)),
-    "torque": Column("N·m", (*TORQUE, "tem", "te")),
+    "i_d": KnownColumn("A", ("id", "currentd", "dcurrent")),
+    "i_q": KnownColumn("A", ("iq", "currentq", "qcurrent")),
+    "psi_d": KnownColumn("V·s", ("psid", "fluxd", "phid", "dflux", "fd")),
+    "psi_q": KnownColumn("V·s", ("psiq", "fluxq", "phiq", "qflux", "fq")),
+    "u_psi_d": KnownColumn("V·s", ("upsid",)),
+    "u_psi_q": KnownColumn("V·s", ("upsiq",)),
+    "torque": KnownColumn("N·m", (*TORQUE, "tem", "te")),
 }
 _SHORT = {
-    "speed": Column("rad/s", SPEED),
-    "electrical_speed": Column("rad/s", ("welectrical", "electricalspeed", "speedelectrical", "we")),
-    "current": Column("A", ("current", "i", "isc")),
-    "torque": Column("N·m", TORQUE),
-    "friction": Column("N·m", ("friction", "topen", "openl")),
+    "speed": KnownColumn("rad/s", SPEED),
+    "electrical_speed": KnownColumn("rad/s", ("welectrical", "electricalspeed", "speedelectrical", "we")),
+    "current": KnownColumn("A", ("current", "i", "isc")),
+    "torque": KnownColumn("N·m", TORQUE),
+    "friction": KnownColumn("N·m", ("friction", "topen", "openl")),
 }
 _SHARES = (0.25, 0.5, 0.75, 1.0)
 

@@ -38,7 +38,7 @@ _PLACES = (
 
 
 @dataclass(frozen=True)
-class Column:
+class KnownColumn:
     """A column that is looked for: its SI unit, and the headings that it may have, plain."""
 
     unit: str
@@ -62,7 +62,7 @@ class _Heading:
 
 def read_table(
     path: Path,
-    known: Mapping[str, Column],
+    known: Mapping[str, KnownColumn],
     needed: Sequence[str],
     mapped: Sequence[str] = (),
     *,
@@ -93,14 +93,20 @@ def read_table(
         if all(unit is not None for unit in units):
             below, first = [unit or _Heading("") for unit in units], 2
     places: dict[str, tuple[int, _Heading]] = {}
+    twice: dict[str, int] = {}
     for each in mapped:
         name, place, said = _mapped(path, each, known, heading)
         places[name] = place, said if said.unit else below[place]
     for place, cell in enumerate(heading):
         said = _split(cell, known)
         ours = next((key for key, column in known.items() if said.name in column.headings), None)
-        if ours is not None and ours not in places and place not in {taken for taken, _ in places.values()}:
+        if ours is None or place in {taken for taken, _ in places.values()}:
+            continue
+        if ours not in places:
             places[ours] = place, said if said.unit else below[place]
+            twice[ours] = -1
+        elif twice.get(ours) == -1:
+            twice[ours] = place
     lacking = [name for name in needed if name not in places and (instead or {}).get(name) not in places]
     if lacking:
         raise InputError(
@@ -110,6 +116,19 @@ def read_table(
     for name, (place, said) in places.items():
         if said.unit != known[name].unit:
             raise _open_unit(path, name, known[name], heading[place])
+    for name, other in twice.items():
+        if other >= 0:
+            raise InputError(
+                at(
+                    str(path),
+                    text(
+                        "two columns may be the {name}: {first} and {second}; name the one that counts with --column {name}=HEADING",
+                        name=name,
+                        first=heading[places[name][0]],
+                        second=heading[other],
+                    ),
+                )
+            )
     return {
         name: _numbers(path, rows, [each for each, _ in numbered], first, place, heading[place])
         * said.factor
@@ -118,7 +137,9 @@ def read_table(
     }
 
 
-def _mapped(path: Path, typed: str, known: Mapping[str, Column], heading: Sequence[str]) -> tuple[str, int, _Heading]:
+def _mapped(
+    path: Path, typed: str, known: Mapping[str, KnownColumn], heading: Sequence[str]
+) -> tuple[str, int, _Heading]:
     """Return our name, the column's place and its unit of NAME=HEADING as typed."""
     name, _, column = typed.partition("=")
     if name not in known or not column:
@@ -134,15 +155,16 @@ def _mapped(path: Path, typed: str, known: Mapping[str, Column], heading: Sequen
     return name, heading.index(column if column in heading else bare), _split(column, known)
 
 
-def _open_unit(path: Path, name: str, column: Column, heading: str) -> InputError:
+def _open_unit(path: Path, name: str, column: KnownColumn, heading: str) -> InputError:
     offered = _OFFERED[column.unit]
     return InputError(
         at(
             str(path),
             text(
                 "column '{heading}' says no unit for {name}, or one of something else: write it into the heading, as in "
-                "'{heading} ({unit})', or type it with --column '{name}={heading} ({unit})'; known are {offered}",
+                "'{bare} ({unit})', or type it with --column '{name}={heading} ({unit})'; known are {offered}",
                 heading=heading,
+                bare=_PLACES[0].sub("", heading),
                 name=name,
                 unit=offered[0],
                 offered=list(offered),
@@ -172,7 +194,7 @@ def _content(path: Path) -> str:
     raise InputError(at(str(path), text("is no text in UTF-8")))
 
 
-def _split(heading: str, known: Mapping[str, Column]) -> _Heading:
+def _split(heading: str, known: Mapping[str, KnownColumn]) -> _Heading:
     """Return a heading's name and unit; one that is a unit only, as "rpm", is both."""
     plain, rms = _without_kind(heading)
     for pattern in _PLACES:
@@ -183,7 +205,9 @@ def _split(heading: str, known: Mapping[str, Column]) -> _Heading:
     name, unit = _plain(plain), _unit(plain)
     if unit is not None and any(name in column.headings and column.unit == unit[0] for column in known.values()):
         return _Heading(name, *unit)
-    return _Heading(name, rms=rms)
+    # A unit that is not known is said to be none, of the column that bears it.
+    bare = _plain(_PLACES[0].sub("", plain))
+    return _Heading(bare if any(bare in column.headings for column in known.values()) else name, rms=rms)
 
 
 def _unit_row(cell: str) -> _Heading | None:
@@ -202,7 +226,7 @@ def _without_kind(words: str) -> tuple[str, bool]:
 
 
 def _unit(words: str) -> tuple[str, float] | None:
-    plain = words.replace("rad_s", "rad/s")
+    plain = re.sub(r"^(m?n)[ .\-]m$", r"\1m", words.replace("rad_s", "rad/s").replace("rad s-1", "rad/s"))
     return _UNITS.get(plain) or si(plain)
 
 

@@ -27,6 +27,7 @@ _LONGEST_SKEW = 1.0
 _FITTED = ("resistance", "inductance")
 _ESTIMATOR = "output-error fit of R, L and offsets to recorded voltage and current"
 _SKEW = "as taken"
+_VOLTAGE_WORDS, _CURRENT_WORDS = ("volt", "u"), ("curr", "i")
 _APPLIED = {
     ReadingConnection.LINE_TO_LINE: text("line to line, third terminal open"),
     ReadingConnection.SERIES_PARALLEL: text("one line to the other two joined, A to B and C"),
@@ -78,11 +79,13 @@ def analyze_step_response(
         raise CaptureError("connection", text_of(error)) from error
     capture = read_captures(paths_of(file), selection=selection).evenly_sampled().scaled(named(scale))
     if voltage is None and current is None and [c.unit for c in capture.channels] == ["", ""]:
-        first, second = capture.channels
-        voltage, current = first.name, second.name
+        first, second = (channel.name for channel in capture.channels)
+        # Their names count before their places.
+        turned = _named(first, _CURRENT_WORDS) or _named(second, _VOLTAGE_WORDS)
+        voltage, current = (second, first) if turned else (first, second)
     _check_two(capture, voltage, current)
-    v = pick(capture, voltage, ("V",), "voltage", ("volt", "u"))
-    i = pick(capture, current, ("A",), "current", ("curr", "i"))
+    v = pick(capture, voltage, ("V",), "voltage", _VOLTAGE_WORDS)
+    i = pick(capture, current, ("A",), "current", _CURRENT_WORDS)
     _check_two(capture, v.name, i.name)
     applied = Applied(accuracy, {"voltage": (v.name,), "current": (i.name,), "time": ("time",)}, (capture,))
     time = capture.times()
@@ -211,6 +214,11 @@ def _resistance(outcome: AnalysisOutcome, loop: UncertainReal, temperature: Temp
         )
         convention = "loop, at 25 °C"
     outcome.parameter("loop_resistance", loop, estimator=_ESTIMATOR, convention=convention, misfit=misfit)
+
+
+def _named(name: str, words: Sequence[str]) -> bool:
+    """Whether a channel's name begins with one of these words."""
+    return name.lower().startswith(tuple(words))
 
 
 def _check_two(capture: Capture, voltage: str | None, current: str | None) -> None:

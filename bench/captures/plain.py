@@ -105,6 +105,16 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_col
             )
     is_time = time_column is not None or columns[0].unit == "s" or columns[0].name.lower() in _TIME
     if is_time:
+        if columns[0].unit not in ("", "s"):
+            raise CaptureError(
+                str(path),
+                text(
+                    "column '{name}' is in '{unit}', which is no unit of time known here; allowed are s, ms, µs, ns and min",
+                    name=columns[0].name,
+                    unit=headings[0][1] or columns[0].unit,
+                ),
+                first,
+            )
         if not columns[0].unit:
             assumptions.append(text("time taken to be in s"))
         check_increasing(path, columns[0].values, first)

@@ -19,6 +19,8 @@ from procedures.estimation.fitting.noise import undithered_sine, white_noise
 _COARSE = 0.05
 #: Where this share of the amplitude, and so many times the samples' noise, is left, the record is none of a turning machine.
 _UNLIKE, _UNLIKE_NOISE = 0.12, 3.0
+#: What a model leaves of a record whose samples may all be noise, share of the amplitude: beyond, every other one may be none.
+_MOST_NOISE = 0.6
 #: Alternations of fit and line until neither moves.
 _ROUNDS = 3
 
@@ -45,7 +47,8 @@ class MadeGood:
         """
         sizes = np.abs(model.flux).max(axis=1) * float(model.speed(np.array([model.middle]))[0])
         own = np.array([white_noise(row, each.resolution) for row, each in zip(self.values, channels, strict=True)])
-        if not (self.told and np.any((noise > _UNLIKE * sizes) & (noise > _UNLIKE_NOISE * own))):
+        unlike = (noise > _UNLIKE * sizes) & (noise > _UNLIKE_NOISE * own)
+        if not (self.told and np.any(unlike | (noise > _MOST_NOISE * sizes))):
             return ()
         score = float(np.max(noise / np.maximum(own, 1e-300)))
         return (Finding(Cause.UNEXPLAINED, Answer.WITHHELD, ("flux_linkage",), score),)

@@ -157,6 +157,10 @@ def table(path: Path, heading: str, *columns: np.ndarray) -> str:
     [
         ("coast-down", "time (s),speed (Hz)", "column speed is in Hz; the speed in rad/s is needed"),
         ("step-response", "time (s),V (V),I (dA)", "column I is in dA; the current in A is needed"),
+        ("coast-down", "time (s),erpm", "is an electrical speed by its name"),
+        ("coast-down", "time (s),electrical speed (rad/s)", "is an electrical speed by its name"),
+        ("coast-down", "time (hours),speed (rpm)", "'hours', which is no unit of time known here"),
+        ("back-emf", "time (h),CH1 (V)", "'h', which is no unit of time known here"),
         ("back-emf", "time (s),CH1 (dBV)", "channel CH1 is in dBV; a back-EMF needs voltages only"),
     ],
 )
@@ -234,6 +238,25 @@ def test_a_value_that_marks_a_missing_reading_is_refused_with_its_row(call: Call
     file = table(tmp_path / "t.csv", "speed_rpm,current_A", np.array([1.0, 1e300]), np.array([1.0, 1.0]))
     code, _, err = call("analyze", "short-circuit", file, "--pole-pairs", "4")
     assert (code, "line 3, column speed_rpm: 1e+300" in err) == (2, True)
+
+
+def test_names_count_before_places(call: Call, tmp_path: Path) -> None:
+    random = np.random.default_rng(6)
+    time = np.arange(-400, 2000) * 3e-6
+    v = np.where(time >= 0.0, 1.0, 0.0) + random.normal(0.0, 0.004, time.size)
+    i = 10.0 * -np.expm1(-np.maximum(time, 0.0) / 1e-3) + random.normal(0.0, 0.02, time.size)
+    for heading, columns in (("time (s),current,voltage", (i, v)), ("time (s),u,i", (v, i))):
+        code, out, _ = call("analyze", "step-response", table(tmp_path / "x.csv", heading, time, *columns), "--json")
+        assert code == 0
+        assert json.loads(out)["parameters"]["loop_resistance"]["value"] == pytest.approx(0.1, rel=0.01)
+
+
+def test_a_record_with_every_other_sample_missing_gives_no_figure(call: Call, tmp_path: Path) -> None:
+    time = np.arange(4000) * 2.5e-5
+    wave = 5.0 * np.cos(2.0 * np.pi * 100.0 * time + 0.3) + np.random.default_rng(7).normal(0.0, 0.02, time.size)
+    file = table(tmp_path / "x.csv", "time (s),CH1 (V)", time, wave * (np.arange(time.size) % 2))
+    code, out, _ = call("analyze", "back-emf", file, "--coupling", "dc", "--json")
+    assert (code, json.loads(out)["withheld"]["flux_linkage"]["cause"]) == (1, "unexplained")
 
 
 def test_half_a_pole_pair_is_none(call: Call, emf: Path) -> None:

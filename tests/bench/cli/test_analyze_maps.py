@@ -198,6 +198,9 @@ def test_columns_are_mapped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
         ("efficiency", "torque_Nm,speed,power_W", "speed"),
         ("efficiency", "torque,speed_rpm,power_W", "torque"),
         ("efficiency", "torque_Nm,speed_rpm,power", "power"),
+        ("short-circuit", "speed (Hz),current_A", "speed (Hz)"),
+        ("short-circuit", "speed (rpm),current (A peak-peak)", "current (A peak-peak)"),
+        ("efficiency", "T (lbft),n (rpm),P (W)", "T (lbft)"),
         ("flux-map", "Id,Iq,lambda_d,lambda_q", "Id"),
         ("flux-map", "id_A,iq_A,psi_d,psi_q", "psi_d"),
     ],
@@ -237,6 +240,13 @@ def test_a_speed_in_rpm_is_understood_however_it_is_headed(
     path.write_text(path.read_text(encoding="utf-8").replace(",", ";" if ";" in heading else ","), encoding="utf-8")
     made = analyzed(capsys, 0, short_circuit(path, pole_pairs=4.0, flux_linkage=0.3, column=column, json=True))
     assert made["parameters"]["d_axis_inductance"]["value"] == pytest.approx(10e-3, rel=0.01)
+
+
+def test_two_columns_for_one_are_asked_about(tmp_path: Path) -> None:
+    rows = np.geomspace(1.0, 100.0, 10)[:, None] * np.ones(3)
+    path = written(tmp_path / "table.csv", rows, "speed_rpm,current_A,i_A")
+    with pytest.raises(InputError, match="two columns may be the current: current_A and i_A"):
+        short_circuit(path, pole_pairs=4.0)
 
 
 def test_rms_said_twice_counts_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
