@@ -35,6 +35,10 @@ _SEEN = {
         "the hand stopped or turned back {count:.0f} times during the sweep, as when it grips anew, or turning induces a voltage in the "
         "winding that the meter reads: turn one way without a stop, more slowly"
     ),
+    Cause.MODULATED: text(
+        "the cogging's amplitude changes by {share:.1%} along the part that was turned, as an eccentric rotor, unequal magnets or the "
+        "drive's gear make it: take whole turns, without stating the order"
+    ),
     Cause.TURNING_POINTS: text(
         "the sweep shows {maxima:.0f} maxima and {minima:.0f} minima of the inductance clear of its ends, two of each are needed to know "
         "both axes: turn on through two electrical turns"
