@@ -217,6 +217,12 @@ _SEEN_IN_EMF = {
         "goes on, {spikes:.0f} are single spikes; they were left out. Check cable and connection, and record again"
     ),
 }
+_SEEN_IN_EMF_DEAD_ZONE = {
+    Cause.DISTORTION: text(
+        "channel {channel} stands still about zero, as an amplifier's or a converter's dead zone or gaps between magnets make it: up to "
+        "{share:.2%} of the fundamental is lost there. Use another probe or range, and see whether it stays"
+    ),
+}
 _SEEN_IN_EMF_JUMPS = {
     Cause.DROPOUTS: text(
         "the waveform's phase jumps {count:.0f} times in all channels at once, as where samples were lost under a time column without a "
@@ -338,6 +344,7 @@ _SEEN_IN = {
     "six-step-torque": _SEEN_IN_SIX_STEP_TORQUE,
     "step": _SEEN_IN_STEP,
     "emf": _SEEN_IN_EMF,
+    "emf-dead-zone": _SEEN_IN_EMF_DEAD_ZONE,
     "emf-jumps": _SEEN_IN_EMF_JUMPS,
 }
 _DONE = {
