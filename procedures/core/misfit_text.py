@@ -35,6 +35,10 @@ _SEEN = {
         "the hand stopped or turned back {count:.0f} times during the sweep, as when it grips anew, or turning induces a voltage in the "
         "winding that the meter reads: turn one way without a stop, more slowly"
     ),
+    Cause.MODULATED: text(
+        "the cogging's amplitude changes by {share:.1%} along the part that was turned, as an eccentric rotor, unequal magnets or the "
+        "drive's gear make it: take whole turns, without stating the order"
+    ),
     Cause.TURNING_POINTS: text(
         "the sweep shows {maxima:.0f} maxima and {minima:.0f} minima of the inductance clear of its ends, two of each are needed to know "
         "both axes: turn on through two electrical turns"
@@ -213,6 +217,12 @@ _SEEN_IN_EMF = {
         "goes on, {spikes:.0f} are single spikes; they were left out. Check cable and connection, and record again"
     ),
 }
+_SEEN_IN_EMF_DEAD_ZONE = {
+    Cause.DISTORTION: text(
+        "channel {channel} stands still about zero, as an amplifier's or a converter's dead zone or gaps between magnets make it: up to "
+        "{share:.2%} of the fundamental is lost there. Use another probe or range, and see whether it stays"
+    ),
+}
 _SEEN_IN_EMF_JUMPS = {
     Cause.DROPOUTS: text(
         "the waveform's phase jumps {count:.0f} times in all channels at once, as where samples were lost under a time column without a "
@@ -341,6 +351,7 @@ _SEEN_IN = {
     "step": _SEEN_IN_STEP,
     "sweep": _SEEN_IN_SWEEP,
     "emf": _SEEN_IN_EMF,
+    "emf-dead-zone": _SEEN_IN_EMF_DEAD_ZONE,
     "emf-jumps": _SEEN_IN_EMF_JUMPS,
 }
 _DONE = {

@@ -53,6 +53,7 @@ def record(row: str, random: Random) -> Estimates:
     match what:
         case "rotor eccentric":
             torque = torque * (1.0 + 0.5 * dirt * np.sin(angle + phase[0]))
+            truth = float(np.ptp(cogging(fine) * (1.0 + 0.5 * dirt * np.sin(fine + phase[0]))))
         case "gear modulates":
             torque = torque * (1.0 + 0.5 * dirt * np.sin(angle / random.choice([2.0, 3.7]) + phase[0]))
         case "gear's mesh":
@@ -65,7 +66,6 @@ def record(row: str, random: Random) -> Estimates:
             # Its pole cogs less: a gap in each turn.
             gap = np.exp(-((np.mod(angle + phase[0], 2.0 * np.pi) - 3.0) ** 2) / 0.1)
             torque = torque * (1.0 - dirt * gap)
-            truth = float(np.ptp(cogging(fine)))
         case "zero steps":
             torque = torque + size * dirt * (told > random.uniform(0.1, 0.9) * told[-1])
     read = torque + drag + runs_out + size * log(random, 0.01, 0.5) * random.standard_normal(count)

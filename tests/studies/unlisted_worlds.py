@@ -119,10 +119,65 @@ def emf(name: str, random: Random, gain_limit: float) -> tuple[FloatArray, Float
             warped = np.cumsum(1.0 + wobble)
             places = (warped - warped[0]) / (warped[-1] - warped[0])
             v = (1.0 + wobble) * np.array([np.interp(places, along, each) for each in v])
+        case (
+            "polarities unequal"
+            | "converter's segments"
+            | "second and third order"
+            | "dead zone"
+            | "slews"
+            | "remembers"
+        ):
+            which = slice(None) if random.random() < 0.5 else slice(int(random.integers(3)), None)
+            v[which] = [_bent_channel(name, random, row / size, setup.step / size) * size for row in v[which]]
+        case "gaps between magnets" | "odd harmonics":
+            # Nothing is wrong with the channels: a rotor's own waveform.
+            orders = np.arange(3, 26, 2)
+            share, turn = random.uniform(0.0, 0.3, 12) / orders**1.5, random.choice([0.0, np.pi], 12)
+            at = (
+                2.0 * np.pi * setup.frequency * time
+                + random.uniform(0.0, 6.3)
+                - 2.0 * np.pi / 3.0 * np.arange(3)[:, None]
+            )
+            if name == "odd harmonics":
+                more = sum(s * np.sin(k * at + t) for k, s, t in zip(orders, share, turn, strict=True))
+                v = size * (np.sin(at) + more)
+            else:
+                gap, edge = log(random, 0.02, 0.5), log(random, 0.05, 0.4)
+                wave = lambda x: np.sin(x) * (1.0 - np.exp(-((np.abs(np.sin(x)) / edge) ** 2)) * gap)  # noqa: E731
+                whole = np.linspace(0.0, 2.0 * np.pi, 4000, endpoint=False)
+                v = size * wave(at) / (2.0 * np.mean(wave(whole) * np.sin(whole)))
         case "dropouts at the start":
             v[:, : int(random.uniform(0.005, 0.3) * time.size)] = 0.0
     read = converter(name, random, setup.step)
     return time, read(v + setup.noise * setup.step * random.standard_normal(v.shape)), setup.flux, setup.step
+
+
+def _bent_channel(name: str, random: Random, wave: FloatArray, step: float) -> FloatArray:
+    """Return what a channel that is not straight makes of a wave (n,) of amplitude 1 about; `step` is its converter's."""
+    if name == "polarities unequal":
+        return np.where(wave > 0.0, wave * (1.0 + log(random, 1e-3, 0.2) * random.choice([-1.0, 1.0])), wave)
+    if name == "converter's segments":
+        borders = np.linspace(-1.3, 1.3, int(random.choice([8, 16, 32])))
+        off = log(random, 0.1, 6.0) * step * random.standard_normal(borders.size)
+        return wave + off[np.searchsorted(borders, wave).clip(0, borders.size - 1)]
+    if name == "second and third order":
+        second, third = log(random, 1e-3, 0.1) * random.standard_normal(2)
+        return wave + second * wave**2 + third * wave**3
+    if name == "dead zone":
+        width = log(random, 1e-3, 0.1)
+        return np.sign(wave) * np.maximum(np.abs(wave) - width, 0.0)
+    if name == "slews":
+        # An amplifier that cannot follow the steepest part.
+        limit = (1.0 - log(random, 1e-3, 0.3)) * float(np.max(np.abs(np.diff(wave))))
+        out = wave.copy()
+        for k in range(1, wave.size):
+            out[k] = out[k - 1] + np.clip(wave[k] - out[k - 1], -limit, limit)
+        return out
+    # A core or a dielectric remembers: the reading lags by a width that does not go with speed.
+    width, out = log(random, 1e-3, 0.1), wave.copy()
+    for k in range(1, wave.size):
+        out[k] = np.clip(out[k - 1], wave[k] - width, wave[k] + width)
+    return out
 
 
 def turned(name: str, random: Random, shaft: Shaft, motion: Motion) -> Motion:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from procedures.estimation.emf.clipping import find_ends, restore
+from procedures.estimation.emf.dead_zone import find_dead_zone
 from procedures.estimation.emf.dropouts import leave_out_dropouts
 from procedures.estimation.emf.even_orders import find_bend
 from procedures.estimation.emf.harmonics import HarmonicModel
@@ -95,7 +96,11 @@ def make_good(
         findings.append(line.finding(channels))
     bent, bend = find_bend(t, orders, model, channels, whole)
     findings += bend
-    beside = np.hypot(beside, bent)
+    speed = float(model.speed(np.array([model.middle]))[0])
+    fundamentals = np.abs(model.flux[:, list(orders).index(1)]) * speed
+    lost, zone = find_dead_zone(values, model.residuals, fundamentals, channels)
+    findings += zone
+    beside = np.hypot(beside, np.hypot(bent, lost / speed))
     return MadeGood(values, kept, growth, beside, tuple(findings))
 
 

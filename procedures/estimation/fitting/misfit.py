@@ -33,6 +33,7 @@ class Cause(StrEnum):
     TORQUE_ZERO = "torque-zero-drift"
     DROPOUTS = "dropouts"
     COGGING = "cogging"
+    MODULATED = "modulated"
     ECCENTRICITY = "eccentricity"
     REGRIP = "regrip"
     WRONG_PERIOD = "wrong-period"

@@ -10,6 +10,7 @@ from scipy import special
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.mechanics.cogging_losses import gross, without_cut, without_lost
+from procedures.estimation.mechanics.cogging_modulation import modulated
 from procedures.estimation.mechanics.cogging_spectrum import (
     OrderFit,
     Orders,
@@ -46,7 +47,7 @@ _Taken = dict[Cause, FloatArray]
 @dataclass(frozen=True)
 class Seen:
     """The fit that the readings ask for and their `misfit`; `beside` (N·m) is the amplitude of a wave of another order, `unrepeated`
-    (N·m) by how much the peak-to-peak value differs between parts of the way beyond chance.
+    (N·m) by how much the peak-to-peak value differs between parts of the way beyond chance, or of the turn.
     """
 
     solved: OrderFit
@@ -70,7 +71,8 @@ def examine(turn: Turn, orders: Orders) -> Seen:
     solved = solve(turn, orders, extra)
     power = powers(turn, solved, orders.between)
     beside, line = _beside(turn, orders, solved, power)
-    findings += [*hum, *more, *line]
+    share, uneven = modulated(turn, orders, solved)
+    findings += [*hum, *more, *line, *uneven]
     even = solved.noise * math.sqrt(2.0 / float(np.sum(turn.counting)))
     if findings and float(np.median(solved.axis[orders.counted])) > _GAP * even:
         findings.append(Finding(Cause.UNEXPLAINED, Answer.WITHHELD))
@@ -79,6 +81,10 @@ def examine(turn: Turn, orders: Orders) -> Seen:
     if findings and np.any(standing(solved.phasors, solved.axis, orders)):
         unrepeated, unlike = _unlike(turn, orders, solved, extra)
         findings += unlike
+    if share:
+        stand = standing(solved.phasors, solved.axis, orders)
+        whole = peak_to_peak(orders.orders[stand], solved.phasors[stand], int(orders.step))
+        unrepeated = math.hypot(unrepeated, share * whole)
     return Seen(solved, Misfit.together((Misfit(tuple(findings)),)), beside, unrepeated)
 
 

@@ -19,6 +19,8 @@ _UNSEEN, _TOLD = 0.05, 0.05
 _WHOLE = 0.9
 #: What a drift does to the swing, share of what it does to the mean.
 _SWING = 0.25
+#: A closing reading that is off beyond so many standard deviations counts where anything else was found.
+_CLOSING = 2.0
 
 
 @dataclass(frozen=True)
@@ -67,11 +69,11 @@ def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, me
     widened = any(finding.answer is Answer.WIDENED for finding in found)
     doubt = float(np.max(np.abs(coefficients[:3] - plain))) if widened else 0.0
     # When on its way a meter that drifts, or jumps, was right is not known.
-    straight, noise = (
-        float(coefficients[slope]) if slope else 0.0,
-        np.sqrt(squares / max(values.size - len(coefficients), 1)),
-    )
-    drifted = 0.5 * _drifted(angle, values, straight, float(noise))
+    straight = float(coefficients[slope]) if slope else 0.0
+    noise = float(np.sqrt(squares / max(values.size - len(coefficients), 1)))
+    # A jump may pass for run-out: where anything was found, the closing reading says so sooner.
+    least = (_CLOSING if found else ALARM) * float(np.sqrt(2.0)) * noise
+    drifted = 0.5 * _drifted(angle, values, straight, least)
     # A wave of the fourth order may be the winding's own, or an angle that the magnets' detent moves, which moves the mean by as much.
     fourth = np.column_stack((np.cos(2.0 * course), np.sin(2.0 * course)))
     if not _seen(wave, fourth):
@@ -87,11 +89,11 @@ def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, me
     )
 
 
-def _drifted(angle: FloatArray, values: FloatArray, straight: float, noise: float) -> float:
-    """Return how far readings of so much noise drifted: as a straight line says, or the first angle read again at the end."""
+def _drifted(angle: FloatArray, values: FloatArray, straight: float, least: float) -> float:
+    """Return how far readings drifted: as a straight line says, or, where that is more than `least`, the first angle read again."""
     again = angle[-1] != angle[0] and np.isclose(np.cos(angle[-1] - angle[0]), 1.0, atol=1e-9)
     closing = abs(float(values[-1] - values[0])) if again else 0.0
-    return max(abs(straight), closing if straight or closing > ALARM * np.sqrt(2.0) * noise else 0.0)
+    return max(abs(straight), closing if straight or closing > least else 0.0)
 
 
 def _seen(design: FloatArray, group: FloatArray) -> bool:

@@ -59,7 +59,7 @@ class TurningPoints:
             else 0.0
             for upper, levels in ((True, self.maxima), (False, self.minima))
         ]
-        return float(np.hypot(*moved))
+        return float(np.linalg.norm(moved))
 
     def level(self, which: FloatArray) -> tuple[float, float]:
         """Return the mean level of maxima or minima and its standard uncertainty."""

@@ -122,3 +122,31 @@ def test_multiples_beyond_those_looked_at_are_in_the_interval() -> None:
         off = abs(found.peak_to_peak + 0.5 * found.above - 2.0)
         held += off <= 2.0 * math.hypot(found.uncertainty, limit)
     assert held >= 9
+
+
+def part_of_a_turn(random: np.random.Generator, eccentric: float) -> tuple[Cogging, float]:
+    """Turn through twelve of 24 periods of a rotor that cogs more on one side; return what is found and the whole turn's truth."""
+    order, begin = 24, random.uniform(0.0, 6.3)
+    fine, told = np.linspace(0.0, 2.0 * np.pi, 20_001), np.linspace(0.0, np.pi, 120, endpoint=False)
+
+    def torque(at: np.ndarray) -> np.ndarray:
+        return np.asarray((1.0 + eccentric * np.sin(at)) * np.sin(order * at))
+
+    read = torque(begin + told) + 3.0 + random.normal(0.0, 0.02, told.size)
+    return fit_cogging(told, read, order=order), float(np.ptp(torque(fine)))
+
+
+def test_cogging_that_changes_along_a_part_of_a_turn_is_told_and_the_whole_turn_held() -> None:
+    held = told = 0
+    for seed in range(30):
+        found, truth = part_of_a_turn(np.random.default_rng(seed), 0.3)
+        told += Cause.MODULATED in {one.cause for one in found.misfit.findings}
+        held += abs(found.peak_to_peak - truth) <= 2.0 * found.uncertainty + found.hidden
+    assert told >= 22
+    assert held >= 24
+
+
+def test_even_cogging_along_a_part_of_a_turn_is_told_nothing_of() -> None:
+    found = [part_of_a_turn(np.random.default_rng(seed), 0.0)[0] for seed in range(60)]
+    assert sum(bool(one.misfit) for one in found) <= 2
+    assert float(np.median([one.uncertainty for one in found])) < 0.02
