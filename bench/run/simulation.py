@@ -12,7 +12,7 @@ from procedures.core.procedure_error import NotModelledError
 if TYPE_CHECKING:
     from bench.virtual.served_world import ServedWorld
     from sim_instruments.bench import VirtualBench
-    from sim_instruments.physics.motor import VirtualMotor
+    from sim_instruments.physics.motor.motor import VirtualMotor
     from sim_instruments.six_step.drive import SixStepDrive
 
 #: By how much (s) the clocks of a served bench and of its run may differ.

@@ -24,8 +24,8 @@ from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics import inertia as estimation
 from procedures.estimation.mechanics.drag_bound import ONE_SIDED, OwnDrag, least_drag
 from procedures.estimation.mechanics.turning import SpeedRamp
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.techniques.speed_ramps import (
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.speed_ramps import (
     Curve,
     RampRecorder,
     Ramps,

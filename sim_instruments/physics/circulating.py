@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sim_instruments.physics.windings import ComplexArray, FloatArray, Windings, turned
+from sim_instruments.physics.circuits.windings import ComplexArray, FloatArray, Windings, turned
 
 #: What drives less than this share of the flux linkage or of the windings' impedance round a delta drives nothing.
 _NOTHING = 1e-12

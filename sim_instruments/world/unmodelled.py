@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from sim_instruments.physics.hall import SimulatedHallSensors
-from sim_instruments.physics.mapped_windings import windings_of
+from sim_instruments.physics.mapped.windings import windings_of
+from sim_instruments.physics.motor.hall import SimulatedHallSensors
 from sim_instruments.world.constants import INVERTER_POLES, Constants
 from sim_instruments.world.segment import Segment, State
 from sim_instruments.world.settings import WorldSettings

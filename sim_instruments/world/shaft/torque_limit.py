@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sim_instruments.physics.motion import Rest
+from sim_instruments.physics.motion.motion import Rest
 from sim_instruments.world.segment import Segment
 
 #: Points over which a torque is averaged: of an electrical turn, so that ripple of six periods in it averages out.
