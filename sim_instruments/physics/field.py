@@ -89,7 +89,8 @@ class ImpressedField:
         if self._circulating is None:
             raise ValueError("ImpressedField: nothing circulates in these windings")
         pairs = self.network.windings.pole_pairs
-        terminals: ComplexArray = self.amplitude(times) * np.exp(1j * (self.field_angle(times) - _PHASES))
+        turned = np.exp(1j * (self.field_angle(times) - _PHASES))
+        terminals = np.asarray(self.amplitude(times) * turned, dtype=np.complex128)
         return self._circulating.at(
             self.motion.angle(times) * pairs, self.motion.speed(times) * pairs, terminals, self.field_speed(times)
         )

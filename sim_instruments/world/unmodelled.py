@@ -11,12 +11,14 @@ from sim_instruments.world.segment import Segment, State
 from sim_instruments.world.settings import WorldSettings
 from sim_instruments.world.sources.six_step_drive import SOCKETS
 
+#: Sensors within this angle (rad) switch at the same place.
+_SAME_ANGLE = 1e-6
 _TURN = np.linspace(0.0, 2.0 * math.pi, 721)
 _OFF = (
     "the diodes of {drive} that is off: the motor's EMF reaches {emf:.3g} V between its terminals and the bus has {bus:.3g} V, so that "
     "they conduct and brake the shaft; turn it more slowly, or take the wires off"
 )
-_HALL_FAULTS = "a six-step drive that commutates by faulty Hall sensors; leave the motor's Hall faults out, or measure without the drive"
+_HALL_FAULTS = "a six-step drive that commutates by faulty or turned Hall sensors; leave the motor's Hall faults out, or measure without it"
 _IRON = "a six-step drive on a motor whose iron takes currents; leave [virtual.iron] and [virtual.flux_map] out"
 
 
@@ -42,19 +44,23 @@ def unmodelled(constants: Constants, settings: WorldSettings, state: State, segm
 
 def _under_six_step(constants: Constants) -> str | None:
     motor = constants.motor
-    halls = motor.halls
-    if halls is not None:
-        sound = SimulatedHallSensors(offset=halls.offset, voltage=halls.voltage)
-        if (halls.order, halls.inverted, halls.stuck, halls.placements) != (
-            sound.order,
-            sound.inverted,
-            sound.stuck,
-            sound.placements,
-        ):
+    if constants.six_step is not None:
+        # The drive commutates as its advance angle says, whatever the motor's sensors show.
+        sound = SimulatedHallSensors(offset=-constants.six_step.drive.advance_angle)
+        if motor.halls is None or not _switches_as(motor.halls, sound):
             return _HALL_FAULTS
     if motor.follows_flux or motor.iron.lowers_emf or motor.iron.has_eddy_currents:
         return _IRON
     return None
+
+
+def _switches_as(halls: SimulatedHallSensors, sound: SimulatedHallSensors) -> bool:
+    off = max(abs(halls.offset - sound.offset), *map(abs, halls.placements))
+    return off < _SAME_ANGLE and (halls.order, halls.inverted, halls.stuck) == (
+        sound.order,
+        sound.inverted,
+        sound.stuck,
+    )
 
 
 def _six_step_bus(constants: Constants) -> float:

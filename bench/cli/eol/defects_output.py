@@ -59,6 +59,11 @@ def print_defects(checked: DefectCheck, translate: Translate) -> None:
         say(text("! Measured without a limit: {names}", names=unlimited))
     if checked.cases.left_out:
         say(text("Not tried, for this type cannot have it here: {names}", names=list(checked.cases.left_out)))
+    for name, (why, count) in checked.unmodelled.items():
+        said = text(
+            "! {name} was not tried on {count} motors, and catches none of them: {why}", name=name, count=count, why=why
+        )
+        say(said)
     say(_scale())
 
 
@@ -94,6 +99,7 @@ def as_json(checked: DefectCheck, proposal: Proposal | None) -> Mapping[str, Any
     for procedure in found["procedures"]:
         procedure["time"] = _finite(procedure["time"])
     found["drawn_from"] = checked.spread.render()
+    found["unmodelled"] = {name: {"why": why, "motors": count} for name, (why, count) in checked.unmodelled.items()}
     found["left_out"] = [label.render() for label in checked.cases.left_out]
     if proposal is not None:
         found["proposal"] = {

@@ -1,7 +1,7 @@
 """A plan held against virtual motors with and without defects."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from bench.distribution.workforce import Workforce
@@ -45,6 +45,17 @@ class DefectCheck:
     rules: PlanRules
     campaign: Campaign
     findings: Findings
+
+    @property
+    def unmodelled(self) -> Mapping[str, tuple[str, int]]:
+        """By procedure that the virtual bench refused for what it does not model: why the first time, and of how many motors."""
+        found: dict[str, tuple[str, int]] = {}
+        for trial in self.campaign.trials:
+            for name, attempted in trial.procedures.items():
+                if attempted.unmodelled:
+                    why, count = found.get(name, (attempted.refused, 0))
+                    found[name] = why, count + 1
+        return found
 
     def propose(self) -> Proposal:
         """Return the limits and the order that what was measured speaks for. Raises InputError as `propose` does."""

@@ -26,6 +26,7 @@ from bench.run.software import check_code, software
 from bench.safety.interrupts import Interrupts
 from bench.station.library_logs import quieten_libraries
 from bench.station.sharing import Alone
+from procedures.core.procedure_error import NotModelledError
 
 
 @dataclass(frozen=True)
@@ -39,12 +40,16 @@ class FigureReading:
 
 @dataclass(frozen=True)
 class Attempted:
-    """What the last attempt at a procedure gave and withheld, and how long (s) all took; `refused` says why it gave nothing."""
+    """What the last attempt at a procedure gave and withheld, and how long (s) all took; `refused` says why it gave nothing.
+
+    `unmodelled` says that it was the virtual bench that refused, for what it cannot do: that is nothing against the motor.
+    """
 
     readings: Mapping[str, FigureReading] = field(default_factory=dict)
     withheld: tuple[str, ...] = ()
     duration: float = 0.0
     refused: str = ""
+    unmodelled: bool = False
 
 
 @dataclass(frozen=True)
@@ -168,7 +173,13 @@ class _Kept:
         duration = attempt.ended - attempt.started + (before.duration if before else 0.0)
         # What a procedure promises and does not give is missing as what it withholds is.
         lacking = () if attempt.result is None else tuple(set(attempt.planned.procedure.parameters) - readings.keys())
-        self.last[name] = Attempted(readings, tuple(sorted(lacking)), duration, "" if attempt.result else attempt.cause)
+        self.last[name] = Attempted(
+            readings,
+            tuple(sorted(lacking)),
+            duration,
+            "" if attempt.result else attempt.cause,
+            isinstance(attempt.error, NotModelledError),
+        )
         following = self._judge.after(attempt)
         return Next.GO_ON if following is Next.STOP else following
 

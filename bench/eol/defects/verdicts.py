@@ -44,7 +44,7 @@ class PlanRules:
         given = {name for check in self._of(trial) for name in trial.procedures[check.name].readings}
         for check in self._of(trial):
             attempted = trial.procedures[check.name]
-            if attempted.refused:
+            if attempted.refused and not attempted.unmodelled:
                 found.add(Catch(check.name, REFUSED))
             for name, reading in attempted.readings.items():
                 if name in self.limits and not self.passes(reading, self.limits[name]):

@@ -28,7 +28,7 @@ def diagnose(
     mistakes = [dict(mistake) for error in errors if isinstance(error, WiringError) for mistake in error.possible]
     evidence = Evidence(
         findings,
-        {figure.parameter: _over_middle(figure) for figure in figures if figure.verdict is Verdict.FAIL},
+        {figure.parameter: _over_middle(figure) for figure in figures if _is_outside(figure)},
         {figure.parameter: figure.value for figure in figures if math.isfinite(figure.value)},
         mistakes,
         [error.part for error in errors if isinstance(error, MotorFaultError)],
@@ -36,6 +36,11 @@ def diagnose(
         {error.parameter: error.low for error in errors if isinstance(error, OnlyBoundedError)},
     )
     return tuple(diagnosis for rule in _RULES for diagnosis in rule(evidence))
+
+
+def _is_outside(figure: MeasuredFigure) -> bool:
+    """Say whether a figure that failed is itself beyond its limits: one that only its uncertainty reaches over them accuses no part."""
+    return figure.verdict is Verdict.FAIL and not figure.low <= figure.value <= figure.high
 
 
 def _over_middle(figure: MeasuredFigure) -> float:

@@ -55,6 +55,13 @@ def cases() -> DefectCases:
     return defect_cases(MOTOR, None, RATING, fixture=True)
 
 
+def test_a_bench_that_does_not_model_a_defect_has_not_caught_it() -> None:
+    refused = trial(0, 1, "the virtual bench does not model it", x=10.0)
+    assert RULES.catches(refused)
+    second = replace(refused.procedures["second"], unmodelled=True)
+    assert not RULES.catches(replace(refused, procedures={**refused.procedures, "second": second}))
+
+
 def test_what_costs_more_is_graded_higher() -> None:
     grades = [function_cost(MOTOR, defects.weak_magnets(MOTOR, share), RATING).grade for share in (0.01, 0.07, 0.2)]
     assert grades == [Grade.SLIGHT, Grade.MARGINAL, Grade.GROSS]

@@ -1,5 +1,6 @@
 """A figure of which only a bound is known: it fails a motor beyond its limit, and is an error otherwise."""
 
+import math
 from types import SimpleNamespace
 
 import pytest
@@ -8,12 +9,20 @@ from bench.eol.diagnosis.diagnose import diagnose
 from bench.eol.limits import GuardBand, ParameterLimits
 from bench.eol.line.judging import MotorJudge
 from bench.eol.plan import PlannedCheck
+from bench.eol.record import MeasuredFigure
 from bench.eol.verdict import Verdict
 from bench.run.retry_policy import Next
 from drivers.interfaces.text import text
 from procedures.core.procedure_error import OnlyBoundedError
 
 CHECK = PlannedCheck("no-load-current", {}, 1, "stop", 1)
+
+
+@pytest.mark.parametrize(("value", "codes"), [(0.05, []), (2.4, ["TURNS-B"])])
+def test_a_figure_within_its_limits_accuses_no_part_for_its_uncertainty(value: float, codes: list[str]) -> None:
+    found = {"back-emf-shape": {"flux_linkages": {"A": 1.0, "B": 1.0 - 0.01 * value, "C": 1.0}}}
+    figure = MeasuredFigure("back_emf_unbalance", value, "%", 1.5, 3.0, -math.inf, 1.5, Verdict.FAIL)
+    assert [each.code for each in diagnose(found, (figure,), ())] == codes
 
 
 @pytest.mark.parametrize(
