@@ -9,8 +9,8 @@ import numpy as np
 
 from procedures.core.parameter_definition import ParameterDefinition, ParameterTable
 from procedures.estimation.fitting.fit import FloatArray
-from sim_instruments.physics.flux_map import FluxMap
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.flux_map import FluxMap
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.emf import mean_line_emf
 

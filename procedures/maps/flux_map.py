@@ -21,10 +21,9 @@ from procedures.estimation.flux.estimator import FluxMapEstimate, estimate_flux_
 from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap
 from procedures.estimation.flux.plan import PlannedReading, grid_locations, other_sides, reading_order, within_voltage
 from procedures.estimation.flux.readings import FluxReadings
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.techniques.map_plots import map_plot
-from procedures.techniques.map_readings import MapReadings, Pace, read_points
-from procedures.techniques.map_results import (
+from procedures.techniques.maps.plots import map_plot
+from procedures.techniques.maps.readings import MapReadings, Pace, read_points
+from procedures.techniques.maps.results import (
     MAP_FILE,
     MapBudget,
     capability_of,
@@ -36,7 +35,8 @@ from procedures.techniques.map_results import (
     shaft_torque,
     table_of,
 )
-from procedures.techniques.pole_pair_count import known_pole_pairs
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.pole_pair_count import known_pole_pairs
 from procedures.verification.settings import DrivenWiringSettings
 
 #: The order of the readings is drawn once for all: the same plan is the same order.
