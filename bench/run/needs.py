@@ -5,11 +5,11 @@ from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from bench.i18n.errors import FileError
-from bench.run.plan import Planned
+from bench.run.plan import Planned, make_plan
 from bench.run.probe_limits import unstated_probes
-from bench.station.station_file import Entry, Station
+from bench.station.station_file import VIRTUAL, Entry, Station
 from drivers.catalogue import MANUAL
-from drivers.interfaces import Role
+from drivers.interfaces import InverterAbility, Role
 from drivers.interfaces.text import Text, Translate, lines, text
 from procedures.core.demand import Demand, Measurand
 
@@ -39,8 +39,40 @@ def check_needs(plan: Sequence[Planned], station: Station) -> None:
     for planned in plan:
         missing = unmet(planned, station)
         if missing:
-            why = lines(missing, between="; ")
+            why = lines([*missing, *_instead(planned, plan, station)], between="; ")
             raise FileError(text("{source}: {name}: {why}", source=station.source, name=planned.name, why=why))
+
+
+def _instead(refused: Planned, plan: Sequence[Planned], station: Station) -> Iterator[Text]:
+    """Say what else finds the same here where an instrument has not the ability that a procedure takes."""
+    lacking = any(
+        _not_offered(station.entries[role], demand)
+        for role, demand in refused.procedure.needed(refused.settings).items()
+        if role in station.entries
+    )
+    if not lacking:
+        return
+    known, gives = station.catalogues.procedures, set(refused.procedure.gives)
+    same = [
+        name
+        for name, other in known.items()
+        if name != refused.name and gives <= set(other.gives) and not (other.manual or other.end_of_line)
+    ]
+    planned = [each.name for each in plan]
+    taken = [name for name in same if name in planned]
+    if taken:
+        yield text("leave it out: {name} finds the same in this run", name=taken[0])
+        return
+    able = [name for name in same if not unmet(make_plan([name], [], known)[0], station)]
+    if able:
+        command = " ".join(able[0] if name == refused.name else name for name in planned)
+        yield text("{names} find the same here, e.g. motorbench run {command}", names=able, command=command)
+    if station.source == VIRTUAL and len(planned) > 1:
+        yield text(
+            "the virtual bench has one inverter a run, and another procedure wants the one for d- and q-axis currents: "
+            "or take a run of its own, motorbench run {name}",
+            name=refused.name,
+        )
 
 
 def unmet(planned: Planned, station: Station) -> list[Text]:
@@ -84,8 +116,7 @@ def _lacking(entry: Entry, demand: Demand) -> Iterator[Text]:
         yield from _unstated(entry, (*demand.figures, *demand.screen))
     elif entry.driver.name in BY_HAND and (demand.waveforms or demand.screen):
         yield from _unstated(entry, (Measurand.AMPLITUDE,))
-    offered = entry.driver.abilities
-    for ability in sorted(demand.abilities - offered, key=lambda one: one.value) if offered is not None else ():
+    for ability in sorted(_not_offered(entry, demand), key=lambda one: one.value):
         yield text(
             "{role}: {driver} does not offer {ability}", role=role, driver=entry.driver.name, ability=ability.label
         )
@@ -101,6 +132,11 @@ def _lacking(entry: Entry, demand: Demand) -> Iterator[Text]:
                     kind=kind.value,
                     found=kinds.count(kind),
                 )
+
+
+def _not_offered(entry: Entry, demand: Demand) -> frozenset[InverterAbility]:
+    offered = entry.driver.abilities
+    return frozenset() if offered is None else demand.abilities - offered
 
 
 def _unstated(entry: Entry, figures: tuple[Measurand, ...]) -> Iterator[Text]:

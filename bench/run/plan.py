@@ -1,5 +1,6 @@
 """Which procedures a run takes, each with its settings."""
 
+import math
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from bench.station.station_file import Station
 from drivers.interfaces.role import Role
 from drivers.interfaces.text import Text, Translate, text
 from procedures.catalogue import ORDER, WHOLE
+from procedures.core.nameplate import Nameplate
 from procedures.core.parameter_definition import ParameterTable
 from procedures.core.procedure import Procedure, Settings
 from procedures.known_parameters import known_parameters
@@ -31,6 +33,20 @@ class Planned:
 def parameters_of(plan: Iterable[Planned]) -> ParameterTable:
     """Return the table's parameters, and those that the plan's procedures define besides."""
     return known_parameters({each.name: each.procedure for each in plan})
+
+
+def torque_currents_of(plan: Iterable[Planned], nameplate: Nameplate, station: Station) -> list[float]:
+    """Return the q-axis currents (A, peak) at which a plan measures torque per ampere; empty where it does not."""
+    planned = next((each for each in plan if each.name == "torque-constant"), None)
+    if planned is None:
+        return []
+    from procedures.note.torque_constant import TorqueConstantSettings, torque_currents
+
+    settings, inverter = planned.settings, station.entries.get(Role.INVERTER)
+    if not isinstance(settings, TorqueConstantSettings) or not settings.measured:
+        return []
+    most = float(getattr(inverter.options, "maximum_current", math.inf)) if inverter else math.inf
+    return [float(each) for each in torque_currents(settings, nameplate, most)]
 
 
 def titles_of(plan: Iterable[Planned], translate: Translate) -> Mapping[str, str]:

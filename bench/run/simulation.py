@@ -1,5 +1,6 @@
 """What a run has to do with the virtual bench on which it takes place."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from bench.virtual.fault_hooks import FaultListener
@@ -27,8 +28,11 @@ class Simulation:
 
     in_process: InProcess | None = None
 
-    def true_values(self, definitions: ParameterTable) -> dict[str, float]:
-        """Return the virtual motor's true values of some parameters by name; empty where nobody knows."""
+    def true_values(self, definitions: ParameterTable, torque_currents: Sequence[float] = ()) -> dict[str, float]:
+        """Return the virtual motor's true values of some parameters by name; empty where nobody knows.
+
+        Its torque constant is that at the q-axis currents (A, peak) at which it is to be measured, where these are given.
+        """
         return {}
 
     def step_started(self, step: str, procedure: str) -> None:
@@ -68,9 +72,9 @@ class InProcessSimulation(Simulation):
         self.in_process = bench
         self._motor, self._drive = motor, drive
 
-    def true_values(self, definitions: ParameterTable) -> dict[str, float]:
+    def true_values(self, definitions: ParameterTable, torque_currents: Sequence[float] = ()) -> dict[str, float]:
         """Return the true values of its motor."""
-        return true_values(definitions, self._motor, self._drive)
+        return true_values(definitions, self._motor, self._drive, torque_currents)
 
     def step_started(self, step: str, procedure: str) -> None:
         """Tell its faults which step begins."""
@@ -98,8 +102,8 @@ class ServedSimulation(Simulation):
     def __init__(self, world: "ServedWorld") -> None:
         self._world = world
 
-    def true_values(self, definitions: ParameterTable) -> dict[str, float]:
-        """Return the true values that its server tells."""
+    def true_values(self, definitions: ParameterTable, torque_currents: Sequence[float] = ()) -> dict[str, float]:
+        """Return the true values that its server tells, which knows of no procedure: the torque constant is that at no current."""
         return {name: value for name, value in self._world.motor_truth().items() if name in definitions}
 
     def step_started(self, step: str, procedure: str) -> None:

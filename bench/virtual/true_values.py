@@ -5,7 +5,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from procedures.core.parameter_definition import ParameterDefinition, ParameterTable
+from procedures.estimation.fitting.fit import FloatArray
+from sim_instruments.physics.motor.flux_map import FluxMap
 from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.emf import mean_line_emf
@@ -14,14 +18,26 @@ _RPM = math.pi / 30.0
 
 
 def true_values(
-    definitions: ParameterTable, motor: VirtualMotor, drive: SixStepDrive | None = None
+    definitions: ParameterTable,
+    motor: VirtualMotor,
+    drive: SixStepDrive | None = None,
+    torque_currents: Sequence[float] = (),
 ) -> dict[str, float]:
     """Return a virtual motor's true values by parameter, SI, of the Y-equivalent where that matters; a drive's own where it has one.
 
+    A motor that saturates has the torque constant of the q-axis currents (A, peak) at which it is measured, else that at no current.
     Raises ValueError for a definition whose `true_value` names nothing.
     """
     found = {each.name: _true_value(each, motor, drive) for each in definitions.values() if each.true_value}
+    if motor.flux_map is not None and found.get("torque_constant") is not None and len(torque_currents) > 1:
+        found["torque_constant"] = _torque_slope(motor, motor.flux_map, np.asarray(torque_currents))
     return {name: value for name, value in found.items() if value is not None}
+
+
+def _torque_slope(motor: VirtualMotor, flux_map: FluxMap, currents: FloatArray) -> float:
+    """Return the slope (N·m/A) of the torque over q-axis currents (A, peak), no current along the magnet."""
+    flux, _ = flux_map.flux(np.zeros(currents.size), currents)
+    return float(np.polyfit(currents, 1.5 * motor.pole_pairs * flux * currents, 1)[0])
 
 
 def _true_value(definition: ParameterDefinition, motor: VirtualMotor, drive: SixStepDrive | None) -> float | None:

@@ -6,6 +6,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from drivers.interfaces import InverterAbility, ProbeKind
+from drivers.interfaces.errors import LimitError, ReportedError
 from drivers.interfaces.text import text
 from procedures.core.actions import INVERTER, ConnectProbes, LockRotor, ReleaseRotor, phases_on
 from procedures.core.bench import ProcedureError, Role
@@ -146,20 +147,28 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
             settings.rest,
             self.nameplate.rated_current,
         )
-        with self.bench.inverter.driving_dq_current(0.0, 0.0):
-            idle = self.bench.inverter.measure_dq()
-            self._current_gain = idle.current_accuracy.gain
-            bus = idle.bus_voltage if idle.bus_voltage > 0.0 else self.nameplate.voltage_bound
-            if not bus or not math.isfinite(bus):
-                raise ProcedureError(text("the bus voltage is not known: give rated_voltage in the motor file"))
-            recorder = StrokeRecorder(self.bench, self._channels, _STAR * bus)
-            taken = take_strokes(
-                self.bench,
-                recorder,
-                locations,
-                pace,
-                lambda so_far, left: self.bench.show(lambda: stroke_plot(locations, so_far.trains, left)),
-            )
+        taken = TakenStrokes()
+        try:
+            with self.bench.inverter.driving_dq_current(0.0, 0.0):
+                idle = self.bench.inverter.measure_dq()
+                self._current_gain = idle.current_accuracy.gain
+                bus = idle.bus_voltage if idle.bus_voltage > 0.0 else self.nameplate.voltage_bound
+                if not bus or not math.isfinite(bus):
+                    raise ProcedureError(text("the bus voltage is not known: give rated_voltage in the motor file"))
+                recorder = StrokeRecorder(self.bench, self._channels, _STAR * bus)
+                take_strokes(
+                    self.bench,
+                    recorder,
+                    locations,
+                    pace,
+                    lambda so_far, left: self.bench.show(lambda: stroke_plot(locations, so_far.trains, left)),
+                    taken,
+                )
+        except (LimitError, ReportedError) as stopped:
+            if not taken.trains:
+                raise
+            # Everything is off by now; what was taken before stays true.
+            taken.ended = stopped.text
         self._voltage_gain = recorder.accuracy
         self._tell_left_out(taken)
         return taken
@@ -194,6 +203,15 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
         report_mtpa(self, _BUDGET, flux_map, self._pairs)
 
     def _tell_left_out(self, taken: TakenStrokes) -> None:
+        if taken.ended is not None:
+            self.notice(
+                "ended-early",
+                text(
+                    "{taken} trains of strokes were taken: {why}. The map is of these",
+                    taken=len(taken.trains),
+                    why=taken.ended,
+                ),
+            )
         if taken.too_light:
             self.notice(
                 "rotor-moves",

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from drivers.interfaces.text import Text
 from procedures.core.bench import Bench
 from procedures.estimation.flux.stroke_train import StrokeTrain
 from procedures.techniques.maps.stroke_records import StrokePlan, StrokeRecorder
@@ -32,12 +33,13 @@ class StrokePace:
 
 @dataclass
 class TakenStrokes:
-    """Trains of strokes in the order of their locations, and the locations (A) that were left out, by why."""
+    """Trains of strokes in the order of their locations, the locations (A) that were left out, by why, and why it ended early."""
 
     trains: list[StrokeTrain] = field(default_factory=list)
     too_light: list[complex] = field(default_factory=list)
     too_slow: list[complex] = field(default_factory=list)
     duration: float = 0.0
+    ended: Text | None = None
 
     @property
     def swing(self) -> float:
@@ -51,12 +53,13 @@ def take_strokes(
     locations: Sequence[complex],
     pace: StrokePace,
     progress: Callable[[TakenStrokes, int], None],
-) -> TakenStrokes:
-    """Take trains at locations (A, i_q ≥ 0, the smallest first) while the inverter regulates: between ± i_q, along d between ± i_d.
+    taken: TakenStrokes,
+) -> None:
+    """Put trains at locations (A, i_q ≥ 0, the smallest first) into `taken` while the inverter regulates: between ± i_q, along d ± i_d.
 
     A location whose torque would swing the rotor by more than what is quiet is left out.
     """
-    taken = TakenStrokes(duration=pace.shortest)
+    taken.duration = pace.shortest
     turning = 0.0
     for number, location in enumerate(locations):
         other = location.conjugate() if location.imag else -location
@@ -82,7 +85,6 @@ def take_strokes(
         else:
             taken.trains.append(train)
         progress(taken, len(locations) - number - 1)
-    return taken
 
 
 def _rest(bench: Bench, location: complex, duration: float, pace: StrokePace) -> None:

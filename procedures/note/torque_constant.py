@@ -12,8 +12,10 @@ from drivers.interfaces.text import text
 from procedures.core.actions import INVERTER, CoupleDynamometer, ReleaseRotor
 from procedures.core.bench import Role
 from procedures.core.demand import SHAFT, Demand, Demands, Measurand
+from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
+from procedures.estimation.fitting.fit import FloatArray
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.shaft.torque_levels import torque_at_levels
 from procedures.techniques.temperature.correction import magnet_factor, winding_temperature
@@ -27,6 +29,8 @@ from procedures.verification.settings import DrivenWiringSettings
 
 #: Estimator of the figure that is not measured on the shaft.
 DERIVED = "1.5 · pole pairs · flux linkage"
+#: Of the dynamometer's largest torque this share is used.
+_TORQUE_SHARE = 0.8
 
 
 class TorqueConstantSettings(DrivenWiringSettings):
@@ -52,6 +56,12 @@ class TorqueConstantSettings(DrivenWiringSettings):
     temperature_uncertainty: TemperatureUncertainty = 2.0
     magnet_coefficient: MagnetCoefficient = -0.001
     magnet_coefficient_uncertainty: MagnetCoefficientUncertainty = None
+
+
+def torque_currents(settings: TorqueConstantSettings, nameplate: Nameplate, most: float) -> FloatArray:
+    """Return the q-axis currents (A, peak) at which the torque is read: none, and levels in either direction up to `most` or less."""
+    largest = min(settings.current_share * nameplate.rated_current, nameplate.current_bound, most)
+    return np.linspace(-largest, largest, 2 * settings.levels + 1)
 
 
 class TorqueConstant(Procedure[TorqueConstantSettings]):
@@ -108,9 +118,8 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         temperature = winding_temperature(
             self, self.settings.winding_temperature, self.settings.temperature_uncertainty
         )
-        largest = self._largest_current(float(derived.x) if derived is not None else None)
-        levels = np.concatenate([-np.linspace(largest, 0.0, self.settings.levels, endpoint=False), [0.0],
-                                 np.linspace(0.0, largest, self.settings.levels + 1)[1:]])  # fmt: skip
+        most = self._most_current(float(derived.x) if derived is not None else None)
+        levels = torque_currents(self.settings, self.nameplate, most)
         speed = driving_speed_rad(bench, self.nameplate, self.settings.speed_share)
         bench.thermometer.warmed()
         with ExitStack() as running:
@@ -175,9 +184,9 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
                 ),
             )
 
-    def _largest_current(self, constant: float | None) -> float:
-        bound = min(self.bench.inverter.maximum_current, self.nameplate.current_bound)
-        wanted = min(self.settings.current_share * self.nameplate.rated_current, bound)
+    def _most_current(self, constant: float | None) -> float:
+        """Return the current (A) that inverter and dynamometer take."""
+        most = self.bench.inverter.maximum_current
         if constant is None:
-            return wanted
-        return min(wanted, 0.8 * self.bench.dynamometer.maximum_torque / constant)
+            return most
+        return min(most, _TORQUE_SHARE * self.bench.dynamometer.maximum_torque / constant)

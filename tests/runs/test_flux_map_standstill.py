@@ -5,7 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drivers.interfaces.errors import LimitError
+from drivers.mjbots.inverter import MjbotsMoteus
 from procedures.core.bench import ProcedureError
+from procedures.maps import standstill_run
 from sim_instruments.bench import BenchSetting
 from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.disturbances.current_loop import CurrentLoop
@@ -74,15 +77,70 @@ def test_a_locked_rotor_may_be_as_light_as_it_likes():
     assert np.all(np.abs(off) <= 3.0 * uncertainty + 1e-12)
 
 
-@pytest.mark.parametrize(
-    "module", ["standstill_run._rest", "standstill_run.StrokePlan", "flux_map_standstill.take_strokes"]
+#: Where a Ctrl-C may strike: at each step's beginning, at each call of the bench, and between them.
+PLACES = (
+    "flux_map_standstill.known_pole_pairs",
+    "flux_map_standstill.phases_on",
+    "flux_map_standstill.grid_locations",
+    "flux_map_standstill.StrokeRecorder",
+    "flux_map_standstill.take_strokes",
+    "standstill_run.StrokePlan",
+    "standstill_run._rest",
+    "flux_map_standstill.fit_standstill",
+    "flux_map_standstill.report_mtpa",
 )
-def test_an_abort_on_the_way_leaves_the_drive_off(module, monkeypatch):
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_an_abort_anywhere_leaves_the_drive_off(place, monkeypatch):
+    struck = []
+
     def aborts(*_, **__):
+        struck.append(place)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(f"procedures.maps.{module}", aborts)
+    monkeypatch.setattr(f"procedures.maps.{place}", aborts)
     with flux_bench(QUIET, KNOWN, seed=3) as bench:
         with pytest.raises(KeyboardInterrupt):
-            map_of(bench, KNOWN, "locations=12", name=NAME)
+            map_of(bench, KNOWN, "locations=12", "lock=true", name=NAME)
+        assert struck == [place]
         assert not bench.world.inverter.enabled
+
+
+@pytest.mark.parametrize("method", ["alternate_dq_current", "measure_dq"])
+@pytest.mark.parametrize("call", [1, 3])
+def test_an_abort_in_a_call_of_the_drive_leaves_it_off(method, call, monkeypatch):
+    asked = getattr(MjbotsMoteus, method)
+    calls = []
+
+    def aborts(self, *given):
+        calls.append(method)
+        if len(calls) == call:
+            raise KeyboardInterrupt
+        return asked(self, *given)
+
+    monkeypatch.setattr(MjbotsMoteus, method, aborts)
+    with flux_bench(QUIET, KNOWN, seed=3) as bench:
+        with pytest.raises(KeyboardInterrupt):
+            map_of(bench, KNOWN, "locations=12", "lock=true", name=NAME)
+        assert not bench.world.inverter.enabled
+
+
+def test_a_limit_on_the_way_leaves_the_map_of_what_was_taken(monkeypatch):
+    rest, calls = standstill_run._rest, []
+
+    def stops(*given):
+        calls.append(given)
+        if len(calls) == 16:
+            raise LimitError("inverter", "temperature", 91.0, "°C", 90.0, "the drive")
+        rest(*given)
+
+    monkeypatch.setattr(standstill_run, "_rest", stops)
+    with flux_bench(QUIET, KNOWN, seed=3) as bench:
+        found = map_of(bench, KNOWN, "locations=20", "lock=true", name=NAME)
+        assert not bench.world.inverter.enabled
+    (ended,) = (notice for notice in found.warnings if notice.identifier == "ended-early")
+    assert "temperature = 91 °C is beyond 90 °C" in str(ended.message)
+    off, uncertainty = errors_of(found, MAP)
+    assert 8 <= len(off) < 20
+    assert np.all(np.abs(off) <= 3.0 * uncertainty + 1e-12)

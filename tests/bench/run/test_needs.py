@@ -196,3 +196,33 @@ def test_what_an_inverter_cannot_do_is_said_from_its_driver(tmp_path: Path) -> N
         lacking = [str(one) for one in unmet(planned, load_station(station))]
         refused = "inverter: mjbots-moteus does not offer a frequency at a current" in lacking
         assert refused is said, lacking
+
+
+def test_what_finds_the_same_is_named_where_an_inverter_cannot() -> None:
+    motor = load_motor("ipmsm-map")
+    for names, said in (
+        (
+            ["pole-pairs-inverter", "flux-map"],
+            [
+                "inverter: mjbots-moteus does not offer a frequency at a current",
+                "pole-pairs-static, pole-pairs-back-emf find the same here, e.g. motorbench run pole-pairs-static flux-map",
+                "or take a run of its own, motorbench run pole-pairs-inverter",
+            ],
+        ),
+        (
+            ["pole-pairs-static", "pole-pairs-inverter", "flux-map"],
+            ["leave it out: pole-pairs-static finds the same in this run"],
+        ),
+    ):
+        request = RunRequest(names, motor, "virtual", "en", Path("unused"))
+        plan = make_plan(names, [], installed().procedures)
+        with (
+            run_context(request, Console(file=io.StringIO()), Interrupts(), "test") as context,
+            pytest.raises(InputError) as refused,
+        ):
+            check_needs(plan, context.station)
+        for sentence in said:
+            assert sentence in str(refused.value)
+    request = RunRequest(["pole-pairs-back-emf", "flux-map"], motor, "virtual", "en", Path("unused"))
+    with run_context(request, Console(file=io.StringIO()), Interrupts(), "test") as context:
+        check_needs(make_plan(request.procedures, [], installed().procedures), context.station)

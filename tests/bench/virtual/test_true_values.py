@@ -27,3 +27,19 @@ def test_a_place_that_holds_no_number_is_named(place: str) -> None:
     table = ParameterTable([ParameterDefinition("weight", "m", "kg", text("Weight"), true_value=place)])
     with pytest.raises(ValueError, match=f"parameter weight: true_value = '{place}' is no number"):
         true_values(table, motor.virtual_motor(), motor.six_step)
+
+
+def test_a_motor_that_saturates_has_the_torque_constant_of_the_currents_it_is_measured_at() -> None:
+    motor = load_motor("ipmsm-map").virtual_motor()
+    assert motor.flux_map is not None
+    at_none = true_values(PARAMETERS, motor)["torque_constant"]
+    assert at_none == pytest.approx(1.5 * motor.pole_pairs * motor.flux_linkage_y)
+    assert true_values(PARAMETERS, motor, None, [-1e-3, 0.0, 1e-3])["torque_constant"] == pytest.approx(
+        at_none, rel=1e-3
+    )
+    flux, _ = motor.flux_map.flux(0.0, 60.0)
+    loaded = true_values(PARAMETERS, motor, None, [-60.0, 60.0])["torque_constant"]
+    assert loaded == pytest.approx(1.5 * motor.pole_pairs * float(flux), rel=1e-9)
+    assert loaded < 0.95 * at_none
+    constant = load_motor("ipmsm").virtual_motor()
+    assert true_values(PARAMETERS, constant, None, [-60.0, 60.0]) == true_values(PARAMETERS, constant)
