@@ -150,9 +150,9 @@ def _read(engine: "Engine", choice: Choice) -> StatisticsView:
         by=[each for each in GROUPINGS if each == choice.by],
     )
     parameters = tuple(measured_parameters(engine, wanted))
-    fault = None
+    fault, refused = None, False
     if choice.parameter and choice.parameter not in parameters:
-        fault = text("There are no figures of {parameter} here.", parameter=choice.parameter)
+        fault, refused = text("There are no figures of {parameter} here.", parameter=choice.parameter), True
     elif not parameters:
         fault = text("No figure was measured here.")
     else:
@@ -160,4 +160,5 @@ def _read(engine: "Engine", choice: Choice) -> StatisticsView:
     # Yields and failures come with any parameter; one keeps the database from summing up all.
     of = choice.parameter if fault is None else next(iter(parameters), "")
     statistics = line_statistics(engine, replace(wanted, parameters=(of,) if of else ()))
-    return StatisticsView(choice, models, batches, parameters, statistics, fault, parameter_labels(engine))
+    labels = parameter_labels(engine)
+    return StatisticsView(choice, models, batches, parameters, statistics, fault, refused=refused, labels=labels)

@@ -56,8 +56,8 @@ class ManualDrive(InstrumentByHand[ManualDriveOptions], BldcDrive):
     def hall_state(self) -> tuple[bool, bool, bool]:
         """Ask for the three Hall signals, chosen as three digits; raises MeasurementError after unusable answers."""
         quantity = text("Hall signals H1 H2 H3 as three digits, each 0 or 1")
-        first, second, third = f"{self._questions.choose(quantity, _HALL_STATES):03d}"
-        return first == "1", second == "1", third == "1"
+        digits = f"{self._questions.choose(quantity, _HALL_STATES):03d}"
+        return digits[0] == "1", digits[1] == "1", digits[2] == "1"
 
     def make_safe(self) -> None:
         """Have the drive switched off."""

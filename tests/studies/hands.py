@@ -36,10 +36,11 @@ from procedures.core.setup_change import Change, ChangeSetup
 from procedures.estimation.fitting.fit import EstimationError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import standard_units
+from tests.studies.fault_cases import DRIVEN_MOTOR, SETTINGS
 from tests.studies.measured_motor import NoRecord
 
 #: A motor with Hall sensors and a six-step drive, so that every procedure can be carried out.
-MOTOR = "92bl-30-25l"
+MOTOR = DRIVEN_MOTOR
 #: What may be on the motor while a role is on, by the first letters of its leads.
 _BESIDE: Mapping[str, frozenset[str]] = {
     "supply": frozenset({"supply", "voltmeter", "channel"}),
@@ -177,6 +178,11 @@ def random_plan(random: np.random.Generator, longest: int) -> list[str]:
     return [known[k] for k in random.permutation(len(known))[: int(random.integers(2, longest + 1))]]
 
 
+def settings_of(plan: Sequence[str]) -> list[str]:
+    """Return settings for what procedures need of others, which a short plan seldom has before them."""
+    return [f"{name}.{setting}" for name in plan for setting in SETTINGS.get(name, ())]
+
+
 def carried_out(plan: Sequence[str], seed: int) -> tuple[Watch, list[str], list[str]]:
     """Carry a plan out; return what was seen, the procedures that came to their end, and why others did not."""
     file, watch = load_motor(MOTOR), Watch()
@@ -200,7 +206,7 @@ def carried_out(plan: Sequence[str], seed: int) -> tuple[Watch, list[str], list[
         )
         available, hands = instruments.available(), VirtualOperator(virtual.world, seed)
         bench = Bench(available, hands, virtual.clock, watch, feeding=watch.feeding)
-        for planned in make_plan(plan, (), installed().procedures):
+        for planned in make_plan(plan, settings_of(plan), installed().procedures):
             procedure = planned.procedure(bench, plate, planned.settings, merge(results).parameters)
             try:
                 results.append(procedure.run())

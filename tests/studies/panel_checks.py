@@ -27,7 +27,8 @@ _LOOK = """() => {
         const said = node.data.trim().slice(0, 40);
         if (parseFloat(getComputedStyle(parent).fontSize) < 10.5 && !parent.closest('svg')) told.add(`small: ${said}`);
         // A word that only a screen reader says has no box.
-        if (getComputedStyle(parent).clipPath !== 'none' || parent.closest('.mb-b-words')?.offsetWidth === 1) continue;
+        const head = parent.closest('thead');
+        if (getComputedStyle(head ?? parent).clipPath !== 'none' || parent.closest('.mb-b-words')?.offsetWidth === 1) continue;
         for (const box of range.getClientRects()) {
             if (box.width < 2 || box.height < 2) continue;
             for (let at = parent; at && at !== document.body; at = at.parentElement) {

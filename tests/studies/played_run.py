@@ -41,8 +41,8 @@ QUESTIONS: Mapping[str, tuple[Mapping[str, Any] | None, Sequence[Mapping[str, An
                         terminals="A–B",
                         number=2,
                         count=3,
-                        ratio="1.5 ×",
-                        value=0.0481,
+                        ratio=text("ten times"),
+                        value=0.318,
                         unit="Ω",
                         others=["0.0318", "0.0319"],
                     )

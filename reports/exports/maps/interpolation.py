@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import LinearNDInterpolator, RectBivariateSpline
 
 from reports.exports.exported_map import ExportedMap, FloatArray
 from reports.exports.target import Sheet
@@ -30,6 +29,9 @@ def said_of(found: ExportedMap) -> tuple[str, ...]:
 
 def bilinear_error(found: ExportedMap) -> float:
     """Return the largest difference (V*s) of bilinear interpolation from a cubic surface, within what was measured."""
+    # Whoever only lists the exports, as the panel does at a run's end, has no need of a sixth of its memory for these.
+    from scipy.interpolate import RectBivariateSpline
+
     d, q = (0.5 * (axis[1:] + axis[:-1]) for axis in (found.i_d, found.i_q))
     mask = found.measured
     inside = mask[1:, 1:] & mask[:-1, 1:] & mask[1:, :-1] & mask[:-1, :-1]
@@ -43,6 +45,8 @@ def bilinear_error(found: ExportedMap) -> float:
 
 def currents_over_flux(found: ExportedMap, psi_d: ArrayLike, psi_q: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return i_d, i_q (n, m) in A at flux linkages (n,), (m,) in V*s within the grid: Newton's iteration on a cubic surface."""
+    from scipy.interpolate import LinearNDInterpolator, RectBivariateSpline
+
     d, q = (each.ravel() for each in np.meshgrid(psi_d, psi_q, indexing="ij"))
     grid_d, grid_q = np.meshgrid(found.i_d, found.i_q, indexing="ij")
     near = LinearNDInterpolator(

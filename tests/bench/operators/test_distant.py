@@ -18,6 +18,7 @@ from bench.operators.operator_channel import FILE
 from bench.operators.panel_operator import DistantOperator, DistantPrompt
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces.text import text
+from drivers.manual.supply import MODES, REGULATION
 from procedures.core.actions import ALIGN_D, EnterReading, LockRotor, MarkRestPositions, Mend
 from procedures.core.setup import BenchSetup
 from procedures.core.setup_change import Change, ChangeKind, ChangeSetup
@@ -292,3 +293,18 @@ def test_ctrl_c_ends_a_run_that_waits_for_its_panel(tmp_path: Path) -> None:
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=PATIENCE)
     assert json.loads(out)["status"] == "aborted"
+
+
+def test_one_of_fixed_answers_is_chosen_and_told_with_its_words(operator: DistantOperator, tmp_path: Path) -> None:
+    prompt = DistantPrompt(operator, "supply")
+    thread, given = asked(lambda: prompt.choose(REGULATION, [*MODES.values()]))
+    with Panel(tmp_path) as panel:
+        question = panel.question()
+        assert [(one["number"], one["sign"]) for one in question["options"]] == [(0, ""), (1, "CC"), (2, "CV"), (3, "")]
+        assert "Choose one of the answers first" in panel.answer(question, "")["refused"]
+        for none in ("4", "0.5", "regulation"):
+            assert f"'{none}' is none of the answers" in panel.answer(question, none)["refused"]
+        assert panel.answer(question, "CV") == {"heard": question["id"]}
+        thread.join(PATIENCE)
+    assert given == [2.0]
+    assert [(reading.value, len(reading.options)) for reading in operator.entry.taken] == [(2.0, 4)]

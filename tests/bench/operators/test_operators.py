@@ -15,8 +15,10 @@ from bench.operators.answers import Answers, AnswersOperator, AnswersPrompt, loa
 from bench.operators.terminal import TerminalOperator, TerminalPrompt
 from bench.operators.virtual import VirtualOperator
 from bench.safety.interrupts import Interrupted
+from drivers.interfaces import OutputMode
 from drivers.interfaces.text import text
-from drivers.manual.options import ManualSupplyOptions
+from drivers.manual.drive import ManualDrive
+from drivers.manual.options import ManualDriveOptions, ManualSupplyOptions
 from drivers.manual.supply import ManualSupply
 from procedures.core.actions import (
     ALIGN_D,
@@ -287,3 +289,22 @@ def test_the_virtual_operator_feels_a_stuck_shaft(world: World) -> None:
     world.clock.sleep(10.0)
     with pytest.raises(ProcedureError, match=r"the shaft got stuck after 0\.1\d turns"):
         hands.perform(StopTurning())
+
+
+@pytest.mark.parametrize("typed", ["1", "01", "cc", " CC ", "Constant Current"])
+def test_one_of_fixed_answers_is_typed_by_its_number_its_sign_or_its_name(typed: str) -> None:
+    operator, said = typing(["", "4", "1.0", "C", typed])
+    made = ManualSupply(TerminalPrompt(operator, "supply"), VirtualClock(), ManualSupplyOptions(48.0, 5.0))
+    assert made.output_mode() is OutputMode.CONSTANT_CURRENT
+    told = said.getvalue()
+    assert told.count("Choose DC supply, regulation, by the lamp that is lit: 0 off, 1 constant current (CC), ") == 5
+    assert "Choose one of the answers first." in told
+    for refused in ("4", "1.0", "C"):
+        assert f"'{refused}' is none of the answers; choose among 0 off, 1 constant current (CC), " in told
+
+
+def test_hall_signals_are_typed_with_their_leading_zeros() -> None:
+    operator, said = typing(["2", "010"])
+    drive = ManualDrive(TerminalPrompt(operator, "drive"), VirtualClock(), ManualDriveOptions(60.0, 10.0))
+    assert drive.hall_state() == (False, True, False)
+    assert "each 0 or 1: 000, 001, 010, 011, 100, 101, 110, 111" in said.getvalue()
