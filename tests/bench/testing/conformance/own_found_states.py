@@ -43,7 +43,7 @@ _SCOPE = (
     *(
         Left(f":CHAN{n}:{what}?", f":CHAN{n}:{what} {value}", found, "0")
         for n in (1, 4)
-        for what, value, found in (("INV", "ON", "1"), ("BWL", "ON", "1"), ("PROB:SKEW", "5E-8", "+5.00000E-08"))
+        for what, value, found in (("INV", "ON", "1"), ("BWL", "ON", "1"), ("PROB:SKEW", "5E-8", "+5.00000000E-08"))
     ),
     Left(":CHAN1:IMP?", ":CHAN1:IMP FIFT", error=ReportedError, says="was left with FIFT"),
     # A current probe may want 50 Ω.
