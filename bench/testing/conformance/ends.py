@@ -5,13 +5,16 @@ from contextlib import nullcontext, suppress
 from typing import Any
 
 from bench.testing.conformance.report import Checks
-from bench.testing.conformance.session import Trial
+from bench.testing.conformance.session import Energise, Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import Clock, InstrumentError
+from sim_instruments.faults.line_faults import MessageWatch
 
 TAKE_OVER = "Bring the instrument into the state that is needed, whatever it was found in"
 #: How many of a use's waits are interrupted.
 _WAITS = 4
+#: At how many of the messages that switch off.
+_MESSAGES = 3
 _SAFE = "Take the energy away in a finally clause, and confirm that it is"
 
 
@@ -48,6 +51,19 @@ def _interrupted(trial: Trial, turn: float) -> int:
         return clock.slept
 
 
+def _interrupted_off(trial: Trial, energise: Energise) -> None:
+    """Check that Ctrl-C at one of the first messages that switch off, which is lost by it, leaves nothing on."""
+    for turn in range(1, _MESSAGES + 1):
+        with trial.opened() as (made, instrument):
+            with suppress(KeyboardInterrupt, InstrumentError), energise(made, instrument):
+                made.faults.watch(MessageWatch.at(turn, _press))
+            trial.checks.that("off after Ctrl-C while it switches off", not made.energised, "it is on", _SAFE)
+
+
+def _press() -> None:
+    raise KeyboardInterrupt
+
+
 def check_ends(trial: Trial) -> None:
     """Check that a block ends with everything off, however it ends, and that what does not switch off is told."""
     session, checks, energise = trial.session, trial.checks, trial.session.energise
@@ -74,6 +90,7 @@ def check_ends(trial: Trial) -> None:
             guard.make_safe()
             checks.that("make_safe by a second connection", not made.energised, "it is on", "Ask nothing when guarding")
         guard.close()
+    _interrupted_off(trial, energise)
     if session.stuck:
         with trial.opened() as (made, instrument):
             _stuck(made, instrument, energise, session.stuck, checks)

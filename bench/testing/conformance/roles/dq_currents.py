@@ -81,6 +81,10 @@ def _turned(stand: Stand, inverter: Any, checks: Checks, speed: float) -> None:
             )
             bus = world.inverter.stage.dc_voltage
             checks.close("bus voltage", _or(reading.bus_voltage, bus), bus, 0.05 * bus, _READS)
+            if current and InverterAbility.DQ_STROKES in inverter.abilities:
+                one, *_, last = inverter.alternate_dq_current(current, 0.0, 0.0, current, _STROKE, _STROKES)
+                rate = (last.electrical_angle - one.electrical_angle) / (last.time - one.time)
+                checks.close("strokes: angle of a rotor that turns", rate, actual, slack, _READS)
             warm = world.winding_temperature()
             checks.close("winding temperature", _or(reading.winding_temperature, warm), warm, 5.0, _READS)
     world.hold_shaft()

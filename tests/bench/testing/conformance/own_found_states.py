@@ -135,6 +135,7 @@ LEFT: Mapping[str, Sequence[Left]] = {
         _moteus("servo.enable_motor_temperature", True, "1"),
         _moteus("motor_position.rotor_to_output_ratio", 0.25, "0.25"),
         _moteus("motor_position.output.sign", -1, "-1"),
+        _moteus("motor.poles", 2, "2", alters=True),
         _moteus("motor.poles", 0, "", error=ReportedError, says="motor.poles is 0"),
         _moteus("motor.poles", 9, "", error=ReportedError, says="motor.poles is 9"),
         _moteus("motor.poles", 8, "", error=ReportedError, says="pole_pairs = 5", options={"pole_pairs": 5}),
