@@ -54,14 +54,24 @@ def _interrupted(trial: Trial, turn: float) -> int:
 def _interrupted_off(trial: Trial, energise: Energise) -> None:
     """Check that Ctrl-C at one of the first messages that switch off, which is lost by it, leaves nothing on."""
     for turn in range(1, _MESSAGES + 1):
+        pressed: list[int] = []
+
+        def press(turn: int = turn, pressed: list[int] = pressed) -> None:
+            pressed.append(turn)
+            raise KeyboardInterrupt
+
+        gone_on = False
         with trial.opened() as (made, instrument):
-            with suppress(KeyboardInterrupt, InstrumentError), energise(made, instrument):
-                made.faults.watch(MessageWatch.at(turn, _press))
+            try:
+                with energise(made, instrument):
+                    made.faults.watch(MessageWatch.at(turn, press))
+            except KeyboardInterrupt:
+                gone_on = True
+            except InstrumentError as error:
+                trial.checks.that("off after Ctrl-C while it switches off", False, f"{error}", _SAFE)
             trial.checks.that("off after Ctrl-C while it switches off", not made.energised, "it is on", _SAFE)
-
-
-def _press() -> None:
-    raise KeyboardInterrupt
+        right, remedy = gone_on or not pressed, "Raise it again once the energy is taken away"
+        trial.checks.that("Ctrl-C while it switches off goes on", right, "it is lost", remedy)
 
 
 def check_ends(trial: Trial) -> None:
