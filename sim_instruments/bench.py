@@ -16,7 +16,7 @@ from sim_instruments.faults.injector import Injector
 from sim_instruments.faults.line_faults import Faults
 from sim_instruments.found_state import Leavable
 from sim_instruments.instruments.errors import Errors
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.transports.can.buses import fresh_channel
 from sim_instruments.transports.can.frame_node import FrameNode

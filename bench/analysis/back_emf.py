@@ -20,7 +20,7 @@ from procedures.estimation.emf.back_emf import BackEmfFit, line_to_phase
 from procedures.estimation.emf.speed_trend import OverSpeeds, over_records
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics.pole_pairs import from_frequency
-from procedures.techniques.temperature_correction import MAGNET_SPREAD, magnet_factor
+from procedures.techniques.temperature.correction import MAGNET_SPREAD, magnet_factor
 
 ProbeConnection = Literal["line", "phase", "neutral"]
 _PROBES = {

@@ -23,7 +23,7 @@ from procedures.estimation.flux.load_points import efficiency_of
 from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
 from procedures.estimation.flux.published_map import read_map
 from procedures.estimation.flux.short_circuit import fit_short_circuit
-from procedures.techniques.map_results import table_of
+from procedures.techniques.maps.results import table_of
 
 _MAP = {
     "i_d": ("id", "idapeak", "currentd", "dcurrent"),

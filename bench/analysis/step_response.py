@@ -20,7 +20,7 @@ from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.winding.resistance import COPPER_REFERENCE, at_temperature
 from procedures.estimation.winding.step_response import StepFit, fit_step_response, time_constant_63
-from procedures.techniques.temperature_settings import COLD
+from procedures.techniques.temperature.settings import COLD
 
 #: Channels that are later than this (s) beside each other are no two of one record.
 _LONGEST_SKEW = 1.0

@@ -58,68 +58,68 @@ def make_app() -> App:
         ("coast-down", "Friction from a coast-down (time, speed)."),
         ("rotor-sweep", "Ld and Lq from inductance over the rotor's angle."),
     ):
-        analyze.command(f"bench.cli.analyze:{name.replace('-', '_')}", name=name, help=words)
+        analyze.command(f"bench.cli.analyze.captures:{name.replace('-', '_')}", name=name, help=words)
     analyze.command(
-        "bench.cli.analyze_six_step:six_step",
+        "bench.cli.analyze.six_step:six_step",
         name="six-step",
         help="A measured six-step drive at another load and voltage.",
     )
     analyze.command(
-        "bench.cli.analyze_table:table", name="table", help="Published figures beside a run's or a motor's."
+        "bench.cli.analyze.table:table", name="table", help="Published figures beside a run's or a motor's."
     )
     for name, words in (
         ("flux-map", "Inductances, MTPA and torque of a table of flux linkages."),
         ("short-circuit", "Inductances, resistance and torque of shorted terminals."),
         ("efficiency", "Efficiency and losses of a table of load points."),
     ):
-        analyze.command(f"bench.cli.analyze_maps:{name.replace('-', '_')}", name=name, help=words)
+        analyze.command(f"bench.cli.analyze.maps:{name.replace('-', '_')}", name=name, help=words)
     app.command(analyze)
     sim = App(name="sim", help="Simulations that stand alone.", default_parameter=lists)
-    sim.command("bench.cli.six_step:six_step", name="six-step", help="Steady state of a six-step BLDC drive.")
-    sim.command("bench.cli.sim_serve:serve", name="serve", help="The virtual bench on real sockets.")
+    sim.command("bench.cli.sim.six_step:six_step", name="six-step", help="Steady state of a six-step BLDC drive.")
+    sim.command("bench.cli.sim.serve:serve", name="serve", help="The virtual bench on real sockets.")
     app.command(sim)
     station = App(name="station", help="Look after a station.", default_parameter=lists)
-    station.command("bench.cli.station:check", name="check", help="Open, identify and close its instruments.")
+    station.command("bench.cli.station.check:check", name="check", help="Open, identify and close its instruments.")
     station.command(
-        "bench.cli.station_drivers:drivers", name="drivers", help="List the drivers and where each comes from."
+        "bench.cli.station.drivers:drivers", name="drivers", help="List the drivers and where each comes from."
     )
-    station.command("bench.cli.station_scan:scan", name="scan", help="Find the instruments; nothing is changed.")
+    station.command("bench.cli.station.scan:scan", name="scan", help="Find the instruments; nothing is changed.")
     station.command(
-        "bench.cli.station_new:new", name="new", help="Find the instruments, ask for the rest, write the file."
+        "bench.cli.station.new:new", name="new", help="Find the instruments, ask for the rest, write the file."
     )
     station.command(
-        "bench.cli.station_traffic:record",
+        "bench.cli.station.traffic:record",
         name="record",
         help="Record what each instrument says, byte by byte, to be sent.",
     )
     station.command(
-        "bench.cli.station_traffic:replay", name="replay", help="Replay a recording through the drivers, or serve it."
+        "bench.cli.station.traffic:replay", name="replay", help="Replay a recording through the drivers, or serve it."
     )
     station.command(
-        "bench.cli.station_framing:set_framing",
+        "bench.cli.station.framing:set_framing",
         name="set-framing",
         help="Set rate, format and unit of an instrument on its serial line.",
     )
-    station.command("bench.cli.station:reset", name="reset", help="Allow runs again after an interlock was open.")
+    station.command("bench.cli.station.check:reset", name="reset", help="Allow runs again after an interlock was open.")
     app.command(station)
     eol = App(name="eol", help="End of line: batches of motors, their records and statistics.", default_parameter=lists)
     for where, name, words in (
-        ("eol_run:run", "run", "Measure a batch of motors by a plan."),
-        ("eol_check:check", "check", "Try a plan on virtual benches: time, limits, instruments."),
-        ("eol_schema:schema", "schema", "The plan file's JSON schema, for editors."),
-        ("eol_export:export", "export", "Records as CSV, Parquet, JUnit XML or JSON lines."),
-        ("eol_motor:motor", "motor", "One motor's tests, the part at fault, and what changed from one to the next."),
-        ("eol_labels:labels", "labels", "The label line of each motor of a batch."),
-        ("eol_archive:archive", "archive", "A batch's records, plan and runs in one file."),
-        ("eol_archive:restore", "restore", "Put an archived batch back."),
-        ("eol_retain:retain", "retain", "Remove old waveforms and runs by a rule, with a log."),
-        ("eol_pack:pack", "pack", "Compress the runs of batches that were measured before."),
-        ("eol_motors:motors", "motors", "The motors behind a figure or a failure, and their runs."),
-        ("eol_plan:plan", "plan", "Write a plan from a measured motor."),
-        ("eol_migrate:migrate", "migrate", "Bring the tables of records up to this version."),
-        ("eol_stats:stats", "stats", "Yield, failures, capability, charts, gauge studies."),
+        ("run:run", "run", "Measure a batch of motors by a plan."),
+        ("check:check", "check", "Try a plan on virtual benches: time, limits, instruments."),
+        ("schema:schema", "schema", "The plan file's JSON schema, for editors."),
+        ("export:export", "export", "Records as CSV, Parquet, JUnit XML or JSON lines."),
+        ("motor:motor", "motor", "One motor's tests, the part at fault, and what changed from one to the next."),
+        ("labels:labels", "labels", "The label line of each motor of a batch."),
+        ("archive:archive", "archive", "A batch's records, plan and runs in one file."),
+        ("archive:restore", "restore", "Put an archived batch back."),
+        ("retain:retain", "retain", "Remove old waveforms and runs by a rule, with a log."),
+        ("pack:pack", "pack", "Compress the runs of batches that were measured before."),
+        ("motors:motors", "motors", "The motors behind a figure or a failure, and their runs."),
+        ("plan:plan", "plan", "Write a plan from a measured motor."),
+        ("migrate:migrate", "migrate", "Bring the tables of records up to this version."),
+        ("stats:stats", "stats", "Yield, failures, capability, charts, gauge studies."),
     ):
-        eol.command(f"bench.cli.{where}", name=name, help=words)
+        eol.command(f"bench.cli.eol.{where}", name=name, help=words)
     app.command(eol)
     user = App(name="user", help="People who may open the panel from a network.", default_parameter=lists)
     user.command("bench.cli.user:add", name="add", help="Add a person, or change role and password.")

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from bench.cli.eol_defects_output import shown_progress
+from bench.cli.eol.defects_output import shown_progress
 from bench.cli.options import Seed
 from bench.cli.output import print_json
 from bench.distribution.workforce import Workforce

@@ -16,8 +16,8 @@ from bench.motor.virtual_section import MappedSection, VirtualSection
 from drivers.interfaces.text import reason_of, text, text_of
 from procedures.core.nameplate import Nameplate
 from procedures.core.parameters import PARAMETERS
-from sim_instruments.physics.flux_map import FluxMap
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.flux_map import FluxMap
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.machine import virtual_motor
 

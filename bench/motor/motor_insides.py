@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from bench.files.toml_file import Section
 from bench.motor.motor_sections import number
 from drivers.interfaces.text import text
-from sim_instruments.physics.hall import SimulatedHallSensors
+from sim_instruments.physics.motor.hall import SimulatedHallSensors
 
 Sensor = Annotated[int, Field(ge=1, le=3, strict=True)]
 Placement = Annotated[float, Field(ge=-math.pi, le=math.pi, strict=True)]

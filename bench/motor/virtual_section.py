@@ -12,12 +12,12 @@ from bench.motor.motor_insides import InsideSection
 from bench.motor.motor_sections import number
 from drivers.interfaces.text import text
 from procedures.core.nameplate import WindingConnection
-from sim_instruments.physics.bearing import Bearing
-from sim_instruments.physics.flux_map import FluxMap
-from sim_instruments.physics.iron import Iron
-from sim_instruments.physics.magnets import Magnets
-from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.physics.shorted_turns import ShortedTurns
+from sim_instruments.physics.motor.bearing import Bearing
+from sim_instruments.physics.motor.flux_map import FluxMap
+from sim_instruments.physics.motor.iron import Iron
+from sim_instruments.physics.motor.magnets import Magnets
+from sim_instruments.physics.motor.motor import VirtualMotor
+from sim_instruments.physics.motor.shorted_turns import ShortedTurns
 
 Resistance = Annotated[float, Field(gt=0.0, le=1e4, strict=True)]
 Share = Annotated[float, Field(ge=0.0, le=2.0, strict=True)]

@@ -17,13 +17,13 @@ from bench.panel.hosts import AllowedHosts
 from bench.panel.line_records import Choice, serial_numbers
 from bench.panel.pages.frame import frame
 from bench.panel.pages.history import compare_page, history_page
-from bench.panel.pages.line import line_page
+from bench.panel.pages.line.motor_tests import motor_tests_page
+from bench.panel.pages.line.page import line_page
 from bench.panel.pages.login import login_page
 from bench.panel.pages.motor_form import motor_page
-from bench.panel.pages.motor_tests import motor_tests_page
-from bench.panel.pages.run import run_page
+from bench.panel.pages.run.page import run_page
 from bench.panel.pages.start import start_page
-from bench.panel.pages.statistics import statistics_page
+from bench.panel.pages.statistics.page import statistics_page
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
 from bench.panel.socket_guard import SocketGuard

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from drivers.interfaces.text import Text, text
 from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.parameters import PARAMETERS
-from sim_instruments.physics.motor import Connection as Winding
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import Connection as Winding
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 
 _RPM = math.pi / 30.0

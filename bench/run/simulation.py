@@ -10,7 +10,7 @@ from procedures.core.parameter_definition import ParameterTable
 if TYPE_CHECKING:
     from bench.virtual.served_world import ServedWorld
     from sim_instruments.bench import VirtualBench
-    from sim_instruments.physics.motor import VirtualMotor
+    from sim_instruments.physics.motor.motor import VirtualMotor
     from sim_instruments.six_step.drive import SixStepDrive
 
 

@@ -107,7 +107,7 @@ class Bench:
         self._onlooker = onlooker or NobodyLooks()
         # Late: whoever only needs the roles, as a guardian does, is ready in half the time without.
         from procedures.core.budget import Uncertainties
-        from procedures.techniques.thermometer import Thermometer
+        from procedures.techniques.temperature.thermometer import Thermometer
 
         self.uncertainties: Uncertainties = Uncertainties(session)
         self.thermometer: Thermometer = Thermometer(self.uncertainties)

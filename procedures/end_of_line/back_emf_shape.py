@@ -18,7 +18,7 @@ from procedures.core.steps import step
 from procedures.estimation.emf.emf_shape import EmfShape, emf_shape
 from procedures.estimation.winding.unbalance import all_at_once, largest_deviation
 from procedures.techniques.acquisition import ranged_record
-from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.verification.settings import TurnedWiringSettings
 
 _PHASES = 3

@@ -15,7 +15,7 @@ from procedures.core.demand import Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.mechanics.cogging import Cogging, fit_cogging
-from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.verification.settings import WiringSettings
 
 _RPM = math.pi / 30.0

@@ -19,7 +19,7 @@ from procedures.core.settings import Settings
 from procedures.core.steps import step
 from procedures.estimation.emf.hall import SENSORS, HallFault, HallFinding, HallJudgement, Switching, judge, switching
 from procedures.techniques.acquisition import ranged_record
-from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 
 _NODES = {1: Node.HALL_1, 2: Node.HALL_2, 3: Node.HALL_3}
 #: First full-scale range (V) for a sensor's signal.

@@ -20,7 +20,7 @@ from procedures.core.procedure_error import OnlyBoundedError
 from procedures.core.steps import step
 from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.mechanics.turn_mean import TurnMean, mean_over_turns
-from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.verification.settings import DrivenWiringSettings
 
 _RPM = math.pi / 30.0

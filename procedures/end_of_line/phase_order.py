@@ -13,7 +13,7 @@ from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.probed_phases import phase_order
 from procedures.estimation.fitting.fit import EstimationError
-from procedures.techniques.driven_shaft import DrivenRecord, record_driven
+from procedures.techniques.shaft.driven_shaft import DrivenRecord, record_driven
 from procedures.verification.messages import wire
 from procedures.verification.settings import TurnedWiringSettings
 

@@ -26,8 +26,8 @@ from procedures.core.demand import LOOP, Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.settings import Settings
 from procedures.core.steps import step
-from procedures.techniques.alignment import flowing_current
 from procedures.techniques.probe_gain import ShownLevel, gain_between, less_zero, shown_level, steady
+from procedures.techniques.winding.alignment import flowing_current
 from procedures.verification.verified_channels import VerifiedChannels, VerifiedGain
 
 #: A level fills this share of the half screen.

@@ -27,7 +27,7 @@ from procedures.estimation.winding import resistance
 from procedures.estimation.winding.unbalance import all_at_once, largest_deviation, pooled, saliency_share
 from procedures.estimation.winding.wiring import Kind
 from procedures.techniques.repeated_readings import RepeatedQuantity, between, repeated_readings
-from procedures.techniques.short_correction import short_correct
+from procedures.techniques.winding.short_correction import short_correct
 from procedures.verification.settings import WiringSettings
 from procedures.verification.verifier import WiringError
 

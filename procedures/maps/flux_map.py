@@ -22,10 +22,9 @@ from procedures.estimation.flux.flux_map import GainLimits, MapFigure, MeasuredF
 from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
 from procedures.estimation.flux.plan import PlannedReading, grid_locations, other_sides, reading_order, within_voltage
 from procedures.estimation.flux.readings import FluxReadings
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.techniques.map_plots import map_plot
-from procedures.techniques.map_readings import MapReadings, Pace, read_points
-from procedures.techniques.map_results import (
+from procedures.techniques.maps.plots import map_plot
+from procedures.techniques.maps.readings import MapReadings, Pace, read_points
+from procedures.techniques.maps.results import (
     MAP_FILE,
     capability_of,
     conserving_of,
@@ -34,7 +33,8 @@ from procedures.techniques.map_results import (
     shaft_torque,
     table_of,
 )
-from procedures.techniques.pole_pair_count import known_pole_pairs
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.pole_pair_count import known_pole_pairs
 from procedures.verification.settings import DrivenWiringSettings
 
 #: The order of the readings is drawn once for all: the same plan is the same order.

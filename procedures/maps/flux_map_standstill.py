@@ -18,10 +18,10 @@ from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
 from procedures.estimation.flux.plan import grid_locations
 from procedures.estimation.flux.standstill import StandstillGains, fit_standstill
 from procedures.maps.standstill_run import StrokePace, TakenStrokes, take_strokes
-from procedures.techniques.map_plots import stroke_plot
-from procedures.techniques.map_results import MAP_FILE, conserving_of, grid_of, saturation_of, table_of
-from procedures.techniques.pole_pair_count import known_pole_pairs
-from procedures.techniques.stroke_records import StrokeRecorder
+from procedures.techniques.maps.plots import stroke_plot
+from procedures.techniques.maps.results import MAP_FILE, conserving_of, grid_of, saturation_of, table_of
+from procedures.techniques.maps.stroke_records import StrokeRecorder
+from procedures.techniques.shaft.pole_pair_count import known_pole_pairs
 from procedures.verification.settings import WiringSettings
 
 #: Largest phase voltage against a star point, as a share of the bus voltage.

@@ -31,15 +31,15 @@ from procedures.maps.load_results import LoadGrid, LoadResults
 from procedures.maps.load_run import DrivenPoint, LoadRun
 from procedures.maps.settings import SpeedsSettings
 from procedures.maps.turned_points import held_torque, line
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.techniques.temperature_correction import winding_temperature
-from procedures.techniques.temperature_settings import (
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.torque_zero import TorqueZero, ZeroLine, read_zero
+from procedures.techniques.temperature.correction import winding_temperature
+from procedures.techniques.temperature.settings import (
     CopperCoefficient,
     ReferenceTemperature,
     TemperatureUncertainty,
     WindingTemperature,
 )
-from procedures.techniques.torque_zero import TorqueZero, ZeroLine, read_zero
 from procedures.verification.settings import FedWiringSettings
 
 #: Of the dynamometer's largest torque this share is used.

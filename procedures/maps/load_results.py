@@ -16,8 +16,8 @@ from procedures.estimation.mechanics.drag import drag_at
 from procedures.estimation.winding.resistance import at_temperature
 from procedures.maps.load_run import DrivenPoint
 from procedures.maps.turned_points import torque_gain
-from procedures.techniques.temperature_settings import COLD
-from procedures.techniques.torque_zero import ZeroLine
+from procedures.techniques.shaft.torque_zero import ZeroLine
+from procedures.techniques.temperature.settings import COLD
 
 _RPM = math.pi / 30.0
 #: A shaft power below this (W) has no efficiency worth a figure.

@@ -7,7 +7,7 @@ from GTC.lib import UncertainReal
 
 from drivers.interfaces.text import text
 from procedures.core.procedure import Procedure
-from procedures.techniques.temperature_settings import COLD
+from procedures.techniques.temperature.settings import COLD
 
 #: Two temperatures nearer than this (K) tell nothing of the coefficient.
 _APART = 5.0

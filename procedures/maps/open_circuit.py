@@ -43,16 +43,16 @@ from procedures.maps.turned_points import (
     pole_pairs_of,
     torque_gain,
 )
-from procedures.techniques.emf_at_speed import trend_rows
-from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
-from procedures.techniques.temperature_settings import (
+from procedures.techniques.shaft.emf_at_speed import trend_rows
+from procedures.techniques.shaft.torque_zero import ZeroLine, read_zero
+from procedures.techniques.temperature.correction import magnet_factor, winding_temperature
+from procedures.techniques.temperature.settings import (
     COLD,
     MagnetCoefficient,
     MagnetCoefficientUncertainty,
     MagnetsTemperature,
     TemperatureUncertainty,
 )
-from procedures.techniques.torque_zero import ZeroLine, read_zero
 
 _RPM = math.pi / 30.0
 #: Warming goes on in stretches of this length (s).

@@ -20,9 +20,10 @@ from procedures.maps.short_points import OpenBefore, ShortSweep, fit_sweep
 from procedures.maps.short_results import ShortResults
 from procedures.maps.short_run import ShortRun
 from procedures.maps.turned_points import fundamentals, geometric_speeds, held_torque, pole_pairs_of
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.techniques.temperature_correction import winding_temperature
-from procedures.techniques.temperature_settings import (
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.torque_zero import ZeroLine, read_zero
+from procedures.techniques.temperature.correction import winding_temperature
+from procedures.techniques.temperature.settings import (
     CopperCoefficient,
     MagnetCoefficient,
     MagnetCoefficientUncertainty,
@@ -30,7 +31,6 @@ from procedures.techniques.temperature_settings import (
     TemperatureUncertainty,
     WindingTemperature,
 )
-from procedures.techniques.torque_zero import ZeroLine, read_zero
 
 _RPM = math.pi / 30.0
 #: Speeds over R/√(L_d·L_q), where both are known: the rise, the peak of the torque, and well up the asymptote.

@@ -17,7 +17,7 @@ from procedures.estimation.winding.short_circuit import (
     with_peak,
 )
 from procedures.maps.turned_points import Fundamentals, HeldTorque
-from procedures.techniques.torque_zero import ZeroLine
+from procedures.techniques.shaft.torque_zero import ZeroLine
 
 #: What L_q/L_d at no current may differ by where the axes saturate, as a standard deviation of its logarithm.
 _SATURATED = 0.25

@@ -16,8 +16,8 @@ from procedures.estimation.winding.short_circuit import D_INDUCTANCE, RESISTANCE
 from procedures.maps.magnets import coefficient_between
 from procedures.maps.short_points import FittedSweep, OpenBefore, ShortSweep
 from procedures.maps.turned_points import line, torque_gain
-from procedures.techniques.temperature_correction import magnet_factor, warmed
-from procedures.techniques.temperature_settings import COLD
+from procedures.techniques.temperature.correction import magnet_factor, warmed
+from procedures.techniques.temperature.settings import COLD
 
 _RPM = math.pi / 30.0
 #: Share of λ/L_d that the d-axis current must have reached for λ/L_d to be a measured figure.

@@ -15,7 +15,7 @@ from procedures.core.live_plot import LivePlot
 from procedures.core.procedure import Procedure
 from procedures.maps.short_points import OpenBefore, ShortPoint, ShortSweep
 from procedures.maps.turned_points import fundamentals, held_torque
-from procedures.techniques.torque_zero import ZeroLine, read_zero
+from procedures.techniques.shaft.torque_zero import ZeroLine, read_zero
 
 _RPM = math.pi / 30.0
 #: Of the dynamometer's largest torque this share is used; a speed nearer than this to the last one teaches nothing.

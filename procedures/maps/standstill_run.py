@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from procedures.core.bench import Bench
 from procedures.estimation.flux.stroke_train import StrokeTrain
-from procedures.techniques.stroke_records import StrokePlan, StrokeRecorder
+from procedures.techniques.maps.stroke_records import StrokePlan, StrokeRecorder
 
 #: A stroke lasts too short where its first half leaves more than this share of the current, and longer than it need below the second.
 _UNSETTLED, _SETTLED = 0.01, 0.001

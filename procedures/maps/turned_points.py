@@ -20,7 +20,7 @@ from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.fitting.noise import undithered, white_noise
 from procedures.maps.settings import SpeedsSettings
 from procedures.techniques.acquisition import ranged_record
-from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 
 _POINTS = 8_000
 #: The shortest and the longest record (s).

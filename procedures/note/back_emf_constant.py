@@ -26,11 +26,17 @@ from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.emf.speed_trend import OverSpeeds, over_records
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.techniques.acquisition import ranged_record
-from procedures.techniques.driven_shaft import check_turning, driving_speed_rad
-from procedures.techniques.emf_at_speed import SpeedPoint, first_periods, largest_gain, over_mechanical, trend_rows
-from procedures.techniques.shaft_plots import emf_plot
-from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
-from procedures.techniques.temperature_settings import (
+from procedures.techniques.shaft.driven_shaft import check_turning, driving_speed_rad
+from procedures.techniques.shaft.emf_at_speed import (
+    SpeedPoint,
+    first_periods,
+    largest_gain,
+    over_mechanical,
+    trend_rows,
+)
+from procedures.techniques.shaft.plots import emf_plot
+from procedures.techniques.temperature.correction import magnet_factor, winding_temperature
+from procedures.techniques.temperature.settings import (
     MagnetCoefficient,
     MagnetCoefficientUncertainty,
     MagnetsTemperature,

@@ -32,11 +32,11 @@ from procedures.estimation.winding.connections import ReadingConnection, phase_f
 from procedures.estimation.winding.held_angle import held_angle
 from procedures.estimation.winding.misalignment import Held, excess
 from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
-from procedures.techniques.alignment import aligning
-from procedures.techniques.dq_axes import connection_of, require
 from procedures.techniques.repeated_readings import RepeatedQuantity, between, repeated_readings
-from procedures.techniques.short_correction import short_correct
-from procedures.techniques.winding_plots import aligned_plot
+from procedures.techniques.winding.alignment import aligning
+from procedures.techniques.winding.dq_axes import connection_of, require
+from procedures.techniques.winding.plots import aligned_plot
+from procedures.techniques.winding.short_correction import short_correct
 from procedures.verification.settings import SupplyWiringSettings
 
 #: A saliency of so many standard uncertainties tells an angle.

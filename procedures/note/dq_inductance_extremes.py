@@ -34,10 +34,10 @@ from procedures.estimation.winding.connections import phase_factor
 from procedures.estimation.winding.timed_sweep import LEAST_PERIODS, fit_timed_sweep
 from procedures.plausibility.capability import relative_uncertainty
 from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
-from procedures.techniques.dq_axes import connection_of
 from procedures.techniques.instrument_choice import InstrumentChoice, choose_for_inductance
-from procedures.techniques.short_correction import short_correct
-from procedures.techniques.winding_plots import SweepPlot
+from procedures.techniques.winding.dq_axes import connection_of
+from procedures.techniques.winding.plots import SweepPlot
+from procedures.techniques.winding.short_correction import short_correct
 from procedures.verification.settings import WiringSettings
 
 #: Pole pairs assumed for the turning speed where they are not known yet: many, so that the shaft turns slowly enough.

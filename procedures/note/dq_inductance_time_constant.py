@@ -29,12 +29,12 @@ from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import WithheldError
 from procedures.estimation.winding.connections import ReadingConnection, phase_factor
-from procedures.techniques.alignment import Alignment, aligning
-from procedures.techniques.step_evaluation import apparent_point, loop_of_steps
-from procedures.techniques.step_probes import StepSource
-from procedures.techniques.step_read_off import ReadOffStep, loop_inductance, read_off_steps
-from procedures.techniques.step_recording import TIME_CONSTANTS, DrivenStep, RecordedStep, record_steps
-from procedures.techniques.winding_plots import fitted_step_plot
+from procedures.techniques.winding.alignment import Alignment, aligning
+from procedures.techniques.winding.plots import fitted_step_plot
+from procedures.techniques.winding.step_evaluation import apparent_point, loop_of_steps
+from procedures.techniques.winding.step_probes import StepSource
+from procedures.techniques.winding.step_read_off import ReadOffStep, loop_inductance, read_off_steps
+from procedures.techniques.winding.step_recording import TIME_CONSTANTS, DrivenStep, RecordedStep, record_steps
 from procedures.verification.settings import SupplyWiringSettings
 
 #: The step's voltage is at least this many times what the supply's zero may be off, up to this share of the rated current.

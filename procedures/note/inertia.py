@@ -22,8 +22,8 @@ from procedures.estimation.fitting.fit import Fit, coverage_interval
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics import inertia as estimation
 from procedures.estimation.mechanics.turning import SpeedRamp
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.techniques.speed_ramps import Curve, RampRecorder, Ramps, RampSettings, TorqueSource
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.speed_ramps import Curve, RampRecorder, Ramps, RampSettings, TorqueSource
 
 NAMES = estimation.SHARED
 

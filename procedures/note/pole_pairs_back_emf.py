@@ -14,8 +14,8 @@ from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.techniques.acquisition import ranged_record
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.techniques.pole_pair_count import count, frequency_reading
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.pole_pair_count import count, frequency_reading
 from procedures.verification.settings import TurnedWiringSettings
 
 _POINTS = 20_000

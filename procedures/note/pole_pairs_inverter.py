@@ -16,7 +16,7 @@ from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.techniques.acquisition import ranged_record
-from procedures.techniques.pole_pair_count import count, frequency_reading, is_clear, ratio
+from procedures.techniques.shaft.pole_pair_count import count, frequency_reading, is_clear, ratio
 from procedures.verification.settings import FedWiringSettings
 
 _RECORD_PERIODS = 10

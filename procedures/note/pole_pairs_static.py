@@ -14,7 +14,7 @@ from procedures.core.demand import LOOP, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.mechanics import pole_pairs
-from procedures.techniques.alignment import aligning
+from procedures.techniques.winding.alignment import aligning
 from procedures.verification.settings import SupplyWiringSettings
 
 #: A mark so near (rad) to the first one come round again is that one.

@@ -23,18 +23,18 @@ from procedures.estimation.winding import resistance, unbalance
 from procedures.estimation.winding.closing import ReadAgain, Unsettled, read_again
 from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE, PhaseResistance
 from procedures.plausibility.capability import cannot_support, relative_uncertainty, temperature_uncertainty
-from procedures.techniques.closing_reading import allowed_for, closed
 from procedures.techniques.instrument_choice import InstrumentChoice, choose_for_resistance
 from procedures.techniques.repeated_readings import RepeatedQuantity, between, repeated_readings
-from procedures.techniques.short_correction import short_correct
-from procedures.techniques.temperature_correction import winding_temperature
-from procedures.techniques.temperature_settings import (
+from procedures.techniques.temperature.correction import winding_temperature
+from procedures.techniques.temperature.settings import (
     COLD,
     CopperCoefficient,
     ReferenceTemperature,
     TemperatureUncertainty,
     WindingTemperature,
 )
+from procedures.techniques.winding.closing_reading import allowed_for, closed
+from procedures.techniques.winding.short_correction import short_correct
 from procedures.verification.settings import WiringSettings
 
 #: The note's own coefficient, per kelvin from 25 °C (§3.2.1, E7).

@@ -31,18 +31,18 @@ from procedures.estimation.fitting.repeats import odd_reading
 from procedures.estimation.winding import resistance
 from procedures.estimation.winding.closing import Unsettled, four_wires_again
 from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE
-from procedures.techniques.alignment import flowing_current
-from procedures.techniques.closing_reading import allowed_for, closed
-from procedures.techniques.four_wire_readings import ratio_limit, scattered
 from procedures.techniques.repeated_readings import READ_SHARE, TYPED_SHARE, between
-from procedures.techniques.temperature_correction import check_temperature, warmed, winding_temperature
-from procedures.techniques.temperature_settings import (
+from procedures.techniques.temperature.correction import check_temperature, warmed, winding_temperature
+from procedures.techniques.temperature.settings import (
     COLD,
     CopperCoefficient,
     ReferenceTemperature,
     TemperatureUncertainty,
     WindingTemperature,
 )
+from procedures.techniques.winding.alignment import flowing_current
+from procedures.techniques.winding.closing_reading import allowed_for, closed
+from procedures.techniques.winding.four_wire_readings import ratio_limit, scattered
 from procedures.verification.settings import SupplyWiringSettings
 
 #: How often a person is asked about the readings of one polarity.

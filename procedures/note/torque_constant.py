@@ -14,15 +14,15 @@ from procedures.core.bench import Role
 from procedures.core.demand import SHAFT, Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
-from procedures.techniques.driven_shaft import driving_speed_rad
-from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
-from procedures.techniques.temperature_settings import (
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.torque_levels import torque_at_levels
+from procedures.techniques.temperature.correction import magnet_factor, winding_temperature
+from procedures.techniques.temperature.settings import (
     MagnetCoefficient,
     MagnetCoefficientUncertainty,
     MagnetsTemperature,
     TemperatureUncertainty,
 )
-from procedures.techniques.torque_levels import torque_at_levels
 from procedures.verification.settings import DrivenWiringSettings
 
 #: Estimator of the figure that is not measured on the shaft.

@@ -26,8 +26,8 @@ from procedures.six_step.point_reading import read_point
 from procedures.six_step.settings import EquivalentResistanceSettings
 from procedures.six_step.split import Split, split_point
 from procedures.six_step.winding_data import UNKNOWN, winding_data
-from procedures.techniques.temperature_correction import magnet_factor, winding_temperature
-from procedures.techniques.temperature_settings import COLD
+from procedures.techniques.temperature.correction import magnet_factor, winding_temperature
+from procedures.techniques.temperature.settings import COLD
 
 _SECTION = "paper"
 #: Mean line EMF of a conducting state over the line EMF's peak.

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE
-from procedures.techniques.temperature_settings import (
+from procedures.techniques.temperature.settings import (
     COLD,
     CopperCoefficient,
     MagnetCoefficient,

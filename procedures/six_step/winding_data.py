@@ -9,8 +9,8 @@ from procedures.core.budget import Uncertainties
 from procedures.core.result import Parameter
 from procedures.six_step.parts import WindingData
 from procedures.six_step.settings import UNSTATED_INDUCTANCE, UNSTATED_RESISTANCE, EquivalentResistanceSettings
-from procedures.techniques.temperature_correction import MAGNET_SPREAD
-from procedures.techniques.temperature_settings import COLD
+from procedures.techniques.temperature.correction import MAGNET_SPREAD
+from procedures.techniques.temperature.settings import COLD
 
 Tell = Callable[[str, Text], None]
 

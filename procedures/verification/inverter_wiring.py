@@ -12,7 +12,7 @@ from procedures.core.bench import Role
 from procedures.estimation.emf.probed_phases import LEAST_STEPS
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.winding.wiring import Kind, WiringOutcome
-from procedures.techniques.driven_shaft import driving_speed_rad
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.steady_signals import alternating
 from procedures.verification.check import Check
 from procedures.verification.verifier import ConnectionVerifier

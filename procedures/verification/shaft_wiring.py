@@ -6,7 +6,7 @@ from drivers.interfaces.text import text
 from procedures.core.actions import ALL_OPEN, ConnectProbes, Terminal, VoltageProbe, Wanted
 from procedures.estimation.emf.probed_phases import LEAST_STEPS, Pattern, ProbingFault, fitting, patterns, phasors
 from procedures.estimation.winding.wiring import WiringOutcome
-from procedures.techniques.driven_shaft import DrivenRecord, expected_peak, record_driven
+from procedures.techniques.shaft.driven_shaft import DrivenRecord, expected_peak, record_driven
 from procedures.verification.check import Check
 from procedures.verification.verifier import ConnectionVerifier
 

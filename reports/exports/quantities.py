@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.parameters import PARAMETERS
 from procedures.core.result import Parameter
-from procedures.techniques.temperature_settings import COLD
+from procedures.techniques.temperature.settings import COLD
 from reports.exports.figures import ExportFigure
 from reports.exports.map_quantities import FromMap
 from reports.exports.subject import Datasheet

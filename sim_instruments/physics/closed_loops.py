@@ -8,14 +8,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_instruments.physics.mapped_network import MappedNetwork
-from sim_instruments.physics.mapped_rotation import IronBrake
-from sim_instruments.physics.motion import Motion
-from sim_instruments.physics.network import Network
-from sim_instruments.physics.periodic_flux import PeriodicFlux
-from sim_instruments.physics.source import absent
-from sim_instruments.physics.swing_equations import Shaft
-from sim_instruments.physics.windings import FloatArray, turned
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.source import absent
+from sim_instruments.physics.circuits.windings import FloatArray, turned
+from sim_instruments.physics.integration.swing_equations import Shaft
+from sim_instruments.physics.mapped.network import MappedNetwork
+from sim_instruments.physics.mapped.periodic_flux import PeriodicFlux
+from sim_instruments.physics.mapped.rotation import IronBrake
+from sim_instruments.physics.motion.motion import Motion
 
 ComplexArray = NDArray[np.complex128]
 

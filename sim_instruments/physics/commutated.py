@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_instruments.physics.motion import Motion
-from sim_instruments.physics.network import Network
-from sim_instruments.physics.source import VoltageSource
-from sim_instruments.physics.windings import FloatArray
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.source import VoltageSource
+from sim_instruments.physics.circuits.windings import FloatArray
+from sim_instruments.physics.motion.motion import Motion
 from sim_instruments.six_step.balance import losses
 from sim_instruments.six_step.circuit import Observables
 from sim_instruments.six_step.steady_state import SteadyState

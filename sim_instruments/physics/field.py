@@ -5,11 +5,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sim_instruments.physics.motion import Motion
-from sim_instruments.physics.network import Network
-from sim_instruments.physics.rotor_frame import RotorFrame
-from sim_instruments.physics.source import VoltageSource
-from sim_instruments.physics.windings import ComplexArray, FloatArray
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.rotor_frame import RotorFrame
+from sim_instruments.physics.circuits.source import VoltageSource
+from sim_instruments.physics.circuits.windings import ComplexArray, FloatArray
+from sim_instruments.physics.motion.motion import Motion
 
 _PHASES = np.arange(3)[:, np.newaxis] * (2.0 * math.pi / 3.0)
 

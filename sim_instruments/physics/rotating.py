@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from sim_instruments.physics.motion import Motion
-from sim_instruments.physics.network import Network, modes
-from sim_instruments.physics.source import Source, VoltageSource
-from sim_instruments.physics.windings import FloatArray, turned
+from sim_instruments.physics.circuits.network import Network, modes
+from sim_instruments.physics.circuits.source import Source, VoltageSource
+from sim_instruments.physics.circuits.windings import FloatArray, turned
+from sim_instruments.physics.motion.motion import Motion
 
 
 class Rotating:

@@ -6,13 +6,13 @@ from typing import Literal
 
 import numpy as np
 
-from sim_instruments.physics.mapped_network import MappedNetwork
-from sim_instruments.physics.mapped_swing import MappedSwing
-from sim_instruments.physics.network import Network
-from sim_instruments.physics.ringing import Ringing, Rules
-from sim_instruments.physics.source import CurrentSource, Source, VoltageSource
-from sim_instruments.physics.swing_equations import Shaft, SwingEquations
-from sim_instruments.physics.windings import FloatArray
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.source import CurrentSource, Source, VoltageSource
+from sim_instruments.physics.circuits.windings import FloatArray
+from sim_instruments.physics.integration.ringing import Ringing, Rules
+from sim_instruments.physics.integration.swing_equations import Shaft, SwingEquations
+from sim_instruments.physics.mapped.network import MappedNetwork
+from sim_instruments.physics.mapped.swing import MappedSwing
 
 __all__ = ["Grip", "Shaft", "Swing", "Thresholds"]
 

@@ -13,7 +13,7 @@ from sim_instruments.bench import Address, VirtualBench
 from sim_instruments.catalogue import Transport
 from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.instruments.beckhoff.bk9000 import Bk9000
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.server.control.http import PATIENCE, JsonService
 from sim_instruments.server.control.routes import control_routes

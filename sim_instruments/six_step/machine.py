@@ -3,8 +3,8 @@
 import math
 from dataclasses import replace
 
-from sim_instruments.physics.hall import SimulatedHallSensors
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.hall import SimulatedHallSensors
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 
 

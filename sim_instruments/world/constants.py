@@ -2,15 +2,15 @@
 
 from dataclasses import dataclass, replace
 
-from sim_instruments.physics.coasting import CoggingWaves
-from sim_instruments.physics.eddy import EddyNetwork
-from sim_instruments.physics.mapped_network import MappedNetwork
-from sim_instruments.physics.mapped_windings import MappedWindings, windings_of
-from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.physics.network import Network
-from sim_instruments.physics.shorted import ShortedNetwork
+from sim_instruments.physics.circuits.eddy import EddyNetwork
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.shorted import ShortedNetwork
+from sim_instruments.physics.circuits.windings import FloatArray, Windings
+from sim_instruments.physics.mapped.network import MappedNetwork
+from sim_instruments.physics.mapped.windings import MappedWindings, windings_of
+from sim_instruments.physics.motion.coasting import CoggingWaves
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.physics.swing import Shaft
-from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.settings import WorldSettings
 from sim_instruments.world.sources.six_step_stage import SixStepStage

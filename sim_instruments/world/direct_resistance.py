@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sim_instruments.physics.network import Network
+from sim_instruments.physics.circuits.network import Network
 from sim_instruments.world.constants import BRIDGE_POLES, SUPPLY_POLES
 from sim_instruments.world.impedance import SOURCE_RESISTANCE
 

@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 
-from sim_instruments.physics.network import Network
-from sim_instruments.physics.windings import FloatArray, Windings
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.windings import FloatArray, Windings
 from sim_instruments.world.timeline import Timeline
 
 #: Source resistance (Ω) of the bridge.

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, fields
 
-from sim_instruments.physics.bridge_error import BridgeError
+from sim_instruments.physics.circuits.bridge_error import BridgeError
 
 
 def _not_negative(part: object) -> None:

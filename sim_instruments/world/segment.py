@@ -6,15 +6,15 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.transient import LinearTransient
+from sim_instruments.physics.circuits.windings import FloatArray, Windings
 from sim_instruments.physics.commutated import Commutated
 from sim_instruments.physics.field import ImpressedField
-from sim_instruments.physics.mapped_windings import MappedWindings
-from sim_instruments.physics.motion import Motion, Rest
-from sim_instruments.physics.network import Network
+from sim_instruments.physics.mapped.windings import MappedWindings
+from sim_instruments.physics.motion.motion import Motion, Rest
 from sim_instruments.physics.rotating import Rotating
 from sim_instruments.physics.swing import Shaft
-from sim_instruments.physics.transient import LinearTransient
-from sim_instruments.physics.windings import FloatArray, Windings
 
 Outcome = Literal["none", "standstill", "breakaway", "trip voltage", "trip current", "lost step", "let go"]
 #: Gauss-Legendre's points and weights on −1 … 1, and where in a segment transients are looked at more closely.

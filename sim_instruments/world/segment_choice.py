@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from sim_instruments.physics.mapped_rotation import MappedRotation
-from sim_instruments.physics.motion import Motion, Rest, Wavering
-from sim_instruments.physics.network import Network
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.source import CurrentSource
+from sim_instruments.physics.mapped.rotation import MappedRotation
+from sim_instruments.physics.motion.motion import Motion, Rest, Wavering
 from sim_instruments.physics.rotating import Rotating
-from sim_instruments.physics.source import CurrentSource
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment, State
 from sim_instruments.world.segment_inputs import SegmentInputs, dynamometer_ramp

@@ -6,17 +6,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sim_instruments.physics.circuits.crossing import first_rise
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.saturated import SaturatedTransient
+from sim_instruments.physics.circuits.source import CurrentSource, Source, VoltageSource, absent
+from sim_instruments.physics.circuits.transient import LinearTransient
+from sim_instruments.physics.circuits.windings import FloatArray, Windings
 from sim_instruments.physics.closed_loops import ClosedLoops
-from sim_instruments.physics.crossing import first_rise
-from sim_instruments.physics.mapped_network import MappedNetwork
-from sim_instruments.physics.mapped_rotation import MappedRotation
-from sim_instruments.physics.motion import Motion, Ramp, Rest, Wavering
-from sim_instruments.physics.network import Network
+from sim_instruments.physics.mapped.network import MappedNetwork
+from sim_instruments.physics.mapped.rotation import MappedRotation
+from sim_instruments.physics.motion.motion import Motion, Ramp, Rest, Wavering
 from sim_instruments.physics.rotating import Rotating
-from sim_instruments.physics.saturated import SaturatedTransient
-from sim_instruments.physics.source import CurrentSource, Source, VoltageSource, absent
-from sim_instruments.physics.transient import LinearTransient
-from sim_instruments.physics.windings import FloatArray, Windings
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import Circuit, DynamometerLaw, Outcome, Segment, State
 from sim_instruments.world.settings import WorldSettings

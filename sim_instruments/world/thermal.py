@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from sim_instruments.physics.motion import Rest
-from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.physics.transient import LinearTransient
+from sim_instruments.physics.circuits.transient import LinearTransient
+from sim_instruments.physics.motion.motion import Rest
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.segment import Segment
 from sim_instruments.world.settings import Heating
 

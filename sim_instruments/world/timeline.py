@@ -11,11 +11,11 @@ from itertools import pairwise
 import numpy as np
 
 from sim_instruments.clock.virtual_clock import BenchClock
+from sim_instruments.physics.circuits.transient import LinearTransient
+from sim_instruments.physics.circuits.windings import FloatArray, Windings
 from sim_instruments.physics.field import ImpressedField
-from sim_instruments.physics.mapped_windings import windings_of
-from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.physics.transient import LinearTransient
-from sim_instruments.physics.windings import FloatArray, Windings
+from sim_instruments.physics.mapped.windings import windings_of
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.history import Past, Quantity
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from sim_instruments.clock.virtual_clock import BenchClock
 from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.faults.damage import Damage, Switched
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.world import impedance
 from sim_instruments.world.contact_voltage import Clamp

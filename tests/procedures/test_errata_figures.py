@@ -13,7 +13,7 @@ from procedures.estimation.mechanics import inertia, pole_pairs
 from procedures.estimation.six_step.currents import WindingState
 from procedures.estimation.winding import resistance, rotor_sweep
 from procedures.estimation.winding.connections import ReadingConnection, phase_factor
-from procedures.techniques.dq_axes import connection_of, require
+from procedures.techniques.winding.dq_axes import connection_of, require
 
 
 def test_e1_factor_follows_from_the_connection_of_the_reading():

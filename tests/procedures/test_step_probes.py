@@ -4,7 +4,7 @@ import pytest
 from drivers.interfaces import Accuracy, Waveform
 from procedures.core.misfit_text import sentence
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
-from procedures.techniques.step_probes import StepSource, probes_against_supply
+from procedures.techniques.winding.step_probes import StepSource, probes_against_supply
 
 #: 10 V over 2 Ω, of which the probed winding has 1.5 Ω.
 SOURCE = StepSource(10.0, 0.02, 2.0, 1.5)

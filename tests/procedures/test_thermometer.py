@@ -3,7 +3,7 @@
 import pytest
 
 from procedures.core.budget import Uncertainties
-from procedures.techniques.thermometer import Thermometer
+from procedures.techniques.temperature.thermometer import Thermometer
 
 
 def usual(*before: float, warmed: bool = False, limit: float | None = None) -> tuple[float, float]:

@@ -17,9 +17,9 @@ from procedures.core.result import ProcedureResult
 from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.catalogue import standard_units
 from sim_instruments.instruments.errors import Errors
-from sim_instruments.physics.flux_map import FluxMap
-from sim_instruments.physics.iron import Iron
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.flux_map import FluxMap
+from sim_instruments.physics.motor.iron import Iron
+from sim_instruments.physics.motor.motor import VirtualMotor
 from tests.studies.measured_motor import NoRecord
 
 #: The measured motor's plate: 400 rpm are a quarter of its speed.

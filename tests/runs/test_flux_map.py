@@ -19,8 +19,8 @@ from sim_instruments.bench import BenchSetting
 from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.disturbances.current_loop import CurrentLoop
 from sim_instruments.instruments.errors import Errors
-from sim_instruments.physics.flux_map import FluxMap
-from sim_instruments.physics.iron import Iron
+from sim_instruments.physics.motor.flux_map import FluxMap
+from sim_instruments.physics.motor.iron import Iron
 from tests.runs.flux_bench import BALDOR, errors_of, flux_bench, map_of, motor_on
 from tests.sim_instruments.flux_maps import BALDOR_FILE, MADE, needs_baldor
 

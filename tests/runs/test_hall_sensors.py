@@ -7,7 +7,7 @@ import pytest
 
 from bench.motor.motor_file import load_motor
 from sim_instruments.bench import VirtualBench
-from sim_instruments.physics.hall import SimulatedHallSensors
+from sim_instruments.physics.motor.hall import SimulatedHallSensors
 from tests.runs.on_bench import measure, within
 
 FILE = load_motor("lg-400w")

@@ -11,7 +11,7 @@ from procedures.core.procedure_error import OnlyBoundedError
 from procedures.verification.verifier import WiringError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import DynamometerErrors, Errors
-from sim_instruments.physics.defects import rubbing, shorted_turns
+from sim_instruments.physics.motor.defects import rubbing, shorted_turns
 from tests.runs.on_bench import measure, within
 
 FILE = load_motor("lg-400w")

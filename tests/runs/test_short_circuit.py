@@ -12,7 +12,7 @@ from procedures.estimation.winding.short_circuit import peak_speed
 from procedures.verification.verifier import WiringError
 from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.instruments.errors import DynamometerErrors, Errors, ScopeErrors
-from sim_instruments.physics.bearing import Bearing
+from sim_instruments.physics.motor.bearing import Bearing
 from sim_instruments.world.machine_data import Leads
 from tests.runs.on_bench import measure, within
 

@@ -4,7 +4,7 @@ import pytest
 import pyvisa
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from tests.sim_instruments.motors import BENCH_MOTOR
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from sim_instruments.physics.flux_map import FluxMap
+from sim_instruments.physics.motor.flux_map import FluxMap
 
 FloatArray = NDArray[np.float64]
 

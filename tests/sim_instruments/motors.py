@@ -1,6 +1,6 @@
 """Motors that tests of more than one folder turn."""
 
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 
 BENCH_MOTOR = VirtualMotor(

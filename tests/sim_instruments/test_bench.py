@@ -8,7 +8,7 @@ import pyvisa
 from sim_instruments.bench import ROLES, VirtualBench
 from sim_instruments.catalogue import SimulatedUnit, find
 from sim_instruments.instruments.errors import Errors, ScopeErrors, SupplyErrors
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 
 
 def descriptors() -> int:

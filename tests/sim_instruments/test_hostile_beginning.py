@@ -10,7 +10,7 @@ from drivers.catalogue import Surroundings
 from drivers.keysight.options import Keysight34970AOptions
 from drivers.keysight.switch_unit_34970a import Keysight34970A
 from sim_instruments.bench import VirtualBench
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.server.served_bench import ServedBench
 from tests.sim_instruments.can_client import aborted, remote_node

@@ -9,7 +9,7 @@ import numpy as np
 from procedures.core.nameplate import Nameplate
 from sim_instruments.disturbances.bench import Contacts, Disturbances, Hands, ShaftSensors
 from sim_instruments.disturbances.channel import ChannelPath
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 
 #: The channels of the virtual station: three voltage probes, one current probe.
 VOLTAGES, CURRENT = (1, 2, 3), 4

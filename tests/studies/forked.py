@@ -25,7 +25,7 @@ _CONTEXT.set_forkserver_preload(
         "bench.cli.demo",
         "bench.cli.run",
         "bench.cli.serve",
-        "bench.cli.sim_serve",
+        "bench.cli.sim.serve",
         "bench.eol.line.batch",
         "bench.eol.line.worker",
         "bench.eol.store.records",

@@ -12,8 +12,8 @@ from bench.journal.stored_result import store_text
 from drivers.interfaces import Accuracy, ImpedanceReading
 from drivers.interfaces.text import text
 from procedures.core.curves import curve
-from procedures.techniques.shaft_plots import coast_plot, emf_plot, ramp_plot
-from procedures.techniques.winding_plots import SweepPlot, aligned_plot, step_plot
+from procedures.techniques.shaft.plots import coast_plot, emf_plot, ramp_plot
+from procedures.techniques.winding.plots import SweepPlot, aligned_plot, step_plot
 from tests.bench.panel.conftest import CHROMIUM, FLAGS, Server
 from tests.bench.panel.shown_run import ShownRun
 from tests.studies.panel_screens import SCREENS

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from procedures.core.nameplate import Nameplate, WindingConnection
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 
 #: What the virtual station gives: the supply's voltage (V) with a reserve, the phase voltage of the inverter (V, peak), its
 #: highest frequency (Hz), the dynamometer's speed (rad/s) and torque (N·m).

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from sim_instruments.instruments.errors import Errors
-from sim_instruments.physics.flux_map import FluxMap
+from sim_instruments.physics.motor.flux_map import FluxMap
 from tests.runs.flux_bench import BALDOR, errors_of, flux_bench, map_of, motor_on
 from tests.sim_instruments.flux_maps import BALDOR_FILE
 

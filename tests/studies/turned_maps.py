@@ -20,7 +20,7 @@ from procedures.core.result import ProcedureResult
 from procedures.estimation.winding.short_circuit import current, peak_speed
 from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.instruments.errors import Errors
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.machine_data import Leads
 from tests.studies.measured_motor import THERMOMETER, carry_out
 from tests.studies.random_motors import draw_motor

@@ -11,8 +11,8 @@ from drivers.interfaces.text import Text, text
 from sim_instruments.faults.description import Description
 from sim_instruments.faults.on_bench import OpenPhase, StuckRelay
 from sim_instruments.faults.on_hands import MisPlaced
-from sim_instruments.physics import defects
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor import defects
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.machine import driven
 from sim_instruments.world.fixture.layout import crosspoints

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 
 
 class Grade(Enum):

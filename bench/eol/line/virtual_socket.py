@@ -27,8 +27,8 @@ from sim_instruments.catalogue import FIXTURE, SimulatedUnit, find, standard_uni
 from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.faults.description import Description
 from sim_instruments.instruments.errors import Errors
-from sim_instruments.physics import defects
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor import defects
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.machine import driven
 
 

@@ -19,7 +19,7 @@ from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import FIXTURE, SimulatedInstrument, SimulatedUnit
 from sim_instruments.faults.line_faults import Faults, MessageWatch
 from sim_instruments.instruments.errors import DynamometerErrors, Errors
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.scpi.exchange import ReadEnd
 
 #: A transducer that was not zeroed shows so much (N·m).

@@ -14,7 +14,7 @@ def _output(options: Options) -> int:
 
 def _stage(options: Options) -> SupplyStage:
     """Return an output of the E36313A; the load regulation of output 1, 2 mV over 10 A, is its output resistance."""
-    from sim_instruments.instruments.keysight.e36300_output import RATINGS
+    from sim_instruments.instruments.keysight.e36300.output import RATINGS
 
     rating = RATINGS[_output(options)]
     return SupplyStage(
@@ -23,33 +23,33 @@ def _stage(options: Options) -> SupplyStage:
 
 
 def _ratings(options: Options) -> dict[str, float]:
-    from sim_instruments.instruments.keysight.e36300_output import RATINGS
+    from sim_instruments.instruments.keysight.e36300.output import RATINGS
 
     rating = RATINGS[_output(options)]
     return {"maximum_voltage": rating.voltage, "maximum_current": rating.current}
 
 
 def _supply(place: BenchPlace) -> Any:
-    from sim_instruments.instruments.keysight.e36300 import KeysightE36313A
+    from sim_instruments.instruments.keysight.e36300.supply import KeysightE36313A
 
     wired = _output(place.options) if place.connected else None
     return KeysightE36313A(place.world, place.generator, place.errors, wired=wired)
 
 
 def _lcr_meter(place: BenchPlace) -> Any:
-    from sim_instruments.instruments.keysight.e4980a import KeysightE4980A
+    from sim_instruments.instruments.keysight.e4980a.lcr_meter import KeysightE4980A
 
     return KeysightE4980A(place.world, place.generator, place.errors)
 
 
 def _oscilloscope(place: BenchPlace) -> Any:
-    from sim_instruments.instruments.keysight.infiniivision import KeysightInfiniiVision
+    from sim_instruments.instruments.keysight.infiniivision.oscilloscope import KeysightInfiniiVision
 
     return KeysightInfiniiVision(place.world, place.generator, place.errors)
 
 
 def _voltmeter(place: BenchPlace) -> Any:
-    from sim_instruments.instruments.keysight.dmm_34461a import Keysight34461A
+    from sim_instruments.instruments.keysight.dmm_34461a.multimeter import Keysight34461A
 
     return Keysight34461A(place.world, place.generator, place.errors)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from sim_instruments.clock.virtual_clock import BenchClock
 from sim_instruments.disturbances.first_order import lagged_now
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.history import Quantity
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.sources.stuck_output import OutputSwitch

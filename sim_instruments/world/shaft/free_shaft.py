@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from sim_instruments.physics.circuits.crossing import first_rise
+from sim_instruments.physics.circuits.transient import LinearTransient
+from sim_instruments.physics.circuits.windings import FloatArray
 from sim_instruments.physics.closed_loops import BrakedShaft, braked
-from sim_instruments.physics.coasting import BearingDrag, Cogged, CoggingWaves
-from sim_instruments.physics.crossing import first_rise
-from sim_instruments.physics.mapped_windings import MappedWindings
-from sim_instruments.physics.motion import Drag, Motion, Ramp, Rest
+from sim_instruments.physics.mapped.windings import MappedWindings
+from sim_instruments.physics.motion.coasting import BearingDrag, Cogged, CoggingWaves
+from sim_instruments.physics.motion.motion import Drag, Motion, Ramp, Rest
 from sim_instruments.physics.swing import Grip, Shaft, Swing
-from sim_instruments.physics.transient import LinearTransient
-from sim_instruments.physics.windings import FloatArray
 from sim_instruments.world.segment import Circuit, DynamometerLaw, Outcome, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
 

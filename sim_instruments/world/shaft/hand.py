@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim_instruments.disturbances.bench import Hands
-from sim_instruments.physics.network import Network
-from sim_instruments.physics.windings import FloatArray, Windings
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.windings import FloatArray, Windings
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import State
 from sim_instruments.world.settings import WorldSettings

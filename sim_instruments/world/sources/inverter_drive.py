@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
+from sim_instruments.physics.circuits.windings import FloatArray
 from sim_instruments.physics.closed_loops import braked
 from sim_instruments.physics.field import ImpressedField, Synchronous, q_current_within
-from sim_instruments.physics.mapped_field import MappedSynchronous
-from sim_instruments.physics.mapped_windings import MappedWindings
-from sim_instruments.physics.motion import Motion, Ramp, Rest
-from sim_instruments.physics.windings import FloatArray
+from sim_instruments.physics.mapped.field import MappedSynchronous
+from sim_instruments.physics.mapped.windings import MappedWindings
+from sim_instruments.physics.motion.motion import Motion, Ramp, Rest
 from sim_instruments.world.segment import DynamometerLaw, FieldState, Outcome, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
 from sim_instruments.world.shaft.free_shaft import drag

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
+from sim_instruments.physics.circuits.current_step import CurrentStep
+from sim_instruments.physics.circuits.rotor_frame import RotorFrame
+from sim_instruments.physics.circuits.windings import ComplexArray, FloatArray
 from sim_instruments.physics.closed_loops import braked
-from sim_instruments.physics.current_step import CurrentStep
 from sim_instruments.physics.field import RotorField
-from sim_instruments.physics.motion import Motion, Ramp, Rest, Wavering
-from sim_instruments.physics.rotor_frame import RotorFrame
-from sim_instruments.physics.traced import Traced
-from sim_instruments.physics.windings import ComplexArray, FloatArray
+from sim_instruments.physics.motion.motion import Motion, Ramp, Rest, Wavering
+from sim_instruments.physics.motion.traced import Traced
 from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
 from sim_instruments.world.shaft.free_shaft import drag

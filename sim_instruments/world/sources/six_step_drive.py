@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from sim_instruments.physics.commutated import Commutated
-from sim_instruments.physics.motion import Drag, Motion, Ramp, Rest, Wavering
+from sim_instruments.physics.motion.motion import Drag, Motion, Ramp, Rest, Wavering
 from sim_instruments.six_step.drive import SixStepError
 from sim_instruments.world.segment import DynamometerLaw, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs

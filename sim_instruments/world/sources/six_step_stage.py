@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field, replace
 
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.physics.swing import Shaft
 from sim_instruments.six_step.drive import SixStepDrive
 from sim_instruments.six_step.emf import emf_angle_at_start

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sim_instruments.physics.network import Network
-from sim_instruments.physics.source import CurrentSource, Source, VoltageSource
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.source import CurrentSource, Source, VoltageSource
 from sim_instruments.physics.swing import Thresholds
 from sim_instruments.world.machine_data import SupplyStage
 from sim_instruments.world.segment import State, SupplyMode

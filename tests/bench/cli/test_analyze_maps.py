@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.cli.analyze_maps import efficiency, flux_map, short_circuit
+from bench.cli.analyze.maps import efficiency, flux_map, short_circuit
 from bench.i18n.errors import InputError, UsageError
 from tests.studies.flux_truths import Array, true_motors
 

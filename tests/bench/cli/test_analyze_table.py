@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli.analyze_table import table
+from bench.cli.analyze.table import table
 from bench.i18n.errors import InputError, UsageError
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from bench.cli.run import run
-from bench.cli.sim_serve import serve
+from bench.cli.sim.serve import serve
 from bench.i18n.errors import InputError, UsageError
 from bench.station.station_file import load_station
 from bench.virtual.served_clock import ServedClock

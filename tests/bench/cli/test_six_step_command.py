@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli.six_step import six_step
+from bench.cli.sim.six_step import six_step
 from bench.i18n.errors import InputError, UsageError
 from bench.motor.six_step_file import EXAMPLE, load_drive
 

@@ -18,7 +18,7 @@ from procedures.core.bench import Operator, ProcedureError
 from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.estimation.fitting.fit import EstimationError
 from sim_instruments.bench import VirtualBench
-from sim_instruments.physics.hall import SimulatedHallSensors
+from sim_instruments.physics.motor.hall import SimulatedHallSensors
 from tests.runs.on_bench import measure
 
 WYE = Nameplate("M1", WindingConnection.WYE, 2.0, wire_colours={"A": "white", "B": "green", "C": "black"})

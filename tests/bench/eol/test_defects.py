@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.cli.eol_defects_output import as_json, print_defects
+from bench.cli.eol.defects_output import as_json, print_defects
 from bench.distribution.workforce import Workforce
 from bench.eol.defects.campaign import Campaign, measure_all, tasks_of
 from bench.eol.defects.cases import DefectCases, defect_cases
@@ -28,7 +28,7 @@ from bench.i18n.errors import InputError
 from bench.i18n.language import translator
 from bench.motor.motor_file import load_motor
 from drivers.interfaces.text import text
-from sim_instruments.physics import defects
+from sim_instruments.physics.motor import defects
 from tests.studies.forked import ready
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "eol"

@@ -11,10 +11,10 @@ from bench.virtual.true_values import true_values
 from procedures.core.nameplate import WindingConnection
 from procedures.core.parameters import PARAMETERS
 from procedures.known_parameters import givers
-from sim_instruments.physics.bearing import Bearing
-from sim_instruments.physics.hall import SimulatedHallSensors
-from sim_instruments.physics.iron import Iron
-from sim_instruments.physics.magnets import Magnets
+from sim_instruments.physics.motor.bearing import Bearing
+from sim_instruments.physics.motor.hall import SimulatedHallSensors
+from sim_instruments.physics.motor.iron import Iron
+from sim_instruments.physics.motor.magnets import Magnets
 from tests.studies import flux_map_example
 
 LG = (Path(__file__).parents[3] / "bench" / "motors" / "lg-400w.toml").read_text(encoding="utf-8")

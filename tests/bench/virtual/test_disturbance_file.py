@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli.sim_serve import serve
+from bench.cli.sim.serve import serve
 from bench.i18n.errors import InputError
 from bench.virtual.disturbance_file import load_disturbances
 from sim_instruments.disturbances.bench import Contacts, Disturbances, Hands, ShaftSensors

@@ -7,7 +7,7 @@ import pytest
 
 from sim_instruments.bench import VirtualBench
 from sim_instruments.faults.catalogue import FAULT
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 
 SERIES = {"A": "supply+", "B": "supply-", "C": "supply-"}
 

@@ -10,7 +10,7 @@ import serial
 
 from sim_instruments.bench import VirtualBench
 from sim_instruments.faults.catalogue import FAULT
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.transports.can.in_process import CHANNEL
 from sim_instruments.transports.modbus.in_process import ModbusStream
 

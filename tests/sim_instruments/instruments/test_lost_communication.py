@@ -7,7 +7,7 @@ import pytest
 from pymodbus.client import ModbusTcpClient
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 
 TREATMENT, TIME_OUT, COMMAND, FREQUENCY, RESET, STATUS = 0x0902, 0x0903, 0x2000, 0x2001, 0x2002, 0x2100
 FORWARD = 0b01_00_10

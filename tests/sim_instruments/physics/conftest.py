@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from sim_instruments.clock.virtual_clock import VirtualClock
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.machine_data import Leads, SupplyStage
 from sim_instruments.world.world import World
 

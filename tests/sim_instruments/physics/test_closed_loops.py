@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from sim_instruments.clock.virtual_clock import VirtualClock
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.windings import Windings
 from sim_instruments.physics.closed_loops import ClosedLoops, PeriodicCurrents
-from sim_instruments.physics.motion import Ramp, Wavering
-from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.physics.network import Network
-from sim_instruments.physics.windings import Windings
+from sim_instruments.physics.motion.motion import Ramp, Wavering
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.machine_data import Leads
 from sim_instruments.world.world import World
 

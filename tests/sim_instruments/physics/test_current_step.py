@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sim_instruments.clock.virtual_clock import VirtualClock
-from sim_instruments.physics.current_step import CurrentStep
-from sim_instruments.physics.rotor_frame import RotorFrame
+from sim_instruments.physics.circuits.current_step import CurrentStep
+from sim_instruments.physics.circuits.rotor_frame import RotorFrame
 from sim_instruments.world.machine_data import InverterStage, Leads
 from sim_instruments.world.world import World
 from tests.runs.flux_bench import motor_on

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim_instruments.physics.flux_map import FluxMap
-from sim_instruments.physics.flux_table import FluxTable
+from sim_instruments.physics.motor.flux_map import FluxMap
+from sim_instruments.physics.motor.flux_table import FluxTable
 from tests.sim_instruments.flux_maps import BALDOR_FILE, MADE, MadeMotor, made_motors, needs_baldor, reach_of
 
 

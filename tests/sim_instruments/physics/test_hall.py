@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim_instruments.clock.virtual_clock import VirtualClock
-from sim_instruments.physics.hall import SimulatedHallSensors
-from sim_instruments.physics.windings import Windings
+from sim_instruments.physics.circuits.windings import Windings
+from sim_instruments.physics.motor.hall import SimulatedHallSensors
 from sim_instruments.six_step.machine import virtual_motor
 from sim_instruments.world.world import World
 from tests.sim_instruments.motors import SIX_STEP

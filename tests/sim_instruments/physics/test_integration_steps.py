@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import RK45, solve_ivp
 
-from sim_instruments.physics.explicit_step import DormandPrince, ExplicitStep
-from sim_instruments.physics.implicit_step import Rosenbrock
-from sim_instruments.physics.integration_step import Begin, IntegrationStep, Method
+from sim_instruments.physics.integration.explicit_step import DormandPrince, ExplicitStep
+from sim_instruments.physics.integration.implicit_step import Rosenbrock
+from sim_instruments.physics.integration.integration_step import Begin, IntegrationStep, Method
 
 METHODS = [(DormandPrince(), 5), (Rosenbrock(timed=True), 4)]
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim_instruments.physics.iron import Iron
-from sim_instruments.physics.magnets import Magnets
-from sim_instruments.physics.mapped_windings import MappedWindings
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.mapped.windings import MappedWindings
+from sim_instruments.physics.motor.iron import Iron
+from sim_instruments.physics.motor.magnets import Magnets
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.machine_data import DynamometerMachine
 from sim_instruments.world.world import World
 from tests.sim_instruments.flux_maps import MADE

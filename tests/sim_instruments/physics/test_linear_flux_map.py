@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim_instruments.physics.flux_map import FluxMap
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.flux_map import FluxMap
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.world import World
 
 REACH = 80.0

@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from sim_instruments.physics.crossing import first_rise
-from sim_instruments.physics.network import Network
-from sim_instruments.physics.source import CurrentSource, Source, VoltageSource
-from sim_instruments.physics.transient import LinearTransient
-from sim_instruments.physics.windings import Windings
+from sim_instruments.physics.circuits.crossing import first_rise
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.source import CurrentSource, Source, VoltageSource
+from sim_instruments.physics.circuits.transient import LinearTransient
+from sim_instruments.physics.circuits.windings import Windings
 
 WIRINGS = [
     ("supply+", "supply-", "open"),

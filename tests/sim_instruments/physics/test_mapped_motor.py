@@ -11,13 +11,13 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 from sim_instruments.clock.virtual_clock import VirtualClock
-from sim_instruments.physics.flux_map import FluxMap
-from sim_instruments.physics.iron import Iron
-from sim_instruments.physics.mapped_network import MappedNetwork
-from sim_instruments.physics.mapped_windings import MappedWindings
-from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.physics.periodic_flux import PeriodicFlux
-from sim_instruments.physics.source import absent
+from sim_instruments.physics.circuits.source import absent
+from sim_instruments.physics.mapped.network import MappedNetwork
+from sim_instruments.physics.mapped.periodic_flux import PeriodicFlux
+from sim_instruments.physics.mapped.windings import MappedWindings
+from sim_instruments.physics.motor.flux_map import FluxMap
+from sim_instruments.physics.motor.iron import Iron
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads
 from sim_instruments.world.world import World
 from tests.sim_instruments.flux_maps import BALDOR_FILE, MADE, MadeMotor, made_motors, needs_baldor, reach_of

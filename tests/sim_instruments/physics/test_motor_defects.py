@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sim_instruments.clock.virtual_clock import VirtualClock
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.world import World
 
 

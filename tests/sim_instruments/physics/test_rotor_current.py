@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim_instruments.clock.virtual_clock import VirtualClock
-from sim_instruments.physics.bridge_error import BridgeError
-from sim_instruments.physics.flux_map import FluxMap
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.circuits.bridge_error import BridgeError
+from sim_instruments.physics.motor.flux_map import FluxMap
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.machine_data import InverterStage, Leads
 from sim_instruments.world.sources.inverter_output import RotorState
 from sim_instruments.world.world import World

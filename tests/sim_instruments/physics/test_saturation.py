@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.physics.saturation import MAGNET_SHARE, Saturation
+from sim_instruments.physics.motor.motor import VirtualMotor
+from sim_instruments.physics.motor.saturation import MAGNET_SHARE, Saturation
 from sim_instruments.world.world import World
 
 D, Q = 90.0, 60.0

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from sim_instruments.clock.virtual_clock import VirtualClock
-from sim_instruments.physics.motion import Drag, Wavering
+from sim_instruments.physics.motion.motion import Drag, Wavering
 from sim_instruments.world.machine_data import DynamometerMachine
 from sim_instruments.world.world import World
 

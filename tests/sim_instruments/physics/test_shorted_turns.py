@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from sim_instruments.clock.virtual_clock import VirtualClock
-from sim_instruments.physics.bearing import Bearing
-from sim_instruments.physics.defects import rubbing, shorted_turns, weak_pole
-from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.physics.shorted_turns import ShortedTurns
-from sim_instruments.physics.windings import Windings
+from sim_instruments.physics.circuits.windings import Windings
+from sim_instruments.physics.motor.bearing import Bearing
+from sim_instruments.physics.motor.defects import rubbing, shorted_turns, weak_pole
+from sim_instruments.physics.motor.motor import VirtualMotor
+from sim_instruments.physics.motor.shorted_turns import ShortedTurns
 from sim_instruments.world.world import World
 
 SHARE = 0.1

@@ -8,9 +8,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from sim_instruments.clock.virtual_clock import VirtualClock
-from sim_instruments.physics.motor import VirtualMotor
-from sim_instruments.physics.network import Network
-from sim_instruments.physics.windings import Windings
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.windings import Windings
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.machine_data import Leads, SupplyStage
 from sim_instruments.world.segment import State
 from sim_instruments.world.settings import SupplySettings

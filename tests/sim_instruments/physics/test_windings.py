@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_instruments.physics.network import Network
-from sim_instruments.physics.windings import Windings
+from sim_instruments.physics.circuits.network import Network
+from sim_instruments.physics.circuits.windings import Windings
 
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 721)
 HIGH_FREQUENCY = 2.0 * math.pi * 1e6

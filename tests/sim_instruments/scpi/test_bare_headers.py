@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.scpi.exchange import NoReplyError
 from sim_instruments.scpi.instrument import ScpiInstrument
 

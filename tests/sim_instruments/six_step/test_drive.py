@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim_instruments.physics.windings import Windings
+from sim_instruments.physics.circuits.windings import Windings
 from sim_instruments.six_step.circuit import Observables
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive, SixStepError
 from sim_instruments.six_step.emf import emf_phasors, mean_line_emf

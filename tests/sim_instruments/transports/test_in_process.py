@@ -6,7 +6,7 @@ import pytest
 
 from sim_instruments.bench import VirtualBench
 from sim_instruments.faults.line_faults import Fault
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 
 SDO_REQUEST, SDO_REPLY = 0x605, 0x585
 READ_STATUS = bytes.fromhex("40 41 60 00 00 00 00 00")

@@ -15,7 +15,7 @@ from bench.eol.record import MeasuredFigure
 from bench.eol.verdict import Verdict
 from bench.motor.motor_file import load_motor
 from bench.testing import Judged, PlanUnderTest
-from sim_instruments.physics import defects
+from sim_instruments.physics.motor import defects
 
 EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "eol"
 

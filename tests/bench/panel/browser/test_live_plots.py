@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 
 from bench.journal.stored_result import store_text
 from drivers.interfaces.text import text
-from procedures.techniques.shaft_plots import coast_plot, ramp_plot
+from procedures.techniques.shaft.plots import coast_plot, ramp_plot
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_run_page import assert_accessible, assert_fits
 from tests.bench.panel.shown_run import ShownRun

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from bench.cli.run import run as motorbench_run
-from bench.cli.station import check
+from bench.cli.station.check import check
 from tests.studies.forked import Forked
 from tests.studies.held import PATIENCE, Served
 from tests.studies.held_driver import hold_driver

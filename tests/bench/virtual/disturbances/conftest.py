@@ -22,7 +22,7 @@ from sim_instruments.instruments.errors import (
     SupplyErrors,
     VoltmeterErrors,
 )
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.machine_data import Leads
 from tests.sim_instruments.motors import BENCH_MOTOR
 

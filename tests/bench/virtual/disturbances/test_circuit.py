@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from drivers.interfaces import ChannelSettings, Slope, Trigger
 from procedures.core.bench import Role
 from sim_instruments.disturbances.bench import Contacts, Disturbances
-from sim_instruments.physics.iron import Iron
+from sim_instruments.physics.motor.iron import Iron
 from tests.bench.virtual.disturbances.conftest import Make, Stand
 from tests.bench.virtual.disturbances.test_channels import phasor
 from tests.sim_instruments.motors import BENCH_MOTOR

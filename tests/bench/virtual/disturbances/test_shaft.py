@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 
 from procedures.core.bench import Role
 from sim_instruments.disturbances.bench import Disturbances, ShaftSensors
-from sim_instruments.physics.bearing import Bearing
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.bearing import Bearing
+from sim_instruments.physics.motor.motor import VirtualMotor
 from tests.bench.virtual.disturbances.conftest import Make, Stand
 from tests.sim_instruments.motors import BENCH_MOTOR
 

@@ -15,7 +15,7 @@ from drivers.cia402.stated_objects import StatedObject
 from drivers.interfaces import ReportedError
 from drivers.transport.can.buses import CanBuses
 from sim_instruments.bench import VirtualBench
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from tests.sim_instruments.can_client import aborted
 
 SHEET = Path(__file__).parents[4] / "docs/examples/virtual-inverter.eds"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from tests.sim_instruments.instruments.delta.test_dyn200 import Wire, wired
 
 RUN, STOP = "01 06 20 00 00 12", "01 06 20 00 00 01"

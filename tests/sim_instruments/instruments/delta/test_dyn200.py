@@ -10,7 +10,7 @@ import pytest
 
 from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import SimulatedUnit, find
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.transports.modbus.in_process import ModbusStream
 
 RPM = 2.0 * math.pi / 60.0

@@ -7,10 +7,10 @@ import pyvisa
 
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors, VoltmeterErrors
-from sim_instruments.instruments.keysight import dmm_34461a_conversion as conversion
-from sim_instruments.instruments.keysight.dmm_34461a import Keysight34461A
-from sim_instruments.instruments.keysight.dmm_34461a_functions import VOLT_DC
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.instruments.keysight.dmm_34461a import conversion
+from sim_instruments.instruments.keysight.dmm_34461a.functions import VOLT_DC
+from sim_instruments.instruments.keysight.dmm_34461a.multimeter import Keysight34461A
+from sim_instruments.physics.motor.motor import VirtualMotor
 
 Session = pyvisa.resources.MessageBasedResource
 FLAWLESS = VoltmeterErrors((0.0,) * 5, (0.0,) * 5)

@@ -5,8 +5,8 @@ import pytest
 import pyvisa
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.instruments.keysight.dmm_34461a_temperature import NONE, rtd_temperature, thermistor_temperature
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.instruments.keysight.dmm_34461a.temperature import NONE, rtd_temperature, thermistor_temperature
+from sim_instruments.physics.motor.motor import VirtualMotor
 from tests.sim_instruments.motors import BENCH_MOTOR
 
 Session = pyvisa.resources.MessageBasedResource

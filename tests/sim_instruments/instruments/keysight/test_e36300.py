@@ -6,7 +6,7 @@ import pyvisa
 from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import SimulatedUnit, find
 from sim_instruments.instruments.errors import SupplyErrors
-from sim_instruments.instruments.keysight.e36300 import KeysightE36313A
+from sim_instruments.instruments.keysight.e36300.supply import KeysightE36313A
 
 Open = Callable[[str], pyvisa.resources.MessageBasedResource]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.instruments.keysight.e36300 import KeysightE36313A
+from sim_instruments.instruments.keysight.e36300.supply import KeysightE36313A
 
 
 def told(unit: KeysightE36313A, message: str) -> str:

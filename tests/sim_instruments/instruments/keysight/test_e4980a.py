@@ -8,10 +8,10 @@ import pyvisa
 
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import LcrErrors
-from sim_instruments.instruments.keysight import e4980a_accuracy as accuracy
-from sim_instruments.instruments.keysight.e4980a import KeysightE4980A
-from sim_instruments.instruments.keysight.e4980a_parameters import TOKENS, pair
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.instruments.keysight.e4980a import accuracy
+from sim_instruments.instruments.keysight.e4980a.lcr_meter import KeysightE4980A
+from sim_instruments.instruments.keysight.e4980a.parameters import TOKENS, pair
+from sim_instruments.physics.motor.motor import VirtualMotor
 
 Session = pyvisa.resources.MessageBasedResource
 LINE_RESISTANCE, LEAD_RESISTANCE, LEAD_INDUCTANCE = 1.0, 6.0e-3, 0.2e-6

@@ -7,7 +7,7 @@ from canopen import objectdictionary as od
 
 from sim_instruments.bench import VirtualBench
 from sim_instruments.faults.line_faults import Fault
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from tests.sim_instruments.can_client import aborted, remote_node
 
 TYPES = {

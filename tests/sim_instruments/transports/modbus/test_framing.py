@@ -8,7 +8,7 @@ import serial
 
 from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import SimulatedUnit, find
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 
 #: 00-00 of unit 1 is 6, in both kinds of frame (Modbus over Serial Line, V1.02, 2.5.1 and 2.5.2).
 RTU, RTU_REPLY = bytes.fromhex("01 03 00 00 00 01 84 0A"), bytes.fromhex("01 03 02 00 06 38 46")

@@ -16,7 +16,7 @@ from sim_instruments.instruments.delta.c2000 import DeltaDrive
 from sim_instruments.instruments.delta.dyn200 import Dyn200
 from sim_instruments.instruments.errors import DynamometerErrors
 from sim_instruments.instruments.registers import RegisterError, double_word
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.transports.modbus.rtu import ModbusRtuEndpoint
 from sim_instruments.transports.modbus.unit import ModbusLine
 

@@ -11,7 +11,7 @@ from pyvisa.highlevel import VisaLibraryBase
 from sim_instruments.bench import VirtualBench
 from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.faults.line_faults import Fault, FaultKind
-from sim_instruments.physics.motor import VirtualMotor
+from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.tree import Call, Handling
 from sim_instruments.transports.visa.library import InProcessVisaLibrary

@@ -1,0 +1,1 @@
+"""`motorbench analyze`: captures and tables that are evaluated without an instrument."""

@@ -1,0 +1,394 @@
+"""`motorbench analyze`: stored captures, evaluated by the estimators that a run uses."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter, Token
+
+from bench.cli.analyze.output import print_analysis
+from bench.i18n.errors import UsageError
+from bench.i18n.language import language_of, translator
+from drivers.interfaces.text import text
+
+
+def _whole(_: Any, tokens: Sequence[Token]) -> int:
+    typed = tokens[0].value
+    if not typed.isdecimal() or not int(typed):
+        raise UsageError(text("--pole-pairs {typed}: allowed is a whole number from 1 on", typed=typed))
+    return int(typed)
+
+
+#: A whole number: half a pole pair is none, and is not rounded to one.
+Count = Annotated[int, Parameter(converter=_whole)]
+
+
+def back_emf(
+    *files: Path,
+    connection: Literal["line", "phase", "neutral"] | None = None,
+    pole_pairs: Count | None = None,
+    speed_rpm: float | None = None,
+    speed_uncertainty_rpm: float | None = None,
+    speeds: int = 1,
+    harmonics: Sequence[int] = (1, 3, 5, 7),
+    scale: Sequence[str] = (),
+    coupling: Sequence[str] = (),
+    temperature: float | None = None,
+    temperature_uncertainty: float | None = None,
+    magnet_coefficient: float = -0.001,
+    from_: Annotated[float | None, Parameter(name="--from")] = None,
+    to: float | None = None,
+    time_column: str | None = None,
+    accuracy: Sequence[str] = (),
+    accuracy_file: Path | None = None,
+    full_scale: Sequence[str] = (),
+    budget: bool = False,
+    language: str = "auto",
+    json: bool = False,
+) -> int:
+    """Fundamental, harmonics, drift and flux linkage of captured back-EMF voltages (§3.4).
+
+    Exit status 0 where every figure is given, 1 where one is withheld, 2 where a file or what was typed cannot be used.
+
+    Parameters
+    ----------
+    files
+        Captures of one record, or of one a speed: R&S RTB, Tektronix TDS or Siglent CSV, columns of time and volts, or HDF5.
+    connection
+        Where the probes were: between two lines (taken where not given, and channels are not named as phases), phase to an artificial
+        star point, or phase to the winding's own.
+    pole_pairs
+        Pole pairs, for the mechanical constants.
+    speed_rpm
+        Mechanical speed, rpm, to find the pole pairs by.
+    speed_uncertainty_rpm
+        Its standard uncertainty, rpm.
+    speeds
+        At how many speeds the files were recorded: as many files each, those of one record following each other.
+    harmonics
+        Orders to fit.
+    scale
+        Factor for a channel, NAME=FACTOR, where a probe's setting was wrong.
+    coupling
+        dc or ac, of all channels or NAME=dc of one, where the file does not say it; AC coupling cannot be seen in a record.
+    temperature
+        Temperature of the magnets during the record, °C: flux linkage and constants are then those at 25 °C.
+    temperature_uncertainty
+        Half-width of what is known of it, K; 2 where not given.
+    magnet_coefficient
+        Temperature coefficient of the magnets' flux, 1/K.
+    from_
+        First instant of the record to take, s, of the file's own time.
+    to
+        Last instant of the record to take, s.
+    time_column
+        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
+    accuracy
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, time.
+    accuracy_file
+        TOML file with the same; what is on the command line overrules it.
+    full_scale
+        Range that a channel was set to, NAME=RANGE, as in CH1=40V: the whole screen, for limits in % of full scale.
+    budget
+        Print every parameter's uncertainty budget; JSON always holds them.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.analysis import analyze_back_emf, read_statements
+    from bench.analysis.back_emf_record import read_couplings
+    from bench.analysis.temperature import magnet_temperature
+    from bench.captures import CapturePart
+
+    translate = translator(language_of(language))
+    made = analyze_back_emf(
+        _some(files),
+        connection=connection,
+        pole_pairs=pole_pairs,
+        scale=_factors(scale),
+        speed_rpm=speed_rpm,
+        speed_uncertainty_rpm=speed_uncertainty_rpm,
+        speeds=speeds,
+        coupling=read_couplings(coupling),
+        harmonics=harmonics,
+        accuracy=read_statements(accuracy, accuracy_file, full_scale),
+        selection=CapturePart(from_, to, time_column),
+        temperature=magnet_temperature(temperature, temperature_uncertainty, magnet_coefficient),
+        translate=translate,
+    )
+    return print_analysis(made, translate, json=json, budget=budget)
+
+
+def step_response(
+    *files: Path,
+    connection: Literal["wye", "delta"] = "wye",
+    reading: Literal["line", "series-parallel", "phase"] = "series-parallel",
+    axis: Literal["d", "q"] | None = None,
+    voltage: str | None = None,
+    current: str | None = None,
+    scale: Sequence[str] = (),
+    temperature: float | None = None,
+    temperature_uncertainty: float | None = None,
+    copper_coefficient: float = 0.00393,
+    from_: Annotated[float | None, Parameter(name="--from")] = None,
+    to: float | None = None,
+    time_column: str | None = None,
+    skew: float = 0.0,
+    accuracy: Sequence[str] = (),
+    accuracy_file: Path | None = None,
+    full_scale: Sequence[str] = (),
+    budget: bool = False,
+    language: str = "auto",
+    json: bool = False,
+) -> int:
+    """Resistance and inductance from a recorded voltage step and its current (§3.3.1).
+
+    Exit status 0 where every figure is given, 1 where one is withheld, 2 where a file or what was typed cannot be used.
+
+    Parameters
+    ----------
+    files
+        The capture, or one file for each channel.
+    connection
+        How the windings are joined.
+    reading
+        How the step was applied: between two lines, A against B and C together, or phase to star point.
+    axis
+        Axis in which the rotor was locked.
+    voltage
+        Name of the voltage's channel, where its unit does not tell.
+    current
+        Name of the current's channel.
+    scale
+        Factor for a channel, NAME=FACTOR.
+    temperature
+        Temperature of the winding during the record, °C: the loop's resistance is then that at 25 °C.
+    temperature_uncertainty
+        Half-width of what is known of it, K; 2 where not given.
+    copper_coefficient
+        Temperature coefficient of the winding's resistance at 20 °C, 1/K.
+    from_
+        First instant of the record to take, s, of the file's own time.
+    to
+        Last instant of the record to take, s.
+    time_column
+        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
+    skew
+        Limit of the time by which one channel may be late beside the other, s; at least half a sampling interval counts.
+    accuracy
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, current, time.
+    accuracy_file
+        TOML file with the same; what is on the command line overrules it.
+    full_scale
+        Range that a channel was set to, NAME=RANGE, as in CH1=40V: the whole screen, for limits in % of full scale.
+    budget
+        Print every parameter's uncertainty budget; JSON always holds them.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.analysis import analyze_step_response, read_statements
+    from bench.analysis.temperature import copper_temperature
+    from bench.captures import CapturePart
+
+    translate = translator(language_of(language))
+    made = analyze_step_response(
+        list(_some(files)),
+        connection=connection,
+        reading=reading,
+        axis=axis,
+        voltage=voltage,
+        current=current,
+        scale=_factors(scale),
+        accuracy=read_statements(accuracy, accuracy_file, full_scale),
+        selection=CapturePart(from_, to, time_column),
+        temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
+        skew=skew,
+        translate=translate,
+    )
+    return print_analysis(made, translate, json=json, budget=budget)
+
+
+def coast_down(
+    *files: Path,
+    inertia: float | None = None,
+    inertia_uncertainty: float = 0.0,
+    torque: float | None = None,
+    speed: str | None = None,
+    speed_in_rpm: bool = False,
+    from_: Annotated[float | None, Parameter(name="--from")] = None,
+    to: float | None = None,
+    time_column: str | None = None,
+    speed_filter: str | None = None,
+    torque_filter: str | None = None,
+    accuracy: Sequence[str] = (),
+    accuracy_file: Path | None = None,
+    budget: bool = False,
+    language: str = "auto",
+    json: bool = False,
+) -> int:
+    """Friction from a coast-down, and inertia where a driven ramp is there too (§3.5).
+
+    Exit status 0 where every figure is given, 1 where one is withheld, 2 where a file or what was typed cannot be used.
+
+    Parameters
+    ----------
+    files
+        Captures of time and speed, and torque where it was recorded.
+    inertia
+        Inertia, kg·m², where it is known.
+    inertia_uncertainty
+        Its standard uncertainty, kg·m².
+    torque
+        Torque of the driven ramp, N·m, where no column has it.
+    speed
+        Name of the speed's column.
+    speed_in_rpm
+        A speed without unit is in rpm.
+    from_
+        First instant of the record to take, s, of the file's own time.
+    to
+        Last instant of the record to take, s.
+    time_column
+        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
+    speed_filter
+        Time constant of the filter that the speed went through, as in 20ms.
+    torque_filter
+        Time constant of the filter that the torque went through, as in 20ms.
+    accuracy
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: speed, torque, time.
+    accuracy_file
+        TOML file with the same; what is on the command line overrules it.
+    budget
+        Print every parameter's uncertainty budget; JSON always holds them.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.analysis import analyze_coast_down, read_statements
+    from bench.captures import CapturePart
+
+    translate = translator(language_of(language))
+    made = analyze_coast_down(
+        _some(files),
+        inertia=inertia,
+        inertia_uncertainty=inertia_uncertainty,
+        torque=torque,
+        speed=speed,
+        speed_in_rpm=speed_in_rpm,
+        speed_filter=_seconds("--speed-filter", speed_filter),
+        torque_filter=_seconds("--torque-filter", torque_filter),
+        accuracy=read_statements(accuracy, accuracy_file),
+        selection=CapturePart(from_, to, time_column),
+        translate=translate,
+    )
+    return print_analysis(made, translate, json=json, budget=budget)
+
+
+def rotor_sweep(
+    file: Path,
+    *,
+    connection: Literal["wye", "delta"] = "wye",
+    pole_pairs: Count | None = None,
+    electrical: bool = False,
+    threshold: float = 0.10,
+    scale: Sequence[str] = (),
+    from_: Annotated[float | None, Parameter(name="--from")] = None,
+    to: float | None = None,
+    time_column: str | None = None,
+    accuracy: Sequence[str] = (),
+    accuracy_file: Path | None = None,
+    budget: bool = False,
+    language: str = "auto",
+    json: bool = False,
+) -> int:
+    """Ld and Lq from line-to-line inductance over the rotor's angle, or over time (§3.3.2).
+
+    Exit status 0 where every figure is given, 1 where one is withheld, 2 where a file or what was typed cannot be used.
+
+    Parameters
+    ----------
+    file
+        Columns of angle (or time) and inductance.
+    connection
+        How the windings are joined.
+    pole_pairs
+        Pole pairs; searched where not given.
+    electrical
+        The angle is electrical, not mechanical.
+    threshold
+        Difference of smallest and largest below which the note speaks of a surface-magnet machine.
+    scale
+        Factor for a channel, NAME=FACTOR.
+    from_
+        First instant of the record to take, s, of the file's own time.
+    to
+        Last instant of the record to take, s.
+    time_column
+        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
+    accuracy
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: inductance.
+    accuracy_file
+        TOML file with the same; what is on the command line overrules it.
+    budget
+        Print every parameter's uncertainty budget; JSON always holds them.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.analysis import analyze_rotor_sweep, read_statements
+    from bench.captures import CapturePart
+
+    translate = translator(language_of(language))
+    made = analyze_rotor_sweep(
+        file,
+        connection=connection,
+        pole_pairs=pole_pairs,
+        electrical=electrical,
+        threshold=threshold,
+        scale=_factors(scale),
+        accuracy=read_statements(accuracy, accuracy_file),
+        selection=CapturePart(from_, to, time_column),
+        translate=translate,
+    )
+    return print_analysis(made, translate, json=json, budget=budget)
+
+
+def _some(files: Sequence[Path]) -> Sequence[Path]:
+    if not files:
+        raise UsageError(text("name at least one file"))
+    return files
+
+
+def _seconds(option: str, given: str | None) -> float:
+    """Return a time (s) from a number with its unit: s, ms, us or µs."""
+    if given is None:
+        return 0.0
+    for unit, factor in (("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("s", 1.0)):
+        if given.endswith(unit):
+            try:
+                return float(given.removesuffix(unit)) * factor
+            except ValueError:
+                break
+    raise UsageError(text("{option} {word}: give a time, as in 20ms or 0.02s", option=option, word=given))
+
+
+def _factors(given: Sequence[str]) -> dict[str, float]:
+    factors = {}
+    for word in given:
+        name, _, factor = word.rpartition("=")
+        try:
+            factors[name] = float(factor)
+        except ValueError:
+            name = ""
+        if not name:
+            raise UsageError(text("--scale {word}: give NAME=FACTOR, as in CHAN3=10", word=word))
+    return factors

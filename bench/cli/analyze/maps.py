@@ -1,0 +1,264 @@
+"""`motorbench analyze flux-map`, `short-circuit` and `efficiency`: tables that others measured."""
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from bench.cli.analyze.output import print_analysis
+from bench.i18n.errors import UsageError
+from bench.i18n.language import language_of, translator
+from drivers.interfaces.text import Text, Translate, text, word
+
+
+def flux_map(
+    file: Path,
+    *,
+    column: Sequence[str] = (),
+    pole_pairs: float | None = None,
+    voltage: float | None = None,
+    current: float | None = None,
+    resistance: float = 0.0,
+    voltage_gain: float = 0.0,
+    current_gain: float = 0.0,
+    output: Path | None = None,
+    force: bool = False,
+    language: str = "auto",
+    json: bool = False,
+) -> int:
+    """Inductances, MTPA and torque over speed of a table of flux linkages, with intervals; what contradicts itself in it is said.
+
+    Exit status 0 where every figure is given, 1 where the table contradicts itself, 2 where a file or what was typed cannot be used.
+
+    Parameters
+    ----------
+    file
+        Table with a heading: id_A, iq_A, psi_d_Vs, psi_q_Vs, and where there are u_psi_d_Vs, u_psi_q_Vs, torque_Nm; peak values. Or the
+        folder of a run of flux-map, however it ended: the map of what was read until then.
+    column
+        NAME=HEADING where a heading is another: i_d, i_q, psi_d, psi_q, u_psi_d, u_psi_q, torque.
+    pole_pairs
+        Pole pairs, for torque.
+    voltage
+        Phase voltage's limit, V, peak (bus voltage over √3), for torque over speed.
+    current
+        Largest current, A, peak; that of the table where not given.
+    resistance
+        Phase resistance, Ω, for torque over speed.
+    voltage_gain
+        Limit of error of all voltages, %, rectangular.
+    current_gain
+        Limit of error of all currents, %, rectangular.
+    output
+        With a run's folder: file that the map is written to, as flux_map.csv of a finished run has it.
+    force
+        Overwrite that file.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.analysis.load_tables import analyze_flux_map, analyze_run_map
+    from bench.cli.new_file import write_new
+    from bench.journal.run_tables import table_content
+    from procedures.estimation.flux.flux_map import GainLimits
+
+    translate = translator(language_of(language))
+    _above_zero({"--pole-pairs": pole_pairs, "--voltage": voltage, "--current": current})
+    loss = _not_negative("--resistance", resistance)
+    gains = GainLimits(_percent("--voltage-gain", voltage_gain), _percent("--current-gain", current_gain))
+    if file.is_dir():
+        if column or gains != GainLimits():
+            raise UsageError(
+                text(
+                    "{path}: a run names its columns and its gains itself; leave out --column and the gains",
+                    path=str(file),
+                )
+            )
+        made, table = analyze_run_map(
+            file, pole_pairs=pole_pairs, voltage=voltage, current=current, resistance=loss, translate=translate
+        )
+        if output is not None:
+            write_new(output, table_content(table), force=force)
+    elif output is not None:
+        raise UsageError(
+            text("--output: {path} is a table already; name a run's folder, or leave it out", path=str(file))
+        )
+    else:
+        made = analyze_flux_map(
+            file,
+            mapped=column,
+            pole_pairs=pole_pairs,
+            voltage=voltage,
+            current=current,
+            resistance=loss,
+            gains=gains,
+            translate=translate,
+        )
+    status = print_analysis(made, translate, json=json, budget=False)
+    if not json:
+        _print_rows(
+            made["details"].get("mtpa", ()), translate,
+            (("A", "current", 1.0), (text("MTPA, °"), "angle_degrees", 1.0), ("N·m", "torque", 1.0), ("i_d, A", "i_d", 1.0),
+             ("i_q, A", "i_q", 1.0)),
+        )  # fmt: skip
+        _print_rows(
+            made["details"].get("largest_torque", ()), translate,
+            ((text("electrical, rad/s"), "electrical_speed", 1.0), (text("largest N·m"), "torque", 1.0), ("i_d, A", "i_d", 1.0),
+             ("i_q, A", "i_q", 1.0), (text("limit"), "limit", 1.0)),
+        )  # fmt: skip
+    return status
+
+
+def short_circuit(
+    file: Path,
+    *,
+    pole_pairs: float,
+    column: Sequence[str] = (),
+    flux_linkage: float | None = None,
+    u_flux_linkage: float = 0.0,
+    electrical: bool = False,
+    rms: bool = False,
+    language: str = "auto",
+    json: bool = False,
+) -> int:
+    """Inductances, resistance and braking torque of a motor turned with its terminals shorted.
+
+    Exit status 0 where every figure is given, 1 where the table contradicts itself, 2 where a file or what was typed cannot be used.
+
+    Parameters
+    ----------
+    file
+        Table with a heading: speed in rpm or rad/s, current_A (peak), and where there are torque_Nm and friction_Nm.
+    pole_pairs
+        Pole pairs.
+    column
+        NAME=HEADING where a heading is another: speed, current, torque, friction.
+    flux_linkage
+        Flux linkage of the open circuit at the same magnet temperature, V·s, peak.
+    u_flux_linkage
+        Its standard uncertainty, V·s.
+    electrical
+        The speeds are electrical.
+    rms
+        The currents are rms.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.analysis.load_tables import analyze_short_circuit
+
+    translate = translator(language_of(language))
+    _above_zero({"--pole-pairs": pole_pairs, "--flux-linkage": flux_linkage})
+    made = analyze_short_circuit(
+        file, mapped=column, pole_pairs=pole_pairs, flux_linkage=flux_linkage,
+        u_flux_linkage=_not_negative("--u-flux-linkage", u_flux_linkage), electrical=electrical, rms=rms, translate=translate,
+    )  # fmt: skip
+    return print_analysis(made, translate, json=json, budget=False)
+
+
+def efficiency(
+    file: Path,
+    *,
+    column: Sequence[str] = (),
+    torque_gain: float = 0.0,
+    torque_zero: float = 0.0,
+    speed_gain: float = 0.0,
+    power_gain: float = 0.0,
+    language: str = "auto",
+    json: bool = False,
+) -> int:
+    """Efficiency and loss of a table of load points, with intervals by what the instruments share.
+
+    Parameters
+    ----------
+    file
+        Table with a heading: torque_Nm, speed in rpm or rad/s, power_W into the terminals.
+    column
+        NAME=HEADING where a heading is another: torque, speed, power.
+    torque_gain
+        Limit of error of the torque, %, rectangular, the same in all rows.
+    torque_zero
+        Limit of its zero, N·m.
+    speed_gain
+        Limit of error of the speed, %.
+    power_gain
+        Limit of error of the power, %.
+    language
+        en, zh, or auto by the locale.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    from bench.analysis.load_tables import analyze_efficiency
+    from drivers.interfaces import Accuracy
+
+    translate = translator(language_of(language))
+    accuracies = {
+        "torque": Accuracy(
+            gain=_percent("--torque-gain", torque_gain),
+            offset=_not_negative("--torque-zero", torque_zero),
+            source="as stated",
+        ),
+        "speed": Accuracy(gain=_percent("--speed-gain", speed_gain), source="as stated"),
+        "power": Accuracy(gain=_percent("--power-gain", power_gain), source="as stated"),
+    }
+    made = analyze_efficiency(file, mapped=column, accuracies=accuracies, translate=translate)
+    if json:
+        return print_analysis(made, translate, json=True, budget=False)
+    rows = [row for row in made["details"]["load_points"] if "refused" not in row]
+    _print_rows(
+        rows, translate,
+        (("N·m", "torque", 1.0), ("rad/s", "speed", 1.0), (text("efficiency, %"), "efficiency", 100.0), (text("loss, W"), "loss", 1.0)),
+    )  # fmt: skip
+    for each in made["warnings"]:
+        print(each["text"])
+    return 0
+
+
+def _print_rows(
+    rows: Sequence[Mapping[str, Any]], translate: Translate, columns: Sequence[tuple[Text | str, str, float]]
+) -> None:
+    if not rows:
+        return
+    from rich import box
+    from rich.table import Table
+
+    from bench.run.console import console_on
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for head, _, _ in columns:
+        table.add_column(word(head).render(translate), justify="right", no_wrap=True)
+    for row in rows:
+        table.add_row(*(_cell(row[name], factor) for _, name, factor in columns))
+    console_on(sys.stdout).print(table)
+
+
+def _cell(value: Any, factor: float) -> str:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Mapping):
+        low, high = (factor * end for end in value["coverage_interval"])
+        return f"{factor * value['value']:.4g} ± {0.5 * (high - low):.2g}"
+    return f"{factor * value:.4g}"
+
+
+def _percent(option: str, value: float) -> float:
+    if not 0.0 <= value <= 50.0:
+        raise UsageError(text("{option} {value:g}: a limit from 0 to 50 % is allowed", option=option, value=value))
+    return value / 100.0
+
+
+def _not_negative(option: str, value: float) -> float:
+    if not 0.0 <= value < 1e9:
+        raise UsageError(text("{option} {value:g}: a value from 0 on is allowed", option=option, value=value))
+    return value
+
+
+def _above_zero(options: Mapping[str, float | None]) -> None:
+    for option, value in options.items():
+        if value is not None and not 0.0 < value < 1e9:
+            raise UsageError(text("{option} {value:g}: a value above 0 is needed", option=option, value=value))

@@ -1,0 +1,1 @@
+"""`motorbench eol`: batches of motors, their plans, records and statistics."""

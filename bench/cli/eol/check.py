@@ -1,0 +1,161 @@
+"""`motorbench eol check`: a plan tried before a motor comes."""
+
+import math
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from bench.cli.eol.defects_output import as_json, print_defects, print_proposal, shown_progress
+from bench.cli.options import Seed
+from bench.cli.output import print_json
+from bench.distribution.workforce import Workforce
+from bench.eol.defects.check import DefectRequest, check_defects
+from bench.eol.defects.proposal import write_plan
+from bench.eol.line.dry_run import DryRun, dry_run
+from bench.eol.line.preparation import BatchRequest
+from bench.i18n.errors import InputError
+from bench.i18n.language import language_of, translator
+from bench.run.console import console_on
+from drivers.interfaces.text import Text, Translate, text, word
+from reports.labels import ParameterLabels
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+#: A cycle that is by more than this above its floor is worth a word.
+_MUCH = 0.1
+
+
+def check(
+    plan: Path,
+    *,
+    station: str = "virtual",
+    sockets: int | None = None,
+    motors: int | None = None,
+    operator: str = "",
+    each: Annotated[int, Parameter(validator=Number(gte=0, lte=10_000))] = 4,
+    sound: Annotated[int, Parameter(validator=Number(gte=0, lte=1_000_000))] = 100,
+    jobs: Annotated[int | None, Parameter(validator=Number(gte=1, lte=1024))] = None,
+    cluster: str = "",
+    output: Path | None = None,
+    seed: Seed = 0,
+    json: bool = False,
+    language: str = "auto",
+) -> int:
+    """Try a plan on virtual benches, twins of a station that is named: time, limits that cannot be decided, defects that get through.
+
+    Parameters
+    ----------
+    plan
+        The plan's file.
+    station
+        The line's station file, whose drivers are tried on simulated instruments and of which nothing is opened, or `virtual`.
+    sockets
+        How many sockets, where the station file does not say.
+    motors
+        How many motors are tried for the times; three a socket where none is given.
+    operator
+        virtual: hands do what a fixture does otherwise.
+    each
+        How many motors with each defect at each severity; 0: none.
+    sound
+        How many motors without a defect, drawn from the type's spread.
+    jobs
+        How many processes measure them, as many as there are cores where none is given. The figures do not depend on it.
+    cluster
+        Address of a Dask scheduler whose workers measure them, or local for a cluster made here.
+    output
+        Write the plan with limits and an order that follow from what was found to this file, which must not be there yet.
+    seed
+        Seed of the virtual motors and benches.
+    json
+        Print one JSON object and nothing else.
+    language
+        en, zh, or auto by the locale.
+
+    """
+    request = BatchRequest(
+        plan=plan,
+        station=station,
+        runs=Path(),
+        sockets=sockets,
+        motors=motors,
+        operator=operator,
+        seed=seed,
+    )
+    translate = translator(language_of(language))
+    if output is not None and output.exists():
+        raise InputError(text("{path}: is there already; choose another name, or remove it", path=output))
+    done = dry_run(request)
+    if not json:
+        _print(console_on(sys.stdout), done, translate)
+    checked, proposal = None, None
+    if each or sound:
+        workforce = Workforce(jobs or len(os.sched_getaffinity(0)), cluster)
+        with shown_progress(translate) as progress:
+            checked = check_defects(request, DefectRequest(each, sound, workforce, progress))
+        if not json:
+            print_defects(checked, translate)
+        # What was stopped speaks for no limit.
+        if output is not None and checked.findings.complete:
+            proposal = checked.propose()
+            said = f"Limits and order by motorbench eol check of {plan}, seed {seed}."
+            write_plan(proposal, checked.plan, output, said)
+            if not json:
+                print_proposal(proposal, output, translate)
+    if json:
+        print_json({**done.as_dict(), **({"defect_check": as_json(checked, proposal)} if checked else {})})
+    good = checked is None or checked.findings.good
+    return 0 if done.good and good else 1
+
+
+def _print(console: "Console", done: DryRun, translate: Translate) -> None:
+    from rich.table import Table
+
+    def say(said: Text) -> str:
+        return said.render(translate)
+
+    headings = text("Procedure"), text("time, s"), text("floor, s"), text("overhead")
+    title = text("{plan}: {count} motors of the type", plan=done.plan, count=done.motors)
+    times = Table(*map(say, headings), title=say(title))
+    for each in done.procedures:
+        times.add_row(
+            say(word(each.procedure)), f"{each.time:.2f}", f"{each.floor:.2f}", f"{100.0 * each.overhead:.1f} %"
+        )
+    console.print(times)
+    columns = text("Parameter"), text("of the type"), Text("± (95 %)"), text("limits"), text("tolerance / interval")
+    limits = Table(*map(say, columns), "")
+    for limit in done.limits:
+        limits.add_row(
+            say(ParameterLabels({})[limit.parameter]),
+            "–" if math.isnan(limit.value) else f"{limit.value:.5g} {limit.unit}",
+            "–" if math.isnan(limit.expanded) else f"{limit.expanded:.2g}",
+            f"{limit.low:.5g} … {limit.high:.5g}",
+            "–" if math.isnan(limit.ratio) else f"{limit.ratio:.3g}",
+            limit.fault or "✓",
+        )
+    console.print(limits)
+    cycle = text(
+        "Cycle {cycle:.1f} s a motor, {times:.2f} × its physical floor of {floor:.1f} s: {waits:.1f} s of waiting for other sockets, "
+        "software {overhead:.1f} %",
+        cycle=done.cycle,
+        times=done.over_floor,
+        floor=done.floor,
+        waits=done.waits,
+        overhead=100.0 * done.overhead,
+    )
+    much = say(text(" (more than a tenth)")) if done.over_floor > 1.0 + _MUCH else ""
+    console.print(say(cycle) + much, markup=False)
+    rate = text("Sockets: {sockets}; {rate:.0f} motors an hour", sockets=done.sockets, rate=done.per_hour)
+    console.print(say(rate), markup=False)
+    if done.assumed:
+        assumed = text("Assumed of the motor, for its file has no [virtual]: {names}", names=list(done.assumed))
+        console.print(say(assumed), markup=False)
+    for difference in done.differences:
+        console.print(f"! {difference}", markup=False)
+    for trouble in done.troubles:
+        console.print(f"✗ {trouble}", markup=False)

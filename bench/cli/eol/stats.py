@@ -1,0 +1,108 @@
+"""`motorbench eol stats`: what a line's records say of the motors, of the process and of the station."""
+
+from dataclasses import replace
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from bench.cli.output import print_json
+from bench.i18n.errors import UsageError
+from bench.i18n.language import language_of, translator
+from drivers.interfaces.text import text
+
+#: As `bench.eol.yields` has it, whose libraries a page of help need not load.
+Grouping = Literal["station", "socket", "shift", "date", "plan"]
+_RULES = range(1, 9)
+Study = Literal["crossed", "range", "type-1", "linearity"]
+
+
+def stats(
+    *batches: str,
+    records: str = "records.sqlite",
+    parameter: tuple[str, ...] = (),
+    model: str = "",
+    golden: tuple[str, ...] = (),
+    by: Annotated[tuple[Grouping, ...], Parameter(consume_multiple=True)] = (),
+    shifts: Annotated[tuple[str, ...], Parameter(consume_multiple=True)] = ("06:00", "14:00", "22:00"),
+    gauge: Literal["person", "socket"] | None = None,
+    study: Study | None = None,
+    reference: tuple[str, ...] = (),
+    alpha: float = 0.05,
+    last: int = 100,
+    rule: Annotated[tuple[int, ...], Parameter(consume_multiple=True)] = (),
+    confidence: float = 0.95,
+    json: bool = False,
+    language: str = "auto",
+) -> int:
+    """Show yields, failures, capability and control charts of batches, of all where none is named.
+
+    Parameters
+    ----------
+    batches
+        The batches' names.
+    records
+        The records: a SQLite file, or postgresql://USER@HOST/NAME.
+    parameter
+        Only these parameters, with histogram and chart.
+    model
+        The type, where the records are of several.
+    golden
+        Serial numbers of golden motors besides those that the records know: left out of all else, and their drift shown.
+    by
+        Yields by these, too: a motor counts where it was judged first.
+    shifts
+        When shifts begin.
+    gauge
+        The batches are a gauge study: its appraisers are the persons, or the sockets; part is the serial number.
+    study
+        Which study of the gauge: crossed (analysis of variance), range (every appraiser every motor once), type-1 (Cg, Cgk of
+        one motor of known value) or linearity (several of them). Its stability is what --golden shows.
+    reference
+        In a type-1 study and one of linearity, a motor of known value of the one --parameter: SERIAL=VALUE, in its SI unit.
+    alpha
+        In a gauge study, the interaction of part and appraiser is pooled where its p is above this.
+    last
+        How many of the latest motors the control chart shows.
+    rule
+        Nelson's rules that the chart looks for, 1 to 8, in place of limits that signal on 1 % of unchanged charts at most.
+    confidence
+        Of all intervals.
+    json
+        Print one JSON object and nothing else.
+    language
+        en, zh, or auto by the locale.
+
+    """
+    if not 0.0 < alpha < 1.0 or not 0.5 <= confidence < 1.0:
+        raise UsageError(text("--alpha lies between 0 and 1, --confidence from 0.5 to below 1"))
+    if not 2 <= last <= 10_000:
+        raise UsageError(text("--last {last}: 2 to 10000 is allowed", last=last))
+    if not shifts:
+        raise UsageError(text("--shifts: give the times of day at which shifts begin"))
+    if not set(rule) <= set(_RULES):
+        raise UsageError(text("--rule {names}: Nelson's rules are 1 to 8", names=" ".join(map(str, rule))))
+    from bench.cli.eol.gauge import GaugeRequest, references, show_study
+    from bench.eol.line_statistics import StatisticsRequest
+    from bench.eol.yields import shift_starts
+
+    wanted = StatisticsRequest(batches, model, parameter, golden, last, tuple(dict.fromkeys(rule)), confidence)
+    wanted = replace(wanted, by=tuple(dict.fromkeys(by)), shifts=shift_starts(shifts))
+    translate = translator(language_of(language))
+    if gauge is not None or study is not None:
+        asked = GaugeRequest(study or "crossed", gauge or "person", references(reference), alpha)
+        return show_study(records, wanted, asked, translate, json=json)
+    from bench.cli.eol.stats_json import statistics_as_dict
+    from bench.cli.eol.stats_output import print_statistics
+    from bench.eol.line_statistics import line_statistics, parameter_labels
+    from bench.eol.store.database import open_database
+
+    engine = open_database(records, existing=True)
+    try:
+        found, labels = line_statistics(engine, wanted), parameter_labels(engine)
+    finally:
+        engine.dispose()
+    if json:
+        print_json(statistics_as_dict(found))
+    else:
+        print_statistics(found, labels, confidence, translate, detailed=bool(parameter), named_rules=bool(rule))
+    return 0

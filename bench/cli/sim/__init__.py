@@ -1,0 +1,1 @@
+"""`motorbench sim`: simulations that stand alone."""

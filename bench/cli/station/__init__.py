@@ -1,0 +1,1 @@
+"""`motorbench station`: looking after the instruments of a station."""

@@ -1,0 +1,305 @@
+"""`motorbench station check`: does every instrument answer, and is it the right one?"""
+
+import sys
+from contextlib import ExitStack
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from bench.cli.output import padded, print_json, say_broken
+from bench.cli.station.calibrations_output import print_due
+from bench.cli.station.needs import good as needs_met
+from bench.cli.station.needs import outlooks, print_outlooks
+from bench.eol.line.line_file import load_line
+from bench.i18n.errors import InputError, UsageError, message
+from bench.i18n.language import language_of, translator
+from bench.journal.unrecorded import Unrecorded
+from bench.run.console import console_on
+from bench.safety.interlocks import Interlocks, closed, it_is, stood
+from bench.safety.ownership.claims import claim_of, interlock_claims, relay_claims
+from bench.safety.ownership.owner import HeldError, Ownership, owning
+from bench.safety.ownership.state_folder import StateFolder, state_folder
+from bench.safety.station_instruments import StationInstruments
+from bench.safety.trip_latch import Latch, Trip
+from bench.safety.watchdog_relays import open_relay
+from bench.safety.watchdogs import armed_watchdogs
+from bench.station.calibration_list import calibration_list
+from bench.station.clock import SystemClock, wall_date
+from bench.station.station_file import Entry, Station, load_station
+from bench.station.visa_library import StationVisa
+from drivers.interfaces import InstrumentError
+from drivers.interfaces.text import Text, Translate, english, text
+from drivers.manual.prompt import Prompt
+from procedures.core.bench import Role
+from procedures.core.nameplate import Nameplate, WindingConnection
+
+#: Nothing is energised, so that no limit of a motor counts.
+NO_MOTOR = Nameplate("none", WindingConnection.WYE, rated_current=1e-3)
+
+
+class Nobody:
+    """Stands for a person where nothing is measured."""
+
+    def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
+        """Answer the least: nobody measures here."""
+        return minimum
+
+    def confirm(self, task: Text) -> None:
+        """Go on."""
+
+
+def check(
+    station: Path,
+    *procedures: str,
+    set_: Annotated[tuple[str, ...], Parameter(name="--set")] = (),
+    language: str = "auto",
+    json: bool = False,
+) -> int:
+    """Open every instrument of a station file, say who answers, when each is due for calibration, which watchdogs are armed,
+    and for each procedure what the station lacks or what people are asked for.
+
+    Nothing is energised. Exit status 1 where an instrument does not answer, or a procedure that is named cannot run; where none is
+    named, if none can.
+
+    Parameters
+    ----------
+    station
+        The station file.
+    procedures
+        Procedures that must be possible; where none is named, one of `all` must.
+    set_
+        A setting of them, as `motorbench run` takes it.
+    language
+        en, zh, or auto by the locale; JSON is English where none is asked for.
+    json
+        Print one JSON object and nothing else.
+
+    """
+    translate = english if json and language == "auto" else translator(language_of(language))
+    read = load_station(station)
+    needs = outlooks(read, procedures, set_)
+    due = calibration_list(read.entries.values(), wall_date())
+    overdue = [notice.message.render(translate) for notice in read.check_calibrations(wall_date(), read.entries)]
+    prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, Nobody())
+    nowhere = Unrecorded()
+    state = state_folder()
+    with owning(state, "motorbench station check") as owner:
+        instruments = StationInstruments(
+            read, NO_MOTOR, SystemClock(), nowhere, nowhere, StationVisa(read.visa_library), prompts.get, owner=owner
+        )
+        found = {role.value: held(read, entry, owner, translate) for role, entry in read.entries.items()}
+        contacts = _look_at_contacts(read, owner, translate)
+        relays = _look_at_relays(read, owner, translate)
+        try:
+            for role, entry in read.entries.items():
+                if found[role.value]["error"] is None:
+                    look(instruments, entry, found[role.value], translate)
+            errors = {role: str(found[role.value]["error"]) for role in read.entries if found[role.value]["error"]}
+            watchdogs = armed_watchdogs(read, instruments.opened(), errors)
+        finally:
+            closing = instruments.close()
+    trip = Latch(state, read).standing()
+    looked_at = (*found.values(), *contacts.values(), *relays.values())
+    named = procedures not in ((), ("all",))
+    # A station that has its contacts only can be looked at, too.
+    possible = needs_met(needs, named=named) or not (named or read.entries)
+    good = possible and not closing and trip is None and all(told["error"] is None for told in looked_at)
+    if json:
+        print_json(
+            {
+                "station": read.name,
+                "instruments": found,
+                "interlocks": contacts,
+                "trip": None if trip is None else asdict(trip),
+                "watchdog_relays": relays,
+                "watchdogs": [one.as_dict() for one in watchdogs],
+                "procedures": {each.name: each.as_dict(translate) for each in needs},
+                "closing": list(closing),
+                "overdue": overdue,
+                "calibrations": [each.as_dict() for each in due],
+                "broken": [one.as_dict() for one in read.catalogues.broken(load=False)],
+                "good": good,
+            }
+        )
+    else:
+        say_broken(read.catalogues.broken(load=False), translate)
+        tripped = [] if trip is None else [stood(trip).render(translate)]
+        _print(read.name, found, contacts, relays, [*tripped, *overdue, *closing], translate)
+        for one in watchdogs:
+            mark = "!" if one.missing else "✓"
+            console_on(sys.stdout).print(f"  {mark} {one.words.render(translate)}", markup=False, soft_wrap=True)
+        if due:
+            print_due(due, translate)
+        if named or read.entries:
+            print_outlooks(needs, translate)
+    return 0 if good else 1
+
+
+def reset(station: Path, *, by: str, json: bool = False, language: str = "auto") -> int:
+    """Allow runs again after an interlock was open; all interlocks must be closed.
+
+    Parameters
+    ----------
+    station
+        The station file.
+    by
+        The name of the person who has seen to it, for the record.
+    json
+        Print one JSON object and nothing else.
+    language
+        en, zh, or auto by the locale.
+
+    """
+    if not by.strip():
+        raise UsageError(text("--by NAME: a person resets, and the record keeps who it was"))
+    stations = [socket.station for socket in load_line(str(station), None).sockets if socket.station is not None]
+    state = state_folder()
+    with owning(state, "motorbench station reset") as owner, ExitStack() as watching:
+        owner.claim(claim for read in stations for claim in interlock_claims(read))
+        for read in stations:
+            watching.enter_context(closed(read))
+        trips = [trip for read in stations if (trip := _reset(state, read, by.strip())) is not None]
+    if not trips and not any(read.interlocks for read in stations):
+        raise InputError(text("{station}: the station has no [interlocks]; there is nothing to reset", station=station))
+    trip = trips[0] if trips else None
+    if json:
+        print_json({"reset": trip is not None, "trip": None if trip is None else asdict(trip)})
+    else:
+        was = (
+            text("nothing to reset: no interlock has been open")
+            if trip is None
+            else text("reset by {person}: {stood}", person=by.strip(), stood=stood(trip))
+        )
+        print(was.render(translator(language_of(language))))
+    return 0
+
+
+def _reset(state: StateFolder, station: Station, by: str) -> Trip | None:
+    """Reset what holds a station up. Raises InputError where its file names no contact that could be looked at."""
+    latch = Latch(state, station)
+    trip = None if station.interlocks else latch.standing()
+    if trip is not None:
+        raise InputError(
+            text(
+                "{station}: {stood}, and this file names no [interlocks]: reset it with the station file that names the interlock",
+                station=station.source,
+                stood=stood(trip),
+            )
+        )
+    return latch.reset(by)
+
+
+def held(station: Station, entry: Entry, owner: Ownership, translate: Translate) -> dict[str, Any]:
+    """Have an instrument for the check, or say who has it."""
+    told: dict[str, Any] = {
+        "driver": entry.driver.name,
+        "address": entry.address,
+        "calibration": entry.calibration.as_dict() if entry.calibration else None,
+        "identity": None,
+        "found_state": [],
+        "error": None,
+    }
+    try:
+        owner.claim([claim_of(station, entry)])
+    except HeldError as error:
+        told["error"] = message(error, translate)
+    return told
+
+
+def look(instruments: StationInstruments, entry: Entry, told: dict[str, Any], translate: Translate) -> None:
+    """Open an instrument, and tell who answers and what it is found set to."""
+    try:
+        instrument = instruments.get(entry.role)
+        identity = instrument.identity
+        told["found_state"] = [
+            {
+                "query": one.query,
+                "found": one.found,
+                "wanted": one.wanted or None,
+                "changed": one.changed,
+                "effect": one.effect.render(translate),
+            }
+            for one in instrument.found_state
+        ]
+    except InstrumentError as error:
+        told["error"] = message(error, translate)
+    else:
+        told["identity"] = ", ".join(
+            part for part in (identity.manufacturer, identity.model, identity.serial_number, identity.firmware) if part
+        )
+
+
+def _look_at_contacts(station: Station, owner: Ownership, translate: Translate) -> dict[str, dict[str, Any]]:
+    told: dict[str, dict[str, Any]] = {}
+    for entry in station.interlocks:
+        told[entry.name] = {"address": entry.address, "error": None}
+        try:
+            owner.claim(interlock_claims(replace(station, interlocks=(entry,))))
+            interlocks = Interlocks([entry])
+        except (HeldError, InstrumentError) as error:
+            told[entry.name]["error"] = message(error, translate)
+            continue
+        how = dict(interlocks.not_closed()).get(entry.name)
+        interlocks.close()
+        told[entry.name]["error"] = None if how is None else it_is(how).render(translate)
+    return told
+
+
+def _look_at_relays(station: Station, owner: Ownership, translate: Translate) -> dict[str, dict[str, Any]]:
+    told: dict[str, dict[str, Any]] = {}
+    for entry in station.watchdog_relays:
+        about: dict[str, Any] = {"address": entry.address, "picked_up": None, "error": None}
+        told[entry.name] = about
+        try:
+            owner.claim(relay_claims(replace(station, watchdog_relays=(entry,))))
+            relay = open_relay(entry)
+            try:
+                about["picked_up"] = relay.picked_up()
+            finally:
+                relay.close()
+        except (HeldError, InstrumentError) as error:
+            about["error"] = message(error, translate)
+    return told
+
+
+def _print(
+    name: str,
+    found: dict[str, dict[str, Any]],
+    contacts: dict[str, dict[str, Any]],
+    relays: dict[str, dict[str, Any]],
+    faults: list[str],
+    translate: Translate,
+) -> None:
+    console = console_on(sys.stdout)
+
+    def say(said: Text) -> str:
+        return said.render(translate)
+
+    console.print(name, style="bold", markup=False)
+    if not found:
+        console.print(f"  {say(text('no instruments; add [instruments.ROLE] tables to the file'))}", markup=False)
+    for role, told in found.items():
+        mark, words = ("✓", told["identity"]) if told["error"] is None else ("✗", told["error"])
+        console.print(
+            f"  {mark} {padded(translate(role), 18)}{told['driver']:<24}{told['address'] or '–'}", markup=False
+        )
+        console.print(f"      {words}", markup=False)
+        for one in told["found_state"]:
+            if one["changed"] or one["wanted"] is None:
+                then = say(text(" → {wanted}, put back at the end", wanted=one["wanted"])) if one["changed"] else ""
+                console.print(
+                    f"      {one['query']} {one['found']}{then}: {one['effect']}", markup=False, soft_wrap=True
+                )
+    for contact, told in contacts.items():
+        mark, words = ("✓", say(text("closed"))) if told["error"] is None else ("✗", told["error"])
+        console.print(f"  {mark} {contact:<18}{padded(say(text('interlock')), 24)}{told['address']}", markup=False)
+        console.print(f"      {words}", markup=False)
+    for relay, told in relays.items():
+        state = say(text("picked up") if told["picked_up"] else text("dropped out"))
+        mark, words = ("✓", state) if told["error"] is None else ("✗", told["error"])
+        console.print(f"  {mark} {relay:<18}{padded(say(text('watchdog relay')), 24)}{told['address']}", markup=False)
+        console.print(f"      {words}", markup=False)
+    for fault in faults:
+        console.print(f"  ✗ {fault}", markup=False)

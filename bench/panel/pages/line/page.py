@@ -1,0 +1,253 @@
+"""The end of line on one page: scan to start, a tile for each socket, the counters of the shift."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from nicegui import events, ui
+
+from bench.journal.stored_result import restore_text
+from bench.panel.pages.ended_session import offer_abort
+from bench.panel.pages.frame import frame
+from bench.panel.pages.line.counters import Counters
+from bench.panel.pages.line.course import Course
+from bench.panel.pages.line.start import LineStart
+from bench.panel.pages.line.state import LineStateRow
+from bench.panel.pages.line.tile import Tile
+from bench.panel.pages.reader import Reader
+from bench.panel.panel import Panel
+from bench.panel.sessions import Session
+from drivers.interfaces.text import Text, text
+
+#: How often (s) a page looks whether the line has changed.
+_LOOK = 0.05
+_STYLE = """
+<style>
+  .mb-tile { border-radius: 12px; padding: 1rem 1.25rem; min-height: 15rem; border: 4px solid var(--line); background: var(--card); }
+  .mb-tile { display: flex; flex-direction: column; }
+  .mb-tile .verdict { font-size: 3.25rem; line-height: 1.15; font-weight: 800; white-space: nowrap; }
+  .mb-tile[data-state=aborted] .verdict { font-size: 2.25rem; }
+  .mb-tile-next { font-size: 1.25rem; font-weight: 700; margin-top: auto; padding-top: .5rem; }
+  .mb-tile[data-state=pass] { background: #0b5d33; border-color: #0b5d33; color: #fff; }
+  .mb-tile[data-state=fail] { border: 8px solid #b3121d; }
+  .mb-tile[data-state=fail] .verdict { background: repeating-linear-gradient(-45deg, #b3121d 0 14px, #9c0f18 14px 28px);
+    color: #fff; margin-inline: -1.25rem; padding-inline: 1.25rem; }
+  .mb-tile[data-state=empty] { border: 4px dashed #45525f; background: #fff4cf; }
+  .mb-limits { position: relative; height: 1.6rem; margin: .25rem 0 .5rem;
+    background: linear-gradient(#6b7884, #6b7884) center / 100% 2px no-repeat; }
+  .mb-limits i { position: absolute; display: block; }
+  .mb-limits-band { left: 25%; width: 50%; top: 15%; bottom: 15%; background: #e2f3e8; border: 1px dashed #0b5d33; }
+  .mb-limits-value { top: 0; bottom: 0; width: 4px; margin-left: -2px; background: #b3121d; }
+  .mb-tile[data-state=error], .mb-tile[data-state=aborted] { background: #fff; border: 8px dashed #b3261e; color: #7a130d; }
+  .mb-tile[data-state=measuring] { border-color: #1565c0; }
+  .mb-plan-card { display: block; width: 100%; text-align: left; padding: .75rem 1rem; border: 2px solid #6b7884; border-radius: 10px;
+    background: #fff; }
+  button.mb-plan-card { cursor: pointer; } .mb-plan-card[aria-disabled=true] { border-style: dashed; background: #f4f6f8; color: #45525f; }
+  .mb-plan-card[aria-checked=true] { border: 4px solid #0b4fa0; padding: calc(.75rem - 2px) calc(1rem - 2px); background: #eef4ff; }
+  .mb-yield-axis { position: relative; height: 2.75rem; margin: 1rem 1.5rem 0; font-size: .875rem; }
+  .mb-yield-axis i, .mb-yield-axis div { position: absolute; display: block; }
+  .mb-yield-axis div { top: 1.4rem; transform: translateX(-50%); white-space: nowrap; color: var(--ink-2); }
+  .mb-yield-axis [data-mark=line] { left: 0; right: 0; top: .65rem; height: 2px; background: var(--edge); }
+  .mb-yield-axis [data-mark=tick] { top: .35rem; width: 2px; height: .7rem; margin-left: -1px; background: var(--edge); }
+  .mb-yield-axis [data-mark=range] { top: .2rem; height: 1rem; border-inline: 4px solid var(--act); min-width: 4px;
+    background: linear-gradient(var(--act), var(--act)) center / 100% 4px no-repeat; }
+  .mb-yield-axis [data-mark=point] { top: .2rem; width: 1rem; height: 1rem; margin-left: -.5rem; border-radius: 50%;
+    background: var(--act); }
+  .mb-count { font-size: 2rem; font-weight: 700; font-variant-numeric: tabular-nums; }
+  .mb-scan input { font-size: 2rem; }
+  .mb-line-head { position: sticky; top: 0; z-index: 3; background: var(--ground); padding-bottom: 2px; }
+  .mb-line-state { position: static; padding: 8px 0; }
+  .mb-line-top { display: flex; align-items: center; gap: 16px; padding: 8px 16px; border-radius: 10px; background: #17202a; color: #fff; }
+  .mb-line-top .mb-line-said { flex: 1; min-width: 0; font-size: 1.625rem; line-height: 1.2; font-weight: 700; overflow-wrap: anywhere; }
+  .mb-line-top[data-wrong=true] { background: #fff; color: #7a130d; outline: 4px solid #b3121d; outline-offset: -4px; }
+  .mb-line-top .mb-line-said[data-said=wrong] { font-size: 1.25rem; }
+  .mb-line-top .q-field__control { background: #fff; }
+  .mb-scan { width: 22rem; max-width: 100%; }
+  .mb-line-below { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fit, minmax(min(24rem, 100%), 1fr)); align-items: start; }
+  @media (width <= 62.5rem) { .mb-line-top { flex-wrap: wrap; gap: 8px; } .mb-scan { flex: 1; }
+    .mb-line-top .mb-line-said { flex-basis: 100%; } }
+  @media (height <= 32.5rem) { .mb-line-state { padding: 4px 0; } .mb-line-top { padding: 2px 12px; flex-wrap: nowrap; }
+    .mb-line-top .mb-line-said { flex-basis: 0; font-size: 1rem; } .mb-scan { width: 14rem; flex: none; } }
+</style>
+"""
+#: The field is emptied where it is filled: a scanner is at the next number before the server has heard of this one.
+_TAKE = "(e) => { const serial = e.target.value; e.target.value = ''; e.target.dispatchEvent(new Event('input')); emit(serial); }"
+
+
+def line_page(panel: Panel, session: Session) -> None:
+    """Build the page."""
+    with frame(panel, session, text("Line"), "/line") as reader:
+        ui.add_head_html(_STYLE)
+        page = _LinePage(panel, session, reader)
+        page.build()
+        ui.timer(_LOOK, page.look)
+
+
+class _LinePage:
+    def __init__(self, panel: Panel, session: Session, reader: Reader) -> None:
+        self._panel, self._session, self._reader = panel, session, reader
+        self._seen: tuple[int, bool] | None = None
+        self._tiles: dict[str, Tile] = {}
+        self._refused = ""
+
+    def build(self) -> None:
+        say = self._reader.say
+        self._start = ui.element("section").classes(
+            "mb-card mb-4 max-w-4xl w-full mx-auto flex flex-col flex-nowrap gap-3"
+        )
+        with self._start:
+            LineStart(self._panel, self._session, self._reader, self._begun).build()
+        self._work = ui.element("div").classes("w-full flex flex-col flex-nowrap gap-4")
+        with self._work:
+            with ui.element("div").classes("mb-line-head"):
+                self._state = LineStateRow(self._reader, self._stop)
+                self._band = ui.element("div").classes("mb-line-top")
+                with self._band:
+                    self._message = ui.label().classes("mb-line-said").props("role=status")
+                    self._scan = ui.input(say(text("Scan a serial number"))).props(
+                        "outlined dense autofocus autocomplete=off data-scan"
+                    )
+                    self._scan.classes("mb-scan").on("keydown.enter", self._scanned, js_handler=_TAKE)
+                    self._end = ui.button(say(text("Finish the batch")), on_click=self._finish, color=None)
+                    self._end.classes("text-lg").props("unelevated no-caps").style("background:#fff;color:#0b4fa0")
+            self._again = ui.button(on_click=self._test_again).props("outline no-caps").classes("text-lg")
+            self._records = ui.label().classes("mb-records text-lg rounded-lg px-4 py-3 w-full whitespace-pre-line")
+            self._records.props("role=alert").style("background:#fff4e0;color:#6b3d00")
+            self._grid = ui.element("div").classes("grid gap-4 grid-cols-1 md-grid-cols-2 xl-grid-cols-4 w-full")
+            with ui.element("div").classes("mb-line-below"):
+                self._counters = Counters(self._reader)
+                self._reasons = ui.element("section").classes("mb-card")
+                self._course = Course(self._panel.records, self._reader)
+        offer_abort(self._aborted, self._state.stop, ui.keyboard(on_key=self._key, repeating=False, ignore=[]))
+        self.look()
+
+    def look(self) -> None:
+        """Show what has changed since the last look."""
+        line = self._panel.line
+        seen = (line.changes, line.running)
+        if seen == self._seen:
+            for tile in self._tiles.values():
+                tile.tick()
+            return
+        self._seen = seen
+        self._start.set_visibility(not line.running and self._session.may_lead)
+        self._work.set_visibility(line.state is not None)
+        if line.state is not None:
+            self._show(line.state, running=line.running)
+
+    def _show(self, state: Mapping[str, Any], *, running: bool) -> None:
+        self._state.show(state, running=running)
+        self._end.set_visibility(running)
+        self._scan.set_enabled(running and self._session.may_lead and not state["ending"])
+        if [socket["name"] for socket in state["sockets"]] != list(self._tiles):
+            self._grid.clear()
+            with self._grid:
+                self._tiles = {socket["name"]: Tile(self._reader, socket["name"]) for socket in state["sockets"]}
+        for socket in state["sockets"]:
+            self._tiles[socket["name"]].show(socket)
+        self._show_message(state, running=running)
+        self._show_records(state.get("records") or {})
+        self._counters.show(state)
+        self._course.wanted(state)
+        self._why(state["counts"].get("reworks", {}))
+
+    def _why(self, reworks: Mapping[str, int]) -> None:
+        """Show how many motors failed by which part, the most frequent first."""
+        self._reasons.set_visibility(bool(reworks))
+        self._reasons.clear()
+        say = self._reader.say
+        with self._reasons:
+            ui.label(say(text("Why motors failed"))).classes("text-base font-semibold")
+            for code, count in sorted(reworks.items(), key=lambda item: (-item[1], item[0])):
+                with ui.row().classes("w-full justify-between gap-8"):
+                    ui.label(code or say(text("no part named"))).classes("text-base")
+                    ui.label(str(count)).classes("text-base font-semibold")
+
+    def _show_message(self, state: Mapping[str, Any], *, running: bool) -> None:
+        say, message = self._reader.say, state["message"]
+        wrong = False
+        if not running:
+            words = say(text("The batch has ended."))
+        elif state["ending"]:
+            words = say(text("The batch ends: {how}", how=restore_text(state["ending"])))
+        elif message is None:
+            words = say(text("Scan the first motor."))
+        elif message["kind"] == "begun":
+            words = say(text("{serial} → socket {socket}", serial=message["words"], socket=message["socket"]))
+        else:
+            words, wrong = f"✗ {say(restore_text(message['text']))}", True
+        self._say(words, wrong=wrong)
+        refused = str((message or {}).get("again") or "") if running and not state["ending"] else ""
+        self._again.set_visibility(bool(refused) and self._session.may_lead)
+        self._refused = refused
+        self._again.set_text(
+            say(text("Test {serial} again: {person} answers for it", serial=refused, person=self._person()))
+        )
+
+    async def _test_again(self) -> None:
+        """Have the person at this page answer for the motor that was refused last."""
+        if not self._refused or not self._leads():
+            return
+        if not self._session.person:
+            self._say(
+                self._reader.say(text("Who has a motor tested again gives a name when the batch is begun.")), wrong=True
+            )
+            return
+        fault = await self._panel.line.say({"serial": self._refused, "again": self._session.person})
+        if fault:
+            self._say(f"✗ {self._reader.say(fault)}", wrong=True)
+
+    def _show_records(self, records: Mapping[str, Any]) -> None:
+        """Show which records are not where they belong, and why."""
+        words = "\n".join(self._reader.say(restore_text(told)) for told in records.get("sentences", ()))
+        self._records.set_visibility(bool(words))
+        self._records.set_text(words)
+
+    def _say(self, words: str, *, wrong: bool) -> None:
+        self._message.set_text(words)
+        self._message.props["data-said"] = "wrong" if wrong else ""
+        self._band.props["data-wrong"] = "true" if wrong else "false"
+
+    async def _scanned(self, event: events.GenericEventArguments) -> None:
+        serial = str(event.args or "").strip()
+        if not serial:
+            return
+        if not self._leads():
+            return
+        fault = await self._panel.line.say({"serial": serial})
+        if fault:
+            self._say(f"✗ {self._reader.say(fault)}", wrong=True)
+
+    def _leads(self) -> bool:
+        session = self._session
+        if session.may_lead and self._panel.control.take_if_free(session.token, self._person()):
+            return True
+        self._say(self._reader.say(text("Another has the control: take it first.")), wrong=True)
+        return False
+
+    def _person(self) -> str:
+        return self._session.person or self._reader.say(text("this browser"))
+
+    async def _finish(self) -> None:
+        if self._leads():
+            await self._panel.line.say({"finish": self._person()})
+
+    async def _aborted(self) -> Text | None:
+        return await self._panel.line.say({"stop": self._person()})
+
+    async def _stop(self) -> None:
+        fault = await self._aborted()
+        if fault:
+            self._say(f"✗ {self._reader.say(fault)}", wrong=True)
+
+    async def _key(self, event: events.KeyEventArguments) -> None:
+        key: Any = event.key
+        if not event.action.keydown or not event.modifiers.ctrl or not self._panel.line.running:
+            return
+        if key.escape:
+            await self._stop()
+        elif key.end:
+            await self._finish()
+
+    def _begun(self) -> None:
+        self._panel.control.take(self._session.token, self._person())
+        ui.run_javascript("document.querySelector('.mb-scan input').focus()")

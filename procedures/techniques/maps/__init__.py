@@ -1,0 +1,1 @@
+"""Readings over the plane of d and q current."""

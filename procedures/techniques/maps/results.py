@@ -1,0 +1,157 @@
+"""A flux map as a table, and its torque against the shaft's."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from procedures.core.curves import curve
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.flux.capability import largest_torque
+from procedures.estimation.flux.conserving import fit_conserving
+from procedures.estimation.flux.flux_map import MeasuredFluxMap
+from procedures.estimation.flux.inductances import d_axis_saturation, reciprocity
+from procedures.estimation.flux.region import measured_region
+from procedures.techniques.maps.readings import MapReadings
+
+#: Name of the table beside a run's result.
+MAP_FILE = "flux_map.csv"
+#: Below this share of the largest torque a reading says nothing of a ratio.
+_SMALL = 0.1
+_LEAST = 4
+#: Steps of the grid along either axis, and speeds at which the largest torque is told.
+_PLACES, _SPEEDS = 24, 20
+
+
+def table_of(flux_map: MeasuredFluxMap) -> Mapping[str, Sequence[float]]:
+    """Return a map's points, a column each: currents (A, peak), flux linkages and their standard uncertainties (V·s, peak)."""
+    uncertainty = flux_map.uncertainty
+    columns = {
+        "id_A": flux_map.points[:, 0],
+        "iq_A": flux_map.points[:, 1],
+        "psi_d_Vs": flux_map.flux[:, 0],
+        "psi_q_Vs": flux_map.flux[:, 1],
+        "u_psi_d_Vs": uncertainty[:, 0],
+        "u_psi_q_Vs": uncertainty[:, 1],
+    }
+    return {name: values.tolist() for name, values in columns.items()}
+
+
+def grid_of(flux_map: MeasuredFluxMap) -> Mapping[str, Any]:
+    """Return the smooth surface on a rectangular grid, for plots and tables: `i_d` (n,), `i_q` (m,) in A, `psi_d`, `psi_q` (n, m) in V·s.
+
+    `measured` (n, m) says where the map's points enclose the currents; beyond them the surface is carried on.
+    """
+    reach = flux_map.largest_current
+    low, high = float(np.min(flux_map.points[:, 0])), float(np.max(flux_map.points[:, 0]))
+    # Zero is one of them: tables of others are looked up there.
+    below, above = round(_PLACES * -low / (high - low)), round(_PLACES * high / (high - low))
+    i_d = np.concatenate((np.linspace(low, 0.0, below + 1)[:-1], np.linspace(0.0, high, above + 1)))
+    i_q = reach * np.arange(-_PLACES // 2, _PLACES // 2 + 1) / (_PLACES // 2)
+    at = np.column_stack([each.ravel() for each in np.meshgrid(i_d, i_q, indexing="ij")])
+    flux = flux_map.surface(at)
+    shape = (i_d.size, i_q.size)
+    return {
+        "i_d": i_d.tolist(),
+        "i_q": i_q.tolist(),
+        "psi_d": flux[:, 0].reshape(shape).tolist(),
+        "psi_q": flux[:, 1].reshape(shape).tolist(),
+        "measured": measured_region(flux_map).holds(at).reshape(shape).tolist(),
+    }
+
+
+def saturation_of(flux_map: MeasuredFluxMap) -> Mapping[str, Any]:
+    """Return `d_axis_saturation`: how L_d of the chord changes with negative i_d; nothing where the map has too little of that axis."""
+    found = d_axis_saturation(flux_map)
+    return {} if found is None else {"d_axis_saturation": found.as_dict()}
+
+
+def conserving_of(flux_map: MeasuredFluxMap) -> Mapping[str, Any]:
+    """Return how far the map is from one that conserves energy: point by point (V·s), the largest as a share of full scale, and how far
+    ∂ψ_d/∂i_q and ∂ψ_q/∂i_d differ (H, root mean square over the points).
+
+    Raises EstimationError where the points do not carry a surface.
+    """
+    conserving = fit_conserving(flux_map)
+    largest = float(np.max(np.abs(conserving.residuals))) / flux_map.full_scale
+    return {
+        "residuals": curve(psi_d=conserving.residuals[:, 0], psi_q=conserving.residuals[:, 1]),
+        "largest_share": largest,
+        "reciprocity": float(np.sqrt(np.mean(reciprocity(flux_map, flux_map.points) ** 2))),
+    }
+
+
+def capability_of(
+    flux_map: MeasuredFluxMap, *, bus_voltage: float, resistance: float, pole_pairs: float, speed: float
+) -> Sequence[Mapping[str, Any]]:
+    """Return the largest torque over the speed up to `speed` (rad/s, mechanical) at a bus voltage (V) and the map's largest current."""
+    found = largest_torque(
+        flux_map,
+        pole_pairs * speed * np.linspace(0.05, 1.0, _SPEEDS),
+        voltage=bus_voltage / math.sqrt(3.0),
+        current=flux_map.largest_current,
+        resistance=resistance,
+        pole_pairs=pole_pairs,
+    )
+    return [
+        {
+            "speed": point.electrical_speed / pole_pairs,
+            "torque": point.torque.as_dict(),
+            "i_d": point.i_d,
+            "i_q": point.i_q,
+            "voltage": point.voltage,
+            "limit": point.limit.value,
+        }
+        for point in found
+    ]
+
+
+@dataclass(frozen=True)
+class ShaftTorque:
+    """The shaft's torque over the map's: `ratio` with the standard uncertainty of its scatter, torques (n,) in N·m behind it."""
+
+    ratio: float
+    scatter: float
+    of_map: FloatArray
+    of_shaft: FloatArray
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for the findings."""
+        return {
+            "ratio": self.ratio,
+            "scatter": self.scatter,
+            "readings": curve(map_torque=self.of_map, shaft_torque=self.of_shaft),
+        }
+
+
+def shaft_torque(flux_map: MeasuredFluxMap, taken: MapReadings, pole_pairs: float) -> ShaftTorque | None:
+    """Return the shaft's torque against the map's; None where too few readings have one.
+
+    What the shaft takes at no current, friction and iron, is that of each direction by itself.
+    """
+    planned, torque = taken.planned, taken.torques
+    directions = np.array([point.planned.direction for point in taken.points])
+    idle = ~np.any(planned, axis=1)
+    places = np.array([_place(flux_map, *each) for each in planned])
+    sides = np.where(planned[:, 1] < 0.0, -1.0, 1.0) if flux_map.symmetric else np.ones(len(planned))
+    of_map = flux_map.torque(pole_pairs)[places] * sides
+    of_shaft = np.full_like(of_map, np.nan)
+    for direction in (1, -1):
+        same = directions == direction
+        if np.any(same & idle):
+            of_shaft[same] = torque[same] - float(np.mean(torque[same & idle]))
+    used = np.isfinite(of_shaft) & (np.abs(of_map) > _SMALL * float(np.max(np.abs(of_map))))
+    if np.count_nonzero(used) < _LEAST:
+        return None
+    size = float(of_map[used] @ of_map[used])
+    ratio = float(of_map[used] @ of_shaft[used]) / size
+    left = of_shaft[used] - ratio * of_map[used]
+    scatter = math.sqrt(float(left @ left) / (np.count_nonzero(used) - 1) / size)
+    return ShaftTorque(ratio, scatter, of_map[used], of_shaft[used])
+
+
+def _place(flux_map: MeasuredFluxMap, i_d: float, i_q: float) -> int:
+    at = (i_d, abs(i_q) if flux_map.symmetric else i_q)
+    return int(np.argmin(np.hypot(*(flux_map.points - at).T)))

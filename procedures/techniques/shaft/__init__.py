@@ -1,0 +1,1 @@
+"""The shaft: driven, coasting, its torque and its speed."""

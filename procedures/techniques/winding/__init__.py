@@ -1,0 +1,1 @@
+"""The winding: aligned, read by bridge and meters, stepped."""

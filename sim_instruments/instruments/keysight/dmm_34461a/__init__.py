@@ -1,0 +1,1 @@
+"""The simulated 34461A, a digital multimeter."""

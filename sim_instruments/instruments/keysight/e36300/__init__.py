@@ -1,0 +1,1 @@
+"""The simulated E36313A, a DC supply of three outputs."""

@@ -1,0 +1,1 @@
+"""The simulated E4980A, an LCR meter."""

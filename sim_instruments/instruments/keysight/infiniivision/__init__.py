@@ -1,0 +1,1 @@
+"""The simulated InfiniiVision, an oscilloscope."""

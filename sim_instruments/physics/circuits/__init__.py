@@ -1,0 +1,1 @@
+"""The motor's electrical circuits as they are wired and driven."""

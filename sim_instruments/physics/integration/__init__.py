@@ -1,0 +1,1 @@
+"""Integration of a rotor that swings under current, step by step."""
