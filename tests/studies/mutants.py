@@ -59,6 +59,7 @@ TARGETS: Mapping[str, Sequence[str]] = {
 #: What serves these: how an instrument is recognised, found and set up, and what others of its family have.
 SUPPORTING: Mapping[str, Sequence[str]] = {
     **dict.fromkeys((f"drivers.bases.{each}" for each in _BASES), ("keysight-e4980a", "keysight-e36300")),
+    "drivers.bases.found_state": ("keysight-e4980a", "keysight-e36300", "delta-dyn200"),
     "drivers.bases.set_points": ("keysight-e4980a", "keysight-infiniivision"),
     "drivers.keysight.e36300_settings": ("keysight-e36300",),
     "drivers.keysight.e4980a_settings": ("keysight-e4980a",),

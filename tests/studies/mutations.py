@@ -12,6 +12,7 @@ import resource
 import sys
 import time
 from collections import Counter
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.abc import Loader, MetaPathFinder
@@ -25,8 +26,9 @@ from bench.testing.conformance.driver import check_driver
 from bench.testing.conformance.report import ConformanceReport
 from bench.testing.conformance.session import session_of
 from drivers.interfaces import Role
-from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, driver_named, manual_of
-from tests.studies.mutants import SUPPORTING, TARGETS, Mutant, mutants
+from tests.studies.mutants import SUPPORTING, TARGETS, Mutant, mutants, path_of
+
+_OWN = "tests.bench.testing.conformance.own_"
 
 #: A check that takes longer (s, of the processor) does not end, which is found too; several times what the longest one takes.
 _PATIENCE = 90
@@ -59,7 +61,7 @@ class _Mutated(MetaPathFinder, Loader):
 def _load(mutant: Mutant) -> None:
     """Have the drivers' modules be imported anew, the changed one among them; what declares them stays."""
     kept = ("drivers.interfaces", "drivers.transport", "drivers.catalogue", "drivers.manual", "drivers.recognition")
-    for name in [name for name in sys.modules if name.startswith("drivers.")]:
+    for name in [name for name in sys.modules if name.startswith(("drivers.", _OWN))]:
         if not name.startswith(kept) or name == "drivers.transport.visa.opening":
             del sys.modules[name]
             package, _, last = name.rpartition(".")
@@ -71,12 +73,13 @@ def _load(mutant: Mutant) -> None:
 
 def check_own(driver: str, *, first_only: bool = False, thorough: bool = True) -> ConformanceReport:
     """Check one of our drivers as thoroughly as it can be."""
+    own: Any = importlib.import_module(f"{_OWN}drivers")
     return check_driver(
-        driver_named(driver),
-        options=OPTIONS[driver],
-        found=FOUND.get(driver),
-        manual=manual_of(driver),
-        variants=VARIANTS.get(driver, ()),
+        own.driver_named(driver),
+        options=own.OPTIONS[driver],
+        found=own.FOUND.get(driver),
+        manual=own.manual_of(driver),
+        variants=own.VARIANTS.get(driver, ()),
         thorough=thorough,
         first_only=first_only,
     )
@@ -120,15 +123,22 @@ def examine(mutant: Mutant) -> Outcome:
 
 def preload() -> None:
     """Load what every check needs, so that a forked process has it."""
-    known = installed()
+    known, own = installed(), importlib.import_module(f"{_OWN}drivers")
     for role in Role:
         session_of(role)
-    for name in OPTIONS:
-        if driver_named(name) == name:
+    for name in own.OPTIONS:
+        if own.driver_named(name) == name:
             known.driver(name, Role.SUPPLY)
-    check_driver("keysight-e36300", options=OPTIONS["keysight-e36300"], first_only=True)
-    check_driver("delta-dyn200", options=OPTIONS["delta-dyn200"], first_only=True)
-    check_driver("cia402-inverter", options=OPTIONS["cia402-inverter"], first_only=True)
+    check_driver("keysight-e36300", options=own.OPTIONS["keysight-e36300"], first_only=True)
+    check_driver("delta-dyn200", options=own.OPTIONS["delta-dyn200"], first_only=True)
+    check_driver("cia402-inverter", options=own.OPTIONS["cia402-inverter"], first_only=True)
+
+
+def unchanged(modules: Iterable[str]) -> Iterator[Outcome]:
+    """Give what the kit says of drivers whose modules are loaded anew and not changed, once for each set of drivers."""
+    served = {**TARGETS, **SUPPORTING}
+    for module in {tuple(served[module]): module for module in modules}.values():
+        yield examine(Mutant(module, "nothing", 0, "nothing", path_of(module).read_text(encoding="utf-8")))
 
 
 def main() -> None:
@@ -143,6 +153,9 @@ def main() -> None:
     chosen = parser.parse_args()
     preload()
     made = mutants(chosen.count, chosen.seed, chosen.module or tuple(SUPPORTING if chosen.supporting else TARGETS))
+    for outcome in unchanged(one.module for one in made):
+        if outcome.check:
+            parser.error(f"{outcome.mutant.module} as it is does not pass: {outcome.check}")
     outcomes = []
     with ThreadPoolExecutor(chosen.jobs) as pool:
         for number, outcome in enumerate(pool.map(examine, made), 1):

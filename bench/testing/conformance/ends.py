@@ -5,13 +5,16 @@ from contextlib import nullcontext, suppress
 from typing import Any
 
 from bench.testing.conformance.report import Checks
-from bench.testing.conformance.session import Trial
+from bench.testing.conformance.session import Energise, Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import Clock, InstrumentError
+from sim_instruments.faults.line_faults import MessageWatch
 
 TAKE_OVER = "Bring the instrument into the state that is needed, whatever it was found in"
 #: How many of a use's waits are interrupted.
 _WAITS = 4
+#: At how many of the messages that switch off.
+_MESSAGES = 3
 _SAFE = "Take the energy away in a finally clause, and confirm that it is"
 
 
@@ -48,6 +51,29 @@ def _interrupted(trial: Trial, turn: float) -> int:
         return clock.slept
 
 
+def _interrupted_off(trial: Trial, energise: Energise) -> None:
+    """Check that Ctrl-C at one of the first messages that switch off, which is lost by it, leaves nothing on."""
+    for turn in range(1, _MESSAGES + 1):
+        pressed: list[int] = []
+
+        def press(turn: int = turn, pressed: list[int] = pressed) -> None:
+            pressed.append(turn)
+            raise KeyboardInterrupt
+
+        gone_on = False
+        with trial.opened() as (made, instrument):
+            try:
+                with energise(made, instrument):
+                    made.faults.watch(MessageWatch.at(turn, press))
+            except KeyboardInterrupt:
+                gone_on = True
+            except InstrumentError as error:
+                trial.checks.that("off after Ctrl-C while it switches off", False, f"{error}", _SAFE)
+            trial.checks.that("off after Ctrl-C while it switches off", not made.energised, "it is on", _SAFE)
+        right, remedy = gone_on or not pressed, "Raise it again once the energy is taken away"
+        trial.checks.that("Ctrl-C while it switches off goes on", right, "it is lost", remedy)
+
+
 def check_ends(trial: Trial) -> None:
     """Check that a block ends with everything off, however it ends, and that what does not switch off is told."""
     session, checks, energise = trial.session, trial.checks, trial.session.energise
@@ -74,6 +100,7 @@ def check_ends(trial: Trial) -> None:
             guard.make_safe()
             checks.that("make_safe by a second connection", not made.energised, "it is on", "Ask nothing when guarding")
         guard.close()
+    _interrupted_off(trial, energise)
     if session.stuck:
         with trial.opened() as (made, instrument):
             _stuck(made, instrument, energise, session.stuck, checks)

@@ -112,7 +112,7 @@ def _frames(made: Stand, known: CanFdTalk, checks: Checks) -> None:
     same = known.identity_of(reply) == instrument.identity
     checks.that("recognised", same, f"{known.identity_of(reply)}", _KNOWN)
     instrument.close()
-    node = made.bench.address(made.subject.role.value)["node_id"]
+    node = int(made.simulated.node)
     # Nodes answer the source of the question, each by its own number.
     source = known.request >> 8 & 0x7F
     right = len(known.replies) == 126 and known.replies[node - 1] == (node << 8 | source)

@@ -8,7 +8,6 @@ from bench.testing.conformance.played import lose
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import InstrumentError, Watchdog
-from sim_instruments.faults.line_faults import MessageWatch
 
 #: How many of its times a use lasts in which it is fed, and after how many it has acted.
 _FED, _DEAD = 2.5, 1.6
@@ -44,10 +43,9 @@ def _writes(trial: Trial) -> list[str]:
     """Return the messages of opening that write something."""
     with trial.stand(sockets=True) as made:
         trial.session.prepare(made)
-        heard: list[str] = []
-        made.faults.watch(MessageWatch(lambda _, message: bool(heard.append(message)), lambda: None))
+        made.listen()
         made.open().close()
-        return [message for message in dict.fromkeys(heard) if message.startswith("write")]
+        return [message for message in dict.fromkeys(text for text, _ in made.messages) if message.startswith("write")]
 
 
 def _not_kept(trial: Trial, name: str) -> None:

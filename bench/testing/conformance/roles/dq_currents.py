@@ -7,7 +7,7 @@ from typing import Any
 
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.stand import Stand
-from drivers.interfaces import DqReading, InverterAbility
+from drivers.interfaces import DqReading, InstrumentError, InverterAbility
 
 _REMEDY = "Compare the command with the manual: rms or peak, mA, which axis is which, sign"
 _READS = "Compare scale, sign and axis with the manual"
@@ -52,6 +52,10 @@ def both_currents_fully(stand: Stand, inverter: Any, checks: Checks) -> None:
             "strokes that cannot be", inverter.alternate_dq_current, *((1.0, 0.0, 0.0, 1.0, *one) for one in wrong)
         )
     inverter.make_safe()
+    remedy = "Change currents inside a block only"
+    with checks.refuses("currents outside of a block", InstrumentError, remedy=remedy):
+        inverter.set_dq_current(0.0, 0.1 * most)
+    stand.off(checks)
     for speed in (stand.between(20.0, 40.0), -stand.between(50.0, 80.0)):
         _turned(stand, inverter, checks, speed)
 
@@ -81,6 +85,10 @@ def _turned(stand: Stand, inverter: Any, checks: Checks, speed: float) -> None:
             )
             bus = world.inverter.stage.dc_voltage
             checks.close("bus voltage", _or(reading.bus_voltage, bus), bus, 0.05 * bus, _READS)
+            if current and InverterAbility.DQ_STROKES in inverter.abilities:
+                one, *_, last = inverter.alternate_dq_current(current, 0.0, 0.0, current, _STROKE, _STROKES)
+                rate = (last.electrical_angle - one.electrical_angle) / (last.time - one.time)
+                checks.close("strokes: angle of a rotor that turns", rate, actual, slack, _READS)
             warm = world.winding_temperature()
             checks.close("winding temperature", _or(reading.winding_temperature, warm), warm, 5.0, _READS)
     world.hold_shaft()

@@ -43,7 +43,7 @@ _SCOPE = (
     *(
         Left(f":CHAN{n}:{what}?", f":CHAN{n}:{what} {value}", found, "0")
         for n in (1, 4)
-        for what, value, found in (("INV", "ON", "1"), ("BWL", "ON", "1"), ("PROB:SKEW", "5E-8", "+5.00000E-08"))
+        for what, value, found in (("INV", "ON", "1"), ("BWL", "ON", "1"), ("PROB:SKEW", "5E-8", "+5.00000000E-08"))
     ),
     Left(":CHAN1:IMP?", ":CHAN1:IMP FIFT", error=ReportedError, says="was left with FIFT"),
     # A current probe may want 50 Ω.
@@ -135,6 +135,7 @@ LEFT: Mapping[str, Sequence[Left]] = {
         _moteus("servo.enable_motor_temperature", True, "1"),
         _moteus("motor_position.rotor_to_output_ratio", 0.25, "0.25"),
         _moteus("motor_position.output.sign", -1, "-1"),
+        _moteus("motor.poles", 2, "2", alters=True),
         _moteus("motor.poles", 0, "", error=ReportedError, says="motor.poles is 0"),
         _moteus("motor.poles", 9, "", error=ReportedError, says="motor.poles is 9"),
         _moteus("motor.poles", 8, "", error=ReportedError, says="pole_pairs = 5", options={"pole_pairs": 5}),
