@@ -35,7 +35,7 @@ def possible(plan: Sequence[Planned], station: Station, console: "Console", tran
 
 
 def check_needs(plan: Sequence[Planned], station: Station) -> None:
-    """Raise InputError where the station lacks what a procedure needs."""
+    """Raise FileError where the station lacks what a procedure needs."""
     for planned in plan:
         missing = unmet(planned, station)
         if missing:
