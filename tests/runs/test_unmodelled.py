@@ -7,7 +7,7 @@ import pytest
 
 from bench.testing import run_procedures, virtual_motor
 from sim_instruments.clock.virtual_clock import VirtualClock
-from sim_instruments.physics import defects
+from sim_instruments.physics.motor import defects
 from sim_instruments.world.machine_data import InverterStage
 from sim_instruments.world.world import World
 

@@ -18,4 +18,4 @@ def test_a_recording_that_is_refused_makes_no_run(call: Call, tmp_path: Path) ->
 def test_a_recording_without_a_message_is_not_called_good(call: Call) -> None:
     assert call(*RUN, "--record", "empty.traffic")[0] == 0
     code, _, err = call("station", "replay", "empty.traffic")
-    assert (code, "no instrument's messages are in it" in err) == (1, True)
+    assert (code, "no instrument's messages are in it" in err) == (2, True)

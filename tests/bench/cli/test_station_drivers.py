@@ -109,4 +109,4 @@ def test_a_plug_ins_package_that_is_not_there(call: Call, tmp_path: Path) -> Non
 def test_markdown_of_one_driver(call: Call) -> None:
     code, out, _ = call("station", "drivers", "delta-dyn200", "--markdown")
     assert (code, out.count("## `")) == (0, 1)
-    assert call("station", "drivers", "nosuch", "--markdown")[0] == 1
+    assert call("station", "drivers", "nosuch", "--markdown")[0] == 2

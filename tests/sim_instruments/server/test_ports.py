@@ -70,7 +70,7 @@ def test_a_file_that_cannot_be_is_refused(call: Call, tmp_path: Path, content: s
     file = tmp_path / "ports.toml"
     file.write_text(content)
     code, out, err = call("sim", "serve", "--motor", "lg-400w", "--ports", str(file))
-    assert (code, out) == (1, "")
+    assert (code, out) == (2, "")
     assert str(file) in err
     assert said in err.replace("\n", " ")
 
