@@ -29,7 +29,7 @@ class Attempt:
     started: float
     ended: float
     result: ProcedureResult | None = None
-    error: Exception | None = None
+    error: Exception | SystemExit | None = None
     cause: str = ""
     told: Text = NOTHING
 

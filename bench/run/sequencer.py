@@ -129,7 +129,7 @@ class Runner:
             except (Interrupted, KeyboardInterrupt) as stop:
                 status = "aborted"
                 causes.append(_interruption(stop))
-            except Exception as error:  # noqa: BLE001  the journal itself may have failed; the shutdown follows all the same
+            except (Exception, SystemExit) as error:  # noqa: BLE001  the journal itself may have failed; the shutdown follows all the same
                 status = "failed"
                 causes.append(told(error))
             finally:
@@ -263,7 +263,7 @@ class Runner:
                     trace=traceback.format_exception(error),
                 )
             )
-            if not isinstance(error, Exception) or isinstance(error, RecordError):
+            if not isinstance(error, Exception | SystemExit) or isinstance(error, RecordError):
                 # What is shared stays so until the shutdown is done.
                 raise
             self._walk()
@@ -351,4 +351,6 @@ def _interruption(stop: BaseException) -> Text:
 def _cause(error: BaseException) -> Text:
     if isinstance(error, ProcedureError | InstrumentError | EstimationError | Interrupted):
         return told(error)
+    if isinstance(error, SystemExit):
+        return text("it ended the program, as no procedure may: {fault}", fault=fault(error))
     return fault(error)

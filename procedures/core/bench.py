@@ -114,6 +114,13 @@ class Bench:
         #: What hands have left, and what is known of the wiring.
         self.state = BenchState()
 
+    def check_off(self) -> None:
+        """Raise ProcedureError where something still feeds the motor or drives its shaft."""
+        if roles := sorted(role.value for role in self._feeding.roles):
+            raise ProcedureError(
+                text("{roles} was still on when the procedure ended: a fault of the procedure", roles=roles)
+            )
+
     def has(self, role: Role) -> bool:
         """Tell whether the station has an instrument in this role."""
         return role in self._instruments

@@ -1,6 +1,7 @@
 """What defines a parameter, and tables of such definitions."""
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import KW_ONLY, dataclass
 from enum import Enum
@@ -25,6 +26,7 @@ class Bounds:
     open: bool = False
 
 
+_PREFIXES = frozenset("pnuµmkMGT")
 ABOVE_ZERO, NOT_NEGATIVE = Bounds(0.0, open=True), Bounds(0.0)
 
 
@@ -33,7 +35,8 @@ class ParameterDefinition:
     """What a parameter is, wherever it is measured, shown, judged or exported.
 
     `symbol` is plain text, what follows `_` being the index, empty where the field has none; `convention` says per what,
-    peak or rms, at which temperature. `unit` is that of results (`1` for none), `reader_unit` another name of it in tables for readers.
+    peak or rms, at which temperature. `unit` is that of results (`1` for none), `reader_unit` another name of it, as large, in tables
+    for readers.
     Values make sense within `bounds`; counts are `whole` numbers.
     `restates` names the parameter of which it is the same quantity in another unit or convention.
     `type_value`: whether a motor file may expect a value. `controller_uncertainty` is the largest relative standard
@@ -63,10 +66,24 @@ class ParameterDefinition:
             )
         if not self.unit:
             raise ValueError(f"parameter {self.name}: the unit is missing; 1 stands for none")
+        if _prefixed(self.unit, self.reader_unit):
+            raise ValueError(
+                f"parameter {self.name}: reader_unit {self.reader_unit} is not of the size of {self.unit}; leave it out: tables choose the "
+                "prefix by the figure"
+            )
 
     def for_readers(self) -> dict[str, str]:
         """Return what a record needs to show the parameter where nobody defines it any more."""
         return {"symbol": self.symbol, "label": self.label.render(), "reader_unit": self.reader_unit}
+
+
+def _prefixed(unit: str, other: str) -> bool:
+    """Tell whether a unit is another one with a prefix before one of its factors."""
+    ours, theirs = re.split("[·/]", unit), re.split("[·/]", other)
+    return len(ours) == len(theirs) and any(
+        a != b and ((a[:1] in _PREFIXES and a[1:] == b) or (b[:1] in _PREFIXES and b[1:] == a))
+        for a, b in zip(ours, theirs, strict=True)
+    )
 
 
 class ParameterTable(Mapping[str, ParameterDefinition]):

@@ -11,6 +11,7 @@ from drivers.interfaces.text import Text, text
 from procedures.core.bench import Bench, ProcedureError, Role
 from procedures.core.demand import Demands
 from procedures.core.events import WarningGiven
+from procedures.core.figure_check import possible
 from procedures.core.misfit_text import misfit_row, sentence
 from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.parameter_definition import ParameterDefinition, ParameterTable
@@ -122,17 +123,25 @@ class Procedure(ABC, Generic[C]):
         """Take the steps in order, adding parameters, findings and notices on the way."""
 
     def run(self) -> ProcedureResult:
-        """Measure, and return what was found."""
+        """Measure, and return what was found.
+
+        Raises ProcedureError where something is still on at the end, where a figure is no number, and where there is none at all.
+        """
         used = self.roles_at(self.settings, [role for role in Role if self.bench.has(role)])
         self.bench.state.begin(used, self.nameplate.voltage_bound)
         self.measure()
+        self.bench.check_off()
+        kept, withheld = possible(self._parameters)
+        withheld += self._withheld
+        if self.parameters and not kept and not withheld:
+            raise ProcedureError(
+                text(
+                    "it ended without a figure, though it gives {names}: a fault of the procedure",
+                    names=[*self.parameters],
+                )
+            )
         return ProcedureResult(
-            self.name,
-            self.section,
-            tuple(self._parameters),
-            tuple(self._notices),
-            dict(self.findings),
-            tuple(self._withheld),
+            self.name, self.section, tuple(kept), tuple(self._notices), dict(self.findings), tuple(withheld)
         )
 
     def step_values(self) -> dict[str, object]:

@@ -18,7 +18,7 @@ _RULES = (lead_faults, insulation_faults, winding_faults, magnet_faults, hall_fa
 def diagnose(
     findings: Mapping[str, Mapping[str, Any]],
     figures: Collection[MeasuredFigure],
-    errors: Collection[Exception],
+    errors: Collection[BaseException],
     expected: Mapping[str, float] | None = None,
 ) -> tuple[Diagnosis, ...]:
     """Return the parts at fault of a motor that failed, the likeliest first; nothing where no rule knows what it was.

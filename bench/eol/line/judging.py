@@ -34,12 +34,12 @@ class MotorJudge:
         self._attempts: list[CheckRecord] = []
         #: By procedure: parameters for the want of which alone its last attempt was an error.
         self._withheld: dict[str, frozenset[str]] = {}
-        self._errors: dict[str, Exception | None] = {}
+        self._errors: dict[str, Exception | SystemExit | None] = {}
         #: What was judged already, by the parameter's identity: each is in an attempt's result, and in the run's in the end.
         self._judged: dict[int, tuple[Parameter, MeasuredFigure]] = {}
 
     @property
-    def errors(self) -> tuple[Exception, ...]:
+    def errors(self) -> tuple[BaseException, ...]:
         """What ended the last attempt at each procedure that gave nothing; a bound is among it only where it rejects the motor."""
         return tuple(
             error

@@ -15,7 +15,7 @@ from procedures.core.settings import Settings
 from procedures.core.steps import step
 
 LEAKAGE = ParameterDefinition(
-    "leakage_current", "I_l", "A", text("Leakage current to the frame"), "DC, all terminals joined", reader_unit="µA"
+    "leakage_current", "I_l", "A", text("Leakage current to the frame"), "DC, all terminals joined"
 )
 
 
