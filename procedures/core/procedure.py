@@ -125,7 +125,8 @@ class Procedure(ABC, Generic[C]):
     def run(self) -> ProcedureResult:
         """Measure, and return what was found.
 
-        Raises ProcedureError where something is still on at the end, where a figure is no number, and where there is none at all.
+        Raises ProcedureError where something is still on at the end, where a figure is no number, and where there is none and no
+        notice says why.
         """
         used = self.roles_at(self.settings, [role for role in Role if self.bench.has(role)])
         self.bench.state.begin(used, self.nameplate.voltage_bound)
@@ -133,10 +134,10 @@ class Procedure(ABC, Generic[C]):
         self.bench.check_off()
         kept, withheld = possible(self._parameters)
         withheld += self._withheld
-        if self.parameters and not kept and not withheld:
+        if self.parameters and not kept and not withheld and not self._notices:
             raise ProcedureError(
                 text(
-                    "it ended without a figure, though it gives {names}: a fault of the procedure",
+                    "it ended without a figure and without saying why, though it gives {names}: a fault of the procedure",
                     names=[*self.parameters],
                 )
             )

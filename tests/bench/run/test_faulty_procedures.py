@@ -48,7 +48,7 @@ def leave_on(procedure: Any) -> None:
         (lambda _: sys.exit(0), "it ended the program, as no procedure may: SystemExit"),
         (lambda procedure: give(procedure, float("nan"), 1e-4), "came out as nan"),
         (lambda procedure: give(procedure, float("inf"), 1e-4), "came out as inf"),
-        (lambda _: None, "it ended without a figure, though it gives stator_resistance"),
+        (lambda _: None, "it ended without a figure and without saying why, though it gives stator_resistance"),
         (leave_on, "supply was still on when the procedure ended"),
     ],
 )
