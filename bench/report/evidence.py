@@ -32,6 +32,9 @@ from reports.document.record import (
     SignOff,
 )
 
+#: What of a run's software the page leaves to the journal, and how long a SHA-256 is.
+_BENEATH, _SHA256 = frozenset({"numpy", "scipy", "GTC", "code"}), 64
+
 
 def record_of(run: FinishedRun) -> RunRecord:
     """Return a run as the report takes it; a run that was cut off has what its journal holds.
@@ -56,7 +59,7 @@ def record_of(run: FinishedRun) -> RunRecord:
         station_sha256=station.sha256,
         operator=start.person,
         performed_by=start.operator or ("virtual" if station.source == "virtual" else ""),
-        software={name: version for name, version in start.software.items() if name in ("motorbench", "python")},
+        software=_printed(start.software),
         instruments=_instruments(station.instruments, run.events),
         parameters=view.parameters(),
         warnings=view.warnings(),
@@ -67,6 +70,12 @@ def record_of(run: FinishedRun) -> RunRecord:
         photos=photos_of(run.folder),
         signed=[_signed(each) for each in signatures(run.folder)],
     )
+
+
+def _printed(software: Mapping[str, str]) -> dict[str, str]:
+    """Return the program, Python and what plug-ins took part; a file's SHA-256 by its first digits."""
+    kept = {name: version for name, version in software.items() if name not in _BENEATH}
+    return {name: version[:12] if len(version) == _SHA256 else version for name, version in kept.items()}
 
 
 def _signed(each: Signature) -> SignOff:

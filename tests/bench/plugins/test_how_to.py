@@ -156,10 +156,15 @@ def test_a_run_and_a_line_on_real_sockets(call: Call, folder: Path) -> None:
         assert told["status"] == "completed", err
         true = load_motor("lg-400w").virtual_motor().phase_resistances[0]
         assert told["parameters"]["stator_resistance"]["value"] == pytest.approx(true, rel=0.1)
-        noted = read_run(told["run"], folder / "runs").start.software
+        run = read_run(told["run"], folder / "runs")
+        noted = run.start.software
         files = {Path(name).name: sha256 for name, sha256 in noted.items() if name.endswith(".py")}
         assert set(files) == set(LONGEST)
         assert all(len(sha256) == 64 for sha256 in files.values())
+        # The report names them by the first digits.
+        printed = record_of(run).software
+        assert {"motorbench", "python"} < set(printed)
+        assert {name: sha256[:12] for name, sha256 in noted.items() if name.endswith(".py")}.items() <= printed.items()
         # The guardian has a process of its own, and loads the same files.
         guardian = read_guardian(Path(told["run"]))
         assert next(event.data["roles"] for event in guardian if event.kind == "started") == ["supply"]
