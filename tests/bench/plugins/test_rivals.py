@@ -1,5 +1,6 @@
 """Plug-ins that get in each other's way: one name, one parameter, sentences that cannot be made."""
 
+import json
 import os
 import subprocess
 import sys
@@ -179,3 +180,29 @@ def test_what_is_known_of_a_parameter_is_what_the_catalogue_took(tmp_path: Path)
         check=False,
     )
     assert (done.stdout, done.stderr) == ("False True '\\u03a9'\n", "")
+
+
+@pytest.mark.parametrize(
+    ("requires", "said"),
+    [
+        (["motorbench<0.0.1"], ["acme_bench 1.2 requires motorbench <0.0.1, and this is "]),
+        (["Motorbench >=0.0.1", "numpy<0.1", 'motorbench<0.0.1; extra == "x"'], []),
+        (["motorbench<<1"], ["acme_bench 1.2: its requirement 'motorbench<<1' cannot be read"]),
+    ],
+)
+def test_a_package_that_was_made_for_another_motorbench_is_told(
+    call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, requires: list[str], said: list[str]
+) -> None:
+    entries = "[motorbench.procedures]\ncoil = acme_coil:Coil\n"
+    monkeypatch.syspath_prepend(str(wheel(tmp_path, "acme_bench", entries, {"acme_coil": procedure()}, requires)))
+    acme = UnloadedDeclaration("coil", Origin("acme_bench", "1.2"), lambda: None)
+    found = Catalogues({"procedures": (acme,)})
+    monkeypatch.setattr("bench.cli.doctor.installed", lambda: found)
+    problems = [one for one in json.loads(call("doctor", "--json")[1])["problems"] if "acme_bench" in one]
+    monkeypatch.setattr("bench.cli.station.drivers.catalogues_at", lambda _: found)
+    listed = json.loads(call("station", "drivers", "--json")[1])["unmet_requirements"]
+    assert listed == problems
+    assert len(listed) == len(said)
+    assert all(line.startswith(start) for line, start in zip(listed, said, strict=True))
+    err = call("station", "drivers")[2]
+    assert all(line in err for line in listed)
