@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any
 
 from drivers.interfaces.strangers_code import strangers_code
@@ -54,8 +54,16 @@ ORDER: tuple[str, ...] = (
 def catalogue() -> "Mapping[str, type[Procedure[Any]]]":
     """Return the installed procedures by name; of those that cannot be used `bench.plugins` knows why."""
     places = {name: place for place, name in enumerate(ORDER)}
+
+    def order(point: EntryPoint) -> tuple[int, bool, str]:
+        # As `bench.plugins` has them: of two that differ on a parameter, the same one counts in both.
+        name = point.dist.name if point.dist is not None else ""
+        return places.get(point.name, len(places)), name != "motorbench", name
+
+    points = sorted(entry_points(group=GROUP), key=order)
     found: dict[str, Any] = {}
-    for point in sorted(entry_points(group=GROUP), key=lambda point: places.get(point.name, len(places))):
-        with suppress(Exception), strangers_code():
-            found.setdefault(point.name, point.load())
-    return found
+    for point in points:
+        if point.name not in found:
+            with suppress(Exception), strangers_code():
+                found[point.name] = point.load()
+    return {name: found[name] for name in dict.fromkeys(point.name for point in points) if name in found}

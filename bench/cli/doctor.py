@@ -11,6 +11,8 @@ from typing import Any
 from bench.cli.output import print_json
 from bench.i18n.errors import InputError
 from bench.i18n.language import language_of, translator
+from bench.plugins.catalogues import installed
+from bench.plugins.requirements import unmet_requirements
 from bench.run.console import console_on
 from bench.safety.guardian.scope import Scope, guardian_scope
 from bench.safety.ownership.owner import holders
@@ -134,6 +136,7 @@ def _problems(found: dict[str, Any], stands: Sequence[tuple[str, str, Text]], ru
         for name, has in found["libraries"].items()
         if has is None
     ]
+    told += unmet_requirements(installed())
     if not found["visa_backends"]:
         told.append(text("no VISA backend; install PyVISA-py or the instrument maker's VISA"))
     told += [

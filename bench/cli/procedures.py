@@ -5,11 +5,12 @@ from typing import Any
 
 from bench.cli.output import broken_of, print_json, say_broken
 from bench.i18n.language import language_of, translator
-from bench.plugins.catalogues import OURS
+from bench.plugins.catalogue import OURS
 from bench.run.console import console_on
 from bench.station.station_file import catalogues_at
 from drivers.interfaces.text import Translate, text
 from procedures.core.procedure import Procedure
+from procedures.core.steps import Step
 
 
 def procedures(*, station: str = "virtual", json: bool = False, markdown: bool = False, language: str = "auto") -> None:
@@ -55,13 +56,21 @@ def procedures(*, station: str = "virtual", json: bool = False, markdown: bool =
             console.print(f"  [dim]{translate(', ').join(translate(role) for role in entry['roles'])}[/dim]")
         defaults = found[name].settings_type()().model_dump()
         for step in found[name].steps():
-            said = step.words(defaults).render(translate)
+            said = _sentence(step, defaults, translate)
             console.print(f"  {step.identifier:<12}{'✋ ' if step.by_hand else '   '}{said}", markup=False)
         for setting, told in entry["settings"].items():
             said = translate(told["description"])
             console.print(f"  --set {setting}={told['default']}  ({said})", markup=False, style="dim")
         console.print()
     say_broken(broken_of(catalogues, found), translate)
+
+
+def _sentence(step: Step, defaults: dict[str, object], translate: Translate) -> str:
+    """Return a step's sentence with the defaults in place, or as written where the procedure has the values when it runs only."""
+    try:
+        return step.words(defaults).render(translate)
+    except (LookupError, ValueError, TypeError, AttributeError):
+        return translate(step.template)
 
 
 #: Procedures that `all` does not include, in the order of the list, with what stands above them.

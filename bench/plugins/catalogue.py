@@ -12,6 +12,8 @@ from drivers.interfaces.strangers_code import strangers_code
 from drivers.interfaces.text import Text, lines, text, text_of
 
 T = TypeVar("T")
+#: The distribution whose names go before everybody else's.
+OURS = "motorbench"
 
 
 @dataclass(frozen=True)
@@ -71,10 +73,11 @@ class BrokenPlugin:
 
 
 class Catalogue(Mapping[str, T], Generic[T]):
-    """Declarations of one kind by name. A name that was taken first stays; what cannot be loaded is among `broken` only.
+    """Declarations of one kind by name. The first of a name that can be loaded has it; what cannot be is among `broken` only.
 
     `accept` takes a name and what was loaded under it, and returns the declaration; it raises ValueError for another thing.
-    `unusable` are plug-ins of which nothing is known but that they cannot be used.
+    `unusable` are plug-ins of which nothing is known but that they cannot be used. `clash` says where one declaration contradicts
+    another: of two that are not ours, the later cannot be used then.
     """
 
     def __init__(
@@ -82,31 +85,63 @@ class Catalogue(Mapping[str, T], Generic[T]):
         entries: Iterable[UnloadedDeclaration],
         accept: Callable[[str, object], T],
         unusable: Sequence[BrokenPlugin] = (),
+        clash: Callable[[T, T], Text | None] | None = None,
     ) -> None:
-        self._accept = accept
-        self._entries: dict[str, UnloadedDeclaration] = {}
-        self._loaded: dict[str, T] = {}
+        self._accept, self._clash = accept, clash
+        self._entries: dict[str, list[UnloadedDeclaration]] = {}
+        self._loaded: dict[str, T | None] = {}
+        self._holders: dict[str, UnloadedDeclaration] = {}
         self._unusable = tuple(unusable)
         self._broken: dict[tuple[str, Origin], BrokenPlugin] = {}
         for entry in entries:
-            taken = self._entries.setdefault(entry.name, entry)
-            if taken is not entry:
-                error = text("the name is taken by {origin}", origin=taken.origin)
-                self._broken[entry.name, entry.origin] = BrokenPlugin(entry.name, entry.origin, error)
+            self._entries.setdefault(entry.name, []).append(entry)
 
     def __getitem__(self, name: str) -> T:
         if name not in self._loaded:
-            entry = self._entries[name]
-            if (name, entry.origin) in self._broken:
-                raise KeyError(name)
+            self._loaded[name] = self._first_of(name)
+        loaded = self._loaded[name]
+        if loaded is None:
+            raise KeyError(name)
+        return loaded
+
+    def _first_of(self, name: str) -> T | None:
+        """Return the first declaration of a name that can be used, and note why the others cannot."""
+        found: T | None = None
+        for entry in self._entries[name]:
+            if found is not None:
+                error = text("the name is taken by {origin}", origin=self._holders[name].origin)
+                self._broken.setdefault((name, entry.origin), BrokenPlugin(name, entry.origin, error))
+                continue
             try:
                 # What a plug-in prints must not end up in JSON, nor in what a guardian says.
                 with redirect_stdout(sys.stderr), strangers_code():
-                    self._loaded[name] = self._accept(name, entry.load())
-            except Exception as error:
+                    loaded = self._accept(name, entry.load())
+                self._check_against_earlier(entry, loaded)
+            except Exception as error:  # noqa: BLE001  a stranger's code may raise anything
                 self._broken[name, entry.origin] = BrokenPlugin(name, entry.origin, reason(error))
-                raise KeyError(name) from error
-        return self._loaded[name]
+                continue
+            found, self._holders[name] = loaded, entry
+        return found
+
+    def _check_against_earlier(self, entry: UnloadedDeclaration, loaded: T) -> None:
+        """Raise ValueError where a declaration contradicts one that stands before it; nothing of ours is loaded for it."""
+        if self._clash is None or entry.origin.name == OURS:
+            return
+        for name, others in self._entries.items():
+            if name == entry.name:
+                return
+            other = self.get(name) if any(one.origin.name != OURS for one in others) else None
+            if other is None or (origin := self.origin(name)).name == OURS:
+                continue
+            if (clash := self._clash(loaded, other)) is not None:
+                raise ValueError(
+                    text(
+                        "{clash} in {name} of {origin}; one of the two must name it otherwise, or be uninstalled",
+                        clash=clash,
+                        name=name,
+                        origin=origin,
+                    )
+                )
 
     def __iter__(self) -> Iterator[str]:
         return (name for name in self._entries if name in self)
@@ -121,29 +156,33 @@ class Catalogue(Mapping[str, T], Generic[T]):
 
     def origin(self, name: str) -> Origin:
         """Return where a declaration comes from. Raises KeyError for a name that there is not."""
-        return self._entries[name].origin
+        entries = self._entries[name]
+        # Of several, who has the name is known when they are loaded.
+        held = name in self._holders or (len(entries) > 1 and name in self)
+        return (self._holders[name] if held else entries[0]).origin
 
     def broken(self, *, load: bool = True) -> tuple[BrokenPlugin, ...]:
-        """Return what cannot be used: of everything, or without `load` as far as it is known by now."""
-        for name in self._entries if load else ():
-            self.get(name)
+        """Return what cannot be used: of everything, or without `load` of what was asked for and of names that several have."""
+        for name, entries in self._entries.items():
+            if load or len(entries) > 1:
+                self.get(name)
         return tuple(self._broken.values())
 
     def known(self, names: Sequence[str] | None = None) -> Text:
         """Return the names, all or some, each with where it comes from unless that is motorbench itself, as a sentence's end."""
         return lines(
             (
-                name if self.origin(name).name == "motorbench" else f"{name} ({self.origin(name)})"
+                name if self.origin(name).name == OURS else f"{name} ({self.origin(name)})"
                 for name in (self if names is None else names)
             ),
             between=", ",
         )
 
     def why_not(self, name: str) -> Text:
-        """Return what to say of a name that cannot be had: why it is broken, else the nearest and what may be broken besides."""
-        for broken in self._broken.values():
-            if broken.name == name:
-                return broken.sentence
+        """Return what to say of a name that cannot be had: why it is broken at each origin, else the nearest and other faults."""
+        own = [broken.sentence for broken in self._broken.values() if broken.name == name]
+        if own:
+            return lines(own, between="; ")
         return lines((nearest(name, list(self)), *(broken.sentence for broken in self._unusable)), between="; ")
 
     def need(self, name: str, place: Callable[[Text], InputError]) -> T:

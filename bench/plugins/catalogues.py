@@ -1,16 +1,16 @@
 """All catalogues together: what this installation has, and what plug-in files beside a station or a plan add."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cache
 from importlib.metadata import distributions
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from bench.plugins.catalogue import BrokenPlugin, Catalogue, Origin, PluginFile, UnloadedDeclaration
+from bench.plugins.catalogue import OURS, BrokenPlugin, Catalogue, Origin, PluginFile, UnloadedDeclaration
 from bench.plugins.records import RecordOutput
 from drivers.catalogue import Driver
 from drivers.interfaces import Role
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from drivers.safety_devices import InterlockDriver, RelayDriver
 from procedures.catalogue import ORDER
 
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from reports.exports.target import Target
     from sim_instruments.catalogue import SimulatedInstrument
 
-#: The distribution whose names go before everybody else's.
-OURS = "motorbench"
 _PREFIX = "motorbench."
 
 
@@ -50,7 +48,8 @@ class Catalogues:
 
     def __post_init__(self) -> None:
         for group in GROUPS:
-            made: Catalogue[Any] = Catalogue(self.entries.get(group, ()), _ACCEPT[group], self.unusable)
+            clash = parameter_clash if group == "procedures" else None
+            made: Catalogue[Any] = Catalogue(self.entries.get(group, ()), _ACCEPT[group], self.unusable, clash)
             object.__setattr__(self, group, made)
 
     def with_files(self, files: Sequence[PluginFile]) -> "Catalogues":
@@ -147,8 +146,63 @@ def accept_procedure(name: str, loaded: object) -> "type[Procedure[Any]]":
     if missing:
         raise ValueError(text("{name} does not define {missing}", name=loaded.__name__, missing=missing))
     _check_name(name, loaded.name)
-    loaded.settings_type()
+    _check_sentences(loaded)
     return loaded
+
+
+def _check_sentences(procedure: "type[Procedure[Any]]") -> None:
+    """Raise ValueError for a step whose sentence cannot be made of the settings, or settings without a default."""
+    from procedures.core.procedure import Procedure
+
+    settings = procedure.settings_type()
+    bare = [name for name, field in settings.model_fields.items() if field.is_required()]
+    if bare:
+        raise ValueError(text("{name} has no default: {settings}", name=settings.__name__, settings=bare))
+    if procedure.step_values is not Procedure.step_values:
+        # What it adds to the sentences is known when it runs.
+        return
+    values = {**settings().model_dump(), "rated_current": 1.0}
+    for step in procedure.steps():
+        try:
+            step.words(values).render()
+        except (KeyError, IndexError) as error:
+            named = str(error.args[0]) if isinstance(error, KeyError) else ""
+            raise ValueError(
+                text(
+                    "step {step} names {placeholder} in its sentence, which is no setting; there are {known}",
+                    step=step.identifier,
+                    placeholder=f"{{{named}}}",
+                    known=list(values),
+                )
+            ) from None
+        except (ValueError, TypeError, AttributeError) as error:
+            raise ValueError(
+                text(
+                    "step {step}: the sentence {sentence!r} cannot be made of the settings: {error}",
+                    step=step.identifier,
+                    sentence=step.template,
+                    error=error,
+                )
+            ) from None
+
+
+def parameter_clash(procedure: "type[Procedure[Any]]", other: "type[Procedure[Any]]") -> Text | None:
+    """Return which parameter two procedures define differently and in what, None where there is none."""
+    for name, mine in procedure.parameters.items():
+        theirs = other.parameters.get(name)
+        if theirs is None or theirs == mine:
+            continue
+        # The unit first: it is what makes a figure wrong.
+        keys = ("unit", "convention", *(field.name for field in fields(mine)))
+        key = next(key for key in keys if getattr(mine, key) != getattr(theirs, key))
+        return text(
+            "parameter {parameter} is defined with {key} {mine}, but with {theirs}",
+            parameter=name,
+            key=key,
+            mine=f"{getattr(mine, key)}",
+            theirs=f"{getattr(theirs, key)}",
+        )
+    return None
 
 
 def accept_export(name: str, loaded: object) -> "Target":

@@ -12,7 +12,8 @@ from pydantic import Field
 from bench.files.photo import Photo, photo_beside
 from bench.files.toml_file import Section, nearest, read, validate
 from bench.i18n.errors import FileError, at
-from bench.plugins.catalogues import OURS, Catalogues, installed
+from bench.plugins.catalogue import OURS
+from bench.plugins.catalogues import Catalogues, installed
 from bench.plugins.files import KEY, PluginsSection, catalogues_of
 from bench.station import calibration
 from bench.station.calibration import Calibration

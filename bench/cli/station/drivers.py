@@ -6,6 +6,7 @@ from bench.cli.output import padded, print_catalogue, print_json, say_broken
 from bench.i18n.errors import InputError, UsageError
 from bench.i18n.language import language_of, translator
 from bench.plugins.catalogues import Catalogues
+from bench.plugins.requirements import unmet_requirements
 from bench.station.command_table import markdown_tables, packages_with_commands
 from bench.station.station_file import catalogues_at
 from drivers.command_sources import SourcedCommand, SourcesError, declared_commands, sources_of
@@ -49,7 +50,7 @@ def drivers(
         for name, roles in found.items()
         for driver in roles
     ]
-    broken = catalogues.broken()
+    broken, unmet = catalogues.broken(), unmet_requirements(catalogues)
     if json:
         print_json(
             {
@@ -68,6 +69,7 @@ def drivers(
                 ],
                 "records": [{"name": name, "from": outputs.origin(name).as_dict()} for name in outputs],
                 "broken": [one.as_dict() for one in broken],
+                "unmet_requirements": [str(said) for said in unmet],
             }
         )
         return 0
@@ -93,6 +95,8 @@ def drivers(
     print()
     print_catalogue(outputs, lambda _: say(text("records")))
     say_broken(broken, translate)
+    for said in unmet:
+        print(f"motorbench: {said.render(translate)}", file=sys.stderr)
     return 0
 
 

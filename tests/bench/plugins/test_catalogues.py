@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -51,14 +51,15 @@ def made(tmp_path: Path) -> Made:
     return make
 
 
-def wheel(folder: Path, name: str, entries: str, modules: Mapping[str, str]) -> Path:
+def wheel(folder: Path, name: str, entries: str, modules: Mapping[str, str], requires: Sequence[str] = ()) -> Path:
     """A wheel as installers have it; Python finds what is in it where it stands."""
     path = folder / f"{name}-1.2-py3-none-any.whl"
     metadata = f"{name}-1.2.dist-info"
     with zipfile.ZipFile(path, "w") as archive:
         for module, code in modules.items():
             archive.writestr(f"{module}.py", code)
-        archive.writestr(f"{metadata}/METADATA", f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.2\n")
+        wanted = "".join(f"Requires-Dist: {line}\n" for line in requires)
+        archive.writestr(f"{metadata}/METADATA", f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.2\n{wanted}")
         archive.writestr(f"{metadata}/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n")
         archive.writestr(f"{metadata}/entry_points.txt", entries)
         archive.writestr(f"{metadata}/RECORD", "")
