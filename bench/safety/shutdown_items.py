@@ -5,8 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from bench.safety.limits.units import unit_check
 from bench.station.shutdown_sequence import Do, Item, method_of
-from drivers.interfaces import Clock, Role
+from drivers.interfaces import Clock, Reading, Role
+from drivers.interfaces.declarations import declarations
 
 _WHAT: Mapping[Do, str] = {
     Do.VOLTAGE_DECAYED: "the voltage",
@@ -53,19 +55,26 @@ def perform(one: Item, instrument: Any, clock: Clock, hurry: Hurry) -> Measured 
 
 
 def measured(one: Item, instrument: Any) -> Measured:
-    """Measure once what a measuring item looks at. Raises what the driver raises."""
+    """Measure once what a measuring item looks at. Raises what the driver raises, InstrumentError for another unit than is declared."""
     if one.do is Do.VOLTAGE_DECAYED:
         if one.role is Role.VOLTMETER:
             # Its range is whatever the last measurement needed, millivolts perhaps.
             instrument.configure(max(100.0, one.below))
-        return Measured(abs(instrument.measure_voltage().value), "V")
+        return Measured(_read(one.role, instrument, "measure_voltage"), "V")
     if one.do is Do.CURRENT_ZERO:
-        return Measured(abs(instrument.measure_current().value), "A")
+        return Measured(_read(one.role, instrument, "measure_current"), "A")
     if one.role is Role.DYNAMOMETER:
         return Measured(abs(instrument.measure().speed), "rad/s")
     if one.role is Role.TACHOMETER:
-        return Measured(abs(instrument.measure_speed().value), "rad/s")
-    return Measured(abs(instrument.measure_frequency().value) * 2.0 * math.pi, "rad/s")
+        return Measured(_read(one.role, instrument, "measure_speed"), "rad/s")
+    return Measured(_read(one.role, instrument, "measure_frequency") * 2.0 * math.pi, "rad/s")
+
+
+def _read(role: Role, instrument: Any, method: str) -> float:
+    reading: Reading = getattr(instrument, method)()
+    # Kilovolts taken for volts would pass for harmless.
+    unit_check(role.value, type(instrument).__name__, method, declarations(role.interface)[method].unit)(reading)
+    return abs(reading.value)
 
 
 def _await(one: Item, instrument: Any, clock: Clock, hurry: Hurry) -> Measured:

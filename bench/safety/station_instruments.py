@@ -121,7 +121,15 @@ class StationInstruments:
         entry = self._station.entries[role]
         limits = limits_of(role, self._nameplate, entry.limits)
         lazy = _Lazy(lambda: self._bare(role))
-        return guarded(role, lazy, entry.name, limits, pole_pairs=self._pole_pairs, observe=self._observe)
+        return guarded(
+            role,
+            lazy,
+            entry.name,
+            limits,
+            pole_pairs=self._pole_pairs,
+            observe=self._observe,
+            driver=entry.driver.name,
+        )
 
     def _bare(self, role: Role) -> Instrument:
         if role not in self._opened:

@@ -103,10 +103,11 @@ class Declaration:
     """What one method or property does.
 
     `amounts` are its bounded arguments, by name; `readings` what it returns, by field ("" for the value itself), `unit` that of
-    a single value. `lasting` is for a call that energises; `source` then names the method that measures what it switches on.
-    `item` is what the call does in a shutdown sequence. `arguments` are those of the method, with their defaults
-    (`Parameter.empty` without one). `units` are those of arguments that set no quantity, or of their fields, by name; `V|A` is
-    one or the other. `ability` is what not every instrument of the role can do: one that cannot refuses the call.
+    each Reading and Waveform in what it returns. `lasting` is for a call that energises; `source` then names the method that
+    measures what it switches on. `item` is what the call does in a shutdown sequence. `arguments` are those of the method, with
+    their defaults (`Parameter.empty` without one). `units` are those of arguments that set no quantity, or of their fields, by
+    name. `V|A` is one or the other, of a reading too. `ability` is what not every instrument of the role can do: one that cannot
+    refuses the call.
     """
 
     effect: Effect
@@ -200,6 +201,19 @@ def in_units(**units: str) -> Callable[[MethodT], MethodT]:
         if found is None:
             raise DeclarationError(f"{method.__qualname__}: in_units stands above what declares what it does")
         setattr(method, _DECLARED, replace(found, units=units))
+        return method
+
+    return declare
+
+
+def gives_unit(unit: str) -> Callable[[MethodT], MethodT]:
+    """Declare the unit of the readings in what a method returns that is declared already, as one that feeds while it measures."""
+
+    def declare(method: MethodT) -> MethodT:
+        found = declared(method)
+        if found is None:
+            raise DeclarationError(f"{method.__qualname__}: gives_unit stands above what declares what it does")
+        setattr(method, _DECLARED, replace(found, unit=unit))
         return method
 
     return declare

@@ -3,7 +3,16 @@
 from dataclasses import dataclass
 from typing import Protocol
 
-from drivers.interfaces.declarations import NO_QUANTITY, Amount, Lasting, Quantity, energises, in_units, question
+from drivers.interfaces.declarations import (
+    NO_QUANTITY,
+    Amount,
+    Lasting,
+    Quantity,
+    energises,
+    gives_unit,
+    in_units,
+    question,
+)
 from drivers.interfaces.identity import Instrument, Reading
 
 
@@ -30,6 +39,7 @@ class InsulationTester(Instrument, Protocol):
     def maximum_voltage(self) -> float:
         """Largest test voltage (V): the lesser of the model's and the station's."""
 
+    @gives_unit("Ω")
     @in_units(duration="s")
     @energises(Lasting.CALL, voltage=VOLTAGE, duration=NO_QUANTITY)
     def measure(self, voltage: float, duration: float) -> InsulationReading:

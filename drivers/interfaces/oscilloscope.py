@@ -121,7 +121,7 @@ class Oscilloscope(Instrument, Protocol):
         """Arm for one record; returns as soon as the instrument waits for its trigger."""
 
     @in_units(timeout="s")
-    @reading()
+    @reading("V|A")
     def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:
         """Wait for the record (at most `timeout` s of bench time) and return it.
 
@@ -135,7 +135,7 @@ class Oscilloscope(Instrument, Protocol):
         Raises MeasurementError where the screen shows none.
         """
 
-    @reading()
+    @reading("V|A")
     def measure_amplitude(self, channel: int) -> Reading:
         """Return half the peak-to-peak value (V or A) of the trace of a channel.
 

@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import Any, cast
 
 from bench.safety.limits.bounds import Limit, Limits, Observer, check_reading, check_set_point, nobody
+from bench.safety.limits.units import unit_check
 from drivers.interfaces import Instrument, Role, SetpointError
 from drivers.interfaces.declarations import (
     POLE_PAIRS,
@@ -40,19 +41,20 @@ def guarded(
     *,
     pole_pairs: PolePairs = _unknown,
     observe: Observer = nobody,
+    driver: str = "",
 ) -> Instrument:
-    """Return the instrument of a role with its limits in front; `name` stands for it in messages.
+    """Return the instrument of a role with its limits in front; `name` stands for it in messages, `driver` for its driver.
 
     `observe` is called with every set point before it is judged.
     """
-    return cast("Instrument", LimitGuard(role.interface, instrument, name, limits, pole_pairs, observe))
+    return cast("Instrument", LimitGuard(role.interface, instrument, name, limits, pole_pairs, observe, driver))
 
 
 class LimitGuard:
     """An instrument behind its limits; what its interface does not declare cannot be called.
 
-    Raises SetpointError before anything is sent for a set point beyond a limit, LimitError for such a reading, UndeclaredError
-    for a method or property that the interface does not declare.
+    Raises SetpointError before anything is sent for a set point beyond a limit, LimitError for such a reading, InstrumentError for
+    a reading in another unit than is declared, UndeclaredError for a method or property that the interface does not declare.
     """
 
     def __init__(
@@ -63,6 +65,7 @@ class LimitGuard:
         limits: Limits,
         pole_pairs: PolePairs = _unknown,
         observe: Observer = nobody,
+        driver: str = "",
     ) -> None:
         self._interface = interface
         self._declarations = declarations(interface)
@@ -72,6 +75,7 @@ class LimitGuard:
         self._reading_bounds = {quantity: limits.reading_bound(quantity) for quantity in Quantity}
         self._pole_pairs = pole_pairs
         self._observe = observe
+        self._driver = driver or type(instrument).__name__
 
     def judge(self, method: str, *arguments: Any, **named: Any) -> None:
         """Raise SetpointError for a call with a set point beyond its limit or beyond what the instrument takes; nothing is sent."""
@@ -107,15 +111,17 @@ class LimitGuard:
         return call
 
     def _call(self, name: str, declaration: Declaration) -> Callable[..., Any]:
-        if declaration.effect is Effect.READING and declaration.readings:
-            return self._reading(name, declaration.readings)
+        if declaration.effect is Effect.READING and (declaration.readings or declaration.unit):
+            return self._reading(name, declaration)
         if declaration.is_command:
             return self._command(name, declaration)
         # Looked up at each call: an instrument that was closed is another one when it has been opened again.
         return lambda *arguments, **named: getattr(self._instrument, name)(*arguments, **named)
 
-    def _reading(self, name: str, amounts: Mapping[str, Amount]) -> Callable[..., Any]:
-        checks = [check for field, amount in amounts.items() for check in self._reading_checks(field, amount)]
+    def _reading(self, name: str, declaration: Declaration) -> Callable[..., Any]:
+        # The unit first: a limit says nothing of a number in another one.
+        checks = [unit_check(self._name, self._driver, name, declaration.unit)] if declaration.unit else []
+        checks += [check for found in declaration.readings.items() for check in self._reading_checks(*found)]
 
         def read(*arguments: Any, **named: Any) -> Any:
             result = getattr(self._instrument, name)(*arguments, **named)
@@ -145,10 +151,14 @@ class LimitGuard:
 
     def _command(self, name: str, declaration: Declaration) -> Callable[..., Any]:
         checked = self._checked(name, declaration)
+        check_unit = unit_check(self._name, self._driver, name, declaration.unit) if declaration.unit else None
 
         def command(*arguments: Any, **named: Any) -> Any:
             arguments, named = checked(arguments, named)
-            return getattr(self._instrument, name)(*arguments, **named)
+            result = getattr(self._instrument, name)(*arguments, **named)
+            if check_unit is not None:
+                check_unit(result)
+            return result
 
         def block(*arguments: Any, **named: Any) -> AbstractContextManager[Any]:
             arguments, named = checked(arguments, named)

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterator
+from functools import partialmethod
 from typing import Any
 
 import pytest
@@ -57,14 +58,17 @@ class Instrument:
     def configure(self, full_scale: float) -> None:
         self._do("configure")
 
-    def _reading(self) -> Reading:
+    def _reading(self, unit: str) -> Reading:
         self._do("measured")
-        return Reading(next(self.values, 0.0), "", Accuracy(), 0.0)
+        return Reading(next(self.values, 0.0), unit, Accuracy(), 0.0)
 
-    measure_voltage = measure_current = measure_speed = measure_frequency = _reading
+    measure_voltage = partialmethod(_reading, "V")
+    measure_current = partialmethod(_reading, "A")
+    measure_speed = partialmethod(_reading, "rad/s")
+    measure_frequency = partialmethod(_reading, "Hz")
 
     def measure(self) -> DynamometerReading:
-        return DynamometerReading(0.0, self._reading().value, 0.0, 0.0, Accuracy(), Accuracy())
+        return DynamometerReading(0.0, self._reading("rad/s").value, 0.0, 0.0, Accuracy(), Accuracy())
 
 
 @pytest.fixture
