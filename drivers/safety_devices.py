@@ -72,10 +72,10 @@ def _opened(
     driver: RelayDriver | InterlockDriver, interface: type[Any], address: str, options: object, name: str
 ) -> Any:
     opener = resolve_name(driver.opener) if isinstance(driver.opener, str) else driver.opener
-    made = _call(opener, driver, name, address, options, name=name)
-    missing = [each for each in vars(interface) if not each.startswith("_") and each not in dir(made)]
+    result = _call(opener, driver, name, address, options, name=name)
+    missing = [each for each in vars(interface) if not each.startswith("_") and each not in dir(result)]
     if missing:
-        kinds = {"driver": driver.name, "kind": type(made).__name__, "interface": interface.__name__}
+        kinds = {"driver": driver.name, "kind": type(result).__name__, "interface": interface.__name__}
         raise InstrumentError(
             name,
             text(
@@ -84,7 +84,7 @@ def _opened(
                 **kinds,
             ),
         )
-    return _Device(made, driver, name)
+    return _Device(result, driver, name)
 
 
 def _call(

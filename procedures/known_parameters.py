@@ -30,8 +30,8 @@ def definition_of(name: str) -> ParameterDefinition | None:
 
 def givers(procedures: Procedures | None = None) -> Mapping[str, Sequence[str]]:
     """Return the names of the procedures, usually the installed ones, that give each parameter."""
-    found: dict[str, list[str]] = {}
+    result: dict[str, list[str]] = {}
     for name, procedure in (catalogue() if procedures is None else procedures).items():
         for parameter in procedure.parameters:
-            found.setdefault(parameter, []).append(name)
-    return found
+            result.setdefault(parameter, []).append(name)
+    return result

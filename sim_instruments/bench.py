@@ -328,8 +328,8 @@ class VirtualBench:
             self._open.callback(node.close)
             self._leave(key, node)
             self._ends[key] = node
-        found: CanNode | FrameNode = self._ends[key]
-        return found
+        result: CanNode | FrameNode = self._ends[key]
+        return result
 
     def _leave(self, key: str, *parts: Any) -> None:
         """Have the parts of an instrument be as a last user may have left them, in a hostile beginning."""

@@ -101,8 +101,8 @@ def find(name: str) -> SimulatedInstrument:
     points = _installed()
     if name not in points.names:
         raise LookupError(f"there is no simulated instrument {name!r}; there are {', '.join(sorted(points.names))}")
-    found: SimulatedInstrument = points[name].load()
-    return found
+    result: SimulatedInstrument = points[name].load()
+    return result
 
 
 def preload() -> None:

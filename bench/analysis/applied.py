@@ -168,12 +168,12 @@ class Applied:
             by_statement.setdefault(f"{statement.given}, {kind}, {statement.gain:g}", (kind, [], statement))[1].append(
                 channel
             )
-        said: list[Text] = []
+        messages: list[Text] = []
         for kind, channels, statement in by_statement.values():
             whose = _KINDS[kind].said
             if kind != "time":
                 whose = text("{kind} ({channels})", kind=whose, channels=list(dict.fromkeys(channels)))
-            said.append(
+            messages.append(
                 text(
                     "accuracy of {whose} as stated: {limits}, rectangular (Type B)",
                     whose=whose,
@@ -185,7 +185,7 @@ class Applied:
             together.setdefault(_instrument(kind, statement), []).append(channel)
         for instrument, channels in together.items():
             if len(channels) > 1:
-                said.append(
+                messages.append(
                     text(
                         "{instrument} ({channels}): errors taken as common, as of one instrument: averaging channels does not reduce them",
                         instrument=word(instrument),
@@ -193,7 +193,7 @@ class Applied:
                     )
                 )
         for channel, assumed in self._assumed_ranges.items():
-            said.append(
+            messages.append(
                 text(
                     "the range of {channel} is not stated: taken as {assumed}, {finest:g} times what it spans, since otherwise the next "
                     "finer step of 1, 2, 5 would have held it; state it with --full-scale {channel}=RANGE",
@@ -203,13 +203,13 @@ class Applied:
                 )
             )
         if self._missing:
-            said.append(
+            messages.append(
                 text(
                     "accuracy of {kinds} not stated: taken as exact, apart from what the fit sees",
                     kinds=[_KINDS[kind].said for kind in self._missing],
                 )
             )
-        return said
+        return messages
 
     def _take(self, kind: str, channel: str, statement: Statement) -> None:
         if kind == "time" and statement.offset:
@@ -258,7 +258,7 @@ def _stated_ranges(
     statements: Sequence[Statement], uses: Mapping[str, Sequence[str]]
 ) -> dict[tuple[str, str], Statement]:
     """Return what `--full-scale` states, by kind and channel. Raises UsageError for one that is about none of them."""
-    found = {}
+    result = {}
     # A channel's own statement overrules its kind's.
     for statement in sorted(statements, key=lambda each: each.name not in uses):
         meant = [
@@ -281,8 +281,8 @@ def _stated_ranges(
                         allowed=_KINDS[kind].unit,
                     )
                 )
-            found[kind, channel] = statement
-    return found
+            result[kind, channel] = statement
+    return result
 
 
 def _instrument(kind: str, statement: Statement) -> str:

@@ -66,8 +66,8 @@ class BackEmfRecord:
     @property
     def flux(self) -> Combined:
         """Flux linkage at the probes (V·s/rad), of the estimator that counts."""
-        found = self.integrated.flux_linkage if self.drifts else self.fit.flux_linkage
-        return replace(found, uncertainty=self.repeated * found.uncertainty, scatter=self.repeated * found.scatter)
+        result = self.integrated.flux_linkage if self.drifts else self.fit.flux_linkage
+        return replace(result, uncertainty=self.repeated * result.uncertainty, scatter=self.repeated * result.scatter)
 
     @property
     def shares(self) -> NDArray[np.float64]:
@@ -130,7 +130,7 @@ def read_couplings(words: Sequence[str]) -> dict[str, str]:
 
     Raises UsageError naming what was given and what is allowed.
     """
-    found: dict[str, str] = {}
+    result: dict[str, str] = {}
     for word in words:
         name, _, coupling = word.rpartition("=")
         if coupling.strip().lower() not in _COUPLINGS:
@@ -141,18 +141,18 @@ def read_couplings(words: Sequence[str]) -> dict[str, str]:
                 )
             )
         said = coupling.strip().lower()
-        earlier = next((key for key in found if same_name(key, name)), None)
-        if earlier is not None and found[earlier] != said:
+        earlier = next((key for key in result if same_name(key, name)), None)
+        if earlier is not None and result[earlier] != said:
             raise UsageError(
                 text(
                     "--coupling {word}: {which} said to be {earlier} before; say each of them once",
                     word=word,
                     which=name.strip() or "all channels",
-                    earlier=found[earlier],
+                    earlier=result[earlier],
                 )
             )
-        found[name.strip()] = said
-    return found
+        result[name.strip()] = said
+    return result
 
 
 def _coupled(capture: Capture, coupling: Mapping[str, str]) -> Capture:

@@ -63,8 +63,8 @@ class _Record:
             time = error.on("time", "time", time, by)
             speed = error.on("speed", self.speed.name, speed, by)
             torque = error.on("torque", self.torque_name, torque, by)
-        given = torque if torque.ndim else float(torque)
-        return SpeedRamp(time, speed, given, self.speed.resolution, *self.filters)
+        result = torque if torque.ndim else float(torque)
+        return SpeedRamp(time, speed, result, self.speed.resolution, *self.filters)
 
 
 def analyze_coast_down(

@@ -32,7 +32,7 @@ def analyze_efficiency(
 ) -> dict[str, Any]:
     """Return efficiency and loss of each row of torque, speed and electrical power. Raises InputError where none can be evaluated."""
     columns = read_table(path, _LOAD, ("torque", "speed", "power"), mapped)
-    made = told(path, Misfit(), translate)
+    result = told(path, Misfit(), translate)
     limits, uncertainties, rows = accuracies or {}, Uncertainties(), []
     for number, (torque, speed, power) in enumerate(
         zip(*(columns[n] for n in ("torque", "speed", "power")), strict=True), 1
@@ -53,17 +53,17 @@ def analyze_efficiency(
             "row": number, "torque": torque, "speed": speed, "generating": point.generating,
             "efficiency": _quantity(uncertainties, point.efficiency), "loss": _quantity(uncertainties, point.loss),
         })  # fmt: skip
-    made["details"]["load_points"] = rows
+    result["details"]["load_points"] = rows
     refused = [row for row in rows if "refused" in row]
     if len(refused) == len(rows):
         raise InputError(
             at(str(path), text("no row gives an efficiency: {why}", why=refused[0]["refused"] if refused else ""))
         )
-    made["warnings"] += [
+    result["warnings"] += [
         {"id": "", "text": text("row {row}: {why}", row=row["row"], why=row["refused"]).render(translate)}
         for row in refused
     ]
-    return made
+    return result
 
 
 def _quantity(uncertainties: Uncertainties, quantity: Any) -> dict[str, Any]:

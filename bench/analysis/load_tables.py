@@ -62,8 +62,8 @@ def analyze_flux_map(
         found = read_map(
             points, flux, uncertainty=spread, torque=columns.get("torque"), pole_pairs=pole_pairs, gains=gains
         )
-        made = told(path, found.misfit, translate)
-        details = made["details"]
+        result = told(path, found.misfit, translate)
+        details = result["details"]
         details |= {
             "points": len(points),
             "symmetric": found.map.symmetric,
@@ -75,21 +75,21 @@ def analyze_flux_map(
         }
         withheld = found.misfit.withholding("flux_map")
         if withheld is not None:
-            made["withheld"] = withheld_rows(("flux_linkage", "d_axis_inductance", "q_axis_inductance"), withheld.cause.value,
+            result["withheld"] = withheld_rows(("flux_linkage", "d_axis_inductance", "q_axis_inductance"), withheld.cause.value,
                                          sentence(withheld).render(translate))  # fmt: skip
-            return made
-        _of_map(found.map, made, pole_pairs, voltage, current, resistance, translate)
+            return result
+        _of_map(found.map, result, pole_pairs, voltage, current, resistance, translate)
     except EstimationError as error:
         raise InputError(at(str(path), text_of(error))) from error
     if spread is None:
-        made["assumptions"].append(
+        result["assumptions"].append(
             text(
                 "the table states no uncertainties: the scatter round a smooth surface counts, and the gains that were given"
             ).render(translate)
         )
     if pole_pairs is None:
-        made["assumptions"].append(text("without --pole-pairs torque is that of one pole pair").render(translate))
-    return made
+        result["assumptions"].append(text("without --pole-pairs torque is that of one pole pair").render(translate))
+    return result
 
 
 def analyze_run_map(
@@ -195,32 +195,32 @@ def analyze_short_circuit(
     if "speed" in columns:
         speed = columns["speed"] * (1.0 if electrical else pole_pairs)
     try:
-        found = fit_short_circuit(
+        fit = fit_short_circuit(
             speed, columns["current"], columns.get("torque"), pole_pairs=pole_pairs,
             flux_linkage=flux_linkage, u_flux_linkage=u_flux_linkage, friction=columns.get("friction"),
         )  # fmt: skip
     except EstimationError as error:
         raise InputError(at(str(path), text_of(error))) from error
-    made = told(path, found.misfit, translate)
-    made["details"] |= {name: figure.as_dict() if isinstance(figure, MapFigure) else figure
-                        for name, figure in vars(found).items() if name != "misfit"}  # fmt: skip
-    resistance = found.resistance or found.resistance_by_current
+    result = told(path, fit.misfit, translate)
+    result["details"] |= {name: figure.as_dict() if isinstance(figure, MapFigure) else figure
+                        for name, figure in vars(fit).items() if name != "misfit"}  # fmt: skip
+    resistance = fit.resistance or fit.resistance_by_current
     for name, unit, figure in (
-        ("d_axis_inductance", "H", found.chord_inductance), ("q_axis_inductance", "H", found.q_axis_inductance),
+        ("d_axis_inductance", "H", fit.chord_inductance), ("q_axis_inductance", "H", fit.q_axis_inductance),
         ("stator_resistance", "Ω", resistance),
     ):  # fmt: skip
-        reason = found.misfit.withholding(name)
+        reason = fit.misfit.withholding(name)
         if figure is None:
             continue
         if reason is None:
-            give(made, name, unit, figure, "short-circuit", translate)
+            give(result, name, unit, figure, "short-circuit", translate)
         else:
-            made["withheld"] |= withheld_rows((name,), reason.cause.value, sentence(reason).render(translate))
-    made["assumptions"].append(
+            result["withheld"] |= withheld_rows((name,), reason.cause.value, sentence(reason).render(translate))
+    result["assumptions"].append(
         text("L_d is the chord from zero to the short-circuit current, not the slope at zero").render(translate)
     )
     if flux_linkage is None:
-        made["assumptions"].append(
+        result["assumptions"].append(
             text("without --flux-linkage only the current at high speed and R from torque are known").render(translate)
         )
-    return made
+    return result

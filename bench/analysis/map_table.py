@@ -198,10 +198,10 @@ def _split(heading: str, known: Mapping[str, KnownColumn]) -> _Heading:
     """Return a heading's name and unit; one that is a unit only, as "rpm", is both."""
     plain, rms = _without_kind(heading)
     for pattern in _PLACES:
-        found = pattern.search(plain)
-        unit = _unit(found[1]) if found and found.start() > 0 else None
-        if found and unit is not None:
-            return _Heading(_plain(plain[: found.start()]), unit[0], unit[1] * (math.sqrt(2.0) if rms else 1.0), rms)
+        match = pattern.search(plain)
+        unit = _unit(match[1]) if match and match.start() > 0 else None
+        if match and unit is not None:
+            return _Heading(_plain(plain[: match.start()]), unit[0], unit[1] * (math.sqrt(2.0) if rms else 1.0), rms)
     name, unit = _plain(plain), _unit(plain)
     if unit is not None and any(name in column.headings and column.unit == unit[0] for column in known.values()):
         return _Heading(name, *unit)
@@ -244,7 +244,7 @@ def _plain(name: str) -> str:
 def _numbers(
     path: Path, rows: Sequence[Sequence[str]], lines: Sequence[int], first: int, place: int, heading: str
 ) -> NDArray[np.float64]:
-    made = np.full(len(rows) - first, np.nan)
+    result = np.full(len(rows) - first, np.nan)
     for at_row, row in enumerate(rows[first:]):
         cell = row[place].strip() if place < len(row) else ""
         if not cell or cell.lower() == "nan":
@@ -270,5 +270,5 @@ def _numbers(
                     ),
                 )
             )
-        made[at_row] = read
-    return made
+        result[at_row] = read
+    return result

@@ -183,12 +183,12 @@ def pick(
     ]
     if len(fits) != 1:
         there = ", ".join(f"{c.name}{f' ({c.unit})' if c.unit else ''}" for c in capture.channels)
-        found = text("none") if not fits else text("several")
+        message = text("none") if not fits else text("several")
         raise CaptureError(
             capture.source,
             text(
                 "{found} of the columns can be the {what}: {there}; name it, or give it the unit {unit}",
-                found=found,
+                found=message,
                 what=word(what),
                 there=there,
                 unit=units[0],

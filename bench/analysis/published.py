@@ -70,31 +70,31 @@ def read_published(path: Path, *, vesc_scale: float = VESC_SCALE) -> list[Publis
         raise InputError(at(str(path), text("is no text in UTF-8"))) from None
     start = content.lstrip()[:1]
     if start == "{":
-        found = list(_of_json(path, content))
+        result = list(_of_json(path, content))
     elif start == "<":
-        found = list(_of_vesc(path, content, vesc_scale))
+        result = list(_of_vesc(path, content, vesc_scale))
     else:
-        found = list(_of_csv(path, content))
-    if not found:
+        result = list(_of_csv(path, content))
+    if not result:
         raise _nothing(path)
-    for figure in found:
+    for figure in result:
         if not math.isfinite(figure.value) or not (figure.current is None or math.isfinite(figure.current)):
             raise InputError(at(str(path), text("{name} holds a value that is no number", name=figure.parameter)))
-    return found
+    return result
 
 
 def compare(
     published: list[PublishedFigure], ours: Mapping[str, tuple[float, tuple[float, float] | None]]
 ) -> list[Comparison]:
     """Return each published figure beside ours, by parameter: value and 95 % interval, None for a value without one."""
-    found = []
+    result = []
     for figure in published:
         if figure.parameter not in ours or not ours[figure.parameter][0]:
             continue
         value, interval = ours[figure.parameter]
         within = None if interval is None else interval[0] <= figure.value <= interval[1]
-        found.append(Comparison(figure, value, figure.value / value - 1.0, within))
-    return found
+        result.append(Comparison(figure, value, figure.value / value - 1.0, within))
+    return result
 
 
 def _of_json(path: Path, content: str) -> Iterator[PublishedFigure]:
@@ -171,8 +171,8 @@ def _factor(path: Path, heading: str, unit: str, wanted: str) -> float:
 
 
 def _nothing(path: Path) -> InputError:
-    said: Text = text(
+    message: Text = text(
         "no figures in it that are known here; read are JSON with ld = [{{d_A, L_d_H}}] as moteus writes it, a VESC's XML, and CSV "
         "with a heading as id (A),Ld (H)"
     )
-    return InputError(at(str(path), said))
+    return InputError(at(str(path), message))

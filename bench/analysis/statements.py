@@ -84,32 +84,34 @@ def read_statements(
     for word in words:
         name, mark, limits = word.rpartition("=")
         name = name.strip()
-        given = f"--accuracy {word}"
+        message = f"--accuracy {word}"
         if not (name and mark):
             raise UsageError(
                 text(
-                    "{given}: give NAME=LIMITS: a channel's name or a kind, then {wanted}", given=given, wanted=_WANTED
+                    "{given}: give NAME=LIMITS: a channel's name or a kind, then {wanted}",
+                    given=message,
+                    wanted=_WANTED,
                 )
             )
         if name in typed:
             raise UsageError(
                 text(
                     "{given}: {name} was stated before, by {before}; state each name once",
-                    given=given,
+                    given=message,
                     name=name,
                     before=typed[name].given,
                 )
             )
-        typed[name] = _parse(name, limits, given, typed=True)
+        typed[name] = _parse(name, limits, message, typed=True)
     return (*{**stated, **typed}.values(), *(_range_of(word) for word in full_scales))
 
 
 def _of_file(file: Path) -> list[Statement]:
     _, content = read(file, text("accuracy file"))
-    found = []
+    result = []
     for name, entry in content.items():
         if isinstance(entry, str):
-            found.append(_parse(name, entry, f'{file}: {name} = "{entry}"', typed=False))
+            result.append(_parse(name, entry, f'{file}: {name} = "{entry}"', typed=False))
         elif isinstance(entry, Mapping):
             table = validate(_Table, entry, str(file), name)
             stated = Statement(
@@ -124,7 +126,7 @@ def _of_file(file: Path) -> list[Statement]:
             )
             if table.full_scale and not table.full_scale_gain:
                 raise stated.error(text("full_scale without full_scale_gain states no limit; give full_scale_gain"))
-            found.append(stated)
+            result.append(stated)
         else:
             raise InputError(
                 text(
@@ -135,7 +137,7 @@ def _of_file(file: Path) -> list[Statement]:
                     wanted=_WANTED,
                 )
             )
-    return found
+    return result
 
 
 def _parse(name: str, limits: str, given: str, *, typed: bool) -> Statement:
@@ -187,31 +189,31 @@ def _parse(name: str, limits: str, given: str, *, typed: bool) -> Statement:
 
 def _full_scale(blank: Statement, limits: str) -> tuple[float, float, str, str]:
     """Return what is stated of full scale: its share, the full scale and its unit, SI, and the rest of the statement."""
-    found = _FULL_SCALE.search(limits)
-    if found is None:
+    match = _FULL_SCALE.search(limits)
+    if match is None:
         return 0.0, 0.0, "", limits
-    known = ("", 0.0) if found[2] is None else si(found[3])
-    empty = found[2] is not None and not float(found[2]) > 0.0
-    if known is None or empty or not 0.0 < float(found[1]) / 100.0 <= _LARGEST_GAIN:
+    known = ("", 0.0) if match[2] is None else si(match[3])
+    empty = match[2] is not None and not float(match[2]) > 0.0
+    if known is None or empty or not 0.0 < float(match[1]) / 100.0 <= _LARGEST_GAIN:
         raise blank.error(
             text(
                 "'{scale}' of {share} % is no full scale; allowed is a range above 0 with its unit, and up to {most:g} %",
-                scale=f"{found[2] or ''}{found[3] or ''}",
-                share=found[1],
+                scale=f"{match[2] or ''}{match[3] or ''}",
+                share=match[1],
                 most=100 * _LARGEST_GAIN,
             )
         )
-    before, after = limits[: found.start()].strip(), limits[found.end() :].strip()
+    before, after = limits[: match.start()].strip(), limits[match.end() :].strip()
     rest = "+".join(part for part in (before.removesuffix("+").strip(), after.removeprefix("+").strip()) if part)
-    return float(found[1]) / 100.0, float(found[2] or 0.0) * known[1], known[0], rest
+    return float(match[1]) / 100.0, float(match[2] or 0.0) * known[1], known[0], rest
 
 
 def _range_of(word: str) -> Statement:
     """Return what `--full-scale NAME=RANGE` says."""
     name, mark, given = word.rpartition("=")
-    found = _RANGE.fullmatch(given)
-    known = si(found[2]) if found else None
-    if not (name.strip() and mark) or found is None or known is None or not float(found[1]) > 0.0:
+    match = _RANGE.fullmatch(given)
+    known = si(match[2]) if match else None
+    if not (name.strip() and mark) or match is None or known is None or not float(match[1]) > 0.0:
         raise UsageError(
             text(
                 "--full-scale {word}: give NAME=RANGE: a channel's name or a kind, then the range that was set, the screen's divisions "
@@ -219,7 +221,7 @@ def _range_of(word: str) -> Statement:
                 word=word,
             )
         )
-    size = float(found[1]) * known[1]
+    size = float(match[1]) * known[1]
     return Statement(
         name.strip(), 0.0, 0.0, known[0], f"--full-scale {word}", typed=True, full_scale=size, range_only=True
     )
@@ -229,11 +231,11 @@ def _terms(blank: Statement, limits: str) -> list[tuple[float, str]]:
     given = limits.strip().replace("±", "")
     terms, position = [], 0
     while position < len(given):
-        found = _TERM.match(given, position)
-        after = found.end() if found else 0
-        if found is None or (after < len(given) and given[after] != "+") or after == len(given) - 1:
+        match = _TERM.match(given, position)
+        after = match.end() if match else 0
+        if match is None or (after < len(given) and given[after] != "+") or after == len(given) - 1:
             break
-        terms.append((float(found[1]), found[2]))
+        terms.append((float(match[1]), match[2]))
         position = after + 1
     if not terms or position <= len(given) - 1:
         raise blank.error(

@@ -32,8 +32,8 @@ def give(made: dict[str, Any], name: str, unit: str, figure: MapFigure, procedur
     if beyond is None:
         made["parameters"][name] = _parameter(name, unit, figure, procedure)
     else:
-        said = beyond_words(name, figure.value, beyond).render(translate)
-        made["withheld"] |= withheld_rows((name,), IMPLAUSIBLE, said)
+        message = beyond_words(name, figure.value, beyond).render(translate)
+        made["withheld"] |= withheld_rows((name,), IMPLAUSIBLE, message)
 
 
 def _parameter(name: str, unit: str, figure: MapFigure, procedure: str) -> dict[str, Any]:

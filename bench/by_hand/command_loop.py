@@ -149,10 +149,10 @@ class CommandLoop:
             return outcome_of(call, None)
         if declaration.effect is not Effect.ENERGISES:
             given = command.carried_out(instrument, call.values)
-            said = outcome_of(call, given)
+            result = outcome_of(call, given)
             if given is not None:
                 self.read.append(kept(call, given))
-            return said
+            return result
         if role in self._outputs:
             raise CommandRefusedError(text("{role} is on already; type off {role} first", role=role.value))
         if (why := refusal(role, self._bench.state.setup)) is not None:
@@ -177,9 +177,9 @@ class CommandLoop:
                     raise
                 self._outputs.turning(role, call.typed, instrument)
             case _:
-                given = call.command.carried_out(instrument, call.values)
-                self.read.append(kept(call, given))
-                return outcome_of(call, given)
+                result = call.command.carried_out(instrument, call.values)
+                self.read.append(kept(call, result))
+                return outcome_of(call, result)
         return outcome_of(call, None)
 
     def _after(self, failed: InstrumentError) -> Text:

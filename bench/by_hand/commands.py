@@ -132,13 +132,13 @@ def _fields(kind: Any, declaration: Declaration) -> list[CommandArgument]:
 def _argument(name: str, hint: Any, unit: str, default: Any, amount: Amount | None) -> CommandArgument:
     may_be_none = isinstance(hint, UnionType) and type(None) in get_args(hint)
     kind = next(one for one in get_args(hint) if one is not type(None)) if may_be_none else hint
-    made = CommandArgument(name, ArgumentKind.NUMBER, unit, default, may_be_none=may_be_none, amount=amount)
+    result = CommandArgument(name, ArgumentKind.NUMBER, unit, default, may_be_none=may_be_none, amount=amount)
     if isinstance(kind, type) and issubclass(kind, Enum):
-        return replace(made, kind=ArgumentKind.CHOICE, choices=tuple(kind))
+        return replace(result, kind=ArgumentKind.CHOICE, choices=tuple(kind))
     if kind is int:
-        return replace(made, kind=ArgumentKind.WHOLE)
+        return replace(result, kind=ArgumentKind.WHOLE)
     if get_origin(kind) is not None and get_args(kind) == (int,):
-        return replace(made, kind=ArgumentKind.WHOLES)
+        return replace(result, kind=ArgumentKind.WHOLES)
     if kind is not float:
         raise TypeError(f"the argument {name} is of {kind}, which nobody can type")
-    return made
+    return result

@@ -29,12 +29,12 @@ def outcome_of(call: TypedCommand, given: object) -> Text:
 
 def kept(call: TypedCommand, given: object) -> dict[str, Any]:
     """Return what a command gave as the run's findings keep it: figures by quantity, or what else it was."""
-    told: dict[str, Any] = {"command": call.typed, "instrument": call.command.role.value}
+    result: dict[str, Any] = {"command": call.typed, "instrument": call.command.role.value}
     if figures := _figures(call, given):
-        return told | {"figures": {str(quantity): [value, unit] for quantity, unit, value in figures}}
+        return result | {"figures": {str(quantity): [value, unit] for quantity, unit, value in figures}}
     if _is_record(given):
-        return told | {"record": [int(one.channel) for one in given.values()]}
-    return told | {"given": _shown(given)}
+        return result | {"record": [int(one.channel) for one in given.values()]}
+    return result | {"given": _shown(given)}
 
 
 def kept_words(read: Mapping[str, Any]) -> Text:

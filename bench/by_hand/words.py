@@ -117,12 +117,14 @@ def command_words(typed: str) -> Text:
     role, *rest = _UNIT.sub("\u00a0", typed).split(" ")
     if role not in {one.value for one in Role} or not rest:
         return Text("{typed}", {"typed": typed})
-    said: list[Text] = [text("{instrument}: {what}", instrument=role_name(role), what=called(rest[0]))]
+    messages: list[Text] = [text("{instrument}: {what}", instrument=role_name(role), what=called(rest[0]))]
     for words in rest[1:]:
         name, equals, value = words.partition("=")
         if equals and value in WORDS:
-            said.append(text("{what}: {value}", what=called(name), value=called(value)))
+            messages.append(text("{what}: {value}", what=called(name), value=called(value)))
         else:
             figure = _FIGURE.sub("\\1\u00a0\\2", value if equals else words)
-            said.append(Text("{name} {figure}", {"name": called(name), "figure": figure}) if equals else word(figure))
-    return lines(said, " · ")
+            messages.append(
+                Text("{name} {figure}", {"name": called(name), "figure": figure}) if equals else word(figure)
+            )
+    return lines(messages, " · ")

@@ -44,14 +44,14 @@ def check_interval(lines: list[str], capture: Capture) -> None:
 def _stated(lines: list[str]) -> Iterator[tuple[int, float]]:
     """Give the lines' numbers, and the intervals (s) that they state."""
     for at, line in enumerate(lines, start=1):
-        said = _SAID.search(line)
-        if said is None or not float(said["number"]) > 0.0:
+        match = _SAID.search(line)
+        if match is None or not float(match["number"]) > 0.0:
             continue
-        inside = _BRACKETS.search(said["between"])
-        unit = (inside[1] if inside else said["after"]).strip()
-        if said["interval"]:
+        inside = _BRACKETS.search(match["between"])
+        unit = (inside[1] if inside else match["after"]).strip()
+        if match["interval"]:
             if unit.lower() in _SECONDS:
-                yield at, float(said["number"]) * _SECONDS[unit.lower()]
+                yield at, float(match["number"]) * _SECONDS[unit.lower()]
         elif unit.lower().endswith(("hz", "sa", "s", "sps")) or not unit:
             prefix = _PREFIXES.get(unit[:1].lower(), 1.0) if unit.lower() not in ("hz", "sa", "s", "sps") else 1.0
-            yield at, 1.0 / (float(said["number"]) * prefix)
+            yield at, 1.0 / (float(match["number"]) * prefix)

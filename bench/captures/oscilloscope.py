@@ -113,8 +113,8 @@ class CaptureFilesOscilloscope(ManualOscilloscope):
 
     def _stated(self, channel: int) -> Accuracy:
         self._unit(channel)
-        given = self._options.amplitude_accuracy.get(channel)
-        return self._questions.stated(given, text("amplitude on channel {channel}", channel=channel))
+        result = self._options.amplitude_accuracy.get(channel)
+        return self._questions.stated(result, text("amplitude on channel {channel}", channel=channel))
 
     def _waveforms(self, capture: Capture, stated: dict[int, Accuracy]) -> dict[int, Waveform]:
         even = capture.evenly_sampled()

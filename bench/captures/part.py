@@ -53,7 +53,7 @@ class CapturePart:
                     end=time[-1],
                 ),
             )
-        told = text(
+        message = text(
             "cut: {count} of {size} samples, from {begin:g} s to {end:g} s",
             count=after - first,
             size=time.size,
@@ -64,7 +64,7 @@ class CapturePart:
             capture,
             time=time[first:after],
             channels=tuple(replace(each, values=each.values[first:after]) for each in capture.channels),
-            assumptions=(*capture.assumptions, told),
+            assumptions=(*capture.assumptions, message),
             first_line=capture.first_line + first if capture.first_line else 0,
         )
 

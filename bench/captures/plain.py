@@ -158,12 +158,12 @@ def _headings(before: list[str], width: int, abscissa: str) -> tuple[list[tuple[
     if not rows:
         unit = {"time": "s", "angle": "rad"}[abscissa]
         names = [(abscissa, unit)] + [(f"column {k + 1}", "") for k in range(1, width)]
-        told = text(
+        message = text(
             "no heading: first column taken as {abscissa} in {unit}, the others as they stand",
             abscissa=_ABSCISSAE[abscissa],
             unit=unit,
         )
-        return names, [told]
+        return names, [message]
     cells = [_cells(row, _separator_of_heading(row, width)) for row in rows]
     last = cells[-1]
     if len(cells) > 1 and all(not cell or si(cell.strip("()[]")) for cell in last):

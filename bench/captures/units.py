@@ -63,9 +63,9 @@ def split_heading(heading: str) -> tuple[str, str]:
         r"(.*?)\s*/\s*(\S+)",
         r"(.*)_(\w+)",
     ):
-        found = re.fullmatch(pattern, text)
-        if found and si(found[2]):
-            return found[1].strip() or found[2].strip(), found[2].strip()
-        if found and pattern.endswith((r"\]", r"\)")) and _LIKE_A_UNIT.fullmatch(found[2].strip()):
-            return found[1].strip(), found[2].strip()
+        match = re.fullmatch(pattern, text)
+        if match and si(match[2]):
+            return match[1].strip() or match[2].strip(), match[2].strip()
+        if match and pattern.endswith((r"\]", r"\)")) and _LIKE_A_UNIT.fullmatch(match[2].strip()):
+            return match[1].strip(), match[2].strip()
     return (text, text) if si(text) and len(text) > 2 else (text, "")

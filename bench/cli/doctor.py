@@ -131,28 +131,28 @@ def _backends() -> dict[str, str]:
 
 
 def _problems(found: dict[str, Any], stands: Sequence[tuple[str, str, Text]], runs: Path) -> list[Text]:
-    told = [
+    messages = [
         text("the library {name} is missing; run uv sync", name=name)
         for name, has in found["libraries"].items()
         if has is None
     ]
-    told += unmet_requirements(installed())
+    messages += unmet_requirements(installed())
     if not found["visa_backends"]:
-        told.append(text("no VISA backend; install PyVISA-py or the instrument maker's VISA"))
-    told += [
+        messages.append(text("no VISA backend; install PyVISA-py or the instrument maker's VISA"))
+    messages += [
         text("{port} may not be used; add yourself to its group (often dialout or plugdev)", port=port)
         for port, state in found["serial_ports"].items()
         if state != "usable"
     ]
-    told += [
+    messages += [
         text("{name} at {address}: {said}", name=name, address=address, said=said) for name, address, said in stands
     ]
     if found["state_problem"]:
-        told.append(Text("{said}", {"said": found["state_problem"]}))
+        messages.append(Text("{said}", {"said": found["state_problem"]}))
     place = runs if runs.exists() else runs.absolute().parent
     if not os.access(place, os.W_OK):
-        told.append(text("{place} may not be written to; choose another folder with --runs", place=place))
-    return told
+        messages.append(text("{place} may not be written to; choose another folder with --runs", place=place))
+    return messages
 
 
 def _print(found: dict[str, Any], wrong: Sequence[Text], guardian: Scope, translate: Translate) -> None:

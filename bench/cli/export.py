@@ -206,7 +206,7 @@ def _list(station: str, translate: Translate, *, json: bool) -> int:
 
 
 def _as_dict(target: "Target", sheet: "Sheet", content: str, output: Path | None) -> dict[str, Any]:
-    made: dict[str, Any] = {
+    result: dict[str, Any] = {
         "target": target.name,
         "title": target.title,
         "run": sheet.subject.run,
@@ -214,4 +214,4 @@ def _as_dict(target: "Target", sheet: "Sheet", content: str, output: Path | None
         "left_out": [str(reason) for reason in sheet.left_out],
         "warnings": [notice.as_dict() for notice in sheet.subject.warnings],
     }
-    return made | ({"content": content} if output is None else {"file": str(output)})
+    return result | ({"content": content} if output is None else {"file": str(output)})

@@ -181,8 +181,8 @@ def _unexpected(given: list[str], error: Exception) -> int:
 
     if isinstance(error, InstrumentError | ProcedureError):
         return _refuse(given, error, FAILED)
-    said = text("a fault of the program: {fault}; please report it with what you typed", fault=fault(error))
-    return _refuse(given, InputError(said), FAILED)
+    sentence = text("a fault of the program: {fault}; please report it with what you typed", fault=fault(error))
+    return _refuse(given, InputError(sentence), FAILED)
 
 
 def _refuse(given: list[str], error: Exception, code: int) -> int:

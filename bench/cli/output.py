@@ -76,23 +76,23 @@ def print_summary(view: RunView, folder: RunFolder, translate: Translate) -> Non
 
 def print_what_next(folder: RunFolder, translate: Translate) -> None:
     """Say which commands make something of a run."""
-    said = text(
+    message = text(
         "Next: motorbench report {folder}; motorbench export {folder} --for vesc (motorbench export --list names all)",
         folder=quote(str(folder.path)),
     )
-    console_on(sys.stdout).print(said.render(translate), markup=False, soft_wrap=True)
+    console_on(sys.stdout).print(message.render(translate), markup=False, soft_wrap=True)
 
 
 def print_page(page: str, folder: RunFolder, translate: Translate) -> None:
     """Say where a run's page is; where it could not be drawn, what says why."""
-    said = (
+    message = (
         text("Report: {page}", page=page)
         if page
         else text(
             "The report's page could not be drawn; motorbench report {folder} says why", folder=quote(str(folder.path))
         )
     )
-    console_on(sys.stdout).print(said.render(translate), markup=False, soft_wrap=True)
+    console_on(sys.stdout).print(message.render(translate), markup=False, soft_wrap=True)
 
 
 def print_end(view: RunView, folder: RunFolder, translate: Translate, *, resumable: bool = True) -> None:

@@ -13,8 +13,10 @@ def plain_table(translate: Translate, *headings: Text, left: int = 1) -> "Table"
     from rich import box
     from rich.table import Table
 
-    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
     for n, heading in enumerate(headings):
         justify: Literal["left", "right"] = "left" if n < left else "right"
-        made.add_column(heading.render(translate), justify=justify, no_wrap=n > 0, overflow="ellipsis" if n else "fold")
-    return made
+        table.add_column(
+            heading.render(translate), justify=justify, no_wrap=n > 0, overflow="ellipsis" if n else "fold"
+        )
+    return table

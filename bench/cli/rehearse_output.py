@@ -131,17 +131,17 @@ def _said(line: ScriptLine, translate: Translate) -> str:
 def _called(line: ScriptLine, translate: Translate) -> str:
     """Return a call by the name of its method, in another language than English by what people call it."""
     words = called(line.call)
-    said = words.render(translate)
-    return line.call if said == str(words) else said
+    message = words.render(translate)
+    return line.call if message == str(words) else message
 
 
 def _against_limit(point: SetPoint, translate: Translate) -> str:
     value = _figure(point.value, point.unit)
-    said = f"{word(point.parameter).render(translate)} {value}"
+    message = f"{word(point.parameter).render(translate)} {value}"
     if not math.isinf(point.bound):
         limit = text("(at most {limit}, {whose})", limit=_figure(point.bound, point.unit), whose=point.owner)
-        said += f" {limit.render(translate)}"
-    return said + ("" if point.allowed else "  ✗")
+        message += f" {limit.render(translate)}"
+    return message + ("" if point.allowed else "  ✗")
 
 
 def _figure(value: float, unit: str) -> str:

@@ -67,8 +67,8 @@ def results(
         if view.status != "completed":
             print_end(view, folder, translate)
         for at, cause in _acts(folder):
-            said = text("The guardian carried out the shutdown at {time}: {cause}", time=at, cause=cause)
-            console_on(sys.stdout).print(said.render(translate), markup=False)
+            message = text("The guardian carried out the shutdown at {time}: {cause}", time=at, cause=cause)
+            console_on(sys.stdout).print(message.render(translate), markup=False)
     sys.stdout.flush()
     return 0
 
@@ -118,19 +118,19 @@ def _acts(folder: RunFolder) -> list[tuple[str, str]]:
 def _print_budgets(view: RunView, names: tuple[str, ...], translate: Translate) -> None:
     from reports.tables.budget import budgets
 
-    found = view.parameters()
+    parameters = view.parameters()
     for name in names:
-        if name not in found.parameters:
+        if name not in parameters.parameters:
             raise UsageError(
                 text(
                     "--budget {name}: the run has no such parameter; {hint}",
                     name=name,
-                    hint=nearest(name, list(found.parameters)),
+                    hint=nearest(name, list(parameters.parameters)),
                 )
             )
     wanted: list[Measured] = []
-    for name in names or found.parameters:
-        wanted += [found.parameters[name], *found.alternatives[name]]
+    for name in names or parameters.parameters:
+        wanted += [parameters.parameters[name], *parameters.alternatives[name]]
     console = console_on(sys.stdout)
     console.print(budgets(wanted, translate, console.width))
 

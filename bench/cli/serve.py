@@ -110,8 +110,8 @@ def serve(
     logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
     scheme, name = "https" if certificate else "http", _reached_by(host)
     where = text("The panel: {address} (Ctrl-C ends it; a run goes on)", address=f"{scheme}://{name}:{port}")
-    said = where.render(translator(language_of("auto")))
-    app.on_startup(lambda: print(said, flush=True))
+    message = where.render(translator(language_of("auto")))
+    app.on_startup(lambda: print(message, flush=True))
     ui.run(
         host=host,
         port=port,
@@ -143,8 +143,8 @@ def _say_what_is_wrong(station: str) -> None:
         load_line(station, None)
     except InputError as error:
         after = text("Nothing can be run on this station until its file is mended; the panel reads it anew then")
-        said = lines((error.text, after)).render(translator(language_of("auto")))
-        print(f"motorbench: {said}", file=sys.stderr, flush=True)
+        message = lines((error.text, after)).render(translator(language_of("auto")))
+        print(f"motorbench: {message}", file=sys.stderr, flush=True)
 
 
 def _reached_by(host: str) -> str:

@@ -53,7 +53,7 @@ def sign(
     if json:
         print_json({"run": str(folder.path), "person": made.person, "meaning": made.meaning, "sha256": made.sha256})
         return 0
-    said = text(
+    message = text(
         "{run} is signed by {person}: {meaning} ({count} events, the last with SHA-256 {hash})",
         run=folder.path,
         person=made.person,
@@ -61,5 +61,5 @@ def sign(
         count=made.events,
         hash=f"{made.sha256[:16]}…",
     )
-    print(said.render(translator(language_of(language))))
+    print(message.render(translator(language_of(language))))
     return 0

@@ -31,6 +31,6 @@ def add(name: str, *, role: str = "operator", file: Path = Path("people.toml")) 
     else:
         password = sys.stdin.readline().rstrip("\r\n")
     add_person(file, name, role, password)
-    said = text("{name} may log in as {role}: {file}", name=name, role=role, file=file)
-    print(said.render(translator(language_of("auto"))))
+    message = text("{name} may log in as {role}: {file}", name=name, role=role, file=file)
+    print(message.render(translator(language_of("auto"))))
     return 0

@@ -28,33 +28,35 @@ def verify(run: str, *, sha256: str = "", json: bool = False, language: str = "a
 
     """
     folder = existing_run_folder(run, runs)
-    found = verify_run(folder, sha256.strip())
+    verification = verify_run(folder, sha256.strip())
     if json:
         print_json(
             {
                 "run": str(folder.path),
-                "verdict": found.verdict.value,
-                "unproven": found.unproven or None,
-                "events": found.events,
-                "sha256": found.last_hash,
-                "waveforms": found.waveforms,
-                "findings": [{"file": f.file, "line": f.line or None, "what": str(f.what)} for f in found.findings],
+                "verdict": verification.verdict.value,
+                "unproven": verification.unproven or None,
+                "events": verification.events,
+                "sha256": verification.last_hash,
+                "waveforms": verification.waveforms,
+                "findings": [
+                    {"file": f.file, "line": f.line or None, "what": str(f.what)} for f in verification.findings
+                ],
             }
         )
     else:
         translate = translator(language_of(language))
-        print(f"{folder.path}: {translate(found.verdict.value)}")
-        for finding in found.findings:
+        print(f"{folder.path}: {translate(verification.verdict.value)}")
+        for finding in verification.findings:
             print(f"  {finding.words.render(translate)}")
-        for doubt in found.doubts:
+        for doubt in verification.doubts:
             print(f"  {doubt.render(translate)}")
         for said in (
             text(
                 "journal    {count} whole events, the last with SHA-256 {hash}",
-                count=found.events,
-                hash=found.last_hash or "–",
+                count=verification.events,
+                hash=verification.last_hash or "–",
             ),
-            text("waveforms  {count} files compared", count=found.waveforms),
+            text("waveforms  {count} files compared", count=verification.waveforms),
         ):
             print(f"  {said.render(translate)}")
-    return 0 if found.verdict is Integrity.UNTOUCHED else 1
+    return 0 if verification.verdict is Integrity.UNTOUCHED else 1

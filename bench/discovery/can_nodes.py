@@ -70,22 +70,22 @@ def ask_bus(
     try:
         for node in inquiry.ask(bus, what, answering, len(free) * _PAUSE + _ANSWER_TIME + _OPENING_TIME) or ():
             address, objects = node_address(bus, node), text("0x1000, 0x1008 and 0x1018")
-            told = inquiry.ask(address, objects, partial(_identity, opened[0], node, bus), _NODE_TIME)
-            if told is not None:
-                _judge(inquiry, address, *told, (used_by or {}).get(node, ()))
+            reply = inquiry.ask(address, objects, partial(_identity, opened[0], node, bus), _NODE_TIME)
+            if reply is not None:
+                _judge(inquiry, address, *reply, (used_by or {}).get(node, ()))
     finally:
         for one in opened:
             one.disconnect()
 
 
 def _judge(inquiry: Inquiry, address: str, device_type: int, identity: Identity, used_by: tuple[str, ...]) -> None:
-    said = text(
+    message = text(
         "device type 0x{device_type:08X}, {maker}, {model}",
         device_type=device_type,
         maker=shown(identity.manufacturer) or "–",
         model=shown(identity.model) or "–",
     )
-    inquiry.add(FoundInstrument((address,), said, identity, inquiry.known.can_open(device_type), (), used_by))
+    inquiry.add(FoundInstrument((address,), message, identity, inquiry.known.can_open(device_type), (), used_by))
 
 
 def _answering(inquiry: Inquiry, bus: SharedBus, nodes: Collection[int]) -> list[int]:

@@ -53,14 +53,14 @@ def ask_fd_bus(
 
 
 def _put_down(inquiry: Inquiry, address: str, driver: Driver, identity: Identity, used_by: tuple[str, ...]) -> None:
-    said = text(
+    message = text(
         "{maker}, {model}, {serial_number}, firmware {firmware}",
         maker=shown(identity.manufacturer),
         model=shown(identity.model),
         serial_number=shown(identity.serial_number),
         firmware=shown(identity.firmware),
     )
-    inquiry.add(FoundInstrument((address,), said, identity, (DriverMatch(driver),), (), used_by))
+    inquiry.add(FoundInstrument((address,), message, identity, (DriverMatch(driver),), (), used_by))
 
 
 def _answers(bus: str, kind: CanFdTalk) -> dict[int, bytes] | None:

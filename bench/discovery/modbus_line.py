@@ -53,10 +53,10 @@ def sweep(inquiry: Inquiry, port: str, units: Collection[int], used_by: tuple[st
     refused: list[str] = []
     for address in addresses:
         asking = partial(_units_at, inquiry, address, units, _patience(addresses), refused)
-        found = inquiry.ask(address, what, asking, longest((address,), units) + _OPENING)
-        if found:
-            _judge(inquiry, address, found, used_by)
-        if found or refused:
+        reply = inquiry.ask(address, what, asking, longest((address,), units) + _OPENING)
+        if reply:
+            _judge(inquiry, address, reply, used_by)
+        if reply or refused:
             return
 
 
@@ -94,31 +94,31 @@ def _answers(inquiry: Inquiry, client: ModbusClient, unit: int) -> bool:
 
 
 def _registers(inquiry: Inquiry, line: ModbusLine, unit: int) -> dict[int, tuple[int, ...]]:
-    found: dict[int, tuple[int, ...]] = {}
+    result: dict[int, tuple[int, ...]] = {}
     for first, count in sorted({block for kind in inquiry.known.modbus_units() for block in kind.reads}):
         try:
-            found[first] = tuple(line.read(unit, first, count, "identity"))
+            result[first] = tuple(line.read(unit, first, count, "identity"))
         except (ReportedError, CommunicationError):
             # What a unit refuses, or passes over in silence, it has not; that tells it from others.
             continue
-    return found
+    return result
 
 
 def _judge(
     inquiry: Inquiry, address: str, found: dict[int, dict[int, tuple[int, ...]]], used_by: tuple[str, ...]
 ) -> None:
     known: dict[int, ModbusUnit] = {}
-    said: list[Text] = []
+    messages: list[Text] = []
     for unit, registers in found.items():
         told = inquiry.known.unit_at(registers)
         if told is None:
             words = ", ".join(f"{first:04X}H = {' '.join(map(str, values))}" for first, values in registers.items())
-            said.append(text("unit {unit}: unknown ({registers})", unit=unit, registers=words or "–"))
+            messages.append(text("unit {unit}: unknown ({registers})", unit=unit, registers=words or "–"))
         else:
             known[unit] = told[0]
-            said.append(text("unit {unit}: {what}", unit=unit, what=told[1]))
+            messages.append(text("unit {unit}: {what}", unit=unit, what=told[1]))
     matches, near = inquiry.known.modbus(known)
-    inquiry.add(FoundInstrument((address,), lines(said, between="; "), None, matches, near, used_by))
+    inquiry.add(FoundInstrument((address,), lines(messages, between="; "), None, matches, near, used_by))
 
 
 def _patience(addresses: Collection[str]) -> float:

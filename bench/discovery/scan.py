@@ -70,11 +70,11 @@ def scan(
 
 def _by_address(station: Station) -> dict[str, list[Entry]]:
     """Return a station's instruments by address: one may fill several roles. What a person works has none."""
-    found: dict[str, list[Entry]] = {}
+    result: dict[str, list[Entry]] = {}
     for entry in station.entries.values():
         if entry.address:
-            found.setdefault(entry.address, []).append(entry)
-    return found
+            result.setdefault(entry.address, []).append(entry)
+    return result
 
 
 def _ask_station(inquiry: Inquiry, visa: StationVisa, station: Station) -> None:

@@ -70,7 +70,7 @@ def draft(report: ScanReport, name: str, translate: Translate = english) -> str:
         parts += _role(role, several, translate)
     unknown = [one for one in report.found if not one.matches]
     if unknown:
-        told = [
+        messages = [
             text(
                 "no driver recognises {address}: {answer}{near}",
                 address=one.address,
@@ -79,7 +79,7 @@ def draft(report: ScanReport, name: str, translate: Translate = english) -> str:
             )
             for one in unknown
         ]
-        parts.append("\n".join(_comment(line, translate) for line in told))
+        parts.append("\n".join(_comment(line, translate) for line in messages))
     return "\n\n".join(parts) + "\n"
 
 

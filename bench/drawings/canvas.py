@@ -151,5 +151,5 @@ class Canvas:
         return Xml.tostring(root, encoding="unicode")
 
     def _add(self, layer: Layer, tag: str, **attributes: float | str) -> Xml.Element:
-        told = {k.replace("_", "-"): v if isinstance(v, str) else f"{round(v, 1):g}" for k, v in attributes.items()}
-        return Xml.SubElement(self._layers[layer], tag, told)
+        result = {k.replace("_", "-"): v if isinstance(v, str) else f"{round(v, 1):g}" for k, v in attributes.items()}
+        return Xml.SubElement(self._layers[layer], tag, result)

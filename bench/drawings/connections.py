@@ -90,8 +90,8 @@ def draw(
     sheet = _drawn(scene, nameplate, translate, form, extents)
     own = Extents(sheet.strip, sheet.end, _area(sheet))
     whole = own if extents is None else own.union(extents)
-    said = [line.render(translate) for line in told(scene.layout, nameplate)]
-    return Drawing(sheet.canvas.svg(whole.area, text("Connections").render(translate), said), whole)
+    messages = [line.render(translate) for line in told(scene.layout, nameplate)]
+    return Drawing(sheet.canvas.svg(whole.area, text("Connections").render(translate), messages), whole)
 
 
 def extents_of(

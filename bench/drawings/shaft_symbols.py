@@ -67,13 +67,13 @@ def draw_shaft(sheet: DrawingSheet, state: ShaftState) -> None:
 
 def _draw_words(sheet: DrawingSheet, state: ShaftState, u: float, v: float) -> None:
     name = shortened(sheet.plate.name)
-    said = "" if state.coupled and not state.locked else sheet.say(state.words())
+    message = "" if state.coupled and not state.locked else sheet.say(state.words())
     if sheet.upright:
         sheet.canvas.words(v + 66.0, u + 16.0, name, bold=True, anchor="start")
-        sheet.canvas.words(v + 66.0, u + 42.0, said, size=17, anchor="start")
+        sheet.canvas.words(v + 66.0, u + 42.0, message, size=17, anchor="start")
     else:
         sheet.canvas.words(u + 12.0, v - 116.0, name, bold=True, anchor="start")
-        sheet.canvas.words(u + 12.0, v + 82.0, said, size=17, anchor="start")
+        sheet.canvas.words(u + 12.0, v + 82.0, message, size=17, anchor="start")
 
 
 def _draw_jaws(sheet: DrawingSheet, u: float, v: float, *, gone: bool) -> None:

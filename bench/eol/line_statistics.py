@@ -234,5 +234,5 @@ def _associations(
 def _golden(serial: str, tests: Sequence[tuple[datetime, float]], confidence: float) -> Golden:
     times, values = [at for at, _ in tests], [value for _, value in tests]
     chart = individuals_chart(values) if len(values) > 1 else None
-    found = drift([at.timestamp() for at in times], values, confidence)
-    return Golden(serial, tuple(times), tuple(values), found, chart)
+    result = drift([at.timestamp() for at in times], values, confidence)
+    return Golden(serial, tuple(times), tuple(values), result, chart)

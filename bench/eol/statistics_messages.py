@@ -93,7 +93,7 @@ def distribution_words(each: "ParameterStatistics", label: Text) -> Text | None:
         )
     if other is None:
         return None
-    said = text(
+    message = text(
         "{parameter}: the figures are not normal (Anderson-Darling A² = {statistic:.2f} of {count} motors, p {p}): Pp and Ppk "
         "are by the percentiles 0.135, 50 and 99.865 % (ISO 22514-2), their intervals by order statistics, without any "
         "assumption; Cp and Cpk, which assume a normal distribution, are not given",
@@ -103,13 +103,13 @@ def distribution_words(each: "ParameterStatistics", label: Text) -> Text | None:
         p="< 0.0001" if found.p < 1e-4 else f"= {found.p:.4f}",
     )
     if other.count >= FEWEST:
-        return said
+        return message
     few = text(
         "{count} motors do not show the outer percentiles (that takes {fewest}): of Ppk only the interval is given",
         count=other.count,
         fewest=FEWEST,
     )
-    return Text("{said}; {few}", {"said": said, "few": few})
+    return Text("{said}; {few}", {"said": message, "few": few})
 
 
 def association_words(each: Association, labels: ParameterLabels) -> Text:

@@ -68,8 +68,8 @@ def read(path: Path, what: Text) -> tuple[bytes, dict[str, Any]]:
     except FileNotFoundError:
         raise FileError(text("{path}: there is no such {what}", path=path, what=what)) from None
     except OSError as error:
-        said = text("{path}: the {what} cannot be read: {error}", path=path, what=what, error=reason_of(error))
-        raise FileError(said) from None
+        message = text("{path}: the {what} cannot be read: {error}", path=path, what=what, error=reason_of(error))
+        raise FileError(message) from None
     except ValueError:
         raise FileError(text("{path!r} is no name of a {what}", path=str(path), what=what)) from None
     if len(content) > LONGEST:
@@ -115,9 +115,9 @@ def _parsed(error: tomllib.TOMLDecodeError) -> Text:
     """Return what the parser says, its place apart: it has no other way to tell."""
     what, _, place = str(error).rpartition(" (at ")
     said = _FAULTS.get(what, Text("{what}", {"what": what or str(error)}))
-    found = re.fullmatch(r"line (\d+), column (\d+)\)", place)
-    if found:
-        return text("line {line}, column {column}: {said}", line=found[1], column=found[2], said=said)
+    match = re.fullmatch(r"line (\d+), column (\d+)\)", place)
+    if match:
+        return text("line {line}, column {column}: {said}", line=match[1], column=match[2], said=said)
     return text("at its end: {said}", said=said)
 
 
@@ -133,8 +133,8 @@ def explain(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], name: str, prefix: str = ""
 ) -> list[Text]:
     """Return one plain line for every fault of a validation, each once."""
-    said = [at(name, _explain(fault, model, data, prefix)) for fault in error.errors(include_url=False)]
-    return list({str(line): line for line in said}.values())
+    messages = [at(name, _explain(fault, model, data, prefix)) for fault in error.errors(include_url=False)]
+    return list({str(line): line for line in messages}.values())
 
 
 def nearest(word: str, known: Sequence[str]) -> Text:
@@ -157,8 +157,8 @@ def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any
     if kind == "missing":
         return text("{key} is missing; give {wanted}", key=key, wanted=wanted_by(field))
     if kind == "value_error":
-        said = text_of(fault["ctx"]["error"])
-        return at(key, said) if key else said
+        message = text_of(fault["ctx"]["error"])
+        return at(key, message) if key else message
     given = fault["input"]
     unit = unit_of(field)
     if isinstance(given, str) and unit is not None:
@@ -213,10 +213,10 @@ def _said(fault: ErrorDetails) -> Text | str:
     """Return the library's own words, as a Text where they are among those known."""
     values = fault.get("ctx", {})
     for words in _LIBRARYS:
-        made = Text(words.template, values)
+        message = Text(words.template, values)
         try:
-            if made.render() == fault["msg"]:
-                return made
+            if message.render() == fault["msg"]:
+                return message
         except KeyError:
             continue
     return fault["msg"]

@@ -58,10 +58,10 @@ def _choices(annotation: object) -> Text | str:
 
 
 def _either(choices: Sequence[str]) -> Text | str:
-    said: Text | str = choices[0]
+    result: Text | str = choices[0]
     for choice in choices[1:]:
-        said = text("{this} or {that}", this=said, that=choice)
-    return said
+        result = text("{this} or {that}", this=result, that=choice)
+    return result
 
 
 def _bounds(field: FieldInfo) -> Text | None:

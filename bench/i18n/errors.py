@@ -36,8 +36,8 @@ def message(cause: BaseException, translate: Translate) -> str:
 
 def told(cause: BaseException) -> Text:
     """Return what went wrong, with the notes that the shutdown added, for a reader of any language."""
-    said = text_of(cause)
-    named = said if said.render() else as_said(type(cause).__name__)
+    sentence = text_of(cause)
+    named = sentence if sentence.render() else as_said(type(cause).__name__)
     notes = [as_said(note) for note in getattr(cause, "__notes__", ())]
     return lines([named, *notes]) if notes else named
 

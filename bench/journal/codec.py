@@ -47,8 +47,8 @@ class RecordedEvent:
     @property
     def data(self) -> dict[str, Any]:
         """Its data as they stand in the journal."""
-        found: dict[str, Any] = json.loads(dumps(data_of(self.event)))
-        return found
+        result: dict[str, Any] = json.loads(dumps(data_of(self.event)))
+        return result
 
 
 def encode(recorded: RecordedEvent, previous: str) -> bytes:

@@ -11,18 +11,18 @@ from procedures.core.events import ActionDone, ReadingCorrected
 
 def corrected(events: Sequence[RecordedEvent]) -> list[RecordedEvent]:
     """Return a journal's events, the readings that were corrected later with the values that count."""
-    made = list(events)
+    result = list(events)
     for at, recorded in enumerate(events):
         event = recorded.event
         if not isinstance(event, ReadingCorrected) or event.before is None:
             continue
         before = dumps({"value": event.before})
         for place in range(at - 1, -1, -1):
-            match made[place].event:
+            match result[place].event:
                 case ReadingTaken(instrument=event.instrument) as taken if dumps({"value": taken.value}) == before:
-                    made[place] = replace(made[place], event=replace(taken, value=event.after))
+                    result[place] = replace(result[place], event=replace(taken, value=event.after))
                     break
                 case ActionDone(given=event.before) as done if not event.instrument:
-                    made[place] = replace(made[place], event=replace(done, given=event.after))
+                    result[place] = replace(result[place], event=replace(done, given=event.after))
                     break
-    return made
+    return result

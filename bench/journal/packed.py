@@ -85,12 +85,12 @@ def _shortened(content: bytes) -> Iterator[bytes]:
     for place, line in enumerate(lines, 1):
         begin, end = _frame(place, previous)
         inner = line[len(begin) : len(line) - len(end)]
-        found = _TIMES.match(inner)
+        match = _TIMES.match(inner)
         framed = len(line) > len(begin) + len(end) and line.startswith(begin) and line.endswith(end)
-        if found and framed and _SAME_TIME not in inner:
-            now, before = datetime.fromisoformat(found[1].decode()), time
-            time = found[2]
-            rest = inner[found.end() :].replace(b":" + time, _SAME_TIME)
+        if match and framed and _SAME_TIME not in inner:
+            now, before = datetime.fromisoformat(match[1].decode()), time
+            time = match[2]
+            rest = inner[match.end() :].replace(b":" + time, _SAME_TIME)
             yield b"%d,%s,%s" % ((now - wall) // _MICROSECOND, b"" if time == before else time, rest)
             wall = now
         else:

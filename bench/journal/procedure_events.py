@@ -33,14 +33,14 @@ class ProcedurePassage:
 
 def passages(events: Iterable[RecordedEvent]) -> dict[str, ProcedurePassage]:
     """Return the procedures of a journal by name; one begun anew after a resumption replaces its first passage."""
-    found: dict[str, ProcedurePassage] = {}
+    result: dict[str, ProcedurePassage] = {}
     procedure: ProcedurePassage | None = None
     open_steps: list[StepPassage] = []
     for recorded in events:
         match recorded.event:
             case ProcedureStarted() as event:
                 procedure = ProcedurePassage(event.procedure, event.settings)
-                found[procedure.name] = procedure
+                result[procedure.name] = procedure
                 open_steps = []
             case StepStarted() as event if procedure is not None:
                 step = StepPassage(event.step, event.text, event.time)
@@ -50,7 +50,7 @@ def passages(events: Iterable[RecordedEvent]) -> dict[str, ProcedurePassage]:
                 _end(open_steps, event)
             case event if open_steps:
                 open_steps[-1].events.append(event)
-    return found
+    return result
 
 
 def _end(open_steps: list[StepPassage], event: StepFinished | StepFailed) -> None:

@@ -150,7 +150,7 @@ class _Energised(AbstractContextManager[Any]):
     def __enter__(self) -> Any:
         self._recorder.record(Energising(**self._call))
         try:
-            given = self._inner.__enter__()
+            result = self._inner.__enter__()
         except BaseException as error:
             self._recorder.record(DeEnergised(**self._call, error=_words(error)))
             raise
@@ -160,7 +160,7 @@ class _Energised(AbstractContextManager[Any]):
             # What cannot be recorded must not stay on: the caller never gets to its block's end.
             self._inner.__exit__(type(error), error, error.__traceback__)
             raise
-        return given
+        return result
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -204,11 +204,11 @@ def _flat(value: Any) -> Any:
     names = _field_names(kind)  # type: ignore[arg-type]  # a class can be hashed
     if names is None:
         return value
-    told = {}
+    result = {}
     for name in names:
         item = getattr(value, name)
-        told[name] = item if type(item) in _PLAIN else _flat(item)
-    return told
+        result[name] = item if type(item) in _PLAIN else _flat(item)
+    return result
 
 
 @cache

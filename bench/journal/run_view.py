@@ -129,11 +129,11 @@ class RunView:
             if name in truth:
                 entry["truth"] = truth[name]
             parameters[name] = entry
-        made: dict[str, Any] = {
+        result: dict[str, Any] = {
             key: plain(getattr(self.start, key, None))
             for key in ("run", "motor", "station", "person", "language", "software", "seed")
         }
-        made |= {
+        result |= {
             "status": self.status,
             "parameters": parameters,
             "withheld": {name: _withheld(reasons, translate) for name, reasons in merged.withheld.items()},
@@ -146,14 +146,14 @@ class RunView:
             "wall_time": self.wall_time,
         }
         if self.start is not None and self.start.faults:
-            made["faults"] = list(self.start.faults)
+            result["faults"] = list(self.start.faults)
         if self.start is not None and self.start.disturbances:
-            made["disturbances"] = self.start.disturbances
+            result["disturbances"] = self.start.disturbances
         if self.start is not None and self.start.probe_verification:
-            made["probe_verification"] = self.start.probe_verification
+            result["probe_verification"] = self.start.probe_verification
         if self.cause:
-            made["cause"] = self.told.render(translate)
-        return made
+            result["cause"] = self.told.render(translate)
+        return result
 
     def _misfit(self, translate: Translate) -> list[dict[str, Any]]:
         """Return what the procedures' records show beyond their models, each row with its procedure."""
@@ -186,12 +186,12 @@ def _told(event: ProcedureFailed | RunFinished) -> Text:
 
 
 def _clock_notice(event: ClockSetBack) -> Notice:
-    said = text(
+    message = text(
         "this computer's clock was set back by {seconds:.0f} s during the run: the journal's order is that of its numbers, "
         "its wall times are not",
         seconds=event.seconds,
     )
-    return Notice("clock-set-back", said)
+    return Notice("clock-set-back", message)
 
 
 def view_of(events: Iterable[RecordedEvent]) -> RunView:

@@ -61,11 +61,11 @@ class _JournalSchema(GenerateJsonSchema):
         stored = _STORED.get(schema["cls"])
         if stored is not None:
             return dict(stored)
-        found = super().dataclass_schema(schema)
+        result = super().dataclass_schema(schema)
         if schema["cls"] is Parameter:
             # Without end, they are null.
-            found["properties"]["degrees_of_freedom"]["anyOf"] = [*_NUMBER["anyOf"], {"type": "null"}]
-        return found
+            result["properties"]["degrees_of_freedom"]["anyOf"] = [*_NUMBER["anyOf"], {"type": "null"}]
+        return result
 
 
 def journal_schema() -> dict[str, Any]:

@@ -64,9 +64,9 @@ def _made(kind: type[Any], details: Mapping[str, Any]) -> object:
         return DoubtReading(Text(details["finding"]))
     if kind is EnterCommand:
         # Its words hold what was read, and are no template.
-        said = Text("{said}", {"said": details["said"]})
+        message = Text("{said}", {"said": details["said"]})
         return EnterCommand(
-            said,
+            message,
             details["refused"],
             tuple(details["on"]),
             details["idle"],

@@ -42,37 +42,37 @@ def verify(folder: RunFolder, noted: str = "") -> Verification:
     `noted` is the hash of the last event as it was noted outside the run's folder. Raises InputError for what cannot be read.
     """
     lines = list(read_lines(folder.journal))
-    found = Verification()
+    verification = Verification()
     torn = _take_torn(lines)
-    end = _stored_end(folder, found)
+    end = _stored_end(folder, verification)
     fault = first_fault(lines, {end.events: end.sha256} if end else {})
     whole = lines[: fault.line - 1] if fault else lines
-    found.events, found.last_hash = len(whole), whole[-1].sha256 if whole else ""
+    verification.events, verification.last_hash = len(whole), whole[-1].sha256 if whole else ""
     if fault:
-        found.findings.append(RecordFault(folder.journal.name, fault.line, fault.what))
+        verification.findings.append(RecordFault(folder.journal.name, fault.line, fault.what))
     elif end is not None and end.events > len(lines):
         what = text(
             "is missing: result.json was made of {events} events, so the journal's end was changed or removed",
             events=end.events,
         )
-        found.findings.append(RecordFault(folder.journal.name, len(lines) + 1, what))
-    elif noted and noted.lower() != found.last_hash:
+        verification.findings.append(RecordFault(folder.journal.name, len(lines) + 1, what))
+    elif noted and noted.lower() != verification.last_hash:
         what = text(
-            "its last event has the hash {hash}, not {noted} as it was noted", hash=found.last_hash, noted=noted
+            "its last event has the hash {hash}, not {noted} as it was noted", hash=verification.last_hash, noted=noted
         )
-        found.findings.append(RecordFault(folder.journal.name, 0, what))
+        verification.findings.append(RecordFault(folder.journal.name, 0, what))
     events = [line.event for line in whole if line.event is not None]
-    _check_waveforms(folder, events, found)
+    _check_waveforms(folder, events, verification)
     hashes = [line.sha256 for line in whole]
-    if found.findings:
-        check_chain(folder.path, found)
-        return found
+    if verification.findings:
+        check_chain(folder.path, verification)
+        return verification
     if why := _unproven(events, end, torn, noted):
-        found.doubt(why)
-    check_guardian(folder.path, events, hashes, found)
-    if not found.findings:
-        _check_result(folder, events, end, found, hashes)
-    return found
+        verification.doubt(why)
+    check_guardian(folder.path, events, hashes, verification)
+    if not verification.findings:
+        _check_result(folder, events, end, verification, hashes)
+    return verification
 
 
 def _take_torn(lines: list[JournalLine]) -> int:

@@ -158,15 +158,15 @@ def waveform_names(path: Path) -> list[str]:
     """Return the names of all waveforms in a file, in order. Raises OSError, or RuntimeError, where it is no whole HDF5 file."""
     import h5py
 
-    found: list[str] = []
+    result: list[str] = []
 
     def visit(name: str, item: Any) -> None:
         if "values" in getattr(item, "keys", list)():
-            found.append(name)
+            result.append(name)
 
     with h5py.File(path, "r") as file:
         file.visititems(visit)
-    return sorted(found)
+    return sorted(result)
 
 
 def read_waveform(path: Path, reference: str) -> StoredWaveform:
@@ -194,11 +194,11 @@ def read_waveform(path: Path, reference: str) -> StoredWaveform:
 
 
 def _samples(group: Any, name: str) -> FloatArray:
-    found = group[name]
-    shape, kind = getattr(found, "shape", None), getattr(getattr(found, "dtype", None), "kind", "")
+    result = group[name]
+    shape, kind = getattr(result, "shape", None), getattr(getattr(result, "dtype", None), "kind", "")
     if shape is None or len(shape) != 1 or kind not in "iuf" or shape[0] > MOST_SAMPLES:
         raise ValueError(f"{group.name}/{name} is no list of up to {MOST_SAMPLES} numbers")
-    return np.asarray(found, dtype=np.float64)
+    return np.asarray(result, dtype=np.float64)
 
 
 def _dataset(group: Any, name: str, values: FloatArray) -> Any:

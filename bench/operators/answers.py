@@ -77,7 +77,7 @@ class Answers:
         return self._left[key].popleft()
 
     def _run_out(self, key: str, asked: str, number: int) -> Text:
-        said = text(
+        message = text(
             "{source}: the answers for {key} have run out; still asked is '{asked}'{where}. Add number {number} to readings.{key}",
             source=self._source,
             key=key,
@@ -86,11 +86,11 @@ class Answers:
             number=number,
         )
         if not (doubted := self._doubted.get(key)):
-            return said
+            return message
         return text(
             "{said}. A reading that contradicts its siblings is taken once more, and takes one more answer: put it in as {places}, so that "
             "those behind it stay with what they answer, or correct the reading that was doubted",
-            said=said,
+            said=message,
             places=doubted,
         )
 

@@ -90,11 +90,11 @@ class TypedEntry:
     def readings(self) -> Sequence[TypedReading]:
         """What can be corrected, oldest first."""
         asked = Counter[str]()
-        told = []
+        result = []
         for reading in self.corrections.readings() if self.corrections else ():
-            told.append(replace(reading, earlier=asked[str(reading.asked)]))
+            result.append(replace(reading, earlier=asked[str(reading.asked)]))
             asked[str(reading.asked)] += 1
-        return told
+        return result
 
     def placed(self, quantity: Text) -> Text:
         """Return what is asked with the terminals, and the number of the reading where there are several."""

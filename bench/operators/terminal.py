@@ -159,8 +159,8 @@ class TerminalOperator:
 
     def confirm(self, heading: Text, task: Text) -> None:
         """Say what to do to an instrument and wait until it is done."""
-        said = f"{heading.render(self._translate)}: {task.render(self._translate)}"
-        self._console.print(f"\n[bold]▶ {_plain(said)}[/bold]")
+        message = f"{heading.render(self._translate)}: {task.render(self._translate)}"
+        self._console.print(f"\n[bold]▶ {_plain(message)}[/bold]")
         self._line(text("Done? Press Enter"))
 
     def _command(self, action: EnterCommand) -> str | None:

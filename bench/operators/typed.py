@@ -77,17 +77,17 @@ def typed_number(typed: str, unit: str) -> float:
     Raises ValueError with a Text for what is no number, for a unit of something else, and for one that is not known.
     """
     words = typed.strip().replace("，", ",").replace("．", ".")
-    found = _NUMBER.match(words)
-    if found is None:
+    match = _NUMBER.match(words)
+    if match is None:
         raise ValueError(_no_number(typed, unit))
-    rest = words[found.end() :].strip()
+    rest = words[match.end() :].strip()
     asked, given = _KNOWN.get(unit), _KNOWN.get(rest)
     if given is None and (rest[:1].isdigit() or rest[:1] in (".", ",")):
         raise ValueError(
             text("'{typed}' has more than one decimal sign or a gap; type it like 1234.5 or 1234,5", typed=typed)
         )
-    if _AMBIGUOUS.fullmatch(found.group()):
-        whole, _, part = found.group().partition(",")
+    if _AMBIGUOUS.fullmatch(match.group()):
+        whole, _, part = match.group().partition(",")
         raise ValueError(
             text(
                 "'{typed}' may be {one} or {other}; type one of them",
@@ -96,7 +96,7 @@ def typed_number(typed: str, unit: str) -> float:
                 other=f"{whole}.{part}",
             )
         )
-    number = Decimal(found.group().replace(",", ".").replace("−", "-"))
+    number = Decimal(match.group().replace(",", ".").replace("−", "-"))
     if rest and not unit:
         raise ValueError(_no_number(typed, unit))
     if rest and (asked is None or given is None):
@@ -134,8 +134,8 @@ def is_unit(word: str) -> bool:
 
 def unit_of(typed: str) -> str:
     """Return the unit that stands behind a number as it was typed, by its own sign; empty where none does that is known."""
-    found = _NUMBER.match(typed.strip())
-    return _KNOWN.get(typed.strip()[found.end() :].strip(), ("", 0))[0] if found else ""
+    match = _NUMBER.match(typed.strip())
+    return _KNOWN.get(typed.strip()[match.end() :].strip(), ("", 0))[0] if match else ""
 
 
 def _no_number(typed: str, unit: str) -> Text:

@@ -150,23 +150,27 @@ def _energised(view: LiveView, found: Sequence[Mapping[str, Any]], asked: Mappin
     on = sorted(view.energised)
     # What was read back as off stood there before it was switched on.
     read = {one["role"]: one for one in found if one["values"] and one["found"] != Found.OFF}
-    told: list[Text] = [_values(role, read[role]["values"]) if role in read else _last_read(view, role) for role in on]
+    messages: list[Text] = [
+        _values(role, read[role]["values"]) if role in read else _last_read(view, role) for role in on
+    ]
     rest = _rest(found, [{"role": role} for role in on])
     if asked is None:
-        return ShownState(StateKind.ON, text("Energised: {what}. Do not touch.", what=told), rest, text("Measuring …"))
+        return ShownState(
+            StateKind.ON, text("Energised: {what}. Do not touch.", what=messages), rest, text("Measuring …")
+        )
     volts = [abs(value) for role in on for value, unit in read.get(role, {}).get("values", ()) if unit == "V"]
     if asked["kind"] == "command":
-        return ShownState(StateKind.ON, text("Energised: {what}. Do not touch.", what=told), rest)
+        return ShownState(StateKind.ON, text("Energised: {what}. Do not touch.", what=messages), rest)
     if asked["kind"] in ("number", "doubt", "confirm"):
-        return ShownState(StateKind.ON, text("Energised: {what}. Touch no lead.", what=told), rest)
+        return ShownState(StateKind.ON, text("Energised: {what}. Touch no lead.", what=messages), rest)
     if not asked.get("at_shaft") or any(value >= EXTRA_LOW for value in volts):
         waits = text("Done: waits until it is off")
-        return ShownState(StateKind.ON, text("Energised: {what}. Do not touch.", what=told), rest, waits)
+        return ShownState(StateKind.ON, text("Energised: {what}. Do not touch.", what=messages), rest, waits)
     least = text("less than {volts:g} V", volts=EXTRA_LOW) if volts else text("voltage not read back")
     return ShownState(
         StateKind.ON,
         text("Energised on purpose: work at the shaft, touch no lead."),
-        text("{what}: {least}", what=told, least=least),
+        text("{what}: {least}", what=messages, least=least),
     )
 
 

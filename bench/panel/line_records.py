@@ -75,14 +75,14 @@ def motors_of_bar(reference: str, selection: "Selection", bar: Bar, most: int) -
         try:
             with engine.connect() as connection:
                 if bar.failed_at:
-                    found = motors_not_passed(connection, selection, bar.failed_at, most)
+                    motors = motors_not_passed(connection, selection, bar.failed_at, most)
                 else:
-                    found = motors_by_figure(connection, selection, bar.parameter, bar.low, bar.high, most)
+                    motors = motors_by_figure(connection, selection, bar.parameter, bar.low, bar.high, most)
         finally:
             engine.dispose()
     except (NoDatabaseError, InputError, SQLAlchemyError, OSError) as error:
         return text("The records cannot be read: {error}", error=str(error))
-    inside = [each for each in found if bar.high is None or each.value is None or each.value < bar.high]
+    inside = [each for each in motors if bar.high is None or each.value is None or each.value < bar.high]
     return list(dict.fromkeys(each.serial_number for each in inside))
 
 

@@ -195,7 +195,7 @@ class Catalogue(Mapping[str, T], Generic[T]):
 
 def reason(error: BaseException) -> Text:
     """Return what an error of a plug-in says, on one line, with its kind where it is not one that we raise."""
-    said = text_of(error)
+    message = text_of(error)
     if isinstance(error, ValueError | InputError):
-        return said
-    return text("{kind}: {said}", kind=type(error).__name__, said=" ".join(str(said).split()))
+        return message
+    return text("{kind}: {said}", kind=type(error).__name__, said=" ".join(str(message).split()))

@@ -110,12 +110,12 @@ def installed() -> Catalogues:
 
 def accept_drivers(name: str, loaded: object) -> tuple[Driver, ...]:
     """Return the drivers of a name, one a role. Raises ValueError for anything else."""
-    found = loaded if isinstance(loaded, tuple) else (loaded,)
-    if not found or not all(isinstance(driver, Driver) for driver in found):
+    result = loaded if isinstance(loaded, tuple) else (loaded,)
+    if not result or not all(isinstance(driver, Driver) for driver in result):
         raise _other(loaded, "drivers.catalogue.Driver, or a tuple of them")
-    for driver in found:
+    for driver in result:
         _check_name(name, driver.name)
-    return found
+    return result
 
 
 def accept_relay(name: str, loaded: object) -> RelayDriver:

@@ -40,15 +40,15 @@ def catalogues_of(section: PluginsSection, source: str, base: Catalogues | None 
     """
     # Of a link, the file that it leads to: every process that reads the station finds the same files.
     folder = Path(source).resolve().parent
-    made = (base or installed()).with_files([load_file(folder / file, source) for file in section.files])
+    result = (base or installed()).with_files([load_file(folder / file, source) for file in section.files])
     for name in section.records:
-        made.records.need(
+        result.records.need(
             name,
             lambda why, name=name: FileError(  # type: ignore[misc]
                 text("{source}: {key}.records: {name!r}: {why}", source=source, key=KEY, name=name, why=why)
             ),
         )
-    return made
+    return result
 
 
 def catalogues_of_run(software: Mapping[str, str]) -> Catalogues:

@@ -17,18 +17,18 @@ def unmet_requirements(catalogues: Catalogues) -> list[Text]:
     """
     have = version(OURS)
     origins = {entry.origin for entries in catalogues.entries.values() for entry in entries}
-    told = []
+    result = []
     # A plug-in file has a checksum and requires nothing.
     for origin in sorted((one for one in origins if one.name != OURS and not one.sha256), key=str):
         for line in distribution(origin.name).requires or ():
             try:
                 wanted = Requirement(line)
             except InvalidRequirement:
-                told.append(text("{origin}: its requirement {line!r} cannot be read", origin=origin, line=line))
+                result.append(text("{origin}: its requirement {line!r} cannot be read", origin=origin, line=line))
                 continue
             ours = canonicalize_name(wanted.name) == OURS and (wanted.marker is None or wanted.marker.evaluate())
             if ours and not wanted.specifier.contains(have, prereleases=True):
-                told.append(
+                result.append(
                     text(
                         "{origin} requires motorbench {wanted}, and this is {have}: what it declares may fail or mislead; "
                         "install a version of it for this motorbench, or uninstall it",
@@ -37,4 +37,4 @@ def unmet_requirements(catalogues: Catalogues) -> list[Text]:
                         have=have,
                     )
                 )
-    return told
+    return result

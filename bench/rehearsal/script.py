@@ -36,14 +36,14 @@ class ScriptLine:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON; a limit that does not exist is null."""
-        made: dict[str, Any] = {"kind": self.kind}
+        result: dict[str, Any] = {"kind": self.kind}
         if self.instrument:
-            made |= {"instrument": self.instrument, "call": self.call}
+            result |= {"instrument": self.instrument, "call": self.call}
         if self.words:
-            made["text"] = list(self.words)
+            result["text"] = list(self.words)
         if self.set_point is not None:
-            made |= _told(self.set_point)
-        return made | ({"times": self.times} if self.times > 1 else {})
+            result |= _told(self.set_point)
+        return result | ({"times": self.times} if self.times > 1 else {})
 
 
 @dataclass
@@ -207,11 +207,11 @@ def _told(point: SetPoint) -> dict[str, Any]:
 
 def highest_as_dict(highest: Mapping[tuple[str, str], SetPoint]) -> dict[str, dict[str, Any]]:
     """Return the largest set points by instrument and parameter, each with its limit."""
-    made: dict[str, dict[str, Any]] = {}
+    result: dict[str, dict[str, Any]] = {}
     for (instrument, parameter), point in highest.items():
         told = _told(point)
-        made.setdefault(instrument, {})[parameter] = {key: told[key] for key in ("value", "unit", "limit", "whose")}
-    return made
+        result.setdefault(instrument, {})[parameter] = {key: told[key] for key in ("value", "unit", "limit", "whose")}
+    return result
 
 
 def _short(value: Any) -> str:

@@ -172,12 +172,12 @@ def _verbatim(sentence: str) -> Text:
 
 def _traces(folder: Path, taken: WaveformsTaken) -> list[StoredWaveform]:
     """Return the waveforms of one record, those that can still be read."""
-    found = []
+    result = []
     for entry in taken.value.values():
         reference = entry["waveform"]
         try:
-            found.append(read_waveform(folder / reference.rpartition("#")[0], reference))
+            result.append(read_waveform(folder / reference.rpartition("#")[0], reference))
         except (OSError, KeyError):
             # A run without its waveforms still has a report; `results verify` says what is missing.
             continue
-    return found
+    return result

@@ -38,17 +38,17 @@ def subject_of(run: FinishedRun) -> Subject:
 
 def records_of(run: FinishedRun) -> list[Recorded]:
     """Return the run's waveforms. Raises InputError where it has none, FileError for a file that is not whole."""
-    made = []
+    result = []
     for file in sorted(run.folder.waveforms.glob("*.h5")):
         try:
-            made.append(Recorded(file.stem, {name: read_waveform(file, name) for name in waveform_names(file)}))
+            result.append(Recorded(file.stem, {name: read_waveform(file, name) for name in waveform_names(file)}))
         except (OSError, RuntimeError, ValueError) as error:
             raise FileError(
                 text("{path}: the waveforms cannot be read: {reason}", path=file, reason=str(error))
             ) from None
-    if not made:
+    if not result:
         raise InputError(text("{path}: the run has no waveforms", path=run.folder.path))
-    return made
+    return result
 
 
 def _map_of(run: FinishedRun) -> ExportedMap | None:

@@ -12,7 +12,7 @@ _SHOWN = {"motor": text("Photo of the motor"), "station": text("Photo of the ben
 
 def photos_of(folder: RunFolder) -> list[tuple[Text, Callable[[Translate], str]]]:
     """Return what each photo of a run shows, and what makes it a picture; none where none was kept or it is gone."""
-    found: list[tuple[Text, Callable[[Translate], str]]] = []
+    result: list[tuple[Text, Callable[[Translate], str]]] = []
     for what, words in _SHOWN.items():
         try:
             jpeg = folder.photo(what).read_bytes()
@@ -20,8 +20,8 @@ def photos_of(folder: RunFolder) -> list[tuple[Text, Callable[[Translate], str]]
         except (OSError, ValueError):
             # Somebody's hand was in the folder: the report does without.
             continue
-        found.append((words, partial(_drawn, jpeg, words)))
-    return found
+        result.append((words, partial(_drawn, jpeg, words)))
+    return result
 
 
 def _drawn(jpeg: bytes, words: Text, translate: Translate) -> str:

@@ -53,14 +53,14 @@ def said(key: Key) -> Text:
     role, method, arguments, named = key[1:5]
     declaration = declarations(Role(role).interface)[method]
     values = dict(zip(declaration.arguments, arguments, strict=False)) | dict(named)
-    told = [
+    messages = [
         Text(
             "{name} {value:.4g} {unit}", {"name": called(name), "value": value, "unit": declaration.amounts[name].unit}
         )
         for name, value in values.items()
         if name in declaration.amounts and isinstance(value, int | float)
     ]
-    return lines([text("{instrument}: {task}", instrument=role_name(role), task=called(method)), *told], ", ")
+    return lines([text("{instrument}: {task}", instrument=role_name(role), task=called(method)), *messages], ", ")
 
 
 def captured(bench: Bench) -> tuple[Any, ...]:

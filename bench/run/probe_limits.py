@@ -28,11 +28,11 @@ def unstated_probes(station: Station) -> frozenset[int]:
 def given_limits(words: Sequence[str], station: Station) -> dict[int, float]:
     """Return what `--probe CH1=2%` states, relative, by channel. Raises UsageError naming what is allowed."""
     open_ = unstated_probes(station)
-    given = {}
+    result = {}
     for word in words:
-        found = _LIMIT.fullmatch(word)
-        limit = float(found[2]) / 100.0 if found else -1.0
-        if found is None or not 0.0 <= limit <= LARGEST:
+        match = _LIMIT.fullmatch(word)
+        limit = float(match[2]) / 100.0 if match else -1.0
+        if match is None or not 0.0 <= limit <= LARGEST:
             raise UsageError(
                 text(
                     "--probe {word}: give CHANNEL=LIMIT, the probe's limit of gain in per cent of the reading, up to {most:g} %, as in "
@@ -41,7 +41,7 @@ def given_limits(words: Sequence[str], station: Station) -> dict[int, float]:
                     most=100 * LARGEST,
                 )
             )
-        channel = int(found[1])
+        channel = int(match[1])
         if channel not in open_:
             raise UsageError(
                 text(
@@ -51,8 +51,8 @@ def given_limits(words: Sequence[str], station: Station) -> dict[int, float]:
                     channels=sorted(open_) or "–",
                 )
             )
-        given[channel] = limit
-    return given
+        result[channel] = limit
+    return result
 
 
 def check_asked(station: Station, given: dict[int, float], *, somebody: bool) -> None:

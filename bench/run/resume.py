@@ -190,13 +190,13 @@ def _shown(table: Mapping[str, object], key: str) -> Text | str:
 
 def _few(changes: Sequence[Text]) -> Text:
     more = len(changes) - _TOLD
-    told = [*changes[:_TOLD], *([text("and {number} more", number=more)] if more > 0 else [])]
-    return lines(told, between="; ")
+    result = [*changes[:_TOLD], *([text("and {number} more", number=more)] if more > 0 else [])]
+    return lines(result, between="; ")
 
 
 def _short(value: object) -> str:
-    said = str(value)
-    return f"{said[:12]}…" if len(said) > 40 else said
+    message = str(value)
+    return f"{message[:12]}…" if len(message) > 40 else message
 
 
 def _who(identity: Identity) -> Text | str:

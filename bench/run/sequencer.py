@@ -202,8 +202,8 @@ class Runner:
 
     def _tell(self, procedure: str, notice: Notice) -> None:
         """Put a warning into the journal that is known before anything is energised."""
-        said = notice.message.render(self.translate)
-        self.journal.record(KnownBefore(procedure=procedure, warning=notice, message=said))
+        sentence = notice.message.render(self.translate)
+        self.journal.record(KnownBefore(procedure=procedure, warning=notice, message=sentence))
 
     def _foresee(self, bench: Bench, planned: Planned) -> None:
         try:
@@ -222,11 +222,11 @@ class Runner:
     def _procedure(self, bench: Bench, planned: Planned) -> Attempt:
         """Make one attempt."""
         self.interrupts.check()
-        found = self.view.parameters()
+        parameters = self.view.parameters()
 
         def made() -> Procedure[Any]:
-            procedure = planned.procedure(bench, self.nameplate, planned.settings, found.parameters)
-            procedure.withheld_before = found.withheld
+            procedure = planned.procedure(bench, self.nameplate, planned.settings, parameters.parameters)
+            procedure.withheld_before = parameters.withheld
             return procedure
 
         values = made().step_values()
@@ -297,10 +297,10 @@ class Runner:
         faults = self.instruments.close()
         self.sharing.release()
         journal_lost = self.journal.failure is not None
-        told = [*unsafe, *faults, *self.guard.dismiss(journal_lost=journal_lost, unsafe=bool(unsafe))]
-        if unsafe and SWITCHED_OFF not in told:
-            told.append(_MAY_BE_ON.render(self.translate))
-        return told
+        result = [*unsafe, *faults, *self.guard.dismiss(journal_lost=journal_lost, unsafe=bool(unsafe))]
+        if unsafe and SWITCHED_OFF not in result:
+            result.append(_MAY_BE_ON.render(self.translate))
+        return result
 
     def _walk(self) -> list[str]:
         opened, hurry = self.instruments.opened(), self.interrupts.hurry

@@ -60,8 +60,8 @@ class Simulation:
             )
 
     def _unmodelled(self) -> dict[str, float]:
-        told: dict[str, float] = self.actual_state().get("unmodelled", {})
-        return told
+        result: dict[str, float] = self.actual_state().get("unmodelled", {})
+        return result
 
 
 class InProcessSimulation(Simulation):

@@ -207,11 +207,11 @@ class Tape:
 
     def _find(self, key: Key) -> Given | None:
         for at in range(self._position, len(self._given)):
-            given = self._given[at]
-            if given.key == key:
+            result = self._given[at]
+            if result.key == key:
                 self._position = at + 1
-                return given
-            if not given.skipped:
+                return result
+            if not result.skipped:
                 return None
         return None
 

@@ -68,22 +68,22 @@ class SourceReader:
         return tuple(self._read(role) for role in self._roles)
 
     def _read(self, role: Role) -> ReadBack:
-        said = ReadBack(role.value, Found.BY_HAND, role in OFF_BY)
+        result = ReadBack(role.value, Found.BY_HAND, role in OFF_BY)
         if role in self._by_hand:
-            return said
+            return result
         if not self._items[role]:
-            return replace(said, found=Found.UNREADABLE)
+            return replace(result, found=Found.UNREADABLE)
         try:
             if role in self._unopened:
-                return replace(said, found=Found.SILENT, error=self._unopened[role])
+                return replace(result, found=Found.SILENT, error=self._unopened[role])
             if role not in self._instruments.opened():
                 self._open(role)
             instrument = self._instruments.opened()[role]
             values = tuple(measured(one, instrument) for one in self._items[role])
         except InstrumentError as error:
-            return replace(said, found=Found.SILENT, error=text_of(error))
+            return replace(result, found=Found.SILENT, error=text_of(error))
         off = all(value.value <= one.below for one, value in zip(self._items[role], values, strict=True))
-        return replace(said, found=Found.OFF if off else Found.ON, values=values)
+        return replace(result, found=Found.OFF if off else Found.ON, values=values)
 
     def _open(self, role: Role) -> None:
         try:

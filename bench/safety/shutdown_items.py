@@ -79,12 +79,13 @@ def _read(role: Role, instrument: Any, method: str) -> float:
 
 def _await(one: Item, instrument: Any, clock: Clock, hurry: Hurry) -> Measured:
     deadline = clock.now() + one.within
-    while not (found := measured(one, instrument)).value <= one.below:
+    while not (result := measured(one, instrument)).value <= one.below:
         if hurry.is_set() or clock.now() >= deadline:
             waited = "" if hurry.is_set() else f" after {one.within:g} s"
             what = _WHAT[one.do]
             raise NotReachedError(
-                found, f"{what} is {found.value:.4g} {found.unit}{waited}; at most {one.below:g} {found.unit} is safe"
+                result,
+                f"{what} is {result.value:.4g} {result.unit}{waited}; at most {one.below:g} {result.unit} is safe",
             )
         clock.sleep(_LOOK)
-    return found
+    return result

@@ -115,14 +115,14 @@ class Latch:
         except OSError as error:
             # Whatever it was: an interlock that nobody can clear is one that stands.
             return {"": _Kept(Trip("unknown", f"{self.path} cannot be read: {reason_of(error)}", ""), unreadable=True)}
-        found: dict[str, _Kept] = {}
+        result: dict[str, _Kept] = {}
         for number, line in enumerate(content.splitlines(), 1):
             try:
-                _take(json.loads(line), found)
+                _take(json.loads(line), result)
             except (ValueError, TypeError, KeyError, AttributeError):
                 how = f"{self.path}, line {number}, cannot be read"
-                found[f"line {number}"] = _Kept(Trip("unknown", how, ""), unreadable=True)
-        return found
+                result[f"line {number}"] = _Kept(Trip("unknown", how, ""), unreadable=True)
+        return result
 
     def _append(self, line: Mapping[str, Any]) -> None:
         file = self._open()

@@ -91,21 +91,21 @@ def armed_watchdogs(
     station: Station, opened: Mapping[Role, Instrument], errors: Mapping[Role, str]
 ) -> list[RoleWatchdog]:
     """Return what is armed on the instruments that are open, by role, of those that feed energy; `errors` kept the others from it."""
-    found = []
+    result = []
     for entry in _feeding(station, station.entries):
         relays = list(_behind(station, entry.role))
         if entry.driver.name == MANUAL or (entry.role not in opened and relays):
-            found += _planned(station, entry)
+            result += _planned(station, entry)
             continue
         if entry.role in opened:
             if (own := watchdog_of(opened[entry.role])) is not None:
-                found.append(RoleWatchdog(entry.role, own, armed=True))
+                result.append(RoleWatchdog(entry.role, own, armed=True))
             elif not relays:
-                found.append(RoleWatchdog(entry.role))
+                result.append(RoleWatchdog(entry.role))
         else:
-            found.append(RoleWatchdog(entry.role, error=errors.get(entry.role, "")))
-        found += relays
-    return found
+            result.append(RoleWatchdog(entry.role, error=errors.get(entry.role, "")))
+        result += relays
+    return result
 
 
 def watchdog_of(owner: object) -> Watchdog | None:

@@ -38,5 +38,5 @@ def _section(name: str, commands: Sequence[SourcedCommand], translate: Translate
         "| --- | --- | --- |",
         *(f"| `{row[0]}` | {row[1]} | {row[2]} |" for row in rows),
     ]
-    told = [f"- `{source.key}`: {source.name}; {source.address}" for source in sources_of(commands)]
-    return title + "\n".join([*lines, "", *told]) + "\n"
+    messages = [f"- `{source.key}`: {source.name}; {source.address}" for source in sources_of(commands)]
+    return title + "\n".join([*lines, "", *messages]) + "\n"

@@ -40,7 +40,7 @@ class Computer:
 
     def usb_devices(self) -> list[UsbDevice]:
         """Return what is connected, in order."""
-        found = []
+        result = []
         for folder in sorted((self._root / "sys/bus/usb/devices").glob("*")):
             said = {name: _line(folder / name) for name in ("idVendor", "idProduct", "serial", "busnum", "devnum")}
             if said["idVendor"] and said["idProduct"] and said["busnum"] and said["devnum"]:
@@ -50,8 +50,8 @@ class Computer:
                     for interface in folder.parent.glob(f"{folder.name}:*")
                 }
                 vendor, product = int(said["idVendor"], 16), int(said["idProduct"], 16)
-                found.append(UsbDevice(vendor, product, said["serial"], node, _USBTMC in classes))
-        return found
+                result.append(UsbDevice(vendor, product, said["serial"], node, _USBTMC in classes))
+        return result
 
     def serial_ports(self) -> dict[str, bool]:
         """Return serial and USBTMC nodes by path, each with whether this user may use it."""
@@ -63,11 +63,11 @@ class Computer:
 
     def can_interfaces(self) -> dict[str, bool]:
         """Return the CAN interfaces of the kernel by name, each with whether it is up."""
-        found = {}
+        result = {}
         for folder in sorted((self._root / "sys/class/net").glob("*")):
             if _line(folder / "type") == _CAN:
-                found[folder.name] = bool(int(_line(folder / "flags") or "0", 16) & _UP)
-        return found
+                result[folder.name] = bool(int(_line(folder / "flags") or "0", 16) & _UP)
+        return result
 
     def missing(self, modules: Mapping[str, str]) -> list[str]:
         """Return the distributions, by the module each brings, that are not installed."""

@@ -163,9 +163,9 @@ def _can(address: str, computer: Computer, fd_bitrate: int) -> Iterator[Text]:
 
 
 def _line_keys(query: str) -> None:
-    given = parameters_of(query)
-    refuse_unknown(given, LINE_KEYS)
-    line_settings(given)
+    parameters = parameters_of(query)
+    refuse_unknown(parameters, LINE_KEYS)
+    line_settings(parameters)
 
 
 def _refused(attempt: Callable[[], object]) -> Iterator[Text]:

@@ -96,7 +96,7 @@ def _dataclass_in(hint: Any) -> Any:
     if isinstance(hint, type) and is_dataclass(hint):
         return hint
     for argument in get_args(hint):
-        found = _dataclass_in(argument)
-        if found is not None:
-            return found
+        result = _dataclass_in(argument)
+        if result is not None:
+            return result
     return None

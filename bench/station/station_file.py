@@ -255,9 +255,9 @@ def _no_driver(name: str, role: Role, prefix: str, catalogues: Catalogues) -> Te
     """Say why a driver cannot be had: its plug-in is broken, it fills another role, or nobody brings it."""
     drivers, names = catalogues.drivers, catalogues.drivers_for(role)
     why = nearest(name, names) if name in drivers else drivers.why_not(name)
-    said = [
+    messages = [
         text("{prefix}.driver = {driver!r} is no driver for this role; {why}", prefix=prefix, driver=name, why=why),
         text("for {role} there are {names}", role=role.value, names=drivers.known(names)),
         text("another comes with an installed package or a file named in [plugins] files"),
     ]
-    return lines(said, between="; ")
+    return lines(messages, between="; ")

@@ -126,9 +126,9 @@ class _RecordedCalls:
             return getattr(self._instrument, attribute)
         if declaration.is_property:
             with self._recorder.call(self._role, attribute, lazy=True) as tell:
-                found = getattr(self._instrument, attribute)
-                tell(found)
-                return found
+                result = getattr(self._instrument, attribute)
+                tell(result)
+                return result
         return self._method(attribute, declaration)
 
     def _method(self, name: str, declaration: Declaration) -> Callable[..., Any]:

@@ -32,8 +32,8 @@ def session_of(recording: SessionRecording, role: Role, *, tolerant: bool) -> Re
     key = key_for(carrier, tolerant=tolerant)
     exchanges = list(_exchanges(recording, role, carrier))
     # What was sent beside the calls took no answer away from them.
-    told = [exchange for exchange, beside in exchanges if not beside] + [one for one, beside in exchanges if beside]
-    return RecordedSession(transport, told, key, node)
+    result = [exchange for exchange, beside in exchanges if not beside] + [one for one, beside in exchanges if beside]
+    return RecordedSession(transport, result, key, node)
 
 
 def _exchanges(recording: SessionRecording, role: Role, carrier: Carrier) -> Iterator[tuple[Exchange, bool]]:

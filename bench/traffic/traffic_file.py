@@ -91,11 +91,11 @@ class SessionRecording:
 
     def station(self) -> Station:
         """Return the station of the recording's instruments. Raises InputError as for a station file."""
-        made = {"station": {"name": "recording"}, "instruments": self.tables}
+        result = {"station": {"name": "recording"}, "instruments": self.tables}
         if not self.plugins_of:
-            return make_station(made, self.source, dumps(made).encode())
+            return make_station(result, self.source, dumps(result).encode())
         plugins = read(Path(self.plugins_of), text("station file"))[1].get(PLUGINS, {})
-        return make_station({**made, PLUGINS: plugins}, self.plugins_of, dumps(made).encode())
+        return make_station({**result, PLUGINS: plugins}, self.plugins_of, dumps(result).encode())
 
     def text(self) -> str:
         """Return the file's content."""
@@ -149,9 +149,9 @@ def parse_recording(content: str, source: str, plugins_of: str = "") -> SessionR
         # A station file's others, to which nothing was said, are in a file that grows.
         tables = {role: table for role, table in tables.items() if not unfinished or Role(role) in carriers}
         lines = [line for line in lines if not unfinished or line.role in carriers]
-        found = SessionRecording(tables, carriers, lines, about, source, plugins_of, unfinished)
+        result = SessionRecording(tables, carriers, lines, about, source, plugins_of, unfinished)
         if missing := {line.role.value for line in lines} - {
-            role.value for role in found.station().entries.keys() & carriers
+            role.value for role in result.station().entries.keys() & carriers
         }:
             raise broken(source, 1, text("[instruments.{role}] or its carrier is missing", role=min(missing)))
     except FileError:
@@ -160,7 +160,7 @@ def parse_recording(content: str, source: str, plugins_of: str = "") -> SessionR
         raise FileError(error.text) from None
     except (KeyError, ValueError, TypeError, AttributeError):
         raise broken(source, 1, text("[recording] or [recording.carriers] is missing or wrong")) from None
-    return found
+    return result
 
 
 def escaped(data: bytes) -> str:

@@ -100,7 +100,9 @@ def _check_step(described: Description, source: str, procedures: Procedures) -> 
     if described.step not in steps:
         hint = nearest(described.step, list(dict.fromkeys(steps)))
         if described.procedure:
-            said = text("{name} has no step {step!r}; {hint}", name=described.procedure, step=described.step, hint=hint)
+            message = text(
+                "{name} has no step {step!r}; {hint}", name=described.procedure, step=described.step, hint=hint
+            )
         else:
-            said = text("there is no step {step!r}; {hint}", step=described.step, hint=hint)
-        raise FileError(at(source, said))
+            message = text("there is no step {step!r}; {hint}", step=described.step, hint=hint)
+        raise FileError(at(source, message))

@@ -20,15 +20,15 @@ def parse_phrase(phrase: str) -> dict[str, Any]:
         words = iter(shlex.split(phrase))
     except ValueError as error:
         raise UsageError(_refused(phrase, text_of(error))) from None
-    told: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for word in words:
         try:
-            _take(word, words, told)
+            _take(word, words, result)
         except StopIteration:
             raise UsageError(_refused(phrase, text("something is missing after {word!r}", word=word))) from None
         except ValueError as error:
             raise UsageError(_refused(phrase, text_of(error))) from None
-    return told
+    return result
 
 
 def _refused(phrase: str, said: Text) -> Text:

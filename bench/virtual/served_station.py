@@ -37,18 +37,18 @@ class StationToServe:
         """
         folder = Path(self.station.source).resolve().parent
         given = self.data["station"]
-        made = {**described, "station": {**given, "control": described["station"]["control"]}}
-        made["station"].pop("visa_library", None)
+        result = {**described, "station": {**given, "control": described["station"]["control"]}}
+        result["station"].pop("visa_library", None)
         if files := self.data.get("plugins", {}).get("files"):
-            made["plugins"] = {"files": [str(folder / file) for file in files]}
+            result["plugins"] = {"files": [str(folder / file) for file in files]}
         for table in ("fixture", "guardian", "way_down"):
             if table in self.data:
-                made[table] = self.data[table]
-        made["instruments"] = {
+                result[table] = self.data[table]
+        result["instruments"] = {
             role.value: self._instrument(entry, described["instruments"][role.value])
             for role, entry in self.station.entries.items()
         }
-        return made
+        return result
 
     def _instrument(self, entry: Entry, virtual: Mapping[str, Any]) -> dict[str, Any]:
         table = self.data["instruments"][entry.role.value]

@@ -26,12 +26,12 @@ class ServedWorld:
         parts = urlsplit(control)
         self._connection = http.client.HTTPConnection(parts.hostname or "", parts.port, timeout=_TIMEOUT)
         try:
-            told = self._ask("GET", "/clock")
+            reply = self._ask("GET", "/clock")
         except BaseException:
             self._connection.close()
             raise
         #: The bench's time.
-        self.clock = ServedClock(float(told["time"]), float(told["speedup"]), interrupts)
+        self.clock = ServedClock(float(reply["time"]), float(reply["speedup"]), interrupts)
 
     def __enter__(self) -> "ServedWorld":
         return self
@@ -142,7 +142,7 @@ class ServedWorld:
         try:
             self._connection.request(method, path, body, headers)
             reply = self._connection.getresponse()
-            told = json.loads(reply.read())
+            result = json.loads(reply.read())
         except BaseException as error:
             # An interrupted request, too, leaves a connection that is good for nothing.
             self._connection.close()
@@ -157,5 +157,5 @@ class ServedWorld:
                 )
             ) from error
         if reply.status != http.HTTPStatus.OK:
-            raise RuntimeError(str(told.get("error", reply.reason)))
-        return dict(told)
+            raise RuntimeError(str(result.get("error", reply.reason)))
+        return dict(result)

@@ -97,16 +97,16 @@ def describe(
         options["rotor_actuator"]["maximum_speed"] = 5.0
     instruments = {role: {**options[role], "address": as_text(address)} for role, address in addresses.items()}
     station = {"name": "virtual bench", **({"control": control} if control else {})}
-    made: dict[str, Any] = {"station": station, "instruments": instruments}
+    result: dict[str, Any] = {"station": station, "instruments": instruments}
     if interlocks:
         # One computer plays bench and station: its being busy is no open contact.
-        made["interlocks"] = {name: {**where, "timeout": 3.0} for name, where in interlocks.items()}
+        result["interlocks"] = {name: {**where, "timeout": 3.0} for name, where in interlocks.items()}
     if watchdog_relays:
-        made["watchdog_relays"] = {
+        result["watchdog_relays"] = {
             name: {"driver": "beckhoff-bk9000", **where, "watchdog_time": 3.0, "timeout": 1.0}
             for name, where in watchdog_relays.items()
         }
-    return made
+    return result
 
 
 def _fixture() -> dict[str, dict[str, Any]]:

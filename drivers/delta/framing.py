@@ -112,8 +112,8 @@ class DriveFraming:
         """Look for the drive by reading alone, first where the station file says, then as delivered, then in every framing that it has."""
         self._open_once()
         for at in dict.fromkeys((self.present, DELIVERED)):
-            if (found := self._found_at(at)) is not None:
-                return self._as_stored(found)
+            if (result := self._found_at(at)) is not None:
+                return self._as_stored(result)
         units = tuple(dict.fromkeys((self.present.unit, DELIVERED.unit)))
         ways = [(rate, *form) for rate in RATES for form in (*FORMATS[_FIRST_RTU - 1 :], *FORMATS[: _FIRST_RTU - 1])]
         say(
@@ -127,8 +127,8 @@ class DriveFraming:
         )
         for way in ways:
             for unit in units:
-                if self._answers(Framing(*way, unit), _SEARCH_TIME) and (found := self._found_at(Framing(*way, unit))):
-                    return self._as_stored(found)
+                if self._answers(Framing(*way, unit), _SEARCH_TIME) and (result := self._found_at(Framing(*way, unit))):
+                    return self._as_stored(result)
         # An adapter that was unplugged meanwhile is another cause than a silent drive.
         self._open_once()
         raise CommunicationError(
@@ -253,8 +253,8 @@ class DriveFraming:
         try:
             with self._line(at) as line:
                 blocks = {first: tuple(line.read(at.unit, first, count, "identity")) for first, count in DRIVE.reads}
-                said = DRIVE.recognise(blocks)
-                if said is None:
+                recognition = DRIVE.recognise(blocks)
+                if recognition is None:
                     return None
                 unit, rate, form = (line.read(at.unit, number, 1, "framing")[0] for number in (UNIT, RATE, FORMAT))
         except (CommunicationError, ReportedError):
@@ -270,7 +270,7 @@ class DriveFraming:
                 ),
                 remedy=text("Set 09-04 at its keypad: 13 is 8N2 RTU"),
             )
-        return FoundFraming(said, at, Framing(100 * rate, *FORMATS[form - 1], unit))
+        return FoundFraming(recognition, at, Framing(100 * rate, *FORMATS[form - 1], unit))
 
     def _taken(self, step: _Step, at: Framing, wanted: Framing) -> Framing:
         """Write one parameter and return the framing that the drive answers at then."""

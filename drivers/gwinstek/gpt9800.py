@@ -82,20 +82,20 @@ class Report:
 
 def parse_report(reply: str) -> Report:
     """Return what a reply to MEAS? tells of an insulation test; raises ValueError on another form."""
-    found = _REPLY.fullmatch(reply)
-    if found is None:
+    match = _REPLY.fullmatch(reply)
+    if match is None:
         raise ValueError(text("no reading of an insulation test"))
-    scale = {"M": 1.0, "G": 1e3}[found["unit"]] * data.MEGOHM
-    resistance = float(found["resistance"]) * scale
-    beyond = bool(found["beyond"]) or resistance >= data.LARGEST
-    time = math.nan if "-" in found["time"] else float(found["time"])
-    return Report(found["status"], float(found["voltage"]) * 1e3, resistance, beyond, time, found["phase"] == "R")
+    scale = {"M": 1.0, "G": 1e3}[match["unit"]] * data.MEGOHM
+    resistance = float(match["resistance"]) * scale
+    beyond = bool(match["beyond"]) or resistance >= data.LARGEST
+    time = math.nan if "-" in match["time"] else float(match["time"])
+    return Report(match["status"], float(match["voltage"]) * 1e3, resistance, beyond, time, match["phase"] == "R")
 
 
 def parse_output(reply: str) -> Output:
     """Return status and voltage in a reply to MEAS?; raises ValueError on another form."""
-    if (found := _OUTPUT.fullmatch(reply)) is not None:
-        return Output(found[1], float(found[2]) * 1e3)
+    if (match := _OUTPUT.fullmatch(reply)) is not None:
+        return Output(match[1], float(match[2]) * 1e3)
     if (bond := _EARTH_BOND.fullmatch(reply)) is not None:
         return Output(bond[1], 0.0)
     raise ValueError(text("no reading of a test"))

@@ -130,11 +130,11 @@ class Declaration:
     @property
     def vectors(self) -> Mapping[str, Mapping[str, Amount]]:
         """The components of each vector among its bounded arguments, by name."""
-        found: dict[str, dict[str, Amount]] = {}
+        result: dict[str, dict[str, Amount]] = {}
         for name, amount in self.amounts.items():
             if amount.vector:
-                found.setdefault(amount.vector, {})[name] = amount
-        return found
+                result.setdefault(amount.vector, {})[name] = amount
+        return result
 
 
 class DeclarationError(TypeError):
@@ -318,12 +318,12 @@ def require_all(interface: type) -> None:
 @cache
 def declarations(interface: type) -> Mapping[str, Declaration]:
     """Return what every public method and property of an interface does, by name."""
-    found: dict[str, Declaration] = {}
+    result: dict[str, Declaration] = {}
     for base in reversed(interface.__mro__):
         for name, member in vars(base).items():
             if (one := declared(member)) is not None:
-                found[name] = replace(one, is_property=isinstance(member, property))
-    return found
+                result[name] = replace(one, is_property=isinstance(member, property))
+    return result
 
 
 def quantities(interface: type) -> frozenset[Quantity]:

@@ -80,12 +80,12 @@ class CanInterlock:
         if self._bus is None:
             raise CommunicationError(self._name, text("the bus is closed"))
         try:
-            found = self._frames.take(self._options.timeout)
+            result = self._frames.take(self._options.timeout)
         except (can.CanError, OSError) as error:
             raise CommunicationError(
                 self._name, text("the bus fails ({error})", error=error), remedy=text("Check the cable")
             ) from error
-        if found is None:
+        if result is None:
             raise CommunicationError(
                 self._name,
                 text(
@@ -93,4 +93,4 @@ class CanInterlock:
                 ),
                 remedy=text("Check the sender's power and the bus"),
             )
-        return found
+        return result

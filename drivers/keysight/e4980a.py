@@ -195,9 +195,9 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
         if not self._is_al():
             return data.E4980A_MAXIMUM_FREQUENCY
         # The model field may carry the option itself, else *OPT? lists it.
-        said = f"{self._identity.model},{self._session.query('*OPT?')}"
-        found = [limit for option, limit in data.E4980AL_MAXIMUM_FREQUENCY.items() if option in said]
-        return max(found, default=min(data.E4980AL_MAXIMUM_FREQUENCY.values()))
+        message = f"{self._identity.model},{self._session.query('*OPT?')}"
+        result = [limit for option, limit in data.E4980AL_MAXIMUM_FREQUENCY.items() if option in message]
+        return max(result, default=min(data.E4980AL_MAXIMUM_FREQUENCY.values()))
 
     def _check_status(self, status: int, inductance: float, resistance: float) -> None:
         if status in (NO_DATA, OVERLOAD) or is_overrange(inductance) or is_overrange(resistance):

@@ -47,6 +47,6 @@ def _source(options: InfiniiVisionOptions) -> str:
     if options.gain is not None:
         return f"gain {100 * options.gain:g} % of the reading, {stated}; {data.OFFSET_SOURCE}"
     if options.full_scale_gain is not None:
-        said = f"gain {100 * options.full_scale_gain:g} % of full scale, {stated}"
-        return f"{said}; {FULL_SCALE_READING}; {data.OFFSET_SOURCE}"
+        message = f"gain {100 * options.full_scale_gain:g} % of full scale, {stated}"
+        return f"{message}; {FULL_SCALE_READING}; {data.OFFSET_SOURCE}"
     return data.SOURCE

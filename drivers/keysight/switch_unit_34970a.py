@@ -181,13 +181,13 @@ class Keysight34970A(ScpiDriver, SwitchMatrix):
         return sorted({channel // 1000 if large else channel // 100 * 100 for channel in self._all})
 
     def _check_module(self, slot: int) -> None:
-        said = self._session.query(f"SYST:CTYP? {slot}")
-        model = said.partition(",")[2].partition(",")[0].strip()
+        reply = self._session.query(f"SYST:CTYP? {slot}")
+        model = reply.partition(",")[2].partition(",")[0].strip()
         if model in ("", "0"):
             channels = ", ".join(str(channel) for channel in self._all if str(channel)[0] == str(slot)[0])
             raise IdentityError(
                 self._name,
-                text("slot {slot} is empty ('{reply}')", slot=slot, reply=said),
+                text("slot {slot} is empty ('{reply}')", slot=slot, reply=reply),
                 command=f"SYST:CTYP? {slot}",
                 remedy=text(
                     "Correct the channels {channels} in the station file, or fit the module", channels=channels

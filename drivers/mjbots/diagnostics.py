@@ -98,10 +98,10 @@ class DiagnosticStream:
         self._is_clean = True
 
     def _sent(self, line: str) -> bytes:
-        found = b""
+        result = b""
         for part in parts(f"{line}\n".encode("ascii")):
-            found += self._controller.exchange(stream_write(part), line.strip()).stream or b""
-        return found
+            result += self._controller.exchange(stream_write(part), line.strip()).stream or b""
+        return result
 
     def _polled(self, command: str) -> bytes:
         return self._controller.exchange(stream_poll(), command).stream or b""

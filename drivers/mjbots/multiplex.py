@@ -82,25 +82,25 @@ class MultiplexReply:
 
 def parse(data: bytes) -> MultiplexReply:
     """Return what a node's frame says. Raises ValueError for one that is none of its."""
-    found = MultiplexReply()
+    result = MultiplexReply()
     rest = Unread(data)
     while not rest.at_end:
         kind = rest.varuint()
         if kind == NOP:
             continue
         if _REPLY <= kind < _REPLY + 0x10:
-            found.values |= _numbers(rest, kind)
+            result.values |= _numbers(rest, kind)
         elif kind in (_WRITE_ERROR, _READ_ERROR):
             register, error = rest.varuint(), rest.varuint()
-            found.refused.append(f"0x{register:03X} ({error})")
+            result.refused.append(f"0x{register:03X} ({error})")
         elif kind == _TO_CLIENT:
             channel, count = rest.varuint(), rest.varuint()
             content = rest.take(count)
             if channel == CHANNEL:
-                found.stream = (found.stream or b"") + content
+                result.stream = (result.stream or b"") + content
         else:
             raise ValueError(text("subframe 0x{kind:02X} is none of a reply", kind=kind))
-    return found
+    return result
 
 
 def _numbers(rest: "Unread", kind: int) -> Mapping[int, float]:
@@ -130,11 +130,11 @@ class Unread:
 
     def take(self, count: int) -> bytes:
         """Return the next bytes. Raises ValueError where there are not as many."""
-        found = self._data[self._place : self._place + count]
-        if len(found) != count:
-            raise ValueError(text("{count} bytes where {wanted} were announced", count=len(found), wanted=count))
+        result = self._data[self._place : self._place + count]
+        if len(result) != count:
+            raise ValueError(text("{count} bytes where {wanted} were announced", count=len(result), wanted=count))
         self._place += count
-        return found
+        return result
 
     def varuint(self) -> int:
         """Return a number in groups of seven bits, the least first. Raises ValueError where it does not end."""
@@ -152,8 +152,8 @@ class Unread:
 
     def number(self, form: str) -> float:
         """Return a number of a format of `struct`."""
-        found: float = struct.unpack(form, self.take(struct.calcsize(form)))[0]
-        return found
+        result: float = struct.unpack(form, self.take(struct.calcsize(form)))[0]
+        return result
 
 
 def parts(data: bytes) -> Iterator[bytes]:

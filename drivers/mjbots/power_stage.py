@@ -54,9 +54,9 @@ class MoteusPowerStage:
 
     def command(self, d_current: float, q_current: float) -> str:
         """Command both currents (A, peak), whatever it does now; return what was commanded, for messages."""
-        said = _said(d_current, q_current)
-        self._controller.ask(_payload(d_current, q_current) + _STATE, said, _IN_STATE)
-        return said
+        result = _said(d_current, q_current)
+        self._controller.ask(_payload(d_current, q_current) + _STATE, result, _IN_STATE)
+        return result
 
     def sampled_command(self, d_current: float, q_current: float) -> Mapping[int, float]:
         """Command both currents (A, peak) of a power stage that regulates; return position, speed and currents of before.
@@ -173,8 +173,8 @@ class MoteusPowerStage:
             self._clock.sleep(_POLL)
 
     def _current(self) -> float:
-        found = self._controller.ask(_CURRENTS, "read currents", _IN_CURRENTS)
-        return math.hypot(found[Register.D_CURRENT], found[Register.Q_CURRENT])
+        reply = self._controller.ask(_CURRENTS, "read currents", _IN_CURRENTS)
+        return math.hypot(reply[Register.D_CURRENT], reply[Register.Q_CURRENT])
 
     def _fault(self, state: Mapping[int, float], command: str) -> ReportedError:
         code = round(state[Register.FAULT])

@@ -163,11 +163,11 @@ class MoteusReadings:
 
 
 def _value(controller: MoteusController, values: Mapping[str, object], name: str) -> float:
-    found = values.get(name)
-    if not isinstance(found, float) or not math.isfinite(found):
+    result = values.get(name)
+    if not isinstance(result, float) or not math.isfinite(result):
         raise CommunicationError(
             controller.name,
             text("its telemetry has no number {name}", name=name),
             remedy=text("Update its firmware, or take another drive"),
         )
-    return found
+    return result

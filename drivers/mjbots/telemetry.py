@@ -62,10 +62,10 @@ def _type(schema: Unread) -> Decoder | None:
 
 
 def _needed(schema: Unread) -> Decoder:
-    found = _type(schema)
-    if found is None:
+    result = _type(schema)
+    if result is None:
         raise ValueError(text("a schema that ends too early"))
-    return found
+    return result
 
 
 def _object(schema: Unread) -> Decoder:

@@ -11,14 +11,14 @@ _TRUE, _FALSE = ("true", "1", "yes", "on"), ("false", "0", "no", "off")
 
 def parameters_of(query: str) -> dict[str, str]:
     """Return the keys of `a=1&b=2` with their values. Raises ValueError for a key that is given twice or has no value."""
-    found: dict[str, str] = {}
+    result: dict[str, str] = {}
     for key, value in parse_qsl(query, keep_blank_values=True):
-        if key in found:
+        if key in result:
             raise ValueError(text("{key} is given twice", key=key))
         if not value:
             raise ValueError(text("{key} has no value", key=key))
-        found[key] = value
-    return found
+        result[key] = value
+    return result
 
 
 def refuse_unknown(given: Collection[str], known: Collection[str]) -> None:

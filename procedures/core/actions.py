@@ -29,11 +29,11 @@ class Connect:
 
     def lines(self, colours: Mapping[str, str]) -> list[Text]:
         """Say it, a line a terminal; `colours` names each terminal's wire where known."""
-        said = [text("Connect the motor's terminals:")]
+        messages = [text("Connect the motor's terminals:")]
         for terminal, socket in self.complete().items():
             colour = colours.get(terminal.value)
             if colour:
-                said.append(
+                messages.append(
                     text(
                         "{terminal} ({colour}) → {socket}",
                         terminal=terminal.value,
@@ -42,8 +42,8 @@ class Connect:
                     )
                 )
             else:
-                said.append(text("{terminal} → {socket}", terminal=terminal.value, socket=SOCKET_NAMES[socket]))
-        return said
+                messages.append(text("{terminal} → {socket}", terminal=terminal.value, socket=SOCKET_NAMES[socket]))
+        return messages
 
 
 @dataclass(frozen=True)
@@ -56,10 +56,10 @@ class ConnectProbes:
         """Say it, a line a probe."""
         if not self.probes:
             return [text("Take the oscilloscope's probes off")]
-        said = [text("Fit the oscilloscope's probes:")]
+        messages = [text("Fit the oscilloscope's probes:")]
         for probe in self.probes:
             if isinstance(probe, VoltageProbe):
-                said.append(
+                messages.append(
                     text(
                         "channel {channel}: tip on {positive}, reference on {negative}",
                         channel=probe.channel,
@@ -68,14 +68,14 @@ class ConnectProbes:
                     )
                 )
             else:
-                said.append(
+                messages.append(
                     text(
                         "channel {channel}: current probe round the wire of {terminal}, arrow towards the motor",
                         channel=probe.channel,
                         terminal=probe.terminal.value,
                     )
                 )
-        return said
+        return messages
 
 
 @dataclass(frozen=True)

@@ -212,8 +212,8 @@ class Bench:
         try:
             yield
         except BaseException as error:
-            said = f"{type(error).__name__}: {error}"
-            self.recorder.record(StepFailed(step=step.identifier, error=said, time=self.clock.now()))
+            message = f"{type(error).__name__}: {error}"
+            self.recorder.record(StepFailed(step=step.identifier, error=message, time=self.clock.now()))
             raise
         self.recorder.record(StepFinished(step=step.identifier, time=self.clock.now()))
 
@@ -262,9 +262,9 @@ class Bench:
         name = type(action).__name__
         lines = [str(line) for line in action.lines({})]
         self.recorder.record(ActionStarted(action=name, details=action, text=lines))
-        given = cast("Given", self._operator.perform(action))
-        self.recorder.record(ActionDone(action=name, given=given))
-        return given
+        result = cast("Given", self._operator.perform(action))
+        self.recorder.record(ActionDone(action=name, given=result))
+        return result
 
     def _get(self, role: Role) -> Instrument:
         try:

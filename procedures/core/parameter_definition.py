@@ -120,12 +120,12 @@ class ParameterTable(Mapping[str, ParameterDefinition]):
 
         Raises ValueError for a name without a row, and for a definition that contradicts one.
         """
-        found = []
+        result = []
         for each in given:
             if isinstance(each, str) and each not in self._rows:
                 raise ValueError(
                     f"{each!r} is no known parameter; give a ParameterDefinition of it instead of its name"
                 )
-            found.append(self._rows[each] if isinstance(each, str) else each)
-        self.extended(found)
-        return ParameterTable(found)
+            result.append(self._rows[each] if isinstance(each, str) else each)
+        self.extended(result)
+        return ParameterTable(result)

@@ -114,14 +114,14 @@ def wired(terminals: Mapping[Terminal, Socket]) -> set[LeadContact]:
 
 def probed(probes: Iterable[VoltageProbe | CurrentProbe]) -> set[LeadContact]:
     """Return the contacts of the oscilloscope's probes."""
-    found = set[LeadContact]()
+    result = set[LeadContact]()
     for probe in probes:
         if isinstance(probe, CurrentProbe):
-            found.add(LeadContact(f"{_CHANNEL}{probe.channel}~", probe.terminal.value))
+            result.add(LeadContact(f"{_CHANNEL}{probe.channel}~", probe.terminal.value))
         else:
-            found.add(LeadContact(f"{_CHANNEL}{probe.channel}+", probe.positive.value))
-            found.add(LeadContact(f"{_CHANNEL}{probe.channel}-", probe.negative.value))
-    return found
+            result.add(LeadContact(f"{_CHANNEL}{probe.channel}+", probe.positive.value))
+            result.add(LeadContact(f"{_CHANNEL}{probe.channel}-", probe.negative.value))
+    return result
 
 
 def metered(high: Node | Terminal, low: Node | Terminal) -> set[LeadContact]:

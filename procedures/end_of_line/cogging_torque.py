@@ -122,7 +122,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         angle = speed * (time - time[0])
         pairs = self.known_value("pole_pairs") or self.nameplate.pole_pairs or self.nameplate.expected.get("pole_pairs")
         lowest = max(2 * round(pairs), 2) if pairs else _LOWEST
-        found = fit_cogging(
+        fit = fit_cogging(
             angle,
             torque,
             time=time,
@@ -132,31 +132,31 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             torque_filter=last.torque_filter,
         )
         self.findings |= {
-            "orders": found.orders.tolist(),
-            "amplitudes": found.amplitudes.tolist(),
-            "drag": found.mean,
-            "noise": found.noise,
+            "orders": fit.orders.tolist(),
+            "amplitudes": fit.amplitudes.tolist(),
+            "drag": fit.mean,
+            "noise": fit.noise,
             "readings": curve(angle=angle, torque=torque),
         }
-        if found.peak_to_peak > 0.0:
-            size = unc.statistical("scatter of the torque over a turn", found.peak_to_peak, found.uncertainty)
+        if fit.peak_to_peak > 0.0:
+            size = unc.statistical("scatter of the torque over a turn", fit.peak_to_peak, fit.uncertainty)
             high, multiples = text("orders too high to be seen"), text("multiples within the scatter")
             unseen = high if self.settings.order is None else multiples
-            size = size + unc.limit(unseen, 0.0, found.hidden)
-            if found.above:
-                size = size + unc.limit("another order beside", 0.5 * found.above, 0.5 * found.above)
+            size = size + unc.limit(unseen, 0.0, fit.hidden)
+            if fit.above:
+                size = size + unc.limit("another order beside", 0.5 * fit.above, 0.5 * fit.above)
         else:
             # Anything up to this would have drowned.
-            size = unc.limit("cogging that the scatter may hide", 0.5 * found.hidden, 0.5 * found.hidden)
+            size = unc.limit("cogging that the scatter may hide", 0.5 * fit.hidden, 0.5 * fit.hidden)
         # A filter that is stated is undone.
-        more = 0.0 if last.torque_filter else 0.5 * self._blurred(found, abs(speed))
+        more = 0.0 if last.torque_filter else 0.5 * self._blurred(fit, abs(speed))
         size = size * (1.0 + unc.limit("averaging in the transducer", more, more))
         self.report(
             "cogging_torque",
             unc.instrument("dynamometer, torque", size, self._gain(last.torque_accuracy)),
             section=self.section,
             estimator="orders that stand out of the noise, from trough to crest",
-            misfit=found.misfit.of("cogging_torque"),
+            misfit=fit.misfit.of("cogging_torque"),
         )
 
     def _blurred(self, found: Cogging, speed: float) -> float:

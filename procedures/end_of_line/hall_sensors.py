@@ -99,7 +99,7 @@ class HallSensors(Procedure[HallSensorsSettings]):
     @step("L6/3", "Order and polarity: each lead that is dead, swapped or inverted")
     def judge_leads(self, seen: Seen) -> HallJudgement:
         """Report the number of faults, and name each."""
-        found = judge(seen, math.radians(self.settings.offset))
+        result = judge(seen, math.radians(self.settings.offset))
         self.findings |= {
             "leads": {
                 f"H{lead}": None
@@ -107,20 +107,20 @@ class HallSensors(Procedure[HallSensorsSettings]):
                 else {"rise": math.degrees(switched.rise), "fall": math.degrees(switched.fall), "duty": switched.duty}
                 for lead, switched in seen.items()
             },
-            "faults": [f"H{fault.lead}: {fault.fault.value}" for fault in found.faults],
+            "faults": [f"H{fault.lead}: {fault.fault.value}" for fault in result.faults],
         }
-        for fault in found.faults:
+        for fault in result.faults:
             self.notice("hall", _said(fault))
-        if not found.explained:
+        if not result.explained:
             self.notice("hall", text("two of the Hall sensors' leads show the same sensor"))
-        count = len({fault.lead for fault in found.faults}) or (0 if found.explained else 1)
+        count = len({fault.lead for fault in result.faults}) or (0 if result.explained else 1)
         self.report(
             "hall_faults",
             ureal(float(count), 0.0),
             section=self.section,
             estimator="leads that are dead, swapped or inverted",
         )
-        return found
+        return result
 
     @step("L6/4", "Offset of all sensors from {offset:g}°, their spacing of 120° and their duty of one half")
     def places(self, seen: Seen, found: HallJudgement) -> None:

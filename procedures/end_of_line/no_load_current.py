@@ -102,9 +102,9 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
             return _Drag(bench.uncertainties.standard("tare: drag", settings.tare, settings.tare_uncertainty))
         bench.perform(ALL_OPEN, UncoupleDynamometer())
         with bench.dynamometer.driving_speed(self._speed):
-            found = self._drag("the dynamometer alone")
+            result = self._drag("the dynamometer alone")
         bench.dynamometer.stop()
-        return found
+        return result
 
     @step(
         "L4/2",
@@ -167,7 +167,7 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
 
         A rotor that rubs drags unevenly, so that its torque scatters by more than a small current moves it.
         """
-        said = text(
+        message = text(
             "a current of {current:.3g} A changes the torque by {moved:.2g} N·m, known to ±{uncertainty:.1g} N·m: "
             "too little to find the torque per ampere. Raise current_share, or take more readings",
             current=float(current.x),
@@ -179,10 +179,13 @@ class NoLoadCurrent(Procedure[NoLoadCurrentSettings]):
             for figure, sign in ((drag, -1.0), (moved, 1.0), (current, -1.0))
         )
         if min(least, most, test) <= 0.0:
-            return ProcedureError(said)
+            return ProcedureError(message)
         low = least / most * test
         sentence = text(
-            "{said}; the motor drags by {drag:.2g} N·m, and takes {low:.2g} A at least", said=said, drag=least, low=low
+            "{said}; the motor drags by {drag:.2g} N·m, and takes {low:.2g} A at least",
+            said=message,
+            drag=least,
+            low=low,
         )
         return OnlyBoundedError(sentence, "no_load_current", low)
 

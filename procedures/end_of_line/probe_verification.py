@@ -179,7 +179,7 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
         scope, settings = self.bench.bare_oscilloscope, self.settings
         scope.configure_acquisition(settings.record_time, settings.points)
         largest = self._largest(kind)
-        found: Levels = {}
+        result: Levels = {}
         for full_scale in ranges:
             level = min(_FILL * 0.5 * full_scale, largest)
             if level < _LEAST_FILL * 0.5 * full_scale:
@@ -195,8 +195,8 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
             if zero is not None:
                 reference = less_zero(reference, zero)
             for channel, wave in waves.items():
-                found[channel, wave.full_scale] = shown_level(wave, reference, sign)
-        return found
+                result[channel, wave.full_scale] = shown_level(wave, reference, sign)
+        return result
 
     def _held(self, level: float, channels: Sequence[int], kind: ProbeKind) -> tuple[Reading, Mapping[int, Waveform]]:
         """Return the reference's reading and the records of a level (V or A) while the supply holds it."""
@@ -226,7 +226,7 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
 
     def _gains(self, ends: Sequence[Levels], reference: str) -> list[tuple[VerifiedGain, UncertainReal]]:
         high, low = ends
-        found = []
+        result = []
         for channel, full_scale in high:
             gain, scatter, meter = gain_between(high[channel, full_scale], low[channel, full_scale])
             if abs(gain - 1.0) > _WRONG:
@@ -247,5 +247,5 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
             # A reference that is worse than the data sheet helps nobody.
             if limit >= high[channel, full_scale].stated:
                 continue
-            found.append((VerifiedGain(channel, full_scale, gain, limit, f"{reference}: {meter.source}"), quantity))
-        return found
+            result.append((VerifiedGain(channel, full_scale, gain, limit, f"{reference}: {meter.source}"), quantity))
+        return result

@@ -236,11 +236,11 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
     def _asymmetric(self, taken: MapReadings) -> bool:
         """Tell whether the readings contradict the symmetry, so that one side of i_q does not stand for the other."""
         try:
-            found = self._estimate(taken)
+            fit = self._estimate(taken)
         except EstimationError:
             # What is wrong with them is told where the map is made.
             return False
-        return found.symmetry_tested and not found.symmetric
+        return fit.symmetry_tested and not fit.symmetric
 
     def _estimate(self, taken: MapReadings) -> FluxMapEstimate:
         names = {

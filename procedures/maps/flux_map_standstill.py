@@ -178,21 +178,21 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
         """Report the map."""
         gains = StandstillGains(self._voltage_gain, self._current_gain, self._u_magnet)
         try:
-            found = fit_standstill(taken.trains, self._magnet, gains)
+            fit = fit_standstill(taken.trains, self._magnet, gains)
         except EstimationError as error:
             self.notice("no-map", text("there is no map: {why}", why=error))
             return
-        flux_map = found.map
+        flux_map = fit.map
         self.findings |= {
             "tables": {MAP_FILE: table_of(flux_map)},
             "full_scale": flux_map.full_scale,
             "symmetric": True,
             "symmetry_tested": False,
-            "resistance": found.resistance,
-            "angle": {"value": found.angle, "standard_uncertainty": found.angle_uncertainty},
-            "phases_exchanged": found.mirrored,
-            "residual": found.residual,
-            "asymmetry": found.asymmetry,
+            "resistance": fit.resistance,
+            "angle": {"value": fit.angle, "standard_uncertainty": fit.angle_uncertainty},
+            "phases_exchanged": fit.mirrored,
+            "residual": fit.residual,
+            "asymmetry": fit.asymmetry,
             "swing": taken.swing,
             "stroke": taken.duration,
             "pole_pairs": self._pairs,

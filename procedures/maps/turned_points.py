@@ -127,13 +127,13 @@ def fundamentals(bench: Bench, ranges: Mapping[int, float], frequency: float, pe
 
 def feasible_ranges(bench: Bench, wanted: Mapping[int, float]) -> dict[int, float]:
     """Return full scales (V or A) that the channels and their probes have, each as near to the one wanted as it goes."""
-    found = dict(wanted)
+    result = dict(wanted)
     for channel, full_scale in wanted.items():
         try:
             bench.oscilloscope.configure_channel(channel, ChannelSettings(full_scale))
         except SetpointError as refused:
-            found[channel] = min(max(full_scale, refused.low), refused.high)
-    return found
+            result[channel] = min(max(full_scale, refused.low), refused.high)
+    return result
 
 
 def geometric_speeds(bench: Bench, nameplate: Nameplate, lowest: float, highest: float, count: int) -> list[float]:

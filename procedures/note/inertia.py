@@ -290,11 +290,11 @@ def _quadratic(coupled: Fit, own: Fit | None) -> dict[str, float]:
 
 def _curves(ramps: Sequence[SpeedRamp], fit: Fit) -> dict[str, Any]:
     """Return what was read and what was fitted on both ramps, for whoever draws them."""
-    made: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     fitted = estimation.fitted_speeds(ramps, fit)
     for name, ramp, (time, speed) in zip(("driven", "coast"), ramps, fitted, strict=True):
-        made[name] = {
+        result[name] = {
             **curve(time=ramp.time, speed=ramp.speed),
             "fit": curve(time=time, fitted=speed),
         }
-    return made
+    return result

@@ -229,11 +229,11 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
                 break
             read[odd] = self._reading(float(levels[odd]), choose_range=False)
             if not typed:
-                said = text(
+                message = text(
                     "{contradiction}; the voltage was read once more there, and that counts",
                     contradiction=contradiction,
                 )
-                self.notice(Cause.REPEATS_DIFFER.value, said)
+                self.notice(Cause.REPEATS_DIFFER.value, message)
                 break
         return read
 

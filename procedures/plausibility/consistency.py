@@ -225,12 +225,12 @@ def _axis(found: ParameterSet, findings: Findings, axis: str) -> Iterator[_Keyed
         named = ratio.shows(factor_errors.RESISTANCE, _COPPER_WINDOW)
         if not bridges:
             named += loop.shows(factor_errors.INDUCTANCE, _COPPER_WINDOW)
-        said = text(
+        message = text(
             "{procedure}: the resistance is {ratio:.3g} times the value that follows from inductance and time constant of the step",
             procedure=resistance.procedure,
             ratio=ratio.value,
         )
-        for notice in _alarm("consistency-time-constant", named, said):
+        for notice in _alarm("consistency-time-constant", named, message):
             yield (notice.identifier, resistance.procedure), notice
 
 
@@ -261,12 +261,12 @@ def _bridges_alone(bridges: Sequence[Parameter]) -> Iterator[_Keyed]:
 
 
 def _inductance_alarm(parameter: Parameter, named: Sequence[Text], ratio: Ratio) -> Iterator[_Keyed]:
-    said = text(
+    message = text(
         "{procedure}: the inductance is {ratio:.3g} times what the other procedures find",
         procedure=parameter.procedure,
         ratio=ratio.value,
     )
-    for notice in _alarm("consistency-inductance", named, said):
+    for notice in _alarm("consistency-inductance", named, message):
         yield (notice.identifier, parameter.procedure), notice
 
 

@@ -67,15 +67,17 @@ def connection_record(connection: Connection) -> dict[str, Any]:
 
 def connections_of(entry: Mapping[str, Any]) -> list[Connection]:
     """Return the connections that a record is of."""
-    made: list[Connection] = []
+    result: list[Connection] = []
     if "terminals" in entry:
-        made.append(Connect({Terminal(t): Socket(s) for t, s in entry["terminals"].items() if s != Socket.OPEN.value}))
+        result.append(
+            Connect({Terminal(t): Socket(s) for t, s in entry["terminals"].items() if s != Socket.OPEN.value})
+        )
     if "voltmeter" in entry:
         positive, negative = (Terminal(t) for t in entry["voltmeter"])
-        made.append(ConnectVoltmeter(positive, negative))
+        result.append(ConnectVoltmeter(positive, negative))
     if "probes" in entry:
-        made.append(ConnectProbes(tuple(_restored(probe) for probe in entry["probes"])))
-    return made
+        result.append(ConnectProbes(tuple(_restored(probe) for probe in entry["probes"])))
+    return result
 
 
 def _restored(probe: Mapping[str, Any]) -> VoltageProbe | CurrentProbe:

@@ -70,7 +70,7 @@ class InverterWiring:
         """Prove a current probe on a running six-step drive by the current (A) out of its source."""
         line = float(np.sqrt(np.mean(np.square(wave.values))))
         readings = {"sensed_current": line, "current": bus}
-        found = Check(WiringOutcome.VERIFIED, Role.OSCILLOSCOPE.value, read=readings)
+        check = Check(WiringOutcome.VERIFIED, Role.OSCILLOSCOPE.value, read=readings)
         if line < _NO_LINE * bus:
             evidence = text(
                 "the drive takes {bus:.3g} A, channel {channel} shows {line:.3g} A",
@@ -78,7 +78,7 @@ class InverterWiring:
                 channel=probe.channel,
                 line=line,
             )
-            found = Check(
+            check = Check(
                 WiringOutcome.WRONG,
                 Role.OSCILLOSCOPE.value,
                 (_no_current(probe),),
@@ -87,7 +87,7 @@ class InverterWiring:
                 evidence,
                 correctable_now=False,
             )
-        self._verifier.verify(connect, lambda: found, ConnectProbes((probe,)))
+        self._verifier.verify(connect, lambda: check, ConnectProbes((probe,)))
 
     def _by_probe(self, probe: CurrentProbe) -> Check:
         bench = self._bench
@@ -133,11 +133,11 @@ class InverterWiring:
                     forwards = torques(_FORGOTTEN)
             return _torque_judged(forwards, backwards, level, bench.dynamometer.measure().torque_accuracy.resolution)
 
-        found = _unless_refused(Role.INVERTER, judged)
-        if found.outcome is WiringOutcome.WRONG:
+        result = _unless_refused(Role.INVERTER, judged)
+        if result.outcome is WiringOutcome.WRONG:
             # Hands are going to mend it.
             bench.dynamometer.stop()
-        return found
+        return result
 
     def _harmless(self) -> float:
         plate = self._verifier.nameplate
@@ -152,8 +152,8 @@ def _unless_refused(role: Role, judged: Callable[[], Check]) -> Check:
     except ReportedError as error:
         if error.instrument != role.value:
             raise
-        said = text("it reports: {what}", what=error.what)
-        return Check(WiringOutcome.WRONG, role.value, ({"kind": "refused", "by": role.value},), evidence=said)
+        message = text("it reports: {what}", what=error.what)
+        return Check(WiringOutcome.WRONG, role.value, ({"kind": "refused", "by": role.value},), evidence=message)
 
 
 def _probe_judged(probe: CurrentProbe, shown: float, level: float) -> Check:

@@ -73,7 +73,7 @@ class SupplyWiring:
             "after aligning with this connection the rotor stands at {angle:.0f}° electrical from the axis of phase A",
             angle=math.degrees(stands.angle),
         )
-        found = Check(
+        check = Check(
             WiringOutcome.VERIFIED if right else WiringOutcome.WRONG,
             "lcr_meter",
             () if right else possible,
@@ -82,7 +82,7 @@ class SupplyWiring:
             evidence,
             correctable_now=False,
         )
-        self._verifier.record(connect, found) if right else self._verifier.verify(connect, lambda: found)
+        self._verifier.record(connect, check) if right else self._verifier.verify(connect, lambda: check)
 
     def both_ways(self, connect: Connect, forwards: float, backwards: float) -> None:
         """Hold four-wire readings (Ω) of one pair in both polarities against each other, which only a clip elsewhere tells apart."""
@@ -161,10 +161,10 @@ class SupplyWiring:
     def _judge(self, connect: Connect, read: supply_evidence.SupplyReading, *, swinging: bool) -> Check:
         lines, leads = self._verifier.lines, self._verifier.settings.wiring_leads
         reference = lines.for_supply(self._verifier.known, leads)
-        found = supply_evidence.judged(connect, read, reference, leads, swinging=swinging)
+        result = supply_evidence.judged(connect, read, reference, leads, swinging=swinging)
         if reference is None and read.path and not swinging:
             lines.suppose("supply", poles_of(connect), read.resistance)
-        return found
+        return result
 
     def _judge_leads(
         self,

@@ -52,10 +52,10 @@ def compose(run: RunRecord) -> Document:
 def _summary(run: RunRecord) -> ReportSection:
     blocks: list[Block] = []
     if run.status != "completed":
-        said = text(
+        message = text(
             "The run {status}: {cause}", status=_STATUS.get(run.status, text("was interrupted")), cause=run.cause or "–"
         )
-        blocks.append(Notices((("", said),), grave=True))
+        blocks.append(Notices((("", message),), grave=True))
     together = [(notice.identifier, notice.message) for procedure, notice in run.warnings if not procedure]
     if together:
         blocks.append(Notices(together, grave=True))

@@ -22,7 +22,7 @@ def paper(rendered: Mapping[str, Any]) -> bytes:
         include_system_fonts=bool(uncovered(words_of(rendered))), include_embedded_fonts=False, font_paths=[FOLDER]
     )
     inputs = {"report": json.dumps(rendered, ensure_ascii=False)}
-    made = typst.Compiler(template, font_paths=fonts, sys_inputs=inputs).compile(format="pdf")
-    if not isinstance(made, bytes):
-        raise TypeError(f"Typst gave {type(made).__name__} instead of one PDF")
-    return made
+    result = typst.Compiler(template, font_paths=fonts, sys_inputs=inputs).compile(format="pdf")
+    if not isinstance(result, bytes):
+        raise TypeError(f"Typst gave {type(result).__name__} instead of one PDF")
+    return result

@@ -107,10 +107,12 @@ def result_table(parameters: tuple[Parameter, ...]) -> Table:
         if winding:
             decimals = decimals_for(parameter.standard_uncertainty / scale.factor, parameter.value / scale.factor)
             cells.append(figure(None if parameter.winding is None else parameter.winding / scale.factor, decimals))
-        said = phrase(parameter.estimator)
+        message = phrase(parameter.estimator)
         if parameter.convention:
-            said = Text("{estimator}; {convention}", {"estimator": said, "convention": phrase(parameter.convention)})
-        rows.append(TableRow([*cells, said]))
+            message = Text(
+                "{estimator}; {convention}", {"estimator": message, "convention": phrase(parameter.convention)}
+            )
+        rows.append(TableRow([*cells, message]))
     return Table(columns, rows)
 
 

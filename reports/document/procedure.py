@@ -129,12 +129,12 @@ def _steps(steps: Sequence[ProcedureStepRecord]) -> Table:
 
 def _settings(procedure: ProcedureRecord) -> Text:
     """Return the settings by what they are; one that no description is at hand for by its name."""
-    said = (
+    result = (
         text("{name}: {value}", name=procedure.described.get(name, word(name)), value=_shown(value))
         for name, value in procedure.settings.items()
         if value is not None
     )
-    return lines(said, "; ")
+    return lines(result, "; ")
 
 
 def _shown(value: object) -> Text | str:

@@ -28,10 +28,10 @@ def wiring_table(checks: Sequence[Mapping[str, Any]], colours: Mapping[str, str]
 
 
 def _connected(made: Sequence[Connection]) -> Text:
-    said = None
+    message = None
     for line in _lines(made):
-        said = line if said is None else Text("{said}; {line}", {"said": said, "line": line})
-    return said or Text("")
+        message = line if message is None else Text("{said}; {line}", {"said": message, "line": line})
+    return message or Text("")
 
 
 def _lines(made: Sequence[Connection]) -> Iterator[Text]:

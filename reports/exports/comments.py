@@ -46,7 +46,7 @@ def head(sheet: Sheet, syntax: Syntax, purpose: str) -> Iterator[str]:
     """Give the lines that say what the file is, which motor and run it is of, and what stands against it."""
     subject = sheet.subject
     motor = subject.motor + (f", serial number {subject.serial_number}" if subject.serial_number else "")
-    said = [
+    messages = [
         f"{purpose}, written by motorbench {subject.software}",
         f"motor: {motor}",
         f"run: {subject.run}, {subject.measured_on}",
@@ -54,7 +54,7 @@ def head(sheet: Sheet, syntax: Syntax, purpose: str) -> Iterator[str]:
         *(f"left out: {reason}" for reason in sheet.left_out),
         *(f"WARNING {notice.identifier}: {notice.message}" for notice in subject.warnings),
     ]
-    for words in said:
+    for words in messages:
         for line in _wrapped(syntax.safe(words)):
             yield syntax.comment(line)
 

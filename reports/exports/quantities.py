@@ -160,7 +160,7 @@ def uncertain(parameters: Mapping[str, Parameter]) -> "dict[str, UncertainReal]"
     # Who only wants the targets' names need not wait for it.
     from GTC import set_correlation, ureal
 
-    made = {
+    result = {
         name: ureal(p.value, p.standard_uncertainty, label=name, independent=False) for name, p in parameters.items()
     }
     names = [name for name, p in parameters.items() if p.standard_uncertainty > 0.0]
@@ -168,8 +168,8 @@ def uncertain(parameters: Mapping[str, Parameter]) -> "dict[str, UncertainReal]"
         for second in names[position + 1 :]:
             coefficient = correlation(parameters[first], parameters[second])
             if coefficient:
-                set_correlation(coefficient, made[first], made[second])
-    return made
+                set_correlation(coefficient, result[first], result[second])
+    return result
 
 
 def correlation(first: Parameter, second: Parameter) -> float:

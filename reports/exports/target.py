@@ -57,16 +57,16 @@ class ExportLine:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it in JSON's types; an exact figure has no uncertainty."""
-        made: dict[str, Any] = {
+        result: dict[str, Any] = {
             "value": round(self.figure.value) if self.whole else self.figure.value,
             "unit": self.unit,
             "convention": self.convention,
             "from": list(self.from_parameters),
         }
         if not self.figure.exact:
-            made["standard_uncertainty"] = self.figure.standard_uncertainty
-            made["coverage_interval"] = list(self.figure.coverage_interval)
-        return made
+            result["standard_uncertainty"] = self.figure.standard_uncertainty
+            result["coverage_interval"] = list(self.figure.coverage_interval)
+        return result
 
 
 @dataclass(frozen=True)

@@ -95,11 +95,11 @@ def _budget(parameter: Parameter, translate: Translate, width: int) -> "Group":
         [cell if isinstance(cell, str) else cell.render(translate) for cell in row]
         for row in budget_rows(parameter, scale.factor)
     ]
-    made = fitted(columns, rows, width)
+    result = fitted(columns, rows, width)
     legend = text(
         "Type A: from statistics; B: from a specification, a certificate or what was entered. u: standard uncertainty."
     )
-    return Group(*said, made, Words(legend.render(translate), style="dim"), Words(""))
+    return Group(*said, result, Words(legend.render(translate), style="dim"), Words(""))
 
 
 def _share(part: float) -> str:

@@ -30,10 +30,10 @@ def fitted(
     """Return a table of those columns that `width` columns of a terminal hold; a style for each row, or none."""
     kept = list(range(len(columns)))
     while True:
-        made = _of([columns[k] for k in kept], [[row[k] for k in kept] for row in rows], styles)
+        result = _of([columns[k] for k in kept], [[row[k] for k in kept] for row in rows], styles)
         goes = min((columns[k].leaves for k in kept if columns[k].leaves), default=0)
-        if not goes or _needed(made, [columns[k] for k in kept]) <= width:
-            return made
+        if not goes or _needed(result, [columns[k] for k in kept]) <= width:
+            return result
         kept = [k for k in kept if columns[k].leaves != goes]
 
 
@@ -42,9 +42,9 @@ def _of(columns: Sequence[FittedColumn], rows: Sequence[Sequence[str]], styles: 
     from rich.table import Table
 
     footer = any(column.footer for column in columns)
-    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), show_footer=footer)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), show_footer=footer)
     for column in columns:
-        made.add_column(
+        table.add_column(
             column.heading,
             footer=column.footer,
             justify="right" if column.right else "left",
@@ -53,8 +53,8 @@ def _of(columns: Sequence[FittedColumn], rows: Sequence[Sequence[str]], styles: 
             overflow="fold" if column.breaks else "ellipsis",
         )
     for cells, style in zip(rows, styles or repeat(None), strict=False):
-        made.add_row(*cells, style=style)
-    return made
+        table.add_row(*cells, style=style)
+    return table
 
 
 def _needed(made: "Table", columns: Sequence[FittedColumn]) -> int:

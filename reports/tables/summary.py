@@ -32,10 +32,10 @@ class SummaryRow:
 
 def rows(parameters: ParameterSet, truth: Mapping[str, float], translate: Translate) -> list[SummaryRow]:
     """Return the lines: every reported figure, and beneath it those of other procedures; then what is not given."""
-    found = []
+    result = []
     for name, parameter in parameters.parameters.items():
-        found.append(_row(parameter, parameter.label.render(translate), truth.get(name), translate))
-        found.extend(
+        result.append(_row(parameter, parameter.label.render(translate), truth.get(name), translate))
+        result.extend(
             _row(
                 other,
                 _by(other, parameter, translate),
@@ -45,8 +45,8 @@ def rows(parameters: ParameterSet, truth: Mapping[str, float], translate: Transl
             )
             for other in parameters.alternatives.get(name, ())
         )
-    found += [_not_given(r[0], truth.get(name), translate) for name, r in parameters.withheld.items()]
-    return found
+    result += [_not_given(r[0], truth.get(name), translate) for name, r in parameters.withheld.items()]
+    return result
 
 
 def why_withheld(parameters: ParameterSet) -> list[Text]:

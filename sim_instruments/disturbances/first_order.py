@@ -56,8 +56,8 @@ def lagged_now(signal: Callable[[FloatArray], FloatArray], time: float, time_con
     """Return 1/(1 + sτ) of a signal at a time (s)."""
     span = _REMEMBERED / (1.0 / time_constant).real
     before = signal(np.linspace(time - span, time, _LOOKS + 1))
-    found: _Number = lag(before, span / _LOOKS, time_constant, float(before[0]))[-1].item()
-    return found
+    result: _Number = lag(before, span / _LOOKS, time_constant, float(before[0]))[-1].item()
+    return result
 
 
 def memory(time_constant: float) -> float:

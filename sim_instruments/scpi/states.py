@@ -18,7 +18,7 @@ State = tuple[str, ...]
 
 def answered(tree: CommandTree, queries: Iterable[str]) -> list[str]:
     """Return the commands that set what queries reply now, like `VOLT 5,(@1)` for `VOLT? (@1)`; a refused query is left out."""
-    found = []
+    result = []
     for query in queries:
         header, _, rest = query.partition("?")
         try:
@@ -28,21 +28,21 @@ def answered(tree: CommandTree, queries: Iterable[str]) -> list[str]:
             continue
         if not isinstance(reply, str):
             raise TypeError(f"{query} replies with {type(reply).__name__}, which no command takes")
-        found.append(f"{header} {reply}" + (f",{rest.strip()}" if rest.strip() else ""))
-    return found
+        result.append(f"{header} {reply}" + (f",{rest.strip()}" if rest.strip() else ""))
+    return result
 
 
 def queries_of(settings: ScpiSettings) -> list[str]:
     """Return a query of every setting, of each channel where there are several."""
-    found = []
+    result = []
     for setting in settings:
         header = ":" + _OPTIONAL.sub("", setting.header).strip(":")
         if setting.count:
             before, _, after = header.partition("<n>")
-            found += [f"{before}{number}{after}?" for number in range(1, setting.count + 1)]
+            result += [f"{before}{number}{after}?" for number in range(1, setting.count + 1)]
         else:
-            found.append(f"{header}?")
-    return found
+            result.append(f"{header}?")
+    return result
 
 
 def restore(tree: CommandTree, state: Iterable[str]) -> Handling:

@@ -36,12 +36,12 @@ def direct_resistance(network: Network, first: str, second: str, *, stiff: bool,
 
 def _windings(network: Network) -> list[Resistor]:
     windings = network.windings
-    found = []
+    result = []
     for number, resistance in enumerate(windings.motor.without_short.resistances_at(windings.temperature)):
         ends = [label for label, share in zip("ABC", windings.incidence[:, number], strict=True) if share]
         first, second = (*ends, "N")[:2]
-        found.append((first, second, resistance))
-    return found
+        result.append((first, second, resistance))
+    return result
 
 
 def _between(resistors: Sequence[Resistor], first: str, second: str) -> float:

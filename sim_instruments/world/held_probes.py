@@ -44,13 +44,13 @@ def node_row(node: Node, settings: WorldSettings) -> int:
 
 def places(probes: Mapping[int, Probe], settings: WorldSettings) -> dict[int, Place]:
     """Return what each channel's probe is on; one with a loose lead is left out, it senses nothing."""
-    found: dict[int, Place] = {}
+    result: dict[int, Place] = {}
     for channel, probe in probes.items():
         if isinstance(probe, PlacedCurrentProbe):
-            found[channel] = InTerminal(TERMINALS.index(settings.motor_terminal(probe.terminal)), probe.sign)
+            result[channel] = InTerminal(TERMINALS.index(settings.motor_terminal(probe.terminal)), probe.sign)
         elif not probe.loose:
-            found[channel] = node_row(probe.positive, settings), node_row(probe.negative, settings)
-    return found
+            result[channel] = node_row(probe.positive, settings), node_row(probe.negative, settings)
+    return result
 
 
 class HeldProbes:

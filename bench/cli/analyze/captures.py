@@ -103,7 +103,7 @@ def back_emf(
     from bench.captures import CapturePart
 
     translate = translator(language_of(language))
-    made = analyze_back_emf(
+    outcome = analyze_back_emf(
         _some(files),
         connection=connection,
         pole_pairs=pole_pairs,
@@ -118,7 +118,7 @@ def back_emf(
         temperature=magnet_temperature(temperature, temperature_uncertainty, magnet_coefficient),
         translate=translate,
     )
-    return print_analysis(made, translate, json=json, budget=budget)
+    return print_analysis(outcome, translate, json=json, budget=budget)
 
 
 def step_response(
@@ -196,7 +196,7 @@ def step_response(
     from bench.captures import CapturePart
 
     translate = translator(language_of(language))
-    made = analyze_step_response(
+    outcome = analyze_step_response(
         list(_some(files)),
         connection=connection,
         reading=reading,
@@ -210,7 +210,7 @@ def step_response(
         skew=skew,
         translate=translate,
     )
-    return print_analysis(made, translate, json=json, budget=budget)
+    return print_analysis(outcome, translate, json=json, budget=budget)
 
 
 def coast_down(
@@ -275,7 +275,7 @@ def coast_down(
     from bench.captures import CapturePart
 
     translate = translator(language_of(language))
-    made = analyze_coast_down(
+    outcome = analyze_coast_down(
         _some(files),
         inertia=inertia,
         inertia_uncertainty=inertia_uncertainty,
@@ -288,7 +288,7 @@ def coast_down(
         selection=CapturePart(from_, to, time_column),
         translate=translate,
     )
-    return print_analysis(made, translate, json=json, budget=budget)
+    return print_analysis(outcome, translate, json=json, budget=budget)
 
 
 def rotor_sweep(
@@ -348,7 +348,7 @@ def rotor_sweep(
     from bench.captures import CapturePart
 
     translate = translator(language_of(language))
-    made = analyze_rotor_sweep(
+    outcome = analyze_rotor_sweep(
         file,
         connection=connection,
         pole_pairs=pole_pairs,
@@ -359,7 +359,7 @@ def rotor_sweep(
         selection=CapturePart(from_, to, time_column),
         translate=translate,
     )
-    return print_analysis(made, translate, json=json, budget=budget)
+    return print_analysis(outcome, translate, json=json, budget=budget)
 
 
 def _some(files: Sequence[Path]) -> Sequence[Path]:

@@ -153,11 +153,11 @@ def short_circuit(
 
     translate = translator(language_of(language))
     _above_zero({"--pole-pairs": pole_pairs, "--flux-linkage": flux_linkage})
-    made = analyze_short_circuit(
+    outcome = analyze_short_circuit(
         file, mapped=column, pole_pairs=pole_pairs, flux_linkage=flux_linkage,
         u_flux_linkage=_not_negative("--u-flux-linkage", u_flux_linkage), electrical=electrical, rms=rms, translate=translate,
     )  # fmt: skip
-    return print_analysis(made, translate, json=json, budget=False)
+    return print_analysis(outcome, translate, json=json, budget=False)
 
 
 def efficiency(
@@ -206,15 +206,15 @@ def efficiency(
         "speed": Accuracy(gain=_percent("--speed-gain", speed_gain), source="as stated"),
         "power": Accuracy(gain=_percent("--power-gain", power_gain), source="as stated"),
     }
-    made = analyze_efficiency(file, mapped=column, accuracies=accuracies, translate=translate)
+    outcome = analyze_efficiency(file, mapped=column, accuracies=accuracies, translate=translate)
     if json:
-        return print_analysis(made, translate, json=True, budget=False)
-    rows = [row for row in made["details"]["load_points"] if "refused" not in row]
+        return print_analysis(outcome, translate, json=True, budget=False)
+    rows = [row for row in outcome["details"]["load_points"] if "refused" not in row]
     _print_rows(
         rows, translate,
         (("N·m", "torque", 1.0), ("rad/s", "speed", 1.0), (text("efficiency, %"), "efficiency", 100.0), (text("loss, W"), "loss", 1.0)),
     )  # fmt: skip
-    for each in made["warnings"]:
+    for each in outcome["warnings"]:
         print(each["text"])
     return 0
 

@@ -64,10 +64,10 @@ def archive(
     if json:
         print_json(_plain(out, summary) | {"removed": remove})
         return
-    said = text(
+    message = text(
         "batch {batch}, motors: {motors}, files: {files}", batch=batch, motors=summary.motors, files=summary.files
     )
-    print(at(out, said).render(translator(language_of(language))))
+    print(at(out, message).render(translator(language_of(language))))
 
 
 def restore(
@@ -104,14 +104,14 @@ def restore(
     if json:
         print_json(_plain(file, summary) | {"restored": restored})
         return
-    said = text(
+    message = text(
         "batch {batch}, motors: {motors}, of these restored: {restored}, files: {files}",
         batch=summary.batch,
         motors=summary.motors,
         restored=restored,
         files=summary.files,
     )
-    print(at(file, said).render(translator(language_of(language))))
+    print(at(file, message).render(translator(language_of(language))))
 
 
 def _remove(records: Records, batch: str, folder: Path, *, records_too: bool) -> None:

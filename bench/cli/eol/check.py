@@ -103,8 +103,8 @@ def check(
         # What was stopped speaks for no limit.
         if output is not None and checked.findings.complete:
             proposal = checked.propose()
-            said = f"Limits and order by motorbench eol check of {plan}, seed {seed}."
-            write_plan(proposal, checked.plan, output, said)
+            message = f"Limits and order by motorbench eol check of {plan}, seed {seed}."
+            write_plan(proposal, checked.plan, output, message)
             if not json:
                 print_proposal(proposal, output, translate)
     if json:

@@ -86,23 +86,23 @@ def print_proposal(proposal: Proposal, path: Any, translate: Translate) -> None:
 
 def as_json(checked: DefectCheck, proposal: Proposal | None) -> Mapping[str, Any]:
     """Return it in JSON's types, English; an open side of a limit is null."""
-    found = checked.findings.as_dict()
-    for figure in found["figures"]:
+    result = checked.findings.as_dict()
+    for figure in result["figures"]:
         figure |= {side: _finite(figure[side]) for side in ("low", "high", "mean", "deviation")}
-    for defect in found["defects"]:
+    for defect in result["defects"]:
         defect["cost"]["value"] = _finite(defect["cost"]["value"])
-    for share in (found["false_rejects"], *found["through"].values(), *(d["through"] for d in found["defects"])):
+    for share in (result["false_rejects"], *result["through"].values(), *(d["through"] for d in result["defects"])):
         share |= {"share": _finite(share["share"]), "interval": [_finite(end) for end in share["interval"]]}
-    for figure in found["figures"]:
+    for figure in result["figures"]:
         share = figure["false_rejects"]
         share |= {"share": _finite(share["share"]), "interval": [_finite(end) for end in share["interval"]]}
-    for procedure in found["procedures"]:
+    for procedure in result["procedures"]:
         procedure["time"] = _finite(procedure["time"])
-    found["drawn_from"] = checked.spread.render()
-    found["unmodelled"] = {name: {"why": why, "motors": count} for name, (why, count) in checked.unmodelled.items()}
-    found["left_out"] = [label.render() for label in checked.cases.left_out]
+    result["drawn_from"] = checked.spread.render()
+    result["unmodelled"] = {name: {"why": why, "motors": count} for name, (why, count) in checked.unmodelled.items()}
+    result["left_out"] = [label.render() for label in checked.cases.left_out]
     if proposal is not None:
-        found["proposal"] = {
+        result["proposal"] = {
             "limits": {
                 name: {"low": _finite(limits.low), "high": _finite(limits.high)}
                 for name, limits in proposal.limits.items()
@@ -110,7 +110,7 @@ def as_json(checked: DefectCheck, proposal: Proposal | None) -> Mapping[str, Any
             "order": list(proposal.order),
             "idle": list(proposal.idle),
         }
-    return found
+    return result
 
 
 def _defects(console: "Console", found: Findings, translate: Translate) -> None:

@@ -66,8 +66,8 @@ def export(
     if json:
         print_json({"file": str(out), "format": format_, "motors": count})
     else:
-        said = at(out, text("motors: {count}", count=count))
-        print(said.render(translator(language_of("auto"))))
+        message = at(out, text("motors: {count}", count=count))
+        print(message.render(translator(language_of("auto"))))
     return 0
 
 

@@ -19,7 +19,7 @@ def print_gauge(
 ) -> None:
     """Print a gauge study, a line a parameter."""
     console = console_on(sys.stdout)
-    made = plain_table(
+    table = plain_table(
         translate,
         text("Parameter"),
         text("Unit"),
@@ -40,7 +40,7 @@ def print_gauge(
         low, high = study.grr_interval
         pooled = text("p = {p:.3f}, pooled", p=study.interaction_p)
         kept = text("p = {p:.3f}, kept", p=study.interaction_p)
-        made.add_row(
+        table.add_row(
             labels[name].render(translate),
             scale.unit,
             *(figure(number / scale.factor, digits) for number in numbers),
@@ -50,21 +50,21 @@ def print_gauge(
             str(study.categories),
             (pooled if study.pooled else kept).render(translate),
         )
-    console.print(made)
+    console.print(table)
     alpha = next(iter(studies.values()))[0].alpha if studies else 0.05
-    said = text(
+    message = text(
         "Standard deviations; R&R in % of the total variation. The interaction of part and appraiser is pooled into "
         "repeatability where its p is above {alpha:g}.",
         alpha=alpha,
     )
-    console.print(said.render(translate), markup=False)
+    console.print(message.render(translate), markup=False)
 
 
 def print_type_one(
     studies: Mapping[str, tuple[TypeOneStudy, str]], labels: ParameterLabels, confidence: float, translate: Translate
 ) -> None:
     """Print type-1 studies, a line a parameter."""
-    made = plain_table(
+    table = plain_table(
         translate,
         text("Parameter"),
         text("Unit"),
@@ -81,7 +81,7 @@ def print_type_one(
         scale = scale_of(study.reference, unit)
         digits = decimals_for(study.standard_deviation / scale.factor, 0.0, 3)
         low, high = study.bias_interval
-        made.add_row(
+        table.add_row(
             labels[name].render(translate),
             scale.unit,
             str(study.count),
@@ -91,14 +91,14 @@ def print_type_one(
             with_interval(study.cg, study.cg_interval),
             with_interval(study.cgk, study.cgk_interval),
         )
-    _print(made, text("Cg and Cgk of 20 % of the tolerance over 6 s; 1.33 is usually asked for."), translate)
+    _print(table, text("Cg and Cgk of 20 % of the tolerance over 6 s; 1.33 is usually asked for."), translate)
 
 
 def print_range(
     studies: Mapping[str, tuple[RangeStudy, str]], labels: ParameterLabels, confidence: float, translate: Translate
 ) -> None:
     """Print studies by the range method, a line a parameter."""
-    made = plain_table(
+    table = plain_table(
         translate,
         text("Parameter"),
         text("Unit"),
@@ -112,7 +112,7 @@ def print_range(
         scale = scale_of(study.grr, unit)
         digits = decimals_for(study.grr / scale.factor, 0.0, 3)
         low, high = study.grr_interval
-        made.add_row(
+        table.add_row(
             labels[name].render(translate),
             scale.unit,
             *(figure(number / scale.factor, digits) for number in (study.mean_range, study.grr)),
@@ -120,7 +120,7 @@ def print_range(
             "–" if math.isnan(study.share) else f"{100.0 * study.share:.1f}",
         )
     _print(
-        made,
+        table,
         text("R&R in % of a sixth of the tolerance; repeatability and reproducibility are not told apart."),
         translate,
     )
@@ -133,7 +133,7 @@ def print_linearity(
     for name, (study, unit) in studies.items():
         scale = scale_of(max(abs(each.reference) for each in study.biases), unit)
         digits = decimals_for(study.standard_deviation / scale.factor, 0.0, 3)
-        made = plain_table(
+        table = plain_table(
             translate,
             labels[name],
             text("Values"),
@@ -142,7 +142,7 @@ def print_linearity(
         )
         for each in study.biases:
             low, high = each.interval
-            made.add_row(
+            table.add_row(
                 f"{each.reference / scale.factor:.6g} {scale.unit}",
                 str(each.count),
                 figure(each.bias / scale.factor, digits),
@@ -154,7 +154,7 @@ def print_linearity(
             else text("the gauge is not linear, or has a bias")
         )
         _print(
-            made,
+            table,
             text(
                 "Bias = {slope:.4g} × reference {intercept:+.4g} {unit}; slope {slope_low:.4g} … {slope_high:.4g} (t = {slope_t:.2f}), "
                 "intercept {low:.4g} … {high:.4g} {unit} (t = {t:.2f}), R² = {r_squared:.3f}: {verdict}",

@@ -30,9 +30,9 @@ def migrate(*, records: str = "records.sqlite", language: str = "auto", json: bo
     if json:
         print_json({"before": before, "after": after, "stretches_summed_up": tallied})
         return
-    said = (
+    message = (
         text("the tables are of version {after} already", after=after)
         if before == after
         else text("the tables are of version {after} now; they were of version {before}", before=before, after=after)
     )
-    print(said.render(translator(language_of(language))))
+    print(message.render(translator(language_of(language))))

@@ -92,13 +92,13 @@ def motors(
     translate = translator(language_of(language))
     console = console_on(sys.stdout)
     heads = [text("Serial number"), text("Batch"), text("Motor"), text("Began (UTC)"), text("Verdict"), Text("")]
-    made = plain_table(translate, *heads, left=2)
+    table = plain_table(translate, *heads, left=2)
     for each in found:
         value = "" if each.value is None else f"{each.value:.6g} {each.unit}".rstrip()
         stamp = f"{each.started:%Y-%m-%d %H:%M:%S}"
         verdict = VERDICTS[each.verdict].render(translate)
-        made.add_row(each.serial_number, each.batch, str(each.number), stamp, verdict, value)
-    console.print(made)
+        table.add_row(each.serial_number, each.batch, str(each.number), stamp, verdict, value)
+    console.print(table)
     for each in found:
         # On a line of its own: a path is to be copied whole.
         console.print(f"{each.serial_number}: {each.run or '–'}", markup=False, soft_wrap=True)

@@ -47,9 +47,9 @@ def plan(
     if json:
         print_json({"plan": str(output), "limited": list(made.limited), "unlimited": list(made.unlimited)})
         return 0
-    said = [text("{path}: {count} limits", path=output, count=len(made.limited))]
+    messages = [text("{path}: {count} limits", path=output, count=len(made.limited))]
     if made.unlimited:
-        said.append(text("Measured without a limit: {names}", names=list(made.unlimited)))
-    said.append(text("Next: motorbench eol check {path}", path=quote(str(output))))
-    sys.stdout.writelines(line.render(translate) + "\n" for line in said)
+        messages.append(text("Measured without a limit: {names}", names=list(made.unlimited)))
+    messages.append(text("Next: motorbench eol check {path}", path=quote(str(output))))
+    sys.stdout.writelines(line.render(translate) + "\n" for line in messages)
     return 0

@@ -11,7 +11,7 @@ from bench.eol.yields import MotorYields
 
 def statistics_as_dict(found: LineStatistics) -> dict[str, Any]:
     """Return the statistics as one JSON object."""
-    made: dict[str, Any] = _defined(
+    result: dict[str, Any] = _defined(
         {
             "model": found.selection.model,
             "batches": found.selection.batches,
@@ -28,7 +28,7 @@ def statistics_as_dict(found: LineStatistics) -> dict[str, Any]:
             "parameters": {name: _parameter(each) for name, each in found.parameters.items()},
         }
     )
-    return made
+    return result
 
 
 def _yields(motors: MotorYields) -> dict[str, Any]:
@@ -47,10 +47,10 @@ def _yields(motors: MotorYields) -> dict[str, Any]:
 
 def studies_as_dict(study: str, studies: Mapping[str, tuple[Any, str]]) -> dict[str, Any]:
     """Return studies of gauges by parameter as one JSON object, under the study's name."""
-    made: dict[str, Any] = _defined(
+    result: dict[str, Any] = _defined(
         {study: {name: {"unit": unit, **asdict(found)} for name, (found, unit) in studies.items()}}
     )
-    return made
+    return result
 
 
 def _parameter(each: ParameterStatistics) -> dict[str, Any]:

@@ -109,12 +109,12 @@ def print_statistics(
 
 
 def _pareto(title: Text, failures: Sequence[Failures], labels: ParameterLabels, translate: Translate) -> "Table":
-    made = plain_table(
+    table = plain_table(
         translate, title, text("Failed"), text("% of failures"), text("Cumulative, %"), text("Errors"), text("")
     )
-    made.columns[-1].justify = "left"
+    table.columns[-1].justify = "left"
     for each, found in zip(failures, pareto([each.failed for each in failures]), strict=True):
-        made.add_row(
+        table.add_row(
             labels[each.name].render(translate),
             str(each.failed),
             percentage(found.share, 1),
@@ -122,11 +122,11 @@ def _pareto(title: Text, failures: Sequence[Failures], labels: ParameterLabels, 
             str(each.errors) if each.errors else "",
             "█" * round(30.0 * found.share) if each.failed else "",
         )
-    return made
+    return table
 
 
 def _figures(parameters: Mapping[str, ParameterStatistics], labels: ParameterLabels, translate: Translate) -> "Table":
-    made = plain_table(
+    table = plain_table(
         translate,
         text("Parameter"),
         text("Unit"),
@@ -141,7 +141,7 @@ def _figures(parameters: Mapping[str, ParameterStatistics], labels: ParameterLab
         found, scale = each.distribution, scale_for(each)
         spread = found.standard_deviation / scale.factor
         digits = decimals_for(spread, found.mean / scale.factor)
-        made.add_row(
+        table.add_row(
             labels[name].render(translate),
             scale.unit,
             str(found.count),
@@ -150,18 +150,18 @@ def _figures(parameters: Mapping[str, ParameterStatistics], labels: ParameterLab
             bounds(found.limits.low, found.limits.high, scale, digits),
             bounds(found.least, found.most, scale, digits),
         )
-    return made
+    return table
 
 
 def _capabilities(
     parameters: Mapping[str, ParameterStatistics], labels: ParameterLabels, confidence: float, translate: Translate
 ) -> "Table":
-    made = plain_table(
+    table = plain_table(
         translate, text("Parameter"), Text("Cp"), Text("Cpk"), Text("Pp"), Text("Ppk"), text("Outside, %")
     )
     for name, each in parameters.items():
-        made.add_row(labels[name].render(translate), *indices(each), share_outside(each, confidence))
-    return made
+        table.add_row(labels[name].render(translate), *indices(each), share_outside(each, confidence))
+    return table
 
 
 def _farthest(found: LineStatistics) -> list[Association]:
@@ -175,27 +175,27 @@ def _farthest(found: LineStatistics) -> list[Association]:
 
 def _histogram(each: ParameterStatistics, label: Text, translate: Translate) -> "Table":
     found, scale = each.distribution, scale_for(each)
-    made = plain_table(
+    table = plain_table(
         translate,
         text("From ({parameter}, {unit})", parameter=label.render(translate), unit=scale.unit),
         text("Motors"),
         text(""),
         left=0,
     )
-    made.columns[-1].justify = "left"
+    table.columns[-1].justify = "left"
     histogram = trimmed(found.histogram)
     width = histogram.edges[1] - histogram.edges[0]
     digits = decimals_for(width / scale.factor, 0.0)
     most = max(histogram.counts)
     beyond = outside(histogram, found.limits.low, found.limits.high)
     for edge, count, out in zip(histogram.edges[:-1], histogram.counts, beyond, strict=True):
-        made.add_row(
+        table.add_row(
             figure(edge / scale.factor, digits),
             str(count),
             "█" * math.ceil(_WIDEST * count / most) if most else "",
             style="red" if out else None,
         )
-    return made
+    return table
 
 
 def _print_chart(say: Callable[[Text], None], label: Text, each: ParameterStatistics) -> None:
@@ -255,10 +255,10 @@ def _spark(values: Sequence[float], low: float, high: float) -> str:
     """Draw values as blocks between the control limits, or between their ends where there are none; what lies beyond is marked."""
     if not (math.isfinite(low) and math.isfinite(high)):
         low, high = min(values), max(values)
-    made = []
+    result = []
     for value in values:
         if not low <= value <= high:
-            made.append("▽" if value < low else "△")
+            result.append("▽" if value < low else "△")
         else:
-            made.append(_BLOCKS[1 + round((len(_BLOCKS) - 2) * (value - low) / (high - low))] if high > low else "▄")
-    return "".join(made)
+            result.append(_BLOCKS[1 + round((len(_BLOCKS) - 2) * (value - low) / (high - low))] if high > low else "▄")
+    return "".join(result)

@@ -17,22 +17,24 @@ if TYPE_CHECKING:
 def yields_table(yields: Yield, confidence: float, translate: Translate) -> "Table":
     """Return the table of yields of all motors."""
     surely = text("{confidence:.0%} interval", confidence=confidence)
-    made = plain_table(translate, text("Yield"), text("Motors"), Text("%"), surely)
+    table = plain_table(translate, text("Yield"), text("Motors"), Text("%"), surely)
     motors = yields.motors
     for words, share in ((text("First pass"), motors.first_pass), (text("Final"), motors.final)):
-        made.add_row(words.render(translate), f"{share.hits} / {share.count}", percentage(share.share), interval(share))
-    made.add_row(text("Rolled").render(translate), "", percentage(motors.rolled.share), "")
+        table.add_row(
+            words.render(translate), f"{share.hits} / {share.count}", percentage(share.share), interval(share)
+        )
+    table.add_row(text("Rolled").render(translate), "", percentage(motors.rolled.share), "")
     if motors.retested:
-        made.add_row(text("tested again").render(translate), str(motors.retested), "", "")
+        table.add_row(text("tested again").render(translate), str(motors.retested), "", "")
     for verdict, count in yields.verdicts.items():
         if verdict in (Verdict.ERROR, Verdict.ABORTED) and count:
-            made.add_row(VERDICTS[verdict].render(translate), str(count), "", "")
-    return made
+            table.add_row(VERDICTS[verdict].render(translate), str(count), "", "")
+    return table
 
 
 def groups_table(grouping: Grouping, groups: Sequence[GroupYield], translate: Translate) -> "Table":
     """Return the table of yields by one grouping."""
-    made = plain_table(
+    table = plain_table(
         translate,
         GROUPING_WORDS[grouping],
         text("Motors"),
@@ -42,7 +44,7 @@ def groups_table(grouping: Grouping, groups: Sequence[GroupYield], translate: Tr
         text("interval"),
     )
     for group in groups:
-        made.add_row(
+        table.add_row(
             group.name,
             str(group.final.count),
             percentage(group.first_pass.share),
@@ -50,4 +52,4 @@ def groups_table(grouping: Grouping, groups: Sequence[GroupYield], translate: Tr
             percentage(group.final.share),
             interval(group.final),
         )
-    return made
+    return table

@@ -202,12 +202,12 @@ def as_text(point: "SteadyState", translate: Translate = english) -> str:
     ]
     if drive.connection == "delta" and averages[2] != 0:
         effective, inductive = balance.equivalent_resistance(point, 2)
-        told = text(
+        message = text(
             "  winding c: R_11r {effective:.5f} Ω (loss), R_11L {inductive:.5f} Ω (exchange of stored energy)",
             effective=effective,
             inductive=inductive,
         )
-        lines.append(told.render(translate))
+        lines.append(message.render(translate))
     return "\n".join(lines)
 
 

@@ -198,7 +198,7 @@ def _reset(state: StateFolder, station: Station, by: str) -> Trip | None:
 
 def held(station: Station, entry: Entry, owner: Ownership, translate: Translate) -> dict[str, Any]:
     """Have an instrument for the check, or say who has it."""
-    told: dict[str, Any] = {
+    result: dict[str, Any] = {
         "driver": entry.driver.name,
         "address": entry.address,
         "calibration": entry.calibration.as_dict() if entry.calibration else None,
@@ -209,8 +209,8 @@ def held(station: Station, entry: Entry, owner: Ownership, translate: Translate)
     try:
         owner.claim([claim_of(station, entry)])
     except HeldError as error:
-        told["error"] = message(error, translate)
-    return told
+        result["error"] = message(error, translate)
+    return result
 
 
 def look(instruments: StationInstruments, entry: Entry, told: dict[str, Any], translate: Translate) -> None:
@@ -237,26 +237,26 @@ def look(instruments: StationInstruments, entry: Entry, told: dict[str, Any], tr
 
 
 def _look_at_contacts(station: Station, owner: Ownership, translate: Translate) -> dict[str, dict[str, Any]]:
-    told: dict[str, dict[str, Any]] = {}
+    result: dict[str, dict[str, Any]] = {}
     for entry in station.interlocks:
-        told[entry.name] = {"address": entry.address, "error": None}
+        result[entry.name] = {"address": entry.address, "error": None}
         try:
             owner.claim(interlock_claims(replace(station, interlocks=(entry,))))
             interlocks = Interlocks([entry])
         except (HeldError, InstrumentError) as error:
-            told[entry.name]["error"] = message(error, translate)
+            result[entry.name]["error"] = message(error, translate)
             continue
         how = dict(interlocks.not_closed()).get(entry.name)
         interlocks.close()
-        told[entry.name]["error"] = None if how is None else it_is(how).render(translate)
-    return told
+        result[entry.name]["error"] = None if how is None else it_is(how).render(translate)
+    return result
 
 
 def _look_at_relays(station: Station, owner: Ownership, translate: Translate) -> dict[str, dict[str, Any]]:
-    told: dict[str, dict[str, Any]] = {}
+    result: dict[str, dict[str, Any]] = {}
     for entry in station.watchdog_relays:
         about: dict[str, Any] = {"address": entry.address, "picked_up": None, "error": None}
-        told[entry.name] = about
+        result[entry.name] = about
         try:
             owner.claim(relay_claims(replace(station, watchdog_relays=(entry,))))
             relay = open_relay(entry)
@@ -266,7 +266,7 @@ def _look_at_relays(station: Station, owner: Ownership, translate: Translate) ->
                 relay.close()
         except (HeldError, InstrumentError) as error:
             about["error"] = message(error, translate)
-    return told
+    return result
 
 
 def _print(

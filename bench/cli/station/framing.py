@@ -90,8 +90,8 @@ def set_framing(
             with _heard(text("It answers at {framing}.", framing=now.words), translate):
                 if json:
                     told = {"found": _as_dict(found), "wanted": asdict(wanted), "set": wish, "now": asdict(now)}
-                    said = [one.render(translate) for one in partners]
-                    rest = {"partners": said, "entries": setter.entries(wanted)}
+                    messages = [one.render(translate) for one in partners]
+                    rest = {"partners": messages, "entries": setter.entries(wanted)}
                     print_json({"instrument": entry.role.value, **told, **rest})
                 elif right or wish:
                     _print_done(entry, setter, now, wanted, partners, translate)
@@ -151,9 +151,9 @@ def _agreed(translate: Translate) -> bool:
 
 
 def _say(words: Text | str, translate: Translate, indent: str = "") -> None:
-    said = words.render(translate) if isinstance(words, Text) else words
+    message = words.render(translate) if isinstance(words, Text) else words
     # Rich would end the program by itself where nobody reads it.
-    print(f"{indent}{said}")
+    print(f"{indent}{message}")
 
 
 def _print_plan(

@@ -55,9 +55,9 @@ class _Dialogue:
             else text("{key}{unit}:", key=key, unit=f" ({unit})" if unit else "")
         )
         while True:
-            given = self.ask(question)
-            if given:
-                return _parsed(given)
+            reply = self.ask(question)
+            if reply:
+                return _parsed(reply)
             if optional:
                 return None
             self.say(text("this one has no default; a value is needed"))
@@ -221,7 +221,7 @@ def _holds(talk: _Dialogue, data: Mapping[str, Any], translate: Translate) -> bo
 
 def _limits(talk: _Dialogue, role: Role, made: Mapping[str, Any]) -> dict[str, Any]:
     section = SECTIONS.get(role)
-    found = {}
+    result = {}
     for key, field in section.model_fields.items() if section is not None else ():
         # Where the driver has asked for the same limit, it is one.
         if key in made:
@@ -230,8 +230,8 @@ def _limits(talk: _Dialogue, role: Role, made: Mapping[str, Any]) -> dict[str, A
         unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
         value = talk.value(f"{LIMITS}.{key}", unit, None)
         if value is not None:
-            found[key] = value
-    return found
+            result[key] = value
+    return result
 
 
 def _parsed(given: str) -> Any:

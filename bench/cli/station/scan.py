@@ -160,8 +160,10 @@ def write_draft(file: Path, content: str) -> None:
     try:
         file.write_text(content, encoding="utf-8")
     except OSError as error:
-        said = text("{file}: the station file cannot be written: {strerror}", file=str(file), strerror=reason_of(error))
-        raise InputError(said) from error
+        message = text(
+            "{file}: the station file cannot be written: {strerror}", file=str(file), strerror=reason_of(error)
+        )
+        raise InputError(message) from error
 
 
 def _host(given: str) -> tuple[str, int | None]:
@@ -188,20 +190,20 @@ def _units(given: str) -> tuple[int, ...]:
 
 def _of_station(report: ScanReport, station: Station, translate: Translate) -> dict[str, dict[str, Any]]:
     """Return by role whether its address answers, and whether as its driver wants it; what a person works needs none."""
-    told = {}
+    result = {}
     for role, entry in station.entries.items():
         if not entry.address:
             continue
         there = next((one for one in report.found if role.value in one.used_by), None)
         fits = there is not None and any(match.driver.name == entry.driver.name for match in there.matches)
         undeclared = there is not None and not entry.driver.recognised_by
-        told[role.value] = {
+        result[role.value] = {
             "address": entry.address,
             "answers": there is not None,
             "fits": fits or undeclared,
             "answer": None if there is None else there.said.render(translate),
         }
-    return told
+    return result
 
 
 def print_report(report: ScanReport, station: Station | None, translate: Translate) -> None:

@@ -178,8 +178,8 @@ def _serve(recording: SessionRecording, host: str, base_port: int | None, *, tol
                 for role, ways in served.addresses.items()
             }
             print(dumps({"station": {"name": "recording"}, "instruments": tables}), flush=True)
-            said = text("motorbench: {file} is served; Ctrl-C ends it", file=recording.source)
-            print(said.render(translator(language_of(language))), file=sys.stderr)
+            sentence = text("motorbench: {file} is served; Ctrl-C ends it", file=recording.source)
+            print(sentence.render(translator(language_of(language))), file=sys.stderr)
             with interrupts.waiting():
                 threading.Event().wait()
     except Interrupted:
@@ -194,8 +194,8 @@ def _print_recorded(out: Path, found: dict[str, dict[str, Any]], counts: dict[st
     console = console_on(sys.stdout)
     for role, told in found.items():
         mark, words = ("✓", told["identity"]) if told["error"] is None else ("✗", told["error"])
-        said = text("{count} messages", count=counts.get(role, 0)).render(translate)
-        console.print(f"  {mark} {padded(translate(role), 18)}{told['driver']:<24}{said}", markup=False)
+        sentence = text("{count} messages", count=counts.get(role, 0)).render(translate)
+        console.print(f"  {mark} {padded(translate(role), 18)}{told['driver']:<24}{sentence}", markup=False)
         console.print(f"      {words}", markup=False, soft_wrap=True)
         for name, error in told["readings"].items():
             if error is not None:

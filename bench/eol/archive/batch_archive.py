@@ -173,8 +173,8 @@ def _opened(path: Path) -> Iterator[tarfile.TarFile]:
         with tarfile.open(path, "r:gz") as tar:
             yield tar
     except (tarfile.TarError, EOFError, OSError, ValueError, KeyError, TypeError) as error:
-        said = reason_of(error) if isinstance(error, OSError) else str(error)
-        raise FileError(text("{path}: this is no archive of a batch: {error}", path=path, error=said)) from None
+        message = reason_of(error) if isinstance(error, OSError) else str(error)
+        raise FileError(text("{path}: this is no archive of a batch: {error}", path=path, error=message)) from None
 
 
 def _manifest(path: Path, tar: tarfile.TarFile) -> dict[str, Any]:

@@ -49,13 +49,13 @@ class DefectCheck:
     @property
     def unmodelled(self) -> Mapping[str, tuple[str, int]]:
         """By procedure that the virtual bench refused for what it does not model: why the first time, and of how many motors."""
-        found: dict[str, tuple[str, int]] = {}
+        result: dict[str, tuple[str, int]] = {}
         for trial in self.campaign.trials:
             for name, attempted in trial.procedures.items():
                 if attempted.unmodelled:
-                    why, count = found.get(name, (attempted.refused, 0))
-                    found[name] = why, count + 1
-        return found
+                    why, count = result.get(name, (attempted.refused, 0))
+                    result[name] = why, count + 1
+        return result
 
     def propose(self) -> Proposal:
         """Return the limits and the order that what was measured speaks for. Raises InputError as `propose` does."""

@@ -166,14 +166,14 @@ def _figures(
         for procedure, attempted in trial.procedures.items():
             for name, reading in attempted.readings.items():
                 givers[name][procedure] = reading.unit
-    found = []
+    result = []
     for name, procedures in givers.items():
         if restated(name, givers) and name not in rules.limits:
             continue
         limits = rules.limits.get(name, ParameterLimits())
         values = sound_values(sound, name)
         mean = _mean(values)
-        found.append(
+        result.append(
             FigureFinding(
                 parameter=name,
                 procedures=tuple(procedures),
@@ -190,7 +190,7 @@ def _figures(
                 alone=sum(_alone({c.parameter for c in caught[trial.number]}, name) for trial in matters),
             )
         )
-    return found
+    return result
 
 
 def _through(trials: Sequence[MotorTrial], caught: Mapping[int, Collection[Catch]]) -> Proportion:

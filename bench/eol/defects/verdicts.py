@@ -37,20 +37,20 @@ class PlanRules:
 
     def catches(self, trial: MotorTrial) -> frozenset[Catch]:
         """Return everything that speaks against a motor, as a line of this plan finds it; it passes where there is nothing."""
-        found = set[Catch]()
+        result = set[Catch]()
         if trial.ended:
-            found.add(Catch(REFUSED, REFUSED))
+            result.add(Catch(REFUSED, REFUSED))
         # The line's records hold of each parameter the best figure of all procedures, and every procedure judges its own.
         given = {name for check in self._of(trial) for name in trial.procedures[check.name].readings}
         for check in self._of(trial):
             attempted = trial.procedures[check.name]
             if attempted.refused and not attempted.unmodelled:
-                found.add(Catch(check.name, REFUSED))
+                result.add(Catch(check.name, REFUSED))
             for name, reading in attempted.readings.items():
                 if name in self.limits and not self.passes(reading, self.limits[name]):
-                    found.add(Catch(check.name, name))
-            found |= {Catch(check.name, name) for name in self._missing(attempted.withheld, given)}
-        return frozenset(found)
+                    result.add(Catch(check.name, name))
+            result |= {Catch(check.name, name) for name in self._missing(attempted.withheld, given)}
+        return frozenset(result)
 
     def passes(self, reading: FigureReading, limits: ParameterLimits) -> bool:
         """Tell whether a figure is within limits, and certain enough to say so."""

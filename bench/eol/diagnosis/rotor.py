@@ -63,23 +63,23 @@ def _all_magnets(evidence: Evidence) -> Iterator[Diagnosis]:
     if math.isnan(flux):
         return
     if not math.isnan(resistance) and (resistance - 1.0) * flux > 0.0:
-        said = text(
+        message = text(
             "another number of turns in all windings: flux {flux:+.1f} %, R {resistance:+.1f} % of the type's",
             flux=flux,
             resistance=_PER_CENT * (resistance - 1.0),
         )
-        yield Diagnosis(FaultyPart.TYPE, "", said)
+        yield Diagnosis(FaultyPart.TYPE, "", message)
     elif flux > 0.0:
         yield Diagnosis(FaultyPart.TYPE, "", text("another type, or another winding: flux {flux:+.1f} %", flux=flux))
     elif "stator_resistance" in evidence.values:
-        said = text("all magnets are weak: flux {flux:+.1f} %, resistance as the type's", flux=flux)
-        yield Diagnosis(FaultyPart.MAGNETS, "", said)
+        message = text("all magnets are weak: flux {flux:+.1f} %, resistance as the type's", flux=flux)
+        yield Diagnosis(FaultyPart.MAGNETS, "", message)
     else:
-        said = text(
+        message = text(
             "all magnets are weak, or turns are missing in all windings: flux {flux:+.1f} %, the phases alike",
             flux=flux,
         )
-        yield Diagnosis(FaultyPart.MAGNETS, "", said)
+        yield Diagnosis(FaultyPart.MAGNETS, "", message)
 
 
 def hall_faults(evidence: Evidence) -> Iterator[Diagnosis]:
@@ -88,8 +88,8 @@ def hall_faults(evidence: Evidence) -> Iterator[Diagnosis]:
     faults = [str(fault).split(": ") for fault in found.get("faults", ())]
     dead = [lead for lead, fault in faults if fault == "dead"]
     if len(dead) == len(found.get("leads", ())) > 0:
-        said = text("no Hall sensor switches: connector, supply of the sensors, or a motor without them")
-        yield Diagnosis(FaultyPart.HALL, "", said)
+        message = text("no Hall sensor switches: connector, supply of the sensors, or a motor without them")
+        yield Diagnosis(FaultyPart.HALL, "", message)
         return
     for lead, fault in faults:
         yield Diagnosis(FaultyPart.HALL, lead, _hall_words(lead, fault))
@@ -141,31 +141,31 @@ def drag_faults(evidence: Evidence) -> Iterator[Diagnosis]:
     torque = evidence.of("no-load-current", "drag")
     once = evidence.of("no-load-current", "drag_once_a_turn")
     if drag and torque is not None and once is not None and once > _RUBBING * torque:
-        said = text(
+        message = text(
             "rotor rubs: once a turn it drags {most:.3g} N·m, {torque:.3g} N·m on average",
             torque=float(torque),
             most=float(torque) + float(once),
         )
-        yield Diagnosis(FaultyPart.BEARING, "", said)
+        yield Diagnosis(FaultyPart.BEARING, "", message)
     elif drag and torque is not None:
-        said = text(
+        message = text(
             "bearing tight, or rotor rubs: it drags {torque:.3g} N·m, {current:.3g} A",
             torque=float(torque),
             current=evidence.values.get("no_load_current", math.nan),
         )
-        yield Diagnosis(FaultyPart.BEARING, "", said)
+        yield Diagnosis(FaultyPart.BEARING, "", message)
     elif "no_load_current" in evidence.least:
-        said = text(
+        message = text(
             "rotor rubs, or bearing is rough: uneven drag of {current:.2g} A at least",
             current=evidence.least["no_load_current"],
         )
-        yield Diagnosis(FaultyPart.BEARING, "", said)
+        yield Diagnosis(FaultyPart.BEARING, "", message)
     elif "coulomb_friction" in evidence.least:
-        said = text(
+        message = text(
             "bearing tight, or rotor rubs: it drags {torque:.2g} N·m at least",
             torque=evidence.least["coulomb_friction"],
         )
-        yield Diagnosis(FaultyPart.BEARING, "", said)
+        yield Diagnosis(FaultyPart.BEARING, "", message)
     elif drag:
         yield Diagnosis(FaultyPart.BEARING, "", text("bearing tight, or rotor rubs"))
     if "bearing" in evidence.broken:
@@ -178,11 +178,11 @@ def drag_faults(evidence: Evidence) -> Iterator[Diagnosis]:
             ),
         )
     if "cogging_torque" in evidence.outside:
-        said = text(
+        message = text(
             "cogging {torque:.3g} N·m peak to peak: a loose magnet, skew or slots",
             torque=evidence.values["cogging_torque"],
         )
-        yield Diagnosis(FaultyPart.COGGING, "", said)
+        yield Diagnosis(FaultyPart.COGGING, "", message)
 
 
 def insulation_faults(evidence: Evidence) -> Iterator[Diagnosis]:
@@ -190,8 +190,8 @@ def insulation_faults(evidence: Evidence) -> Iterator[Diagnosis]:
     if "insulation" in evidence.broken:
         yield Diagnosis(FaultyPart.INSULATION, "", text("insulation between winding and frame breaks down"))
     if "insulation_resistance" in evidence.outside:
-        said = text(
+        message = text(
             "insulation between winding and frame: {resistance:.3g} MΩ",
             resistance=1e-6 * evidence.values["insulation_resistance"],
         )
-        yield Diagnosis(FaultyPart.INSULATION, "", said)
+        yield Diagnosis(FaultyPart.INSULATION, "", message)

@@ -116,8 +116,8 @@ class SerialRegister:
                 self._server = open_database(self._address)
             yield self._server if which == "server" and self._server is not None else self._own
         except FAULTS as error:
-            said = text_of(fault_of(error))
-            why = text("the server: {why}", why=said) if which == "server" else said
+            message = text_of(fault_of(error))
+            why = text("the server: {why}", why=message) if which == "server" else message
             self._away[which] = (monotonic(), why)
             if which == "server":
                 self.close()

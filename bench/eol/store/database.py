@@ -113,10 +113,10 @@ def _explained(engine: Engine, url: URL) -> Iterator[None]:
     except BaseException as error:
         engine.dispose()
         if isinstance(error, DBAPIError):
-            said = at(_named(url), reason(error))
+            message = at(_named(url), reason(error))
             # A database that is busy may be read the next time; a file that is none will not.
             busy = isinstance(error.orig, sqlite3.OperationalError) or not isinstance(error.orig, sqlite3.Error)
-            raise (InputError if busy else FileError)(said) from None
+            raise (InputError if busy else FileError)(message) from None
         raise
 
 

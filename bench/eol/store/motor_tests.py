@@ -78,8 +78,8 @@ def repeated_tests(connection: Connection, selection: Selection) -> list[MotorTe
         rows = connection.execute(query.where(MOTOR.c.serial_number.in_(some))).mappings()
         tests.update((row["id"], row) for row in rows)
     golden = set(selection.golden)
-    found = [_test(row) for row in tests.values() if row["serial_number"] not in golden]
-    return sorted(found, key=lambda test: (test.occasion.started, test.identifier))
+    result = [_test(row) for row in tests.values() if row["serial_number"] not in golden]
+    return sorted(result, key=lambda test: (test.occasion.started, test.identifier))
 
 
 def _repeated_beside(selection: Selection) -> Select[str]:

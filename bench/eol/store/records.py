@@ -80,12 +80,12 @@ class Records:
         latest = latest.order_by(MOTOR.c.id.desc()).limit(1)
         with self._engine.connect() as connection:
             key = connection.execute(latest).scalar()
-            found: dict[str, float] = {}
+            result: dict[str, float] = {}
             for table in (FIGURE, FRESH_FIGURE):
                 query = select(table.c.parameter, table.c.expanded).where(table.c.motor == key)
                 rows = connection.execute(query.where(table.c.expanded.is_not(None)))
-                found |= {row.parameter: float(row.expanded) for row in rows}
-            return found
+                result |= {row.parameter: float(row.expanded) for row in rows}
+            return result
 
     def batches(self) -> list[str]:
         """Return the batches' names, the latest first."""

@@ -33,12 +33,12 @@ def summed_figures(connection: Connection, parameter: str, selection: Selection)
         SUMMED_FIGURES.c.count != MIXED,
     )
     edges: dict[str, tuple[float, ...]] = {}
-    found = []
+    result = []
     for row in connection.execute(query.order_by(SUMMED_FIGURES.c.first)):
         if row.first in last_of:
             if row.edges not in edges:
                 edges[row.edges] = tuple(json.loads(row.edges))
             sums = BinnedSums(tuple(json.loads(row.counts)), row.middle, row.total, row.squares)
             stretch = (row.first, last_of[row.first])
-            found.append(SummedFigures(stretch, limits_of(row.low, row.high), edges[row.edges], sums))
-    return found
+            result.append(SummedFigures(stretch, limits_of(row.low, row.high), edges[row.edges], sums))
+    return result

@@ -106,9 +106,9 @@ class GuardedInstruments:
         )
 
     def _open(self, entry: Entry) -> Instrument:
-        given = Surroundings(self._clock, self._manager, can_buses=self._can_buses, guarding=True)
+        result = Surroundings(self._clock, self._manager, can_buses=self._can_buses, guarding=True)
         try:
-            return entry.driver.open(entry.address, entry.options, given, name=entry.name)
+            return entry.driver.open(entry.address, entry.options, result, name=entry.name)
         finally:
             give_arrays()
 

@@ -61,8 +61,8 @@ def guardian_scope(
         )
         why = _refusal(prefix, {**environment, **added}, groups.read_text())
         if not why:
-            said = text("the guardian has a systemd scope of its own ({manager} manager)", manager=manager)
-            return Scope(said, manager, prefix, added)
+            message = text("the guardian has a systemd scope of its own ({manager} manager)", manager=manager)
+            return Scope(message, manager, prefix, added)
         reasons.append(f"{manager} manager: {why}")
     return _without("; ".join(reasons) if reasons else text("no systemd manager is running"))
 

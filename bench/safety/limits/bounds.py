@@ -92,27 +92,27 @@ def _of_insulation(plate: Nameplate) -> Limit:
 
 
 def _of_set_points(plate: Nameplate) -> dict[Quantity, Limit]:
-    found = {
+    result = {
         Quantity.CURRENT: Limit(plate.current_bound, _bounding("current", plate.maximum_current)),
         Quantity.INSULATION_VOLTAGE: _of_insulation(plate),
     }
     if plate.voltage_bound is not None:
-        found[Quantity.VOLTAGE] = Limit(plate.voltage_bound, _bounding("voltage", plate.maximum_voltage))
+        result[Quantity.VOLTAGE] = Limit(plate.voltage_bound, _bounding("voltage", plate.maximum_voltage))
     if plate.speed_bound_rpm is not None:
-        found[Quantity.SPEED] = Limit(plate.speed_bound_rpm * RPM, _bounding("speed_rpm", plate.maximum_speed_rpm))
-    return found
+        result[Quantity.SPEED] = Limit(plate.speed_bound_rpm * RPM, _bounding("speed_rpm", plate.maximum_speed_rpm))
+    return result
 
 
 def _of_readings(plate: Nameplate) -> dict[Quantity, Limit]:
-    found = {}
+    result = {}
     for quantity, key, value, scale in (
         (Quantity.CURRENT, "current", plate.maximum_current, 1.0),
         (Quantity.VOLTAGE, "voltage", plate.maximum_voltage, 1.0),
         (Quantity.SPEED, "speed_rpm", plate.maximum_speed_rpm, RPM),
     ):
         if value is not None:
-            found[quantity] = Limit(value * scale, _bounding(key, value))
-    return found
+            result[quantity] = Limit(value * scale, _bounding(key, value))
+    return result
 
 
 def _bounding(quantity: str, maximum: float | None) -> Text:
@@ -128,10 +128,10 @@ def known_pole_pairs(nameplate: Nameplate, measured: Mapping[str, Parameter]) ->
 
     The smaller makes the higher speed of a frequency.
     """
-    found = [nameplate.pole_pairs] if nameplate.pole_pairs is not None else []
+    result = [nameplate.pole_pairs] if nameplate.pole_pairs is not None else []
     if "pole_pairs" in measured:
-        found.append(max(1, round(measured["pole_pairs"].value)))
-    return min(found, default=None)
+        result.append(max(1, round(measured["pole_pairs"].value)))
+    return min(result, default=None)
 
 
 def check_set_point(instrument: str, call: str, amount: Amount, value: float, limit: Limit, observe: Observer) -> None:

@@ -112,8 +112,8 @@ def subject_of(
                 text("{driver} names no simulated instrument: give Driver(simulated=…)", driver=driver.name)
             )
         simulated = catalogues.simulated_instruments.need(driver.simulated, lambda why: InputError(why))
-    made = options if isinstance(options, driver.options) else driver.options(**(options or {}))
-    return DriverUnderTest(driver, made, simulated, station_of(made), found)
+    result = options if isinstance(options, driver.options) else driver.options(**(options or {}))
+    return DriverUnderTest(driver, result, simulated, station_of(result), found)
 
 
 @contextmanager

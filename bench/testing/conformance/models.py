@@ -36,8 +36,8 @@ def check_model(trial: Trial, model: Model) -> None:
 
 def _stated(instrument: Any, name: str) -> Any:
     """Return what a path leads to: of a method, what it returns when it is called with nothing."""
-    found = instrument
+    result = instrument
     for part in name.split("."):
-        found = found[int(part)] if part.isdigit() else getattr(found, part)
-        found = found() if callable(found) else found
-    return found
+        result = result[int(part)] if part.isdigit() else getattr(result, part)
+        result = result() if callable(result) else result
+    return result

@@ -106,7 +106,7 @@ def _opened_so(trial: Trial, made: Stand, text: str) -> bool:
     try:
         made.open().close()
     except InstrumentError as error:
-        said = in_words(error.what)
-        trial.checks.that("a refusal when opening: is told", said, f"'{text}': {error.what}", "Say it in words")
+        message = in_words(error.what)
+        trial.checks.that("a refusal when opening: is told", message, f"'{text}': {error.what}", "Say it in words")
         return False
     return True

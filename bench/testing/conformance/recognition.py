@@ -37,8 +37,8 @@ def check_recognition(trial: Trial) -> None:
 
 def _others(checks: Checks, recognised: Any, *more: Any) -> None:
     for other in (*checks.manual.others, *more):
-        found = recognised(other)
-        checks.that("recognised: nothing else is", not found, f"{other!r} is taken for {found}", _OTHER)
+        recognition = recognised(other)
+        checks.that("recognised: nothing else is", not recognition, f"{other!r} is taken for {recognition}", _OTHER)
 
 
 def _scpi(made: Stand, known: ScpiIdentity, checks: Checks) -> None:
@@ -56,10 +56,12 @@ def _unit(trial: Trial, made: Stand, known: ModbusUnit) -> None:
     number = getattr(options, known.option)
     for unit, device in made.simulated.units.items():
         registers = _registers(device, known)
-        said = known.recognise(registers)
-        checks.that("recognised", bool(said) is (unit == number), f"unit {unit} is taken for {said}", _KNOWN)
+        recognition = known.recognise(registers)
+        checks.that(
+            "recognised", bool(recognition) is (unit == number), f"unit {unit} is taken for {recognition}", _KNOWN
+        )
         if unit == number:
-            checks.that("recognised: in words", in_words(said), f"{said}", "Say what it is in words")
+            checks.that("recognised: in words", in_words(recognition), f"{recognition}", "Say what it is in words")
             for first, _ in known.reads:
                 if first in registers:
                     # What lacks a block of registers is another instrument.
@@ -77,13 +79,13 @@ def _unit(trial: Trial, made: Stand, known: ModbusUnit) -> None:
 
 
 def _registers(device: Any, known: ModbusUnit) -> dict[int, tuple[int, ...]]:
-    found = {}
+    result = {}
     for first, count in known.reads:
         try:
-            found[first] = tuple(device.read(first, count))
+            result[first] = tuple(device.read(first, count))
         except RegisterError:
             continue
-    return found
+    return result
 
 
 def _profile(made: Stand, known: CanOpenProfile, checks: Checks) -> None:
@@ -101,8 +103,8 @@ def _talk(made: Stand, known: SerialTalk, checks: Checks) -> None:
     while made.bench.clock.now() < end:
         heard += stream.read(64, end - made.bench.clock.now())
     stream.close()
-    said = known.recognise(heard)
-    checks.that("recognised", in_words(said), f"{said} of {heard!r}", _KNOWN)
+    recognition = known.recognise(heard)
+    checks.that("recognised", in_words(recognition), f"{recognition} of {heard!r}", _KNOWN)
     _others(checks, known.recognise, b"", _STRANGER, bytes(reversed(heard)))
 
 

@@ -38,8 +38,8 @@ class CheckSession:
 
 def session_of(role: Role) -> CheckSession:
     """Return how instruments of a role are used."""
-    found: CheckSession = import_module(f"bench.testing.conformance.roles.{role.value}").SESSION
-    return found
+    result: CheckSession = import_module(f"bench.testing.conformance.roles.{role.value}").SESSION
+    return result
 
 
 @dataclass(frozen=True)

@@ -111,17 +111,17 @@ def parse_bus(address: str, name: str) -> BusAddress:
 def _parsed(address: str, bitrate: int = DEFAULT_BITRATE) -> tuple[BusAddress | None, dict[str, str]]:
     try:
         parts = urlsplit(address)
-        given = parameters_of(parts.query)
+        parameters = parameters_of(parts.query)
     except ValueError:
         return None, {}
-    bitrate = _number(given.get("bitrate", str(bitrate)))
+    bitrate = _number(parameters.get("bitrate", str(bitrate)))
     channel = parts.path.removeprefix("/")
     if parts.scheme != "can" or not parts.netloc or not channel or bitrate < 1:
-        return None, given
-    further = tuple(sorted((key, value) for key, value in given.items() if key not in ("node", "bitrate")))
+        return None, parameters
+    further = tuple(sorted((key, value) for key, value in parameters.items() if key not in ("node", "bitrate")))
     if parts.netloc == IN_PROCESS and further:
-        return None, given
-    return BusAddress(parts.netloc, channel, bitrate, further), given
+        return None, parameters
+    return BusAddress(parts.netloc, channel, bitrate, further), parameters
 
 
 def _number(text: str) -> int:

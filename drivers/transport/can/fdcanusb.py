@@ -122,9 +122,9 @@ class FdcanusbNode:
         return heard
 
     def _keep(self, line: bytes) -> None:
-        found = _RECEIVED.fullmatch(line.strip())
-        if found is not None and (identifier := int(found[1], 16)) in self._identifiers:
-            self._early.append((identifier, bytes.fromhex(found[2].decode())))
+        match = _RECEIVED.fullmatch(line.strip())
+        if match is not None and (identifier := int(match[1], 16)) in self._identifiers:
+            self._early.append((identifier, bytes.fromhex(match[2].decode())))
 
     def _tell(self, direction: Any, data: bytes) -> None:
         if self._wire is not None:

@@ -106,17 +106,17 @@ class NodeObjects:
     def _transferred(self, transfer: Callable[[], T]) -> T:
         """Return what a transfer gives; it is made again where what came was late, for another request."""
         try:
-            given = transfer()
+            result = transfer()
         except SdoError as error:
             silent = isinstance(error.__context__, queue.Empty)
             if silent or not self._unanswered:
                 self._unanswered = silent
                 raise
             # What is asked again changes nothing: a number is read, or the same is written once more.
-            given = transfer()
+            result = transfer()
         else:
             self._unanswered = False
-        return given
+        return result
 
     def trace(self, direction: str, message: str) -> None:
         """Tell whoever listens to the traffic."""

@@ -10,12 +10,12 @@ _FRAMING = ("baudrate", "bytesize", "parity", "stopbits", "framer")
 
 def framing_of(address: str) -> tuple[int, str, bool]:
     """Return rate (bit/s), form ("8N2") and whether frames are ASCII. Raises ValueError for keys that cannot be."""
-    given = parameters_of(urlsplit(address).query)
-    settings = line_settings({key: value for key, value in given.items() if key in _FRAMING})
+    parameters = parameters_of(urlsplit(address).query)
+    settings = line_settings({key: value for key, value in parameters.items() if key in _FRAMING})
     return (
         settings.baudrate,
         f"{settings.bytesize}{settings.parity}{settings.stopbits:g}",
-        given.get("framer") == "ascii",
+        parameters.get("framer") == "ascii",
     )
 
 

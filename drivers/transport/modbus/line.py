@@ -327,15 +327,15 @@ def client_for(address: str, timeout: float) -> "TcpClient | SettledSerialClient
     """
     # pymodbus would repeat writes too: its own retries stay off.
     parts = urlsplit(address)
-    given = parameters_of(parts.query)
+    parameters = parameters_of(parts.query)
     if parts.scheme == "tcp" and parts.hostname:
-        refuse_unknown(given, ("framer",))
-        framer = cast("FramerType", one_of(given, "framer", _FRAMERS, FramerType.SOCKET))
+        refuse_unknown(parameters, ("framer",))
+        framer = cast("FramerType", one_of(parameters, "framer", _FRAMERS, FramerType.SOCKET))
         return TcpClient(parts.hostname, port=parts.port or 502, framer=framer, timeout=timeout, retries=0)
     if parts.scheme == "rtu" and parts.path:
-        refuse_unknown(given, ("framer", *LINE_KEYS))
-        framer = cast("FramerType", one_of(given, "framer", _SERIAL_FRAMERS, FramerType.RTU))
-        return SettledSerialClient(parts.path, line_settings(given), framer, timeout)
+        refuse_unknown(parameters, ("framer", *LINE_KEYS))
+        framer = cast("FramerType", one_of(parameters, "framer", _SERIAL_FRAMERS, FramerType.RTU))
+        return SettledSerialClient(parts.path, line_settings(parameters), framer, timeout)
     raise ValueError(text("neither tcp://host:port nor rtu:///path?baudrate=…"))
 
 

@@ -80,9 +80,9 @@ def open_port(address: str, baudrate: int, timeout: float) -> serial.Serial:
     if "://" in address:
         return serial.serial_for_url(address, baudrate=baudrate, timeout=timeout)
     path, _, query = address.partition("?")
-    given = parameters_of(query)
-    refuse_unknown(given, LINE_KEYS)
-    settings = line_settings(given, baudrate)
+    parameters = parameters_of(query)
+    refuse_unknown(parameters, LINE_KEYS)
+    settings = line_settings(parameters, baudrate)
     port = serial.Serial(path, timeout=timeout, **settings.framing())
     try:
         settings.apply(port)

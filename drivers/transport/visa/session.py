@@ -106,13 +106,13 @@ class ScpiSession:
             raise ReportedError(self.name, words, command=command, remedy=remedy)
 
     def _queued(self) -> list[QueueEntry]:
-        found: list[QueueEntry] = []
+        result: list[QueueEntry] = []
         for _ in range(LONGEST_QUEUE):
             entry = self._parsed(ERROR_QUERY, self.query(ERROR_QUERY, repeatable=False), parse_error)
             if entry.number == 0:
                 break
-            found.append(entry)
-        return found
+            result.append(entry)
+        return result
 
     # queries ----------------------------------------------------------------------------------------------------
 
@@ -193,11 +193,11 @@ class ScpiSession:
         self._apply_timeout()
         self._resource.read_termination = termination
         self._in_step, self._silent = True, False
-        found = self._ask(IDENTITY_QUERY)
-        if self._identity_line not in (None, found):
+        reply = self._ask(IDENTITY_QUERY)
+        if self._identity_line not in (None, reply):
             raise CommunicationError(
                 self.name,
-                text("'{found}' answers instead of '{identity_line}'", found=found, identity_line=self._identity_line),
+                text("'{found}' answers instead of '{identity_line}'", found=reply, identity_line=self._identity_line),
                 command=IDENTITY_QUERY,
             )
 

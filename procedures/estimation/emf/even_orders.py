@@ -71,5 +71,5 @@ def find_bend(
         "channel": channels[worst].name,
         "share": float(beyond[worst] / amplitudes[worst]),
     }
-    found = Finding(Cause.DISTORTION, Answer.WIDENED, ("flux_linkage",), float(np.sqrt(power[worst])), figures)
-    return _TO_FUNDAMENTAL * np.where(bent, beyond, 0.0) / speed, (found,)
+    finding = Finding(Cause.DISTORTION, Answer.WIDENED, ("flux_linkage",), float(np.sqrt(power[worst])), figures)
+    return _TO_FUNDAMENTAL * np.where(bent, beyond, 0.0) / speed, (finding,)

@@ -92,8 +92,8 @@ def longest_whole(t: FloatArray, jump: int, frequency: float, misfit: Misfit) ->
     whole = size >= 32 and float(t[part][-1] - t[part][0]) * frequency >= _LEAST_PERIODS
     figures: dict[str, float | str] = {"record": "emf-jumps", "count": 1.0, "used": size / t.size}
     answer = Answer.MODELLED if whole else Answer.WITHHELD
-    found = Finding(Cause.DROPOUTS, answer, ("flux_linkage",), _SEEN, figures)
-    return (part if whole else None), (Misfit((found,)) if whole else Misfit((found, *misfit.findings)))
+    finding = Finding(Cause.DROPOUTS, answer, ("flux_linkage",), _SEEN, figures)
+    return (part if whole else None), (Misfit((finding,)) if whole else Misfit((finding, *misfit.findings)))
 
 
 def with_jump(misfit: Misfit, found: Misfit) -> Misfit:

@@ -125,12 +125,12 @@ def solve(
     """
     fitted = ", ".join(names)
     # The squares fall by a step's own square in units of its variance.
-    found = minimise(evaluate, start, scale, least=last_step**2, floor=1.0, rounds=rounds, enough=enough)
-    if not (found.settled and np.all(np.isfinite(found.values))):
+    solution = minimise(evaluate, start, scale, least=last_step**2, floor=1.0, rounds=rounds, enough=enough)
+    if not (solution.settled and np.all(np.isfinite(solution.values))):
         raise EstimationError(f"the fit of {fitted} does not converge; check that the record shows what it should")
-    q, r = np.linalg.qr((found.slopes * scale[:, None]).T)
+    q, r = np.linalg.qr((solution.slopes * scale[:, None]).T)
     sizes = np.linalg.svd(r, compute_uv=False)
     if not sizes[-1] > 1e-10 * sizes[0]:
         raise EstimationError(f"the record does not determine {fitted} apart; take a longer or livelier one")
     inverse = (scale[:, None] * np.linalg.inv(r)) @ q.T
-    return Solution(found.values, inverse @ inverse.T, inverse, found.cost)
+    return Solution(solution.values, inverse @ inverse.T, inverse, solution.cost)

@@ -121,7 +121,7 @@ class _Search:
             return np.vstack((*rows, -self._region.normals))
 
         limits = optimize.NonlinearConstraint(slack, 0.0, np.inf, jac=slack_slope)
-        found = optimize.minimize(
+        solution = optimize.minimize(
             lacking,
             start / unit,
             jac=lacking_slope,
@@ -129,8 +129,8 @@ class _Search:
             constraints=limits,
             options={"ftol": 1e-10, "maxiter": 60},
         )
-        good = bool(np.all(slack(found.x) > -1e-6)) and found.fun <= lacking(start / unit)
-        return np.asarray(unit * found.x if good else start)
+        good = bool(np.all(slack(solution.x) > -1e-6)) and solution.fun <= lacking(start / unit)
+        return np.asarray(unit * solution.x if good else start)
 
     def _torque_slope(self, at: FloatArray) -> tuple[float, FloatArray]:
         flux, slopes = self._map.surface(at)[0], self._map.surface.slopes(at)[0]

@@ -84,14 +84,14 @@ def fit_conserving(measured: MeasuredFluxMap) -> ConservingSurface:
 
 def _left_out(inverse: FloatArray, values: FloatArray, groups: Sequence[NDArray[np.intp]]) -> FloatArray:
     """Return by how much both flux linkages of each location differ from what the others say of it."""
-    made = np.empty(values.size)
+    result = np.empty(values.size)
     pulled = inverse @ values
     for group in groups:
         try:
-            made[group] = np.linalg.solve(inverse[np.ix_(group, group)], pulled[group])
+            result[group] = np.linalg.solve(inverse[np.ix_(group, group)], pulled[group])
         except np.linalg.LinAlgError:
-            made[group] = np.inf
-    return made
+            result[group] = np.inf
+    return result
 
 
 def _rows(at: FloatArray, points: FloatArray, axes: CurrentAxes, symmetric: bool) -> FloatArray:

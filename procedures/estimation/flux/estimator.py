@@ -122,20 +122,20 @@ def estimate_flux_map(
 def _pairs(readings: FluxReadings, wanted: FloatArray | None) -> list[int]:
     """Return the locations that were read at both signs of i_q, and at both signs of the speed on one side."""
     locations = locations_of(readings, symmetric=True, wanted=wanted)
-    made = []
+    result = []
     for place in range(len(locations.points)):
         here = locations.of == place
         sides = locations.mirrored[here]
         if locations.points[place, 1] > 0.0 and np.any(sides) and not np.all(sides):
-            made.append(place)
-    return made
+            result.append(place)
+    return result
 
 
 def _odd_parts(fit: MapFit) -> list[OddPart]:
     """Return what breaks the symmetry where a free map has both of a pair."""
     points, flux, covariance = fit.map.points, fit.map.flux, fit.map.covariance
     near = 0.02 * fit.map.largest_current
-    made = []
+    result = []
     for k in np.flatnonzero(points[:, 1] > near):
         apart = np.hypot(points[:, 0] - points[k, 0], points[:, 1] + points[k, 1])
         m = int(np.argmin(apart))
@@ -146,12 +146,12 @@ def _odd_parts(fit: MapFit) -> list[OddPart]:
         q[2 * k + 1] = q[2 * m + 1] = 0.5
         spread = [float(np.sqrt(max(float(each @ covariance @ each), 0.0))) for each in (d, q)]
         values = flux.ravel()
-        made.append(
+        result.append(
             OddPart(
                 float(points[k, 0]), float(points[k, 1]), float(d @ values), float(q @ values), spread[0], spread[1]
             )
         )
-    return made
+    return result
 
 
 def _contradicted(fits: dict[bool, MapFit], odd_parts: Sequence[OddPart]) -> bool:

@@ -30,17 +30,17 @@ def efficiency_of(torque: Number, speed: Number, electrical: Number) -> Efficien
     mechanical = torque * speed
     out, into = estimate_of(mechanical), estimate_of(electrical)
     if out > 0.0 and into > 0.0:
-        made = Efficiency(electrical, mechanical, mechanical / electrical, electrical - mechanical, generating=False)
+        result = Efficiency(electrical, mechanical, mechanical / electrical, electrical - mechanical, generating=False)
     elif out < 0.0 and into < 0.0:
-        made = Efficiency(-mechanical, -electrical, electrical / mechanical, electrical - mechanical, generating=True)
+        result = Efficiency(-mechanical, -electrical, electrical / mechanical, electrical - mechanical, generating=True)
     else:
         raise EstimationError(
             f"{out:.4g} W at the shaft and {into:.4g} W at the terminals: no power goes through; at such a point there are losses only, "
             "or a sign is wrong"
         )
-    if estimate_of(made.efficiency) > _MOST:
+    if estimate_of(result.efficiency) > _MOST:
         raise EstimationError(
-            f"{estimate_of(made.output_power):.4g} W come out of {estimate_of(made.input_power):.4g} W: check rms against peak, the power "
-            "meter's wiring, and the torque's zero"
+            f"{estimate_of(result.output_power):.4g} W come out of {estimate_of(result.input_power):.4g} W: check rms against peak, the "
+            "power meter's wiring, and the torque's zero"
         )
-    return made
+    return result

@@ -234,7 +234,7 @@ def _smoothness(model: ReadingModel, surface: FluxSurface, unknowns: FloatArray,
     share shows as a pattern of signs, of speed and of i_q, that no roughness has.
     """
     layout = model.layout
-    made = []
+    result = []
     for spline, columns in (
         (surface.d, np.arange(layout.locations)),
         (surface.q, layout.locations + np.arange(layout.free_q.size)),
@@ -250,8 +250,8 @@ def _smoothness(model: ReadingModel, surface: FluxSurface, unknowns: FloatArray,
         square = (float(values @ rough @ values) + float(np.sum(rough * known))) / float(np.count_nonzero(kept))
         rows = np.zeros((int(np.count_nonzero(kept)), layout.size))
         rows[:, columns] = (modes[:, kept] * np.sqrt(sizes[kept])).T / (_ROUGHER * np.sqrt(square))
-        made.append(rows)
-    return np.vstack(made)
+        result.append(rows)
+    return np.vstack(result)
 
 
 def _flux_variances(model: ReadingModel, covariance: FloatArray) -> FloatArray:

@@ -33,14 +33,14 @@ class MtpaPoint:
 
 def maximum_torque_per_ampere(measured: MeasuredFluxMap, currents: ArrayLike, pole_pairs: float) -> Sequence[MtpaPoint]:
     """Return for each current (A, peak) where the torque is largest with i_q > 0. Raises EstimationError for currents beyond the map."""
-    made = []
+    result = []
     for current in np.atleast_1d(np.asarray(currents, dtype=np.float64)):
         if not 0.0 < current <= 1.02 * measured.largest_current:
             raise EstimationError(
                 f"{current:g} A is not within the map; currents above 0 up to {measured.largest_current:g} A are allowed"
             )
-        made.append(_at(measured, float(current), pole_pairs))
-    return made
+        result.append(_at(measured, float(current), pole_pairs))
+    return result
 
 
 def torque_at(measured: MeasuredFluxMap, at: FloatArray, pole_pairs: float) -> FloatArray:

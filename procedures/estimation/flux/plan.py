@@ -180,7 +180,7 @@ def _of_d_axis(points: FloatArray) -> NDArray[np.intp]:
 
 def _rows(largest: float, rows: int, spacing: float, low: float, high: float, both_sides: bool) -> FloatArray:
     step = spacing * largest / rows
-    made: list[FloatArray] = []
+    result: list[FloatArray] = []
     for row in range(rows + 1):
         i_q = largest * (row / rows) ** _DENSER
         half = np.sqrt(max(largest**2 - i_q**2, 0.0))
@@ -195,10 +195,10 @@ def _rows(largest: float, rows: int, spacing: float, low: float, high: float, bo
                 else (np.array([0.5 * (first + last)]))
             )
         i_d = np.where(np.abs(i_d) < 1e-9 * largest, 0.0, i_d)
-        made.append(np.column_stack((i_d, np.full(i_d.size, i_q))))
+        result.append(np.column_stack((i_d, np.full(i_d.size, i_q))))
         if both_sides and row:
-            made.append(np.column_stack((i_d, np.full(i_d.size, -i_q))))
-    return np.vstack(made)
+            result.append(np.column_stack((i_d, np.full(i_d.size, -i_q))))
+    return np.vstack(result)
 
 
 def _evener(made: FloatArray, than: FloatArray, largest: float) -> bool:

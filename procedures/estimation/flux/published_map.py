@@ -66,10 +66,10 @@ def read_map(
     Raises EstimationError for too few or too many rows, or rows on one line.
     """
     whole = np.all(np.isfinite(points), axis=1) & np.all(np.isfinite(flux), axis=1)
-    found: list[Finding] = []
+    findings: list[Finding] = []
     holes = _holes(points[whole], len(points) - int(np.count_nonzero(whole)))
     if holes:
-        found.append(_finding(Cause.MAP_HOLES, Answer.WIDENED, {"holes": float(holes), "rows": float(len(points))}))
+        findings.append(_finding(Cause.MAP_HOLES, Answer.WIDENED, {"holes": float(holes), "rows": float(len(points))}))
     points, flux = points[whole], flux[whole]
     torque = None if torque is None else torque[whole]
     spread = None if uncertainty is None else uncertainty[whole]
@@ -91,8 +91,8 @@ def read_map(
             "i_d": float(points[odd, 0]),
             "i_q": float(points[odd, 1]),
         }
-        found.append(_finding(Cause.ODD_READING, Answer.WIDENED, figures))
-    found += _orientation(points, flux)
+        findings.append(_finding(Cause.ODD_READING, Answer.WIDENED, figures))
+    findings += _orientation(points, flux)
     symmetric, folded = _folded(points, flux, spread)
     at, values, sigma = folded
     surface = fit_surface(at, values, symmetric=symmetric)
@@ -100,25 +100,25 @@ def read_map(
         left = values - surface(at)
         sigma = np.broadcast_to(np.sqrt(np.mean(left**2, axis=0)), values.shape)
     shared = _shared(gains or GainLimits(), at, values, surface.slopes(at))
-    made = MeasuredFluxMap(at, values, np.diag(sigma.ravel() ** 2), symmetric, shared=shared)
+    result = MeasuredFluxMap(at, values, np.diag(sigma.ravel() ** 2), symmetric, shared=shared)
     slopes = surface.slopes(at)
     apart = slopes[:, 0, 1] - slopes[:, 1, 0]
     remainder = 0.0 if symmetric else 0.5 * float(np.median(apart))
     zero = surface(np.zeros((1, 2)))[0]
-    scale = made.full_scale
+    scale = result.full_scale
     turn = float(np.arctan2(zero[1], zero[0])) if np.hypot(*zero) > _NO_MAGNET * scale else 0.0
-    contradictory = any(f.answer is Answer.WITHHELD for f in found)
+    contradictory = any(f.answer is Answer.WITHHELD for f in findings)
     if not contradictory and abs(math.degrees(turn)) > _TURN:
         answer = Answer.WIDENED if abs(math.degrees(turn)) < _TURNED_FAR else Answer.WITHHELD
-        found.append(_finding(Cause.MAP_TURNED, answer, {"angle": math.degrees(turn)}))
-    if not contradictory and abs(remainder) * made.largest_current > _REMAINDER * scale:
-        share = abs(remainder) * made.largest_current / scale
-        found.append(_finding(Cause.RESISTANCE_LEFT, Answer.WIDENED, {"remainder": remainder, "share": share}))
+        findings.append(_finding(Cause.MAP_TURNED, answer, {"angle": math.degrees(turn)}))
+    if not contradictory and abs(remainder) * result.largest_current > _REMAINDER * scale:
+        share = abs(remainder) * result.largest_current / scale
+        findings.append(_finding(Cause.RESISTANCE_LEFT, Answer.WIDENED, {"remainder": remainder, "share": share}))
     ratio = None
     if torque is not None and pole_pairs is not None:
         ratio, of_torque = _torque(points, flux, torque, pole_pairs)
-        found += of_torque
-    return PublishedMap(made, turn, remainder, float(np.sqrt(np.mean(apart**2))), ratio, Misfit(tuple(found)))
+        findings += of_torque
+    return PublishedMap(result, turn, remainder, float(np.sqrt(np.mean(apart**2))), ratio, Misfit(tuple(findings)))
 
 
 def _finding(cause: Cause, answer: Answer, figures: dict[str, float | str]) -> Finding:

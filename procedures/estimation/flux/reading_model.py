@@ -106,10 +106,10 @@ class ReadingModel:
 
     def flux(self, unknowns: FloatArray) -> FloatArray:
         """Return the flux linkages (m, 2) of the locations."""
-        made = np.zeros((self.layout.locations, 2))
-        made[:, 0] = unknowns[: self.layout.locations]
-        made[self.layout.free_q, 1] = unknowns[self.layout.locations : self.layout.resistance.start]
-        return made
+        result = np.zeros((self.layout.locations, 2))
+        result[:, 0] = unknowns[: self.layout.locations]
+        result[self.layout.free_q, 1] = unknowns[self.layout.locations : self.layout.resistance.start]
+        return result
 
     def flux_places(self) -> NDArray[np.intp]:
         """Return for the unknowns that are flux linkages their places in `flux`, laid out in a row."""

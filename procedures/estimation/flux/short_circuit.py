@@ -90,15 +90,15 @@ def fit_short_circuit(
     if not lam > 0.0:
         raise EstimationError(f"a flux linkage of {lam:g} V·s: above zero is needed; measure the open circuit first")
     plain = _Plain(speed, i, lam)
-    found = plain.solve()
+    solution = plain.solve()
     freedom = float(speed.size - 3)
-    noise = max(math.sqrt(found.cost / freedom), _FLOOR) if freedom > 0 else _FLOOR
+    noise = max(math.sqrt(solution.cost / freedom), _FLOOR) if freedom > 0 else _FLOOR
     relative = u_flux_linkage / lam
 
     def of_plain(name: str, power: float) -> MapFigure:
         place = _NAMES.index(name)
-        value = math.exp(float(found.values[place]))
-        spread = value * math.hypot(noise * math.sqrt(found.covariance[place, place]), power * relative)
+        value = math.exp(float(solution.values[place]))
+        spread = value * math.hypot(noise * math.sqrt(solution.covariance[place, place]), power * relative)
         return _figure(value, spread, freedom)
 
     limit = of_plain("limit", 0.0)
@@ -117,11 +117,11 @@ def fit_short_circuit(
             together = _Joint(speed, i, braking, lam, pole_pairs, plain, noise)
             joint, drop, q_axis, peak = together.figures(relative)
     if peak is None and with_flux:
-        l_d, l_q, r = lam / limit.value, math.exp(found.values[1]), math.exp(found.values[2])
+        l_d, l_q, r = lam / limit.value, math.exp(solution.values[1]), math.exp(solution.values[2])
         at = peak_ratio(l_q / l_d) * r / math.sqrt(l_d * l_q)
-        amplitude = float(plain.current(np.array([at]), found.values)[0])
+        amplitude = float(plain.current(np.array([at]), solution.values)[0])
         peak = at, 1.5 * r * amplitude**2 * pole_pairs / at
-    residual = math.sqrt(found.cost / speed.size)
+    residual = math.sqrt(solution.cost / speed.size)
     return ShortCircuitFit(
         limit,
         chord,
@@ -160,9 +160,9 @@ class _Plain:
         best: _Solved | None = None
         for saliency in (1.0, 2.0, 4.0):
             start = np.log([top, saliency * l_d, max(half * l_d, 1e-9)])
-            made = _least_squares(self._residuals, start)
-            if best is None or made.cost < best.cost:
-                best = made
+            solution = _least_squares(self._residuals, start)
+            if best is None or solution.cost < best.cost:
+                best = solution
         if best is None or not np.all(np.isfinite(best.covariance)):
             raise EstimationError(
                 "the currents do not tell I(∞), L_q and R apart: read at low speeds too, where the current still grows with the speed"
@@ -211,23 +211,23 @@ class _Joint:
         def residuals(p: FloatArray) -> FloatArray:
             return np.concatenate((self._residuals(p) / self._noise, p[known] / self._PRIOR[known]))
 
-        found = _least_squares(residuals, self._start)
+        solution = _least_squares(residuals, self._start)
         freedom = 2.0 * self._speed.size - 3.0
-        grown = math.sqrt(max(found.cost / freedom, 1.0))
-        r, l_q = math.exp(found.values[2]), math.exp(found.values[1])
+        grown = math.sqrt(max(solution.cost / freedom, 1.0))
+        r, l_q = math.exp(solution.values[2]), math.exp(solution.values[1])
 
         def figure(place: int, value: float, slope: float, power: float) -> MapFigure:
-            spread = grown * abs(slope) * math.sqrt(found.covariance[place, place])
+            spread = grown * abs(slope) * math.sqrt(solution.covariance[place, place])
             return _figure(value, math.hypot(spread, power * relative * value), freedom)
 
         scale = r * self._limit
         grid = np.geomspace(0.2 * float(np.min(self._speed)), float(np.max(self._speed)), 400)
-        i_d, i_q, effective = self._currents(grid, found.values)
+        i_d, i_q, effective = self._currents(grid, solution.values)
         torque = 1.5 * effective * (i_d**2 + i_q**2) * self._poles / grid
         best = int(np.argmax(torque))
         return (
             figure(2, r, r, 0.0),
-            figure(5, float(found.values[5]) * scale, scale, 0.0),
+            figure(5, float(solution.values[5]) * scale, scale, 0.0),
             figure(1, l_q, l_q, 1.0),
             (float(grid[best]), float(torque[best])),
         )
@@ -272,11 +272,13 @@ class _Joint:
 
 
 def _least_squares(residuals: Callable[[FloatArray], FloatArray], start: FloatArray) -> _Solved:
-    found = optimize.least_squares(residuals, start, jac="3-point", x_scale=0.1, max_nfev=200)
-    slopes = np.asarray(found.jac, dtype=np.float64)
+    solution = optimize.least_squares(residuals, start, jac="3-point", x_scale=0.1, max_nfev=200)
+    slopes = np.asarray(solution.jac, dtype=np.float64)
     if np.linalg.cond(slopes) > _UNDETERMINED:
-        return _Solved(found.x, np.full((start.size, start.size), np.inf), 2.0 * float(found.cost))
-    return _Solved(found.x, np.asarray(np.linalg.inv(slopes.T @ slopes), dtype=np.float64), 2.0 * float(found.cost))
+        return _Solved(solution.x, np.full((start.size, start.size), np.inf), 2.0 * float(solution.cost))
+    return _Solved(
+        solution.x, np.asarray(np.linalg.inv(slopes.T @ slopes), dtype=np.float64), 2.0 * float(solution.cost)
+    )
 
 
 def _by_torque(each: FloatArray, current: FloatArray) -> MapFigure:

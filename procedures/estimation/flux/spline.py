@@ -42,12 +42,12 @@ class CurrentAxes:
 
     def slopes(self, at: FloatArray) -> FloatArray:
         """Return the coordinates' derivatives (k, 2) by the currents, in 1/A."""
-        made = np.full(at.shape, 1.0 / self.span)
-        made[:, 1] *= self.stretch
+        result = np.full(at.shape, 1.0 / self.span)
+        result[:, 1] *= self.stretch
         if np.isfinite(self.bend):
             q = at[:, 1] / self.span / self.bend
-            made[:, 1] /= self.bend * np.arcsinh(1.0 / self.bend) * np.sqrt(1.0 + q**2)
-        return made
+            result[:, 1] /= self.bend * np.arcsinh(1.0 / self.bend) * np.sqrt(1.0 + q**2)
+        return result
 
 
 @dataclass(frozen=True)

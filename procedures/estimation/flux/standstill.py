@@ -158,14 +158,14 @@ def _resistance(
 def _apart(train: StrokeTrain, flux: ComplexArray, at_none: float, slope: FloatArray | None) -> ComplexArray:
     """Return by how much visits of the same end differ from their mean, and the end without current from what it has to be."""
     ends, means = _visits(train)
-    made = flux.copy()
+    result = flux.copy()
     for end in (0, 1):
         same = ends == end
         if slope is not None:
-            made[same] -= _times(slope[end], train.current[1:][same] - means[end])
-        made[same] -= np.mean(made[same])
-    made[ends < 0] -= at_none
-    return made
+            result[same] -= _times(slope[end], train.current[1:][same] - means[end])
+        result[same] -= np.mean(result[same])
+    result[ends < 0] -= at_none
+    return result
 
 
 def _location(
@@ -223,13 +223,13 @@ def _complex(values: FloatArray) -> ComplexArray:
 
 def _apparent(locations: Sequence[_Location], flux_linkage: float) -> FloatArray:
     """Return the inductances (H, (n, 2, 2, 2), of both ends) of the chords from no current: a first guess of how flux linkages change."""
-    made = np.zeros((len(locations), 2, 2, 2))
+    result = np.zeros((len(locations), 2, 2, 2))
     currents = np.array([one.current[0] for one in locations])
     fluxes = np.array([one.flux[0] - flux_linkage for one in locations])
     direct = float(np.sum(fluxes.real * currents.real) / max(np.sum(currents.real**2), 1e-300))
     across = float(np.sum(fluxes.imag * currents.imag) / max(np.sum(currents.imag**2), 1e-300))
-    made[:, :, 0, 0], made[:, :, 1, 1] = direct, across
-    return made
+    result[:, :, 0, 0], result[:, :, 1, 1] = direct, across
+    return result
 
 
 def _smooth(locations: Sequence[_Location], flux_linkage: float, gains: StandstillGains) -> tuple[FluxOf, FloatArray]:

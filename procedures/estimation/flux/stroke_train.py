@@ -155,8 +155,8 @@ def _course(flux_of: FluxOf | None, begin: complex, end: complex) -> FloatArray:
         return _EVENLY
     flux = flux_of(np.asarray(begin + _EVENLY * (end - begin), dtype=np.complex128))
     change = flux[-1] - flux[0]
-    made = np.real((flux - flux[0]) * np.conj(change)) / abs(change) ** 2
-    return np.maximum.accumulate(made)
+    result = np.real((flux - flux[0]) * np.conj(change)) / abs(change) ** 2
+    return np.maximum.accumulate(result)
 
 
 def _integral(values: ComplexArray, time: FloatArray, first: int) -> ComplexArray:

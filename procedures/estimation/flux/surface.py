@@ -32,17 +32,17 @@ class FluxSurface:
 
     def weights(self, at: FloatArray) -> FloatArray:
         """Return what each measured value counts for the flux linkages at currents (k, 2): (k, 2, size)."""
-        made = np.zeros((len(at), 2, self.size))
-        made[:, 0, self.d_places] = self.d.weights(at)
-        made[:, 1, self.q_places] = self.q.weights(at)
-        return made
+        result = np.zeros((len(at), 2, self.size))
+        result[:, 0, self.d_places] = self.d.weights(at)
+        result[:, 1, self.q_places] = self.q.weights(at)
+        return result
 
     def slope_weights(self, at: FloatArray) -> FloatArray:
         """Return what each measured value counts for the differential inductances: (k, 2, 2, size), in 1/A."""
-        made = np.zeros((len(at), 2, 2, self.size))
-        made[:, 0][:, :, self.d_places] = self.d.weights(at, 1)
-        made[:, 1][:, :, self.q_places] = self.q.weights(at, 1)
-        return made
+        result = np.zeros((len(at), 2, 2, self.size))
+        result[:, 0][:, :, self.d_places] = self.d.weights(at, 1)
+        result[:, 1][:, :, self.q_places] = self.q.weights(at, 1)
+        return result
 
     def spread(self, at: FloatArray, value: FloatArray, slope: FloatArray) -> FloatArray:
         """Return the standard uncertainty of Σ value·ψ + Σ slope·∂ψ/∂i at currents (k, 2) for what lies between the points.

@@ -81,10 +81,10 @@ def fit_cogging(
     beside = 2.0 * seen.beside
     # Where no order is known, any beyond those looked at is scatter.
     unseen = math.sqrt(2.0) * solved.noise if order is None else float(np.max(axis[orders.counted])) * orders.least
-    found = Misfit.together((seen.misfit, blurred(orders.orders[stand], phasors[stand], passed[stand], torque_filter)))
+    result = Misfit.together((seen.misfit, blurred(orders.orders[stand], phasors[stand], passed[stand], torque_filter)))
     if not kept.size:
         none = np.zeros(0)
-        return Cogging(0.0, 0.0, 2.0 * unseen + beside, none, none, mean, solved.noise, 0.0, found)
+        return Cogging(0.0, 0.0, 2.0 * unseen + beside, none, none, mean, solved.noise, 0.0, result)
     # Beside an order that is seen, its multiples may lie within their noise; where the last one looked at stands out, others follow it.
     missed = (
         phasors[orders.counted & (~stand | (orders.orders == orders.orders[-1]))]
@@ -101,7 +101,7 @@ def fit_cogging(
         mean,
         solved.noise,
         beside,
-        found,
+        result,
     )
 
 

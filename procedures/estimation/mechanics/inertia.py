@@ -50,22 +50,22 @@ def _integral(time: FloatArray, values: FloatArray) -> FloatArray:
 
 
 def _fit(runs: Sequence[Run], start: FloatArray, names: tuple[str, ...], *, unit_torque: bool) -> Fit:
-    found = explain(runs, start, unit_torque=unit_torque)
+    fit = explain(runs, start, unit_torque=unit_torque)
     firsts = ("initial_speed",) if unit_torque else tuple(f"initial_speed_{k + 1}" for k in range(len(runs)))
     # The quadratic friction stands last, behind the initial speeds, which turn the way the shaft does.
     count = len(names)
     order = np.array([*range(count - 1), *range(count, count + len(runs)), count - 1])
     signs = np.concatenate((np.ones(count - 1), [run.sign for run in runs], [1.0]))
     forwards = np.concatenate([np.full(run.speed.size, run.sign) for run in runs])
-    left = forwards * (np.concatenate([run.speed for run in runs]) - found.speeds)
+    left = forwards * (np.concatenate([run.speed for run in runs]) - fit.speeds)
     return Fit(
         (*names[:-1], *firsts, names[-1]),
-        found.values[order] * signs,
-        found.covariance[np.ix_(order, order)] * np.outer(signs, signs),
-        float(found.freedom),
+        fit.values[order] * signs,
+        fit.covariance[np.ix_(order, order)] * np.outer(signs, signs),
+        float(fit.freedom),
         left,
         float(np.sqrt(np.mean(left**2))),
-        misfit=found.misfit,
+        misfit=fit.misfit,
     )
 
 

@@ -65,7 +65,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     model = RampModel(runs, unit_torque=unit_torque)
     shared = 3 if unit_torque else 4
     best = _Fitted(model, model.solve(model.start(start)), np.zeros(shared))
-    told: list[Finding] = []
+    findings: list[Finding] = []
     rivals: list[_Fitted] = []
     laws: list[_Fitted] = []
     moved = [best.moved]
@@ -85,7 +85,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
             # A real bearing follows neither law: what lies between them is as likely as either.
             laws = [each for other, each in tried if other is cause and each is not further]
         moved.append(further.moved)
-        told.append(_finding(cause, best, further, found, seen))
+        findings.append(_finding(cause, best, further, found, seen))
         best = further
         seen, found = look(best.model, best.solved), periodic(best.model, best.solved)
     values, covariance = best.solved.values, best.solved.covariance.copy()
@@ -99,7 +99,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
         score = seen.clearest() if np.any(seen.score.alarms) else 0.0
         freedom = best.model.measured.size - best.model.size
         covariance = covariance * max(1.0, best.cost / freedom)
-    if told or unexplained:
+    if findings or unexplained:
         # What explains one record may have taken the place of what is not known here.
         covariance = _grown(covariance, _from_parts(best, shared))
     if early := ends_early(best.model):
@@ -113,14 +113,14 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     covariance = covariance * np.outer(scale, scale)
     if unexplained:
         answer = Answer.WIDENED if _brakes(best.model, values, covariance) else Answer.WITHHELD
-        told.append(Finding(Cause.UNEXPLAINED, answer, score=score))
-    told = _windage(best, covariance, shared) + told + dropouts(runs)
+        findings.append(Finding(Cause.UNEXPLAINED, answer, score=score))
+    findings = _windage(best, covariance, shared) + findings + dropouts(runs)
     return Explained(
         values[:count],
         covariance[:count, :count],
         best.solved.speeds,
         best.model.measured.size - count,
-        Misfit(tuple(told)),
+        Misfit(tuple(findings)),
     )
 
 

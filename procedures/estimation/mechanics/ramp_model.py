@@ -191,10 +191,10 @@ class RampModel:
         if self.measured.size <= self.size:
             raise EstimationError(f"{self.measured.size} speeds do not suffice; sample the ramps faster")
         scale = self.scale(start)
-        found = minimise(self.evaluate, start, scale, least=1e-9, floor=1.0, rounds=100)
-        if not (found.settled and np.all(np.isfinite(found.values))):
+        solution = minimise(self.evaluate, start, scale, least=1e-9, floor=1.0, rounds=100)
+        if not (solution.settled and np.all(np.isfinite(solution.values))):
             raise EstimationError(f"the fit of {what} does not converge; {self._suspected()}")
-        residuals, slopes = self.evaluate(found.values)
+        residuals, slopes = self.evaluate(solution.values)
         _, r = np.linalg.qr((slopes * scale[:, None]).T)
         sizes = np.linalg.svd(r, compute_uv=False)
         if not sizes[-1] > 1e-9 * sizes[0]:
@@ -202,7 +202,7 @@ class RampModel:
         inverse = scale[:, None] * np.linalg.inv(r)
         left = residuals[: self.measured.size] * self.spread
         return Solved(
-            found.values, residuals, -slopes, inverse @ inverse.T, float(residuals @ residuals), self.measured - left
+            solution.values, residuals, -slopes, inverse @ inverse.T, float(residuals @ residuals), self.measured - left
         )
 
     def amount(self, term: Literal["stribeck", "torque_filter"], p: FloatArray) -> float:

@@ -81,14 +81,14 @@ class VoltagePlane:
     def hidden(self) -> list[FloatArray]:
         """Return by how much each further direction may shift the estimates (k,) though it is not seen: by the part of z² beyond 3."""
         whole, squares = self.solved()
-        found = []
+        result = []
         for direction in self.further:
             design = np.column_stack((self.design, direction))
             shifted, left = replace(self, design=design).solved()
             seen = squares - left
             if seen > _NOTICED:
-                found.append(math.sqrt(1.0 - _NOTICED / seen) * (shifted[: whole.size] - whole))
-        return found
+                result.append(math.sqrt(1.0 - _NOTICED / seen) * (shifted[: whole.size] - whole))
+        return result
 
     def solved(self) -> tuple[FloatArray, float]:
         """Return the estimates (k,) of equal weights, as they are fitted, and χ² of the ones that suit the covariance."""

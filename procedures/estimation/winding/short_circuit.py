@@ -88,12 +88,12 @@ def fit_currents(
 
     slowest, fastest = int(np.argmin(omega)), int(np.argmax(omega))
     start = np.log([flux * omega[slowest] / size[slowest], flux / size[fastest], ratio])
-    found = solve(evaluate, start, np.full(3, 0.1), _NAMES)
+    solution = solve(evaluate, start, np.full(3, 0.1), _NAMES)
     freedom = float(omega.size - 2)
-    growth = max(found.cost / freedom, 1.0)
-    values = np.exp(found.values)
-    covariance = growth * found.covariance * np.outer(values, values)
-    residuals = target - model(found.values)
+    growth = max(solution.cost / freedom, 1.0)
+    values = np.exp(solution.values)
+    covariance = growth * solution.covariance * np.outer(values, values)
+    residuals = target - model(solution.values)
     return Fit(_NAMES, values, covariance, freedom, residuals, float(np.sqrt(np.mean(residuals**2))))
 
 

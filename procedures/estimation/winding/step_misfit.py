@@ -221,11 +221,11 @@ def _possible(
     """Give the fits with some terms each, as far as there are such and the world can have their figures."""
     for terms in models:
         try:
-            found = fit_with(step, terms, start, scale, enough)
+            fit = fit_with(step, terms, start, scale, enough)
         except EstimationError:
             continue
-        if all(t.possible(figures_of(found.terms, found.figures, t)) for t in found.terms):
-            yield found
+        if all(t.possible(figures_of(fit.terms, fit.figures, t)) for t in fit.terms):
+            yield fit
 
 
 def _spanned(

@@ -127,24 +127,24 @@ def _drift(
 
 def _pivots(values: FloatArray, reversal: float) -> list[tuple[int, bool]]:
     """Return where the readings turn back by more than a reversal, and whether that is a maximum."""
-    found: list[tuple[int, bool]] = []
+    result: list[tuple[int, bool]] = []
     high = low = 0
     rising: bool | None = None
     for k, value in enumerate(values):
         high, low = (k if value > values[high] else high), (k if value < values[low] else low)
         if rising is not False and values[high] - value > reversal:
             if rising or (high > 0 and values[high] - values[0] > reversal):
-                found.append((high, True))
+                result.append((high, True))
             rising, low, high = False, k, k
         elif rising is not True and value - values[low] > reversal:
             if rising is False:
-                found.append((low, False))
+                result.append((low, False))
             rising, low, high = True, k, k
         if rising is True:
             low = k
         elif rising is False:
             high = k
-    return found
+    return result
 
 
 def _vertex(values: FloatArray, place: int, upper: bool, near: float, noise: float) -> tuple[float, float] | None:
@@ -199,15 +199,15 @@ def held_to_turning_points(fit: SweepFit, values: FloatArray, resolution: float)
     if swing < _SWING * noise:
         return fit if good else _by_levels(fit, 0.5 * (np.max(values) + np.min(values)), 0.0, 0.5 * swing, 0.5 * swing)
     points = turning_points(values, noise)
-    told: list[Finding] = []
+    findings: list[Finding] = []
     if points.stops:
-        told.append(Finding(Cause.REGRIP, Answer.WIDENED, figures={"count": float(points.stops)}))
+        findings.append(Finding(Cause.REGRIP, Answer.WIDENED, figures={"count": float(points.stops)}))
     if points.drift:
-        told.append(Finding(Cause.SLOPE, Answer.WIDENED))
+        findings.append(Finding(Cause.SLOPE, Answer.WIDENED))
     counts: dict[str, float | str] = {"maxima": float(points.maxima.size), "minima": float(points.minima.size)}
     if not (points.maxima.size and points.minima.size) or not (points.enough or good):
-        told = [Finding(Cause.TURNING_POINTS, Answer.WITHHELD, figures=counts), *told]
-        return replace(fit, misfit=Misfit(tuple(told)), turns=True)
+        findings = [Finding(Cause.TURNING_POINTS, Answer.WITHHELD, figures=counts), *findings]
+        return replace(fit, misfit=Misfit(tuple(findings)), turns=True)
     (high, u_high), (low, u_low) = points.level(points.maxima), points.level(points.minima)
     mean, amplitude = 0.5 * (high + low), 0.5 * (high - low)
     # A parabola is not the cosine's crest, and a hand that stands at it is no parabola.
@@ -220,20 +220,20 @@ def held_to_turning_points(fit: SweepFit, values: FloatArray, resolution: float)
     u_drift, u_inner = 0.5 * points.drift, points.inner_doubt
     beside = np.diag([u_drift**2 + 0.5 * u_inner**2, 0.5 * u_inner**2, 0.0])
     if good and agree and points.enough and not points.stops:
-        return replace(fit, covariance=fit.covariance + beside, misfit=Misfit(tuple(told)), turns=True)
+        return replace(fit, covariance=fit.covariance + beside, misfit=Misfit(tuple(findings)), turns=True)
     if good and agree:
         if not points.enough:
-            told.append(Finding(Cause.TURNING_POINTS, Answer.WIDENED, figures=counts))
+            findings.append(Finding(Cause.TURNING_POINTS, Answer.WIDENED, figures=counts))
         covariance = fit.covariance * _FEW**2 + beside
-        return replace(fit, covariance=covariance, misfit=Misfit(tuple(told)), turns=True)
+        return replace(fit, covariance=covariance, misfit=Misfit(tuple(findings)), turns=True)
     if not points.enough:
-        told = [Finding(Cause.TURNING_POINTS, Answer.WITHHELD, figures=counts), *told]
-        return replace(fit, misfit=Misfit(tuple(told)), turns=True)
-    if not (told or agree):
+        findings = [Finding(Cause.TURNING_POINTS, Answer.WITHHELD, figures=counts), *findings]
+        return replace(fit, misfit=Misfit(tuple(findings)), turns=True)
+    if not (findings or agree):
         # A course that the fit does not follow is the hand's; figures that differ by it are something else's.
-        told = [Finding(Cause.UNEXPLAINED, Answer.WIDENED)]
+        findings = [Finding(Cause.UNEXPLAINED, Answer.WIDENED)]
     by_levels = _by_levels(fit, mean, amplitude, own, own)
-    return replace(by_levels, covariance=by_levels.covariance + beside, misfit=Misfit(tuple(told)), turns=True)
+    return replace(by_levels, covariance=by_levels.covariance + beside, misfit=Misfit(tuple(findings)), turns=True)
 
 
 def _by_levels(fit: SweepFit, mean: float, amplitude: float, u_mean: float, u_amplitude: float) -> SweepFit:

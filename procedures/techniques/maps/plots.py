@@ -27,7 +27,7 @@ def map_plot(planned: Sequence[PlannedReading], taken: MapReadings, pole_pairs: 
     tell them; `left` (s) is the time that it will take yet.
     """
     done = len(taken.points) + len(taken.limited)
-    said: list[Text] = [
+    messages: list[Text] = [
         text(
             "{done} of {planned} readings, about {left} left",
             done=done,
@@ -50,7 +50,7 @@ def map_plot(planned: Sequence[PlannedReading], taken: MapReadings, pole_pairs: 
         flux, torque = np.hypot(seen.psi_d, seen.psi_q), seen.torque(pole_pairs)
         curves += _equal(text("equal flux linkage"), seen, flux, Manner.FIT)
         curves += _equal(text("equal torque"), seen, torque, Manner.SECOND)
-        said.append(
+        messages.append(
             text(
                 "A first look, within the currents read: flux linkage {low} … {high} V·s, torque up to {torque} N·m",
                 low=f"{np.nanmin(flux):.3g}",
@@ -58,7 +58,7 @@ def map_plot(planned: Sequence[PlannedReading], taken: MapReadings, pole_pairs: 
                 torque=f"{np.nanmax(np.abs(torque)):.3g}",
             )
         )
-    return LivePlot(text("Currents of the flux map"), Axes(_D, "A", _Q, "A", curves), None, said)
+    return LivePlot(text("Currents of the flux map"), Axes(_D, "A", _Q, "A", curves), None, messages)
 
 
 def _seen(taken: MapReadings, largest: float) -> FirstLook | None:
@@ -82,7 +82,7 @@ def _equal(name: Text, seen: FirstLook, values: FloatArray, manner: Manner) -> I
 
 def stroke_plot(locations: Sequence[complex], taken: Sequence[StrokeTrain], left: int) -> LivePlot:
     """Return the plane of currents (A) of a map at standstill: those that were read; `left` locations are yet to come."""
-    said: list[Text] = [text("{left} of {planned} locations left", left=left, planned=len(locations))]
+    messages: list[Text] = [text("{left} of {planned} locations left", left=left, planned=len(locations))]
     read = np.array([one.current[k] for one in taken for k in (1, 2)], dtype=np.complex128)
     largest = max(map(abs, locations))
     angle = np.linspace(0.0, 2.0 * math.pi, 121)
@@ -90,4 +90,4 @@ def stroke_plot(locations: Sequence[complex], taken: Sequence[StrokeTrain], left
         PlotCurve(text("largest current"), largest * np.cos(angle), largest * np.sin(angle), Manner.SECOND),
         PlotCurve(text("read"), read.real, read.imag, Manner.READING),
     )
-    return LivePlot(text("Currents of the flux map"), Axes(_D, "A", _Q, "A", curves), None, said)
+    return LivePlot(text("Currents of the flux map"), Axes(_D, "A", _Q, "A", curves), None, messages)

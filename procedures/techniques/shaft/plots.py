@@ -37,26 +37,26 @@ def emf_plot(speed: float, wave: Mapping[str, Sequence[float]], harmonics: Mappi
         (PlotCurve(Text(""), orders, shares, Manner.BARS),),
         y_from_zero=True,
     )
-    told = [
+    sentences = [
         text("{order:.0f}: {share:.2g} %", order=order, share=share)
         for order, share in zip(orders, shares, strict=True)
     ]
-    said = [text("Fundamental {amplitude:.4g} V peak", amplitude=fundamental[1])]
-    if told:
-        said.append(text("Harmonics of it: {told}", told=told))
+    messages = [text("Fundamental {amplitude:.4g} V peak", amplitude=fundamental[1])]
+    if sentences:
+        messages.append(text("Harmonics of it: {told}", told=sentences))
     return LivePlot(
         text("Back-EMF at {speed:.0f} rpm, recorded (grey) and fitted", speed=speed / _RPM),
         Axes(_TIME, "s", text("Voltage"), "V", (*recorded, *fitted)),
         bars if others else None,
-        said,
+        messages,
     )
 
 
 def ramp_plot(title: Text, since: float, until: float) -> LivePlot:
     """Return the plot of a ramp from a bench time (s) on, until a speed (rad/s) is reached: its readings come."""
     coming = Coming("dynamometer", "speed", since, scale=_RPM, until_y=until / _RPM)
-    said = [text("Followed until {speed:.0f} rpm", speed=until / _RPM)]
-    return LivePlot(title, _over_time(()), None, said, coming)
+    messages = [text("Followed until {speed:.0f} rpm", speed=until / _RPM)]
+    return LivePlot(title, _over_time(()), None, messages, coming)
 
 
 def coast_plot(title: Text, time: FloatArray, speed: FloatArray) -> LivePlot:

@@ -97,14 +97,14 @@ def aligned_plot(d: float, q: float | None) -> LivePlot:
     """Return the plot of the inductances (H) read on d, and on q of an aligned rotor, with the second harmonic once both are there."""
     read = [d] if q is None else [d, q]
     curves = [PlotCurve(_READ, np.linspace(0.0, 90.0, 2)[: len(read)], np.array(read), Manner.READING)]
-    said = [text("Next: the rotor on q, 90° electrical from d")]
+    messages = [text("Next: the rotor on q, 90° electrical from d")]
     if q is not None:
         angle = np.linspace(0.0, 180.0, 91)
         harmonic = 0.5 * (d + q) + 0.5 * (d - q) * np.cos(np.radians(2.0 * angle))
         curves.append(PlotCurve(_HARMONIC, angle, harmonic, Manner.FIT))
-        said = [text("On q {ratio:.3g} times the inductance on d", ratio=q / d)]
+        messages = [text("On q {ratio:.3g} times the inductance on d", ratio=q / d)]
     axes = Axes(text("Electrical angle from d"), "°", text("Inductance A–(B+C)"), "H", curves, x_from_zero=True)
-    return LivePlot(text("Inductance on d and on q"), axes, None, said)
+    return LivePlot(text("Inductance on d and on q"), axes, None, messages)
 
 
 def step_plot(time: FloatArray, voltage: FloatArray, current: FloatArray) -> LivePlot:
@@ -113,10 +113,10 @@ def step_plot(time: FloatArray, voltage: FloatArray, current: FloatArray) -> Liv
     try:
         course = course_at_sight(time, voltage, current)
     except EstimationError:
-        said = text(
+        message = text(
             "No resistance and inductance fit this record: look at the probes, or wait for the next, longer one."
         )
-        return LivePlot(_STEP, Axes(_TIME, "s", _CURRENT, "A", (recorded,)), None, [said])
+        return LivePlot(_STEP, Axes(_TIME, "s", _CURRENT, "A", (recorded,)), None, [message])
     loop = text(
         "First fit of this record: {resistance:.3g} Ω, {inductance:.3g} mH, time constant {tau:.3g} ms",
         resistance=course.resistance,
@@ -129,14 +129,14 @@ def step_plot(time: FloatArray, voltage: FloatArray, current: FloatArray) -> Liv
 def fitted_step_plot(fit: Mapping[str, Sequence[float]], count: int, resistance: float, inductance: float) -> LivePlot:
     """Return the plot of the last of `count` steps with the fit (Ω, H) that counts: `time`, `fitted` and `residual` of the findings."""
     time, fitted, residual = (np.asarray(fit[name], dtype=np.float64) for name in ("time", "fitted", "residual"))
-    said = text(
+    message = text(
         "Fit of {count} records: {resistance:.4g} Ω, {inductance:.4g} mH, time constant {tau:.4g} ms",
         count=count,
         resistance=resistance,
         inductance=1e3 * inductance,
         tau=1e3 * inductance / resistance,
     )
-    return _with_fit(time, fitted + residual, residual, [said])
+    return _with_fit(time, fitted + residual, residual, [message])
 
 
 _STEP, _TIME = text("Current after the voltage step"), text("Time")

@@ -56,13 +56,13 @@ def _entry(parameter: Parameter) -> dict[str, Any]:
 def _correlations(sheet: Sheet) -> dict[str, dict[str, float]]:
     parameters = sheet.subject.parameters
     names = list(parameters)
-    found: dict[str, dict[str, float]] = {}
+    result: dict[str, dict[str, float]] = {}
     for position, first in enumerate(names):
         for second in names[position + 1 :]:
             coefficient = correlation(parameters[first], parameters[second])
             if coefficient:
-                found.setdefault(first, {})[second] = coefficient
-    return found
+                result.setdefault(first, {})[second] = coefficient
+    return result
 
 
 def _finite(value: float) -> float | None:

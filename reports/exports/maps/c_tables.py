@@ -113,8 +113,8 @@ def write(sheet: Sheet) -> str:
 
 
 def _table(kind: str, name: str, rows: list[str]) -> list[str]:
-    made = [f"static const {kind} {name}[FLUX_MAP_ID_SIZE][FLUX_MAP_IQ_SIZE] = {{"]
-    return [*made, *(f"    {{{row}}}," for row in rows), "};"]
+    messages = [f"static const {kind} {name}[FLUX_MAP_ID_SIZE][FLUX_MAP_IQ_SIZE] = {{"]
+    return [*messages, *(f"    {{{row}}}," for row in rows), "};"]
 
 
 def _fixed(values: FloatArray, scale: float) -> NDArray[np.int64]:

@@ -92,8 +92,8 @@ class Bytes:
     def value(self, kind: int) -> float:
         """Return a value of a type."""
         code = _FORMATS[kind]
-        found: float = struct.unpack(code, self.take(struct.calcsize(code)))[0]
-        return found
+        result: float = struct.unpack(code, self.take(struct.calcsize(code)))[0]
+        return result
 
     def take(self, count: int) -> bytes:
         """Return so many bytes."""

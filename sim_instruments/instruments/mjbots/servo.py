@@ -85,8 +85,8 @@ class MoteusServo:
         with self._world.lock:
             self._follow()
             seen = self._bridge.reading()
-            told = self._fault if self._mode in (MoteusMode.STOPPED, MoteusMode.FAULT) else seen.limit
-            return MoteusStatus(self._mode, told, seen)
+            result = self._fault if self._mode in (MoteusMode.STOPPED, MoteusMode.FAULT) else seen.limit
+            return MoteusStatus(self._mode, result, seen)
 
     def configured(self) -> None:
         """Go by what the configuration says now."""

@@ -83,8 +83,8 @@ def _scalar(field: TelemetryField) -> bytes:
     kind = field.kind
     if kind == "enum":
         names = field.names or {}
-        made = bytes([_ENUM, _VARUINT]) + varuint(len(names))
-        return made + b"".join(varuint(key) + varuint(len(name)) + name.encode() for key, name in names.items())
+        result = bytes([_ENUM, _VARUINT]) + varuint(len(names))
+        return result + b"".join(varuint(key) + varuint(len(name)) + name.encode() for key, name in names.items())
     if kind == "bool":
         return bytes([_BOOLEAN])
     if kind == "f32":

@@ -81,10 +81,10 @@ class PeriodicFlux:
 
     def turn(self, electrical_speed: float) -> SteadyTurn:
         """Return the steady state at an electrical speed (rad/s, of either sign)."""
-        found = self._turns.get(electrical_speed)
-        if found is None:
-            found = self._turns[electrical_speed] = self._solved(electrical_speed)
-        return found
+        result = self._turns.get(electrical_speed)
+        if result is None:
+            result = self._turns[electrical_speed] = self._solved(electrical_speed)
+        return result
 
     def harmonics(self, electrical_speeds: FloatArray) -> tuple[tuple[int, ...], ComplexArray]:
         """Return the orders that matter at n electrical speeds (rad/s), and their phasors (A, peak, (orders, loops, n))."""

@@ -97,8 +97,8 @@ class BearingDrag:
         return self.start + float(brentq(over, 0.0, self._span, xtol=1e-12))
 
     def _states(self, times: FloatArray) -> FloatArray:
-        found: FloatArray = self._dense(np.clip(times - self.start, 0.0, self._span))
-        return found
+        result: FloatArray = self._dense(np.clip(times - self.start, 0.0, self._span))
+        return result
 
 
 @dataclass(frozen=True)

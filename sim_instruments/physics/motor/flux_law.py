@@ -85,10 +85,10 @@ class MappedFlux:
     def at_each(self, d_currents: FloatArray, q_currents: FloatArray) -> FloatArray:
         """Return the same (6, n) at n pairs of currents (A)."""
         scale = self._scale
-        found = self._map.at_each(scale * d_currents + self._shift, scale * q_currents)
-        found[:2] *= scale
-        found[2:] *= scale * scale
-        return found
+        result = self._map.at_each(scale * d_currents + self._shift, scale * q_currents)
+        result[:2] *= scale
+        result[2:] *= scale * scale
+        return result
 
     @property
     def largest(self) -> tuple[float, float]:

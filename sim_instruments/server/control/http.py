@@ -111,19 +111,19 @@ def _json(request: h11.Request, body: bytes) -> dict[str, Any]:
     if kind != "application/json":
         raise RequestError(415, "the body must be application/json")
     try:
-        given = json.loads(body, object_pairs_hook=_unique, parse_constant=_refuse_constant)
+        result = json.loads(body, object_pairs_hook=_unique, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
         raise RequestError(400, f"the body is not valid JSON: {error}") from error
-    if not isinstance(given, dict):
+    if not isinstance(result, dict):
         raise RequestError(400, "the body must be a JSON object")
-    return given
+    return result
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    made = dict(pairs)
-    if len(made) != len(pairs):
+    result = dict(pairs)
+    if len(result) != len(pairs):
         raise ValueError("a key stands twice in one object")
-    return made
+    return result
 
 
 def _refuse_constant(name: str) -> Any:

@@ -25,9 +25,9 @@ class DirectBus:
 
     def end(self) -> "DirectEnd":
         """Return one more end."""
-        made = DirectEnd(self)
-        self._ends.append(made)
-        return made
+        result = DirectEnd(self)
+        self._ends.append(result)
+        return result
 
     def leave(self, end: "DirectEnd") -> None:
         """Take an end off; again is allowed."""

@@ -37,18 +37,20 @@ class TransmitPdos:
     @property
     def entries(self) -> tuple[ObjectEntry, ...]:
         """What they add to a node's object dictionary."""
-        found: list[ObjectEntry] = []
+        result: list[ObjectEntry] = []
         for number in range(_COUNT):
             index, name = _COMMUNICATION + number, f"TPDO {number + 1} parameter"
-            found += (
+            result += (
                 ObjectEntry(index, f"{name}: highest subindex", "u8", "const", 0, 2),
                 ObjectEntry(index, f"{name}: COB-ID", "u32", "rw", 1, self._values[index, 1]),
                 ObjectEntry(index, f"{name}: transmission type", "u8", "rw", 2, 255),
             )
             index, name = _MAPPING + number, f"TPDO {number + 1} mapping"
-            found.append(ObjectEntry(index, f"{name}: number of objects", "u8", "rw", 0, 0))
-            found += (ObjectEntry(index, f"{name}: {entry}", "u32", "rw", entry, 0) for entry in range(1, _ENTRIES + 1))
-        return tuple(found)
+            result.append(ObjectEntry(index, f"{name}: number of objects", "u8", "rw", 0, 0))
+            result += (
+                ObjectEntry(index, f"{name}: {entry}", "u32", "rw", entry, 0) for entry in range(1, _ENTRIES + 1)
+            )
+        return tuple(result)
 
     def write(self, index: int, subindex: int, value: int) -> bool:
         """Take a written object; return whether it is one of these. Raises SdoError for what may not be."""

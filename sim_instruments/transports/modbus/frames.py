@@ -54,8 +54,8 @@ class ModbusFrames:
         """
         function = request[0]
         try:
-            if (given := self._line.recorded(unit, request)) is not None:
-                return given
+            if (result := self._line.recorded(unit, request)) is not None:
+                return result
             if unit not in self._line.units:
                 raise _RefusedError(_NO_SUCH_UNIT)  # noqa: TRY301  one place makes exceptions of refusals
             framing = self._line.framing_of(unit)

@@ -74,8 +74,8 @@ class SixStepStage:
         rise = round((temperature - motor.resistance_temperature) / _SAME_WARMTH) * _SAME_WARMTH
         if rise == 0.0:
             return self
-        found = self._warm.get(rise)
-        if found is None:
+        result = self._warm.get(rise)
+        if result is None:
             if len(self._warm) >= _KEPT:
                 self._warm.clear()
             warm = motor.resistance_temperature + rise
@@ -84,7 +84,7 @@ class SixStepStage:
                 resistance=motor.resistances_at(warm)[0],
                 emf_constant=self.drive.emf_constant * motor.flux_linkage_at(warm) / motor.flux_linkage,
             )
-            found = self._warm[rise] = SixStepStage(
+            result = self._warm[rise] = SixStepStage(
                 drive,
                 replace(
                     motor,
@@ -92,7 +92,7 @@ class SixStepStage:
                     flux_linkage=drive.emf_constant / drive.pole_pairs,
                 ),
             )
-        return found
+        return result
 
     def state_angle(self, electrical_angle: float) -> float:
         """Return the electrical angle (rad) since a state T1T2 began, from the rotor's on the bench.
@@ -103,12 +103,12 @@ class SixStepStage:
 
     def steady(self, speed: float) -> SteadyState:
         """Return the steady state at a speed (rad/s). Raises SixStepError where there is none."""
-        found = self._states.get(speed)
-        if found is None:
+        result = self._states.get(speed)
+        if result is None:
             if len(self._states) >= _KEPT:
                 self._states.clear()
-            found = self._states[speed] = steady_state(self.bridge, speed)
-        return found
+            result = self._states[speed] = steady_state(self.bridge, speed)
+        return result
 
     def balance(self, shaft: Shaft, torque: float, fastest: float) -> Balance:
         """Return where a shaft goes under a torque from outside (N·m, positive drives it), at most to `fastest` (rad/s).
@@ -116,12 +116,12 @@ class SixStepStage:
         Raises SixStepError where the drive cannot carry the load.
         """
         key = (shaft, torque, fastest)
-        found = self._balances.get(key)
-        if found is None:
+        result = self._balances.get(key)
+        if result is None:
             if len(self._balances) >= _KEPT:
                 self._balances.clear()
-            found = self._balances[key] = self._solve(shaft, torque, fastest)
-        return found
+            result = self._balances[key] = self._solve(shaft, torque, fastest)
+        return result
 
     def _solve(self, shaft: Shaft, torque: float, fastest: float) -> Balance:
         # Everything that turns counts as the drive's own machine; its currents do not notice.

@@ -167,9 +167,9 @@ class _Ended:
                 )
 
     def _menu(self, words: Text) -> ui.dropdown_button:
-        said = self._reader.say(words)
+        message = self._reader.say(words)
         # Its icon's name would be read aloud with the words.
-        return named(ui.dropdown_button(said, auto_close=True).props("outline no-caps"), said)
+        return named(ui.dropdown_button(message, auto_close=True).props("outline no-caps"), message)
 
     def _picture(self) -> None:
         say, view = self._reader.say, self._run.view.run

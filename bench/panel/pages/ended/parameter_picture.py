@@ -146,8 +146,8 @@ def _told(on_axis: OnAxis) -> Text:
     values = {"value": on_axis.value, "low": on_axis.interval[0], "high": on_axis.interval[1], "note": on_axis.note}
     if on_axis.note is None:
         return Text(text("{value:+.2g} %, interval {low:+.2g} % to {high:+.2g} %").template, values)
-    said = text("{value:+.2g} %, interval {low:+.2g} % to {high:+.2g} %, the note's formula {note:+.2g} %")
-    return Text(said.template, values)
+    message = text("{value:+.2g} %, interval {low:+.2g} % to {high:+.2g} %, the note's formula {note:+.2g} %")
+    return Text(message.template, values)
 
 
 def _words(tag: str, words: str) -> TextElement:

@@ -111,10 +111,10 @@ class _Tests:
         pairs = changed_figures(before, test)
         names = [self._found.labels[pair.parameter] for pair in pairs if pair.beyond]
         if names:
-            said = text("Changed since the test before, by more than both uncertainties: {names}", names=names)
+            message = text("Changed since the test before, by more than both uncertainties: {names}", names=names)
         else:
-            said = text("No figure changed since the test before by more than both uncertainties.")
-        ui.label(say(said)).classes("text-base font-semibold mt-2").props("data-changed")
+            message = text("No figure changed since the test before by more than both uncertainties.")
+        ui.label(say(message)).classes("text-base font-semibold mt-2").props("data-changed")
         for words, was, is_now in changed_circumstances(before, test):
             changed = text("{what}: {before} → {now}", what=words, before=was or "–", now=is_now or "–")
             ui.label(say(changed)).classes("text-base")

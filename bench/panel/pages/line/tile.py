@@ -94,8 +94,8 @@ class Tile:
         words = [say(text("{inside} of {limited} inside", inside=last["inside"], limited=last["limited"]))]
         if closest is not None:
             label = restore_text(closest["label"])
-            said = text("closest: {label}, {left:.0f} % of its limits left", label=label, left=closest["left"])
-            words.append(say(said))
+            message = text("closest: {label}, {left:.0f} % of its limits left", label=label, left=closest["left"])
+            words.append(say(message))
         return "\n".join(words)
 
     def _outside(self, outside: Mapping[str, Any]) -> None:

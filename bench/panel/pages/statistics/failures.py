@@ -29,8 +29,8 @@ def show_failures(statistics: "LineStatistics", labels: ParameterLabels, reader:
     if not by_parameter and not by_procedure:
         motors = statistics.yields.motors
         again = motors.first_pass != motors.final
-        said = text("Nothing failed in the end; some motors passed only when tried again.")
-        ui.label(reader.say(said if again else text("Nothing failed."))).classes("text-base")
+        message = text("Nothing failed in the end; some motors passed only when tried again.")
+        ui.label(reader.say(message if again else text("Nothing failed."))).classes("text-base")
         return
     with beside():
         with ui.element("div"):

@@ -47,8 +47,8 @@ def _record(stand: Stand, scope: Any, channels: list[int], trigger: Trigger, sha
     scope.configure_acquisition(_RECORD, _POINTS, share)
     scope.configure_trigger(trigger)
     scope.initiate()
-    found: dict[int, Waveform] = scope.fetch(channels, 2.0)
-    return found
+    result: dict[int, Waveform] = scope.fetch(channels, 2.0)
+    return result
 
 
 def _compare(
@@ -73,8 +73,8 @@ def _compare(
     steps = np.unique(np.abs(np.diff(values)))
     least = float(steps[steps > 1e-9 * actual].min())
     right = 0.2 * least <= waveform.resolution <= 5.0 * least
-    said = f"{waveform.resolution:.3g} {unit}, the samples are {least:.3g} {unit} apart"
-    checks.that("waveform: resolution", right, said, "It is one step of the converter")
+    message = f"{waveform.resolution:.3g} {unit}, the samples are {least:.3g} {unit} apart"
+    checks.that("waveform: resolution", right, message, "It is one step of the converter")
     checks.that("waveform: not clipped", not waveform.clipped, "said to be clipped", remedy)
     if trigger.channel == channel:
         at = int(np.argmin(np.abs(time)))

@@ -229,12 +229,12 @@ def settings_by_function(
     functions: tuple[Function, ...], sensed: Callable[[Function], float], changed: Callable[[], None]
 ) -> dict[str, FunctionSettings]:
     """Return the settings of every function by its word; two- and four-wire resistance, frequency and period have theirs in common."""
-    found: dict[str, FunctionSettings] = {}
+    result: dict[str, FunctionSettings] = {}
     for function in functions:
         common = {FRES.word: "RES", PER.word: "FREQ"}.get(function.word)
         own = FunctionSettings(function, partial(sensed, function), changed)
-        found[function.word] = own if common is None else found[common]
-    return found
+        result[function.word] = own if common is None else result[common]
+    return result
 
 
 def _parse_cycles(argument: Argument) -> float:

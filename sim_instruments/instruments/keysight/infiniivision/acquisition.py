@@ -212,9 +212,9 @@ class Acquisition:
             if now - self._finder.searched > _REMEMBERED:
                 self._finder = self._new_finder(setup, now - _REMEMBERED)
             assert self._finder is not None  # noqa: S101  (a source that was there stays there)
-            found = self._finder.first(limit, eligible)
-            if found is not None:
-                return found
+            result = self._finder.first(limit, eligible)
+            if result is not None:
+                return result
         if setup.automatic and now >= eligible + _AUTO_WAIT:
             return eligible + _AUTO_WAIT
         return None

@@ -51,12 +51,12 @@ class EdgeFinder:
 
     def last(self, until: float) -> float | None:
         """Return the last crossing not later than `until`."""
-        found = None
+        result = None
         while self._time < until:
             times = self._grid(until)
             crossings = self._crossings(times)
-            found = self._refine(times, crossings[-1]) if crossings else found
-        return found
+            result = self._refine(times, crossings[-1]) if crossings else result
+        return result
 
     def _grid(self, until: float) -> FloatArray:
         stop = min(until, self._time + _CHUNK * self._step)
@@ -85,8 +85,8 @@ class EdgeFinder:
         self._side = int(sides[-1])
         change = sides[1:].astype(np.int16) - sides[:-1]
         wanted = {"POS": change == 2, "NEG": change == -2, "EITH": np.abs(change) == 2}[edge.slope]
-        found: list[int] = np.flatnonzero(wanted).tolist()
-        return found
+        result: list[int] = np.flatnonzero(wanted).tolist()
+        return result
 
     def _refine(self, times: FloatArray, index: int) -> float:
         low, high = float(times[max(index - 1, 0)]), float(times[index])

@@ -39,14 +39,14 @@ def crossings(signal: FloatArray, share: float = _MIDDLE, *, rising: bool = True
     sides = np.where(height > share + _HYSTERESIS, 1, np.where(height < share - _HYSTERESIS, -1, 0))
     known = sides[np.maximum.accumulate(np.where(sides != 0, np.arange(len(sides)), 0))]
     arrived = np.flatnonzero((known[1:] > 0) & (known[:-1] < 0)) + 1
-    found = []
+    result = []
     for end in arrived:
         below = np.flatnonzero(height[: end + 1] < share)
         if len(below):
             start = int(below[-1])
             step = height[start + 1] - height[start]
-            found.append(start + (share - height[start]) / step)
-    return np.array(found)
+            result.append(start + (share - height[start]) / step)
+    return np.array(result)
 
 
 def edge_time(signal: FloatArray, *, rising: bool) -> float:

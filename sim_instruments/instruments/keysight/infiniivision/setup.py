@@ -39,11 +39,11 @@ class SetupSubsystem:
 
     def _told(self, header: str, names: list[tuple[str, str]]) -> str:
         """Return the settings below a header, each told under the first of its two names."""
-        found = []
+        result = []
         for told, asked in names:
             command = answered(self._tree, [f"{header}:{asked}?"])[0]
-            found.append(f"{told} {command.partition(' ')[2]}")
-        return ";".join(found)
+            result.append(f"{told} {command.partition(' ')[2]}")
+        return ";".join(result)
 
     def _channel(self, call: Call) -> str:
         exactly(call.arguments, 0)
