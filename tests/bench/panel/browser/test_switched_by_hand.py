@@ -48,7 +48,7 @@ def confirm_until(page: Page, words: str) -> None:
     heading = page.get_by_role("heading", level=1)
     for _ in range(20):
         expect(page.locator("[data-done]:not([aria-disabled])")).to_be_visible()
-        said = heading.inner_text()
+        said = heading.inner_text().replace("\u00a0", " ")
         if re.search(words, said):
             return
         page.keyboard.press("Enter")
@@ -73,7 +73,7 @@ def type_until(page: Page, words: str) -> None:
         if ended.is_visible():
             assert not words, "the run has ended"
             return
-        said = heading.inner_text()
+        said = heading.inner_text().replace("\u00a0", " ")
         if words and words in said:
             return
         step = str(page.locator("[data-step]").get_attribute("data-step"))
