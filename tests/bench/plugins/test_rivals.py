@@ -120,6 +120,18 @@ def test_two_strangers_may_define_one_parameter_alike(declared: Declared) -> Non
     assert found.broken() == ()
 
 
+def test_a_file_beside_a_station_does_not_define_an_installed_ones_parameter_otherwise(
+    declared: Declared, tmp_path: Path
+) -> None:
+    (tmp_path / "plugin.py").write_text(procedure("other", "H"), encoding="utf-8")
+    base = together(declared("acme", procedure(), "coil"))
+    found = catalogues_of(PluginsSection(files=["plugin.py"]), str(tmp_path / "s.toml"), base).procedures
+    assert ("coil" in found, "other" in found) == (True, False)
+    said = str(found.why_not("other"))
+    assert said.startswith(f"other of {tmp_path / 'plugin.py'} cannot be used: parameter brake_coil_resistance")
+    assert "with unit H, but with Ω in coil of acme 1.0" in said
+
+
 @pytest.mark.parametrize(
     ("sentence", "said"),
     [
