@@ -2,8 +2,10 @@
 
 import math
 import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from cyclopts import Parameter
 
@@ -15,7 +17,10 @@ from drivers.interfaces.text import Translate, text
 
 if TYPE_CHECKING:
     from bench.journal.finished_run import FinishedRun
+    from bench.plugins.catalogue import Origin
     from reports.exports.target import Sheet, Target
+
+T = TypeVar("T")
 
 #: No current loop is faster (Hz).
 _FASTEST = 20_000.0
@@ -130,15 +135,18 @@ def export(
                 "--as-detected: {title} stores what it detects as it is; leave it out, or name vesc", title=target.title
             )
         )
+    subject = subject_of(read)
+    strange = _code_of(target, exports.origin(for_))
     try:
-        sheet = sheet_for(
-            target,
-            subject_of(read),
-            UncertaintyBounds(largest_uncertainty),
-            bandwidth=asked,
-            loop_rate=loop_rate,
-            as_detected=as_detected,
-        )
+        with strange():
+            sheet = sheet_for(
+                target,
+                subject,
+                UncertaintyBounds(largest_uncertainty),
+                bandwidth=asked,
+                loop_rate=loop_rate,
+                as_detected=as_detected,
+            )
     except ExportRefusedError as refused:
         reasons = "\n".join(f"  {reason.render(translate)}" for reason in refused.reasons)
         raise InputError(
@@ -149,8 +157,9 @@ def export(
                 reasons=reasons,
             )
         ) from None
-    content = target.write(sheet)
-    file = _file_content(target, content, read)
+    with strange():
+        content = _of_kind(str, target.write(sheet), "write")
+    file = _file_content(target, content, read, strange)
     if output is not None:
         write_new(output, file, force=force)
     for reason in sheet.left_out:
@@ -168,14 +177,38 @@ def export(
     return 0
 
 
-def _file_content(target: "Target", content: str, read: "FinishedRun") -> str | bytes:
+def _code_of(target: "Target", origin: "Origin") -> Callable[[], AbstractContextManager[None]]:
+    """Return what a target's code runs in: faults of a plug-in's name it, ours are the program's."""
+    from bench.plugins.catalogues import OURS
+    from bench.plugins.faults import plugin_code
+    from reports.exports.checks import ExportRefusedError
+
+    if origin.name == OURS:
+        return nullcontext
+
+    what = text("export target {name}", name=target.name)
+    return lambda: plugin_code(what, origin, target.write.__module__, ExportRefusedError)
+
+
+def _of_kind(kind: type[T], made: object, call: str) -> T:
+    if not isinstance(made, kind):
+        raise TypeError(
+            text("{call} returned {found}, not {wanted}", call=call, found=type(made).__name__, wanted=kind.__name__)
+        )
+    return made
+
+
+def _file_content(
+    target: "Target", content: str, read: "FinishedRun", strange: Callable[[], AbstractContextManager[None]]
+) -> str | bytes:
     from bench.report.exporting import records_of
 
     if target.write_records is None:
         return content
     records = records_of(read)
     try:
-        return target.write_records(content, read.started, records)
+        with strange():
+            return _of_kind(bytes, target.write_records(content, read.started, records), "write_records")
     except ModuleNotFoundError as missing:
         raise InputError(
             text(

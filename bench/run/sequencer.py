@@ -23,6 +23,7 @@ from bench.journal.events.safety import ShutdownStarted
 from bench.journal.journal import Journal
 from bench.journal.run_view import RunView
 from bench.journal.stored_result import Sentence
+from bench.plugins.faults import plugin_fault, procedure_origin
 from bench.run.feeding import FeedingRoles
 from bench.run.plan import Planned
 from bench.run.retry_policy import After, Attempt, Next, stop_at_failure
@@ -253,7 +254,7 @@ class Runner:
             self.check_modelled(started)
             self.journal.record(ProcedureFinished(result=result))
         except BaseException as error:
-            why = _cause(error)
+            why = _cause(error, planned)
             cause = why.render(self.translate)
             self.journal.record(
                 ProcedureFailed(
@@ -348,9 +349,12 @@ def _interruption(stop: BaseException) -> Text:
     return told(stop) if isinstance(stop, Interrupted) else text("interrupted")
 
 
-def _cause(error: BaseException) -> Text:
+def _cause(error: BaseException, planned: Planned) -> Text:
     if isinstance(error, ProcedureError | InstrumentError | EstimationError | Interrupted):
         return told(error)
     if isinstance(error, SystemExit):
         return text("it ended the program, as no procedure may: {fault}", fault=fault(error))
-    return fault(error)
+    origin = procedure_origin(planned.name, planned.procedure) if isinstance(error, Exception) else None
+    if origin is None or isinstance(error, OSError | RecordError):
+        return fault(error)
+    return plugin_fault(error, text("procedure {name}", name=planned.name), origin, planned.procedure.__module__)

@@ -104,7 +104,20 @@ class Uncertainties:
         winding: float | None = None,
         definition: ParameterDefinition | None = None,
     ) -> Parameter:
-        """Return the quantity as a parameter with its 95 % coverage interval and its budget."""
+        """Return the quantity as a parameter with its 95 % coverage interval and its budget.
+
+        Raises TypeError for a plain number, of which nobody knows how far it can be believed.
+        """
+        if not isinstance(quantity, UncertainReal):
+            raise TypeError(
+                text(
+                    "report an uncertain value: {name} was given {value!r}, a plain {kind}; make one of it with "
+                    "bench.uncertainties.instrument, .statistical or .limit",
+                    name=name,
+                    value=quantity,
+                    kind=type(quantity).__name__,
+                )
+            )
         self._reported[procedure, name, estimator] = quantity
         uncertainty = float(quantity.u)
         freedom = float(quantity.df) if uncertainty else inf

@@ -177,7 +177,7 @@ class Procedure(ABC, Generic[C]):
         """Add a parameter, in the unit and by the convention of its definition, with uncertainty and budget to the result.
 
         `misfit` is what the record shows beyond the model (see `Misfit.of`): it is told, and where it says so the parameter is withheld
-        and None returned. Raises KeyError for one that the procedure does not give.
+        and None returned. Raises KeyError for one that the procedure does not give, TypeError for a plain number.
         """
         definition = self.parameters[name]
         self.tell_misfit(misfit)

@@ -31,10 +31,10 @@ def unit_check(instrument: str, driver: str, method: str, unit: str) -> Callable
         return InstrumentError(
             instrument,
             text(
-                "the driver {driver} gave a reading in the unit {given!r}, declared is {declared!r}; the reading is not used",
+                "the driver {driver} gave a reading in the unit {given!r}, declared is {declared}; the reading is not used",
                 driver=driver,
                 given=given,
-                declared=" or ".join(sorted(allowed, reverse=True)),
+                declared=unit.replace("|", " / "),
             ),
             command=method,
             remedy=text("Let the driver convert what it returns to that unit (SI, without a prefix), and name it so"),
@@ -53,7 +53,7 @@ def _with_unit(given: Any) -> Iterator[Reading | Waveform]:
         for item in given:
             yield from _with_unit(item)
     else:
-        for name in _field_names(type(given)):
+        for name in _field_names(type(given)):  # type: ignore[arg-type]  # a class can be hashed
             yield from _with_unit(getattr(given, name))
 
 

@@ -118,9 +118,12 @@ def subject_of(
 
 @contextmanager
 def told(checks: Checks, what: str) -> Iterator[None]:
-    """Make a finding of any error that a check does not expect."""
+    """Make a finding of any error that a check does not expect. Raises InputError where the options lack what is needed."""
     try:
         yield
+    except InputError:
+        # Whoever checks has to state more; it says nothing of the driver.
+        raise
     except Exception as error:  # noqa: BLE001  whatever a driver raises is a finding
         remedy = "A driver raises InstrumentError where the instrument is at fault, and nothing in proper use"
         checks.that(f"{what}: no other error", False, str(fault(error)), remedy)

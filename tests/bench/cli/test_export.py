@@ -1,5 +1,6 @@
 """`motorbench export` on recorded runs: files, JSON, refusals."""
 
+import hashlib
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -69,7 +70,7 @@ def result(values: dict[str, float], relative: float = 0.01, warnings: Sequence[
 def record(tmp_path: Path) -> Callable[..., Path]:
     """Write a run's journal as a run would, and return its folder."""
 
-    def write(*results: ProcedureResult, motor: str = MOTOR) -> Path:
+    def write(*results: ProcedureResult, motor: str = MOTOR, plugins: dict[str, str] | None = None) -> Path:
         folder = tmp_path / "runs" / "a-run"
         folder.mkdir(parents=True)
         journal = Journal(folder / "journal.jsonl", lambda: 0.0)
@@ -79,7 +80,7 @@ def record(tmp_path: Path) -> Callable[..., Path]:
             "station": {},
             "procedures": [r.procedure for r in results],
             "settings": [],
-            "software": {"motorbench": "0.1.0"},
+            "software": {"motorbench": "0.1.0", **(plugins or {})},
             "motor_file": motor,
         }
         journal.record(event("run_started", **about))
@@ -261,3 +262,47 @@ def test_a_journal_that_was_changed(call: Call, record: Callable[..., Path]) -> 
     code, _, err = call("export", "a-run", "--for", "vesc")
     assert code == 1
     assert "the journal was changed" in err
+
+
+STRANGE = """from reports.exports import quantities as q
+from reports.exports.target import Field, Target
+
+def raising(sheet):
+    print("noise")
+    return 1 / 0
+
+def leaving(sheet):
+    raise SystemExit(0)
+
+FIELDS = (Field("Rs", q.RESISTANCE),)
+RAISES = Target("raises", "Raises", ".x", FIELDS, raising)
+LEAVES = Target("leaves", "Leaves", ".x", FIELDS, leaving)
+NOTHING = Target("nothing", "Nothing", ".x", FIELDS, lambda sheet: None)
+NUMBER = Target("number", "Number", ".x", FIELDS, lambda sheet: "x", write_records=lambda text, began, records: 7)
+"""
+
+
+@pytest.mark.parametrize(
+    ("target", "said"),
+    [
+        ("raises", "ZeroDivisionError (plugin.py:6): division by zero"),
+        ("leaves", "SystemExit: 0"),
+        ("nothing", "write returned NoneType, not str"),
+        ("number", "write_records returned int, not bytes"),
+    ],
+)
+def test_a_plug_in_s_writer_that_fails_is_named(
+    target: str, said: str, call: Call, record: Callable[..., Path], tmp_path: Path
+) -> None:
+    plugin = tmp_path / "plugin.py"
+    plugin.write_text(STRANGE, encoding="utf-8")
+    folder = record(everything(), plugins={str(plugin): hashlib.sha256(plugin.read_bytes()).hexdigest()})
+    samples = np.arange(9.0)
+    WaveformFolder(folder / "waveforms").store("step", {"A": StoredWaveform(samples, samples, "V", 0.0)})
+    code, out, err = call("export", "a-run", "--for", target, "--output", "out.file")
+    assert (code, out, (tmp_path / "out.file").exists()) == (1, "", False)
+    assert f"a fault in export target {target}, which comes from {plugin}" in err
+    assert said in err
+    assert "fault of the program" not in err
+    code, out, err = call("export", "a-run", "--for", target, "--language", "zh", "--output", "out.file")
+    assert (code, f"导出目标 {target}" in err) == (1, True)

@@ -75,7 +75,7 @@ def test_whatever_returns_readings_declares_their_unit() -> None:
 def test_waveforms_within_mappings_and_sequences(wrap: Any) -> None:
     for unit in ("V", "A"):
         behind(Role.OSCILLOSCOPE, "fetch", wrap(wave(unit, 2)))([1, 2], 1.0)
-    with pytest.raises(InstrumentError, match="'mV', declared is 'V or A'"):
+    with pytest.raises(InstrumentError, match="'mV', declared is V / A"):
         behind(Role.OSCILLOSCOPE, "fetch", wrap(wave("mV", 2)))([1, 2], 1.0)
 
 

@@ -5,14 +5,18 @@ from typing import Any
 
 import numpy as np
 
+from bench.i18n.errors import InputError
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import CheckSession
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import ChannelSettings, MeasurementError, OverloadError, ProbeKind, Slope, Trigger, Waveform
+from drivers.interfaces.text import text
 
 _SPEED = 120.0
 #: Length (s) of a record, and its least number of points.
 _RECORD, _POINTS = 0.05, 400
+#: How probes are stated where there are none.
+_EXAMPLE = '{"probes": {1: Probe(ProbeKind.VOLTAGE, attenuation=10.0), 2: Probe(ProbeKind.VOLTAGE, attenuation=10.0)}}'
 
 
 def _prepare(stand: Stand) -> None:
@@ -38,6 +42,14 @@ def _frequency(stand: Stand) -> float:
 
 def _voltage_channels(stand: Stand, scope: Any) -> list[int]:
     channels = list(scope.channels(ProbeKind.VOLTAGE))
+    if not channels:
+        raise InputError(
+            text(
+                "the oscilloscope under test has no voltage probe in its options, and nothing to measure with: state them, "
+                "options={example}",
+                example=_EXAMPLE,
+            )
+        )
     for number, channel in enumerate(channels):
         stand.world.attach_voltage_probe(channel, *(("A", "B") if number == 0 else ("B", "C")))
     return channels

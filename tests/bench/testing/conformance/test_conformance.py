@@ -211,3 +211,15 @@ def test_findings_say_what_was_wrong_and_what_to_do() -> None:
 def test_a_report_without_checks_has_not_passed() -> None:
     with pytest.raises(AssertionError, match="nothing was checked"):
         Checks().report("it").require()
+
+
+@pytest.mark.parametrize(
+    "check",
+    [
+        lambda: check_simulated_instrument("keysight-infiniivision", driver="keysight-infiniivision"),
+        lambda: check_driver("keysight-infiniivision", options={"probes": {}}),
+    ],
+)
+def test_an_oscilloscope_without_probes_says_how_to_state_them(check: Any) -> None:
+    with pytest.raises(InputError, match=r"has no voltage probe in its options.*Probe\(ProbeKind.VOLTAGE"):
+        check()
