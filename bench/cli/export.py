@@ -179,7 +179,7 @@ def export(
 
 def _code_of(target: "Target", origin: "Origin") -> Callable[[], AbstractContextManager[None]]:
     """Return what a target's code runs in: faults of a plug-in's name it, ours are the program's."""
-    from bench.plugins.catalogues import OURS
+    from bench.plugins.catalogue import OURS
     from bench.plugins.faults import plugin_code
     from reports.exports.checks import ExportRefusedError
 

@@ -6,8 +6,8 @@ from contextlib import contextmanager, redirect_stdout
 from os.path import basename
 
 from bench.i18n.errors import InputError, at, fault
-from bench.plugins.catalogue import Origin
-from bench.plugins.catalogues import OURS, installed
+from bench.plugins.catalogue import OURS, Origin
+from bench.plugins.catalogues import installed
 from drivers.interfaces.strangers_code import strangers_code
 from drivers.interfaces.text import Text, text
 
