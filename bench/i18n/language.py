@@ -4,6 +4,9 @@ import os
 from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import resources
+from pathlib import Path
+from string import Formatter
+from typing import BinaryIO
 
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Translate, english, text
@@ -26,7 +29,7 @@ def language_of(wish: str, environment: Mapping[str, str] | None = None) -> str:
 
 def translator(language: str) -> Translate:
     """Return what translates templates into a language; a template without a translation stays English."""
-    return _looked_up(catalogue(language)) if language != "en" else english
+    return _looked_up(catalogue(language), _OF_PLUGINS[language]) if language != "en" else english
 
 
 @cache
@@ -34,16 +37,63 @@ def catalogue(language: str) -> Mapping[str, str]:
     """Return a language's templates by their English ones; English itself needs none."""
     if language == "en":
         return {}
-    from babel.messages.pofile import read_po
-
     path = resources.files("bench.i18n") / "locale" / language / "LC_MESSAGES" / "motorbench.po"
     with path.open("rb") as file:
-        messages = read_po(file, locale=language)
+        return _templates(file, language)
+
+
+def add_translations_beside(module: Path) -> None:
+    """Take a plug-in's own translations, `NAME.zh.po` beside its `NAME.py`; where motorbench has a sentence, its own stands.
+
+    They hold for the process, as the module itself does. Raises ValueError for a file that cannot be read, and for a translation
+    whose placeholders are not those of its sentence.
+    """
+    for language in LANGUAGES:
+        path = module.with_suffix(f".{language}.po")
+        if not path.is_file():
+            continue
+        from babel.messages.pofile import PoFileError
+
+        try:
+            with path.open("rb") as file:
+                templates = _templates(file, language, strict=True)
+        except (OSError, ValueError, LookupError, PoFileError) as error:
+            raise ValueError(text("{file} cannot be read: {error}", file=path.name, error=error)) from None
+        for english_template, template in templates.items():
+            if (there := _placeholders(template)) is None or not there <= (_placeholders(english_template) or set()):
+                raise ValueError(
+                    text(
+                        "{file}: the translation {translation!r} must have the placeholders of {sentence!r}, and no other",
+                        file=path.name,
+                        translation=template,
+                        sentence=english_template,
+                    )
+                )
+        _OF_PLUGINS[language].update(templates)
+
+
+#: What the plug-ins loaded in this process brought, by language.
+_OF_PLUGINS: dict[str, dict[str, str]] = {language: {} for language in LANGUAGES}
+
+
+def _templates(file: BinaryIO, language: str, *, strict: bool = False) -> dict[str, str]:
+    from babel.messages.pofile import read_po
+
+    messages = read_po(file, locale=language, abort_invalid=strict)
     return {str(m.id): str(m.string) for m in messages if m.id and m.string and not m.fuzzy}
 
 
-def _looked_up(templates: Mapping[str, str]) -> Callable[[str], str]:
+def _placeholders(template: str) -> set[str] | None:
+    """Return the names in a template's braces, None where its braces do not match."""
+    try:
+        return {name for _, name, _, _ in Formatter().parse(template) if name is not None}
+    except ValueError:
+        return None
+
+
+def _looked_up(templates: Mapping[str, str], of_plugins: Mapping[str, str]) -> Callable[[str], str]:
     def translate(template: str) -> str:
-        return templates.get(template, template)
+        found = templates.get(template)
+        return of_plugins.get(template, template) if found is None else found
 
     return translate

@@ -1,11 +1,14 @@
 """All catalogues together: what this installation has, and what plug-in files beside a station or a plan add."""
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
-from functools import cache
-from importlib.metadata import distributions
+from functools import cache, partial
+from importlib.metadata import EntryPoint, distributions
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from bench.i18n.language import add_translations_beside
 from bench.plugins.catalogue import OURS, BrokenPlugin, Catalogue, Origin, PluginFile, UnloadedDeclaration
 from bench.plugins.records import RecordOutput
 from drivers.catalogue import Driver
@@ -100,12 +103,21 @@ def installed() -> Catalogues:
         for point in distribution.entry_points:
             group = point.group.removeprefix(_PREFIX)
             if point.group.startswith(_PREFIX) and group in found:
-                found[group].append(UnloadedDeclaration(point.name, origin, point.load))
+                load = point.load if name == OURS else partial(_load_with_translations, point)
+                found[group].append(UnloadedDeclaration(point.name, origin, load))
     for entries in found.values():
         entries.sort(key=lambda entry: (entry.origin.name != OURS, entry.origin.name))
     places = {name: place for place, name in enumerate(ORDER)}
     found["procedures"].sort(key=lambda entry: places.get(entry.name, len(places)))
     return Catalogues({group: tuple(entries) for group, entries in found.items()})
+
+
+def _load_with_translations(point: EntryPoint) -> object:
+    """Return what another distribution's entry point names; its translations stand beside the module that declares it."""
+    declared = point.load()
+    if (file := getattr(sys.modules[point.module], "__file__", None)) is not None:
+        add_translations_beside(Path(file))
+    return declared
 
 
 def accept_drivers(name: str, loaded: object) -> tuple[Driver, ...]:

@@ -13,6 +13,7 @@ from pydantic import Field
 
 from bench.files.toml_file import Section
 from bench.i18n.errors import FileError
+from bench.i18n.language import add_translations_beside
 from bench.plugins.catalogue import Origin, PluginFile, UnloadedDeclaration, reason
 from bench.plugins.catalogues import GROUPS, Catalogues, installed
 from bench.plugins.records import RecordOutput
@@ -115,6 +116,7 @@ def _import(name: str, path: Path, content: bytes) -> ModuleType:
         # What a plug-in prints must not end up in JSON, nor in what a guardian says.
         with redirect_stdout(sys.stderr):
             exec(compile(content, str(path), "exec"), vars(module))  # noqa: S102  the station's owner named the file
+        add_translations_beside(path)
     except BaseException:
         del sys.modules[name]
         raise

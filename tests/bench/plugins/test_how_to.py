@@ -216,12 +216,32 @@ address = "TCPIP0::192.0.2.11::inst0::INSTR"
     code, _, err = call("parameters", "--station", "own.toml")
     assert code == 0
     assert "cold_lines.py cannot be used: ModuleNotFoundError: No module named 'no_such_library'" in err
-    (folder / "cold_lines.py").write_text(codes("add-a-procedure.md")["cold_lines.py"], encoding="utf-8")
+    page = codes("add-a-procedure.md")["cold_lines.py"]
+    catalogue = re.findall(r"```po\n(.*?)```", (PAGES / "add-a-procedure.md").read_text(encoding="utf-8"), re.DOTALL)[0]
+    (folder / "cold_lines.py").write_text(page, encoding="utf-8")
     for language in ("en", "zh"):
         words = ("run", "cold-lines", "--station", "own.toml", "--motor", "lg-400w", "--rehearse", "--json")
         told = json.loads(call(*words, "--language", language)[1])
         assert told["status"] == "completed"
         assert told["procedures"][0]["steps"][1]["text"] == "The mean of the three"
+    # In English sentences of its own, until its translations stand beside it.
+    assert "Line resistance as it comes" in call("parameters", "--station", "own.toml", "--language", "zh")[1]
+    translations = folder / "cold_lines.zh.po"
+    translations.write_text(catalogue, encoding="utf-8")
+    (folder / "cold_lines.py").write_text(f"{page}# another content: loaded anew", encoding="utf-8")
+    assert "现状线电阻" in call("parameters", "--station", "own.toml", "--language", "zh")[1]
+    assert json.loads(call(*words, "--language", "zh")[1])["procedures"][0]["steps"][1]["text"] == "三个读数的平均值"
+    for number, (right, wrong, said) in enumerate(
+        (
+            ("以 {frequency:g} Hz", "以 {frequenz:g} Hz", "must have the placeholders of 'Between AB, BC and CA"),
+            ('msgstr "现状线电阻"', 'msgstring "现状线电阻"', "cold_lines.zh.po cannot be read"),
+        )
+    ):
+        translations.write_text(catalogue.replace(right, wrong), encoding="utf-8")
+        (folder / "cold_lines.py").write_text(f"{page}# content {number}", encoding="utf-8")
+        code, _, err = call("parameters", "--station", "own.toml")
+        assert code == 0
+        assert said in err
     exports = json.loads(call("export", "--list", "--station", "own.toml", "--json")[1])["exports"]
     assert exports["acme-drive"]["from"]["name"] == str(folder / "acme_drive.py")
     assert exports["vesc"]["from"]["name"] == "motorbench"
