@@ -141,15 +141,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _app(given: list[str]) -> App:
-    """Return the application, where it is to show its help in another language than English with that."""
+    """Return the application, with its help in the reader's language where it may have to show it."""
     app = make_app()
     helped = "--help" in given or "-h" in given or sum(not word.startswith("-") for word in given) < 2
-    if not helped or (language := _language(given)) == "en":
+    if not helped:
         return app
     from bench.cli.help import in_language
     from bench.i18n.language import translator
 
-    return in_language(app, translator(language))
+    return in_language(app, translator(_language(given)))
 
 
 def _run(given: list[str]) -> int:

@@ -4,6 +4,7 @@ import sys
 from typing import Any
 
 from bench.cli.output import broken_of, print_json, say_broken
+from bench.i18n.errors import UsageError, at
 from bench.i18n.language import language_of, translator
 from bench.plugins.catalogue import OURS
 from bench.run.console import console_on
@@ -13,11 +14,15 @@ from procedures.core.procedure import Procedure
 from procedures.core.steps import Step
 
 
-def procedures(*, station: str = "virtual", json: bool = False, markdown: bool = False, language: str = "auto") -> None:
-    """List the procedures with their place in the note, instruments, steps and settings.
+def procedures(
+    *names: str, station: str = "virtual", json: bool = False, markdown: bool = False, language: str = "auto"
+) -> None:
+    """List the procedures, all or those named, with their place in the note, instruments, steps and settings.
 
     Parameters
     ----------
+    names
+        Procedures, as the list without a name shows them.
     station
         A station file, whose plug-ins are listed too.
     json
@@ -32,8 +37,11 @@ def procedures(*, station: str = "virtual", json: bool = False, markdown: bool =
     catalogues = catalogues_at(station)
     found = catalogues.procedures
     listed = {
-        name: {**describe(procedure, translate), "from": found.origin(name).as_dict()}
-        for name, procedure in found.items()
+        name: {
+            **describe(found.need(name, lambda why, name=name: UsageError(at(repr(name), why))), translate),  # type: ignore[misc]
+            "from": found.origin(name).as_dict(),
+        }
+        for name in names or found
     }
     if json:
         print_json({"procedures": listed, "broken": [one.as_dict() for one in broken_of(catalogues, found)]})
@@ -41,7 +49,7 @@ def procedures(*, station: str = "virtual", json: bool = False, markdown: bool =
     if markdown:
         from reports.tables.procedure_table import markdown as tables
 
-        sys.stdout.write(tables(found, translate))
+        sys.stdout.write(tables({name: found[name] for name in listed}, translate))
         return
     console = console_on(sys.stdout)
     shown = sorted(listed.items(), key=lambda item: tuple(item[1][kind] for kind in reversed(_KINDS)))

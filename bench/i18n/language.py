@@ -6,7 +6,7 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 from string import Formatter
-from typing import BinaryIO
+from typing import IO
 
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Translate, english, text
@@ -76,7 +76,7 @@ def add_translations_beside(module: Path) -> None:
 _OF_PLUGINS: dict[str, dict[str, str]] = {language: {} for language in LANGUAGES}
 
 
-def _templates(file: BinaryIO, language: str, *, strict: bool = False) -> dict[str, str]:
+def _templates(file: IO[bytes], language: str, *, strict: bool = False) -> dict[str, str]:
     from babel.messages.pofile import read_po
 
     messages = read_po(file, locale=language, abort_invalid=strict)

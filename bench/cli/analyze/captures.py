@@ -6,9 +6,8 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter, Token
 
-from bench.cli.analyze.output import print_analysis
+from bench.cli.analyze.record_options import RecordOptions
 from bench.i18n.errors import UsageError
-from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import text
 
 
@@ -21,6 +20,7 @@ def _whole(_: Any, tokens: Sequence[Token]) -> int:
 
 #: A whole number: half a pole pair is none, and is not rounded to one.
 Count = Annotated[int, Parameter(converter=_whole)]
+_AS_USUAL = RecordOptions()
 
 
 def back_emf(
@@ -36,15 +36,8 @@ def back_emf(
     temperature: float | None = None,
     temperature_uncertainty: float | None = None,
     magnet_coefficient: float = -0.001,
-    from_: Annotated[float | None, Parameter(name="--from")] = None,
-    to: float | None = None,
-    time_column: str | None = None,
-    accuracy: Sequence[str] = (),
-    accuracy_file: Path | None = None,
     full_scale: Sequence[str] = (),
-    budget: bool = False,
-    language: str = "auto",
-    json: bool = False,
+    record: RecordOptions = _AS_USUAL,
 ) -> int:
     """Fundamental, harmonics, drift and flux linkage of captured back-EMF voltages (§3.4).
 
@@ -77,32 +70,16 @@ def back_emf(
         Half-width of what is known of it, K; 2 where not given.
     magnet_coefficient
         Temperature coefficient of the magnets' flux, 1/K.
-    from_
-        First instant of the record to take, s, of the file's own time.
-    to
-        Last instant of the record to take, s.
-    time_column
-        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
-    accuracy
-        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, time.
-    accuracy_file
-        TOML file with the same; what is on the command line overrules it.
     full_scale
         Range that a channel was set to, NAME=RANGE, as in CH1=40V: the whole screen, for limits in % of full scale.
-    budget
-        Print every parameter's uncertainty budget; JSON always holds them.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
+    record
+        What every capture's command takes.
 
     """
-    from bench.analysis import analyze_back_emf, read_statements
+    from bench.analysis import analyze_back_emf
     from bench.analysis.back_emf_record import read_couplings
     from bench.analysis.temperature import magnet_temperature
-    from bench.captures import CapturePart
 
-    translate = translator(language_of(language))
     outcome = analyze_back_emf(
         _some(files),
         connection=connection,
@@ -113,12 +90,12 @@ def back_emf(
         speeds=speeds,
         coupling=read_couplings(coupling),
         harmonics=harmonics,
-        accuracy=read_statements(accuracy, accuracy_file, full_scale),
-        selection=CapturePart(from_, to, time_column),
+        accuracy=record.statements(full_scale),
+        selection=record.selection,
         temperature=magnet_temperature(temperature, temperature_uncertainty, magnet_coefficient),
-        translate=translate,
+        translate=record.translate,
     )
-    return print_analysis(outcome, translate, json=json, budget=budget)
+    return record.print(outcome)
 
 
 def step_response(
@@ -132,16 +109,9 @@ def step_response(
     temperature: float | None = None,
     temperature_uncertainty: float | None = None,
     copper_coefficient: float = 0.00393,
-    from_: Annotated[float | None, Parameter(name="--from")] = None,
-    to: float | None = None,
-    time_column: str | None = None,
     skew: float = 0.0,
-    accuracy: Sequence[str] = (),
-    accuracy_file: Path | None = None,
     full_scale: Sequence[str] = (),
-    budget: bool = False,
-    language: str = "auto",
-    json: bool = False,
+    record: RecordOptions = _AS_USUAL,
 ) -> int:
     """Resistance and inductance from a recorded voltage step and its current (§3.3.1).
 
@@ -169,33 +139,17 @@ def step_response(
         Half-width of what is known of it, K; 2 where not given.
     copper_coefficient
         Temperature coefficient of the winding's resistance at 20 °C, 1/K.
-    from_
-        First instant of the record to take, s, of the file's own time.
-    to
-        Last instant of the record to take, s.
-    time_column
-        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
     skew
         Limit of the time by which one channel may be late beside the other, s; at least half a sampling interval counts.
-    accuracy
-        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, current, time.
-    accuracy_file
-        TOML file with the same; what is on the command line overrules it.
     full_scale
         Range that a channel was set to, NAME=RANGE, as in CH1=40V: the whole screen, for limits in % of full scale.
-    budget
-        Print every parameter's uncertainty budget; JSON always holds them.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
+    record
+        What every capture's command takes.
 
     """
-    from bench.analysis import analyze_step_response, read_statements
+    from bench.analysis import analyze_step_response
     from bench.analysis.temperature import copper_temperature
-    from bench.captures import CapturePart
 
-    translate = translator(language_of(language))
     outcome = analyze_step_response(
         list(_some(files)),
         connection=connection,
@@ -204,13 +158,13 @@ def step_response(
         voltage=voltage,
         current=current,
         scale=_factors(scale),
-        accuracy=read_statements(accuracy, accuracy_file, full_scale),
-        selection=CapturePart(from_, to, time_column),
+        accuracy=record.statements(full_scale),
+        selection=record.selection,
         temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
         skew=skew,
-        translate=translate,
+        translate=record.translate,
     )
-    return print_analysis(outcome, translate, json=json, budget=budget)
+    return record.print(outcome)
 
 
 def coast_down(
@@ -220,16 +174,9 @@ def coast_down(
     torque: float | None = None,
     speed: str | None = None,
     speed_in_rpm: Annotated[bool | None, Parameter(negative="--speed-in-rad-s")] = None,
-    from_: Annotated[float | None, Parameter(name="--from")] = None,
-    to: float | None = None,
-    time_column: str | None = None,
     speed_filter: str | None = None,
     torque_filter: str | None = None,
-    accuracy: Sequence[str] = (),
-    accuracy_file: Path | None = None,
-    budget: bool = False,
-    language: str = "auto",
-    json: bool = False,
+    record: RecordOptions = _AS_USUAL,
 ) -> int:
     """Friction from a coast-down, and inertia where a driven ramp is there too (§3.5).
 
@@ -249,32 +196,16 @@ def coast_down(
         Name of the speed's column.
     speed_in_rpm
         A speed without unit is in rpm, or in rad/s; without either such a speed is refused.
-    from_
-        First instant of the record to take, s, of the file's own time.
-    to
-        Last instant of the record to take, s.
-    time_column
-        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
     speed_filter
         Time constant of the filter that the speed went through, as in 20ms.
     torque_filter
         Time constant of the filter that the torque went through, as in 20ms.
-    accuracy
-        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: speed, torque, time.
-    accuracy_file
-        TOML file with the same; what is on the command line overrules it.
-    budget
-        Print every parameter's uncertainty budget; JSON always holds them.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
+    record
+        What every capture's command takes.
 
     """
-    from bench.analysis import analyze_coast_down, read_statements
-    from bench.captures import CapturePart
+    from bench.analysis import analyze_coast_down
 
-    translate = translator(language_of(language))
     outcome = analyze_coast_down(
         _some(files),
         inertia=inertia,
@@ -284,11 +215,11 @@ def coast_down(
         speed_in_rpm=speed_in_rpm,
         speed_filter=_seconds("--speed-filter", speed_filter),
         torque_filter=_seconds("--torque-filter", torque_filter),
-        accuracy=read_statements(accuracy, accuracy_file),
-        selection=CapturePart(from_, to, time_column),
-        translate=translate,
+        accuracy=record.statements(),
+        selection=record.selection,
+        translate=record.translate,
     )
-    return print_analysis(outcome, translate, json=json, budget=budget)
+    return record.print(outcome)
 
 
 def rotor_sweep(
@@ -299,14 +230,7 @@ def rotor_sweep(
     electrical: bool = False,
     threshold: float = 0.10,
     scale: Sequence[str] = (),
-    from_: Annotated[float | None, Parameter(name="--from")] = None,
-    to: float | None = None,
-    time_column: str | None = None,
-    accuracy: Sequence[str] = (),
-    accuracy_file: Path | None = None,
-    budget: bool = False,
-    language: str = "auto",
-    json: bool = False,
+    record: RecordOptions = _AS_USUAL,
 ) -> int:
     """Ld and Lq from line-to-line inductance over the rotor's angle, or over time (§3.3.2).
 
@@ -326,28 +250,12 @@ def rotor_sweep(
         Difference of smallest and largest below which the note speaks of a surface-magnet machine.
     scale
         Factor for a channel, NAME=FACTOR.
-    from_
-        First instant of the record to take, s, of the file's own time.
-    to
-        Last instant of the record to take, s.
-    time_column
-        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
-    accuracy
-        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: inductance.
-    accuracy_file
-        TOML file with the same; what is on the command line overrules it.
-    budget
-        Print every parameter's uncertainty budget; JSON always holds them.
-    language
-        en, zh, or auto by the locale.
-    json
-        Print one JSON object and nothing else.
+    record
+        What every capture's command takes.
 
     """
-    from bench.analysis import analyze_rotor_sweep, read_statements
-    from bench.captures import CapturePart
+    from bench.analysis import analyze_rotor_sweep
 
-    translate = translator(language_of(language))
     outcome = analyze_rotor_sweep(
         file,
         connection=connection,
@@ -355,11 +263,11 @@ def rotor_sweep(
         electrical=electrical,
         threshold=threshold,
         scale=_factors(scale),
-        accuracy=read_statements(accuracy, accuracy_file),
-        selection=CapturePart(from_, to, time_column),
-        translate=translate,
+        accuracy=record.statements(),
+        selection=record.selection,
+        translate=record.translate,
     )
-    return print_analysis(outcome, translate, json=json, budget=budget)
+    return record.print(outcome)
 
 
 def _some(files: Sequence[Path]) -> Sequence[Path]:

@@ -254,6 +254,11 @@ def test_procedures_list_their_steps(call: Call) -> None:
     assert [step["id"] for step in resistance["steps"]][:2] == ["3.2.2/1", "3.2.2/2"]
     assert any(step["by_hand"] for step in resistance["steps"])
     assert resistance["settings"]["frequency"] == {"default": 20.0, "unit": "Hz", "description": "test frequency, Hz"}
+    code, out, _ = call("procedures", "stator-resistance", "inertia", "--json")
+    assert json.loads(out)["procedures"] == {name: listed[name] for name in ("stator-resistance", "inertia")}
+    code, out, err = call("procedures", "inertai", "--language", "en")
+    assert (code, out) == (2, "")
+    assert "'inertai': did you mean inertia?" in err
     code, out, _ = call("procedures", "--language", "zh")
     assert "定子电阻" in out
 
