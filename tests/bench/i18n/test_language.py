@@ -235,6 +235,13 @@ def test_no_template_is_left_over() -> None:
     assert set(catalogue("zh")) - set(known) <= colours
 
 
+def test_one_word_for_one_thing() -> None:
+    page = (ROOT / "docs" / "reference" / "chinese-terms.md").read_text(encoding="utf-8")
+    ruled_out = [word for words in re.findall(r"\| not ([^;|(]*)", page) for word in words.strip().split(", ")]
+    assert "流程" in ruled_out
+    assert not [said for said in catalogue("zh").values() if any(word in said for word in ruled_out)]
+
+
 def test_a_sentence_with_values_inside_values() -> None:
     said = [line.render(translator("zh")) for line in ALIGN_D.lines({"A": "white"})]
     assert "白" in said[1]
