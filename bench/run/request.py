@@ -66,8 +66,8 @@ class RunOptions:
 
     `folder` is made already; `versions` are known already; `waveforms` says which are kept; `lifelines` are
     file descriptors that a guardian keeps open for as long as it lives; `procedure_clock` is what procedures wait by, the bench's
-    clock where it is None. Without `durable`, only the run's end is forced to the disk, and no room is kept for it. Without
-    `write_result` there is no `result.json`.
+    clock where it is None. Without `durable`, only the run's end is forced to the disk, and in a folder made already no room is
+    kept for it. Without `write_result` there is no `result.json`.
     """
 
     after: After = stop_at_failure

@@ -88,6 +88,8 @@ def run(
             after=never_stop if request.go_on else stop_at_failure,
             warnings=context.station.check_calibrations(today(), used),
             listeners=(*listeners, Progress(console, titles_of(plan, translate), live=live).hear),
+            # What is virtual is not left on by a power cut.
+            durable=context.simulation.in_process is None,
         )
         done = carry_out(request, plan, context, interrupts, options)
         _hand_over(done, context.station, request, console)
@@ -165,7 +167,8 @@ def carry_out(
         )
         if guard.about() is not None:
             leaving.enter_context(set_aside())
-        reserve = Reserve(folder.reserve) if options.durable else None
+        # A motor of a virtual line is measured again; a run by itself has its end told, whatever its instruments are.
+        reserve = Reserve(folder.reserve) if options.durable or options.folder is None else None
         unpack(folder.journal)
         journal = Journal(
             folder.journal, context.clock.now, durable=options.durable, previous=previous, reserve=reserve
