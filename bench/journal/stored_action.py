@@ -5,7 +5,7 @@ from dataclasses import fields
 from typing import Any, cast, get_args
 
 from drivers.interfaces import ProbeKind, Role
-from drivers.interfaces.text import Text
+from drivers.interfaces.text import Text, word
 from procedures.core.actions import (
     Action,
     ChangeSetup,
@@ -13,6 +13,7 @@ from procedures.core.actions import (
     ConnectProbes,
     ConnectVoltmeter,
     CurrentProbe,
+    DoByHand,
     DoubtReading,
     EnterCommand,
     EnterReading,
@@ -60,6 +61,8 @@ def _made(kind: type[Any], details: Mapping[str, Any]) -> object:
         return EnterReading(**stored)
     if kind is Mend:
         return Mend(Text(details["finding"]), tuple(Text(line) for line in details["wanted"]))
+    if kind is DoByHand:
+        return DoByHand(word(details["said"]))
     if kind is DoubtReading:
         return DoubtReading(Text(details["finding"]))
     if kind is EnterCommand:

@@ -11,6 +11,7 @@ from drivers.interfaces.role import ROLES as SPECS
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import (
     ChangeSetup,
+    DoByHand,
     DoubtReading,
     EnterCommand,
     EnterReading,
@@ -92,6 +93,10 @@ class FixtureOperator:
             case EnterCommand():
                 raise ProcedureError(
                     text("a fixture commands nothing: take --operator terminal or panel for the instruments by hand")
+                )
+            case DoByHand(said=said):
+                raise ProcedureError(
+                    text("a fixture cannot do this: {work}; take --operator terminal or panel for it", work=said)
                 )
             case Mend():
                 # What is wrong although every relay followed is for a person to find.

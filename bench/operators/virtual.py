@@ -12,6 +12,7 @@ from drivers.interfaces.text import text
 from procedures.core.actions import (
     FINISH,
     ChangeSetup,
+    DoByHand,
     DoubtReading,
     EnterCommand,
     EnterReading,
@@ -115,6 +116,8 @@ class VirtualOperator:
             case EnterCommand():
                 # There is nothing that these hands would want to know.
                 return FINISH
+            case DoByHand():
+                self._take(_SETTLE)
             case Mend():
                 # These hands did as they were told; what is wrong all the same is for a person to find.
                 return False

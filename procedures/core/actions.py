@@ -270,6 +270,20 @@ class EnterReading(_Sentence):
 
 
 @dataclass(frozen=True)
+class DoByHand(_Sentence):
+    """Anything else that hands do while everything is off, in the procedure's own words: a hatch shut, a sensor plugged in.
+
+    Nothing in a setup follows from it; a fixture cannot do it, and the virtual operator does it without effect.
+    """
+
+    said: Text
+
+    def sentence(self) -> Text:
+        """Say what to do."""
+        return self.said
+
+
+@dataclass(frozen=True)
 class Mend:
     """Put right what a measurement found wrong; gives whether it was done, so that it is measured again.
 
@@ -356,6 +370,7 @@ HandWork = (
     | StopTurning
     | EnterReading
     | EnterCommand
+    | DoByHand
     | Mend
     | DoubtReading
 )

@@ -21,6 +21,7 @@ from drivers.interfaces import Role as Role
 from drivers.interfaces.text import text
 from procedures.core.actions import (
     Action,
+    DoByHand,
     DoubtReading,
     EnterCommand,
     HandWork,
@@ -185,6 +186,8 @@ class Bench:
         if wanted := [action for action in actions if isinstance(action, Wanted)]:
             self._change_setup(wanted)
         for action in actions:
+            if isinstance(action, DoByHand):
+                self._check_off()
             if not isinstance(action, Wanted):
                 self._perform(action)
 
@@ -242,13 +245,8 @@ class Bench:
             self.state.changed(after)
             return
         touched = set(before.contacts) != set(after.contacts) or before.coupled != after.coupled
-        if touched and self._feeding.roles:
-            raise ProcedureError(
-                text(
-                    "{roles} is on: no lead and no coupling is touched before it is off",
-                    roles=sorted(role.value for role in self._feeding.roles),
-                )
-            )
+        if touched:
+            self._check_off()
         try:
             self._perform(ChangeSetup(changes, before, after))
         except BaseException:
@@ -257,6 +255,16 @@ class Bench:
             raise
         self._feeding.stands()
         self.state.changed(after)
+
+    def _check_off(self) -> None:
+        """Raise ProcedureError where something feeds the motor or drives its shaft."""
+        if self._feeding.roles:
+            raise ProcedureError(
+                text(
+                    "{roles} is on: no lead and no coupling is touched before it is off",
+                    roles=sorted(role.value for role in self._feeding.roles),
+                )
+            )
 
     def _perform(self, action: HandWork) -> object:
         name = type(action).__name__

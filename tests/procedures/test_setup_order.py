@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.interfaces import Role
+from drivers.interfaces.text import text
 from procedures.core.actions import (
     ALIGN_D,
     ALIGN_Q,
@@ -25,6 +26,7 @@ from procedures.core.actions import (
     CoupleDynamometer,
     CurrentProbe,
     DisconnectVoltmeter,
+    DoByHand,
     HandWork,
     LockRotor,
     Node,
@@ -241,6 +243,8 @@ def test_no_lead_is_touched_while_something_is_on_and_a_turning_shaft_is_waited_
     bench = Bench(cast("Any", {}), hands, VirtualClock(), NoRecord(), feeding=on)
     with pytest.raises(ProcedureError, match="supply is on: no lead and no coupling is touched"):
         bench.perform(ALIGN_D)
+    with pytest.raises(ProcedureError, match="supply is on: no lead"):
+        bench.perform(DoByHand(text("Plug the thermistor in")))
     assert hands.asked == []
     on.roles = ()
     bench.perform(ALIGN_D)

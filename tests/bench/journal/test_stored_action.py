@@ -12,6 +12,7 @@ from procedures.core.actions import (
     ConnectProbes,
     ConnectVoltmeter,
     CurrentProbe,
+    DoByHand,
     EnterReading,
     LockRotor,
     MarkRestPositions,
@@ -38,6 +39,7 @@ THERE = BenchSetup(rotor_locked=True).having(wired(ALIGN_Q.terminals) | metered(
         MarkRestPositions(2),
         StartTurning(0.5),
         EnterReading("winding_temperature", text("the winding's temperature"), "°C", -60.0, 250.0, (5.0, 45.0)),
+        DoByHand(text("Shut the hatch")),
         Mend(text("A is open"), (text("Connect the motor's terminals:"), text("A → supply, plus"))),
     ],
 )

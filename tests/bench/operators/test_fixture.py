@@ -22,6 +22,7 @@ from procedures.core.actions import (
     CoupleDynamometer,
     CurrentProbe,
     DisconnectVoltmeter,
+    DoByHand,
     EnterReading,
     LockRotor,
     MarkRestPositions,
@@ -284,6 +285,11 @@ def test_readings(clock: Clock, fixture: Asking) -> None:
 
 def test_a_fixture_mends_nothing(fixture: Asking) -> None:
     assert fixture.perform(Mend(text("A and B are interchanged"), ())) is False
+
+
+def test_what_only_a_person_can_do_is_refused(fixture: Asking) -> None:
+    with pytest.raises(ProcedureError, match="a fixture cannot do this: Plug the thermistor in; take --operator"):
+        fixture.perform(DoByHand(text("Plug the thermistor in")))
 
 
 def test_a_fixture_without_an_actuator(clock: Clock, matrix: Matrix) -> None:

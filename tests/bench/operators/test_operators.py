@@ -28,6 +28,7 @@ from procedures.core.actions import (
     CoupleDynamometer,
     CurrentProbe,
     DisconnectVoltmeter,
+    DoByHand,
     EnterReading,
     LockRotor,
     MarkRestPositions,
@@ -117,6 +118,12 @@ def test_wiring_is_put_right_or_given_up() -> None:
     assert "B (green) → supply, minus" in said.getvalue()
     assert operator.perform(mend) is False
     assert "type n to give up" in said.getvalue()
+
+
+def test_other_work_of_hands_is_said_in_the_procedure_s_own_words() -> None:
+    operator, said = typing([""])
+    assert operator.perform(DoByHand(text("Shut the {what}", what="hatch"))) is None
+    assert "▶ Shut the hatch" in said.getvalue()
 
 
 def test_chinese_is_spoken() -> None:
