@@ -5,8 +5,10 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import KW_ONLY, dataclass
 from enum import Enum
+from unicodedata import normalize
 
 from drivers.interfaces.text import Text
+from procedures.core.units import ALLOWED_UNITS, is_unit
 
 
 class FactorErrors(Enum):
@@ -66,6 +68,12 @@ class ParameterDefinition:
             )
         if not self.unit:
             raise ValueError(f"parameter {self.name}: the unit is missing; 1 stands for none")
+        for key in ("unit", "reader_unit"):
+            # The ohm sign looks like the omega that all others write, and is another character.
+            unit = normalize("NFC", getattr(self, key))
+            object.__setattr__(self, key, unit)
+            if unit and not is_unit(unit):
+                raise ValueError(f"parameter {self.name}: {key} {unit!r} is no unit; allowed are {ALLOWED_UNITS}")
         if _prefixed(self.unit, self.reader_unit):
             raise ValueError(
                 f"parameter {self.name}: reader_unit {self.reader_unit} is not of the size of {self.unit}; leave it out: tables choose the "

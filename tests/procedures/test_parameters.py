@@ -67,11 +67,28 @@ def test_a_procedure_that_gives_what_nothing_defines_is_refused(given: str | Par
         ("Winding", "F", "small letters, digits and underscores"),
         ("winding capacitance", "F", "small letters, digits and underscores"),
         ("winding", "", "the unit is missing; 1 stands for none"),
+        (
+            "winding",
+            "Ohmz",
+            r"parameter winding: unit 'Ohmz' is no unit; allowed are .* Ω .* multiplied by · and divided by /",
+        ),
+        ("winding", "V*s/rad", "is no unit"),
+        ("winding", "N·m/", "is no unit"),
+        ("winding", "k%", "is no unit"),
     ],
 )
 def test_a_definition_without_a_proper_name_or_unit_is_refused(name: str, unit: str, said: str) -> None:
     with pytest.raises(ValueError, match=said):
         ParameterDefinition(name, "", unit, text("Winding"))
+
+
+@pytest.mark.parametrize("unit", ["1", "%/K", "mΩ", "kg·m²", "N·m/√W", "µV·s/rad", "s⁻¹", "V/krpm", "dB", "°"])
+def test_units_are_those_of_the_field(unit: str) -> None:
+    assert ParameterDefinition("winding", "", unit, text("Winding")).unit == unit
+
+
+def test_an_ohm_sign_is_an_omega() -> None:
+    assert ParameterDefinition("winding", "", "\u2126", text("Winding")).unit == "\u03a9"
 
 
 def test_a_table_is_extended_to_another_and_a_name_that_it_has_not_is_answered_with_those_it_has() -> None:

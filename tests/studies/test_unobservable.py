@@ -4,6 +4,7 @@ import ast
 
 import pytest
 
+from tests.studies.mutants import path_of
 from tests.studies.unobservable import ast_nodes, unobservable
 
 SOURCE = """
@@ -63,3 +64,12 @@ def test_tables_and_figures_of_messages_and_pauses_that_look_again_are_left_alon
 @pytest.mark.parametrize("number", [2, 4, 5, 8, 9, 10, 11, 14, 23, 25, 27])
 def test_what_can_be_told_from_outside_is_changed(number: int) -> None:
     assert number not in left_alone(SOURCE)
+
+
+def test_a_default_that_every_call_gives_is_left_alone_where_its_class_is_also_named_as_a_type() -> None:
+    tree = ast.parse(path_of("drivers.mjbots.controller").read_text(encoding="utf-8"))
+    excluded = unobservable(tree)
+    (made,) = (node for node in ast_nodes(tree) if isinstance(node, ast.FunctionDef) and node.name == "__init__")
+    assert {ast.unparse(each) for each in made.args.kw_defaults if id(each) in excluded} == {
+        "0", "None", "UNWATCHED", "False",
+    }  # fmt: skip

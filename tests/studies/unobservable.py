@@ -49,8 +49,7 @@ def _formal(node: ast.AST) -> Iterator[ast.AST]:
         case ast.Import() | ast.ImportFrom():
             yield node
         case ast.FunctionDef():
-            yield from (each.annotation for each in node.args.args + node.args.kwonlyargs if each.annotation)
-            yield from [node.returns] if node.returns else []
+            yield from _annotations(node)
             yield from node.decorator_list
             if any(_is_join(each) for each in ast_nodes(node)):
                 threads = [each for each in ast_nodes(node) if isinstance(each, ast.Call) and _name(each) == "Thread"]
@@ -58,12 +57,21 @@ def _formal(node: ast.AST) -> Iterator[ast.AST]:
         case ast.ClassDef():
             yield from node.decorator_list
         case ast.AnnAssign():
-            yield node.annotation
+            yield from _annotations(node)
         case ast.keyword(arg="strict"):
             yield node.value
         case ast.JoinedStr():
             # What is formatted into a command is behaviour; a format is no part of the tree that can be changed alone.
             yield from (p.format_spec for p in node.values if isinstance(p, ast.FormattedValue) and p.format_spec)
+
+
+def _annotations(node: ast.AST) -> Iterator[ast.AST]:
+    match node:
+        case ast.FunctionDef():
+            yield from (each.annotation for each in node.args.args + node.args.kwonlyargs if each.annotation)
+            yield from [node.returns] if node.returns else []
+        case ast.AnnAssign():
+            yield node.annotation
 
 
 def _name(call: ast.Call) -> str:
@@ -248,13 +256,16 @@ def _calls_of(name: str) -> tuple[ast.Call, ...] | None:
                 for node in ast_nodes(place)
                 if isinstance(node, ast.ClassDef) and called in map(ast.unparse, node.bases)
             ]
+            # What is only named as a type is neither made nor handed on.
+            types = {id(each) for node in ast_nodes(place) for part in _annotations(node) for each in ast_nodes(part)}
+            others = [use for use in _uses(place, called) if id(use) not in types]
             made = [
                 each
                 for node in derived
                 for each in ast_nodes(node)
                 if isinstance(each, ast.Call) and ast.unparse(each.func) == "super().__init__"
             ]
-            if len(made) != len(derived) or len(here) + len(derived) != len(_uses(place, called)):
+            if len(made) != len(derived) or len(here) + len(derived) != len(others):
                 return None
             calls += here + made
     return tuple(calls)

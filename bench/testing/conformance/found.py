@@ -1,8 +1,11 @@
 """What the last user left: told, set to what is needed, kept, watched, and put back when the instrument is closed."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
+from bench.testing.conformance.disturbed import WHAT, disturbances
 from bench.testing.conformance.ends import TAKE_OVER
 from bench.testing.conformance.manual import Left
 from bench.testing.conformance.report import Checks, in_words
@@ -10,7 +13,7 @@ from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import InstrumentError, ReportedError
 from drivers.interfaces.found_state import FoundSetting
-from sim_instruments.faults.line_faults import MessageWatch
+from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
 #: How many states are drawn from the simulated instrument's own table of what a last user may have left.
 _DRAWN, _DRAWN_THOROUGHLY = 1, 4
@@ -26,6 +29,7 @@ def check_left(trial: Trial) -> None:
             _not_kept(having, left)
         if left.watched:
             _changed_meanwhile(having, left)
+    _refused_midway(trial, [left for left in trial.checks.manual.left if left.wanted and left.error is None])
     for seed in (None, *range(_DRAWN_THOROUGHLY if trial.thorough else _DRAWN)):
         _as_drawn(trial, seed)
 
@@ -88,6 +92,49 @@ def _not_kept(trial: Trial, left: Left) -> None:
         held = made.connections - connections
         trial.checks.that("nothing is held of what is refused", held <= 0, f"{held} are open", "Close the connection")
         trial.checks.that(f"{_named(left)}: as before", now() == before, f"{now()} instead of {before}", _BACK)
+
+
+def _refused_midway(trial: Trial, rows: Sequence[Left]) -> None:
+    """Check that what was set is put back where opening fails after that: a message of it is refused, or not answered."""
+    rows = [left for left in rows if not left.options]
+    if not rows:
+        return
+    with trial.stand() as made:
+        trial.session.prepare(made)
+        _all_left(made, rows)
+        made.listen()
+        instrument = made.open()
+        different: dict[str, int] = {}
+        for number, (text, _) in enumerate(made.messages, 1):
+            different.setdefault(text, number)
+        transport = made.transport
+        instrument.close()
+    kind = {"modbus": FaultKind.EXCEPTION, "can": FaultKind.REPLACE}.get(transport, FaultKind.SILENCE)
+    disturbed = [text for text in different if kind in disturbances(text, transport)]
+    for text in disturbed if trial.thorough else disturbed[-2:]:
+        with trial.stand() as made:
+            trial.session.prepare(made)
+            nows = _all_left(made, rows)
+            before = [now() for now in nows]
+            # What is asked again after silence stays silent; a line that refuses goes on.
+            again = Fault.on(kind, f"^{re.escape(text)}$", times=None)
+            made.faults.add(again if kind is FaultKind.SILENCE else Fault.at(kind, different[text]))
+            with suppress(InstrumentError):
+                made.open().close()
+            made.faults.clear()
+            after = [now() for now in nows]
+        wrong = [
+            f"{left.query} is {new} instead of {old}"
+            for left, new, old in zip(rows, after, before, strict=True)
+            if new != old
+        ]
+        what = f"{WHAT[kind]} after '{text}' of opening: {', '.join(wrong)}"
+        trial.checks.that("put back where opening fails", not wrong, what, _BACK)
+
+
+def _all_left(made: Stand, rows: Sequence[Left]) -> list[Callable[[], Any]]:
+    """Leave every setting so; return what asks for each."""
+    return [_left(made, left) for left in rows]
 
 
 def _changed_meanwhile(trial: Trial, left: Left) -> None:

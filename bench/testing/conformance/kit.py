@@ -1,5 +1,6 @@
 """All conformance checks behind one object, for a test: what does not conform fails it with every finding."""
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,10 @@ from bench.testing.conformance.safety_devices import (
     check_watchdog_relay,
 )
 from bench.testing.conformance.simulated_instrument import check_simulated_instrument
+
+
+class UncheckedWarning(UserWarning):
+    """Something of a plug-in could not be checked."""
 
 
 class Conformance:
@@ -54,7 +59,7 @@ class Conformance:
         return _required(check_simulated_instrument(simulated, catalogues=self._catalogues, **how))
 
     def procedure(self, name: str, settings: Sequence[str] = (), **how: Any) -> ConformanceReport:
-        """Check a procedure as `check_procedure` does. Raises AssertionError likewise."""
+        """Check a procedure as `check_procedure` does; warns where a figure has no known truth. Raises AssertionError likewise."""
         return _required(check_procedure(name, self._runs, settings=settings, catalogues=self._catalogues, **how))
 
     def export(self, export: Any) -> ConformanceReport:
@@ -64,4 +69,6 @@ class Conformance:
 
 def _required(report: ConformanceReport) -> ConformanceReport:
     report.require()
+    for sentence in report.unchecked:
+        warnings.warn(f"{report.subject}: {sentence}", UncheckedWarning, stacklevel=3)
     return report

@@ -28,10 +28,11 @@ class CheckFinding:
 
 @dataclass(frozen=True)
 class ConformanceReport:
-    """The findings on one plug-in; `subject` names it."""
+    """The findings on one plug-in; `subject` names it. `unchecked` says what could not be looked at, and what it takes."""
 
     subject: str
     findings: tuple[CheckFinding, ...]
+    unchecked: tuple[str, ...] = ()
 
     @property
     def failures(self) -> tuple[CheckFinding, ...]:
@@ -47,7 +48,7 @@ class ConformanceReport:
         """Raise AssertionError that lists each check that was not passed."""
         if not self.passed:
             lines = [str(finding) for finding in self.failures] or ["nothing was checked"]
-            raise AssertionError(f"{self.subject} does not conform:\n" + "\n".join(lines))
+            raise AssertionError(f"{self.subject} does not conform:\n" + "\n".join((*lines, *self.unchecked)))
 
 
 def in_words(said: object) -> bool:
@@ -83,6 +84,8 @@ class Checks:
     manual: Manual = field(default_factory=Manual)
     #: The accuracies that were stated by readings.
     stated: list[Accuracy] = field(default_factory=list)
+    #: What could not be looked at.
+    unchecked: list[str] = field(default_factory=list)
 
     @property
     def wrong(self) -> str:
@@ -164,4 +167,4 @@ class Checks:
 
     def report(self, subject: str) -> ConformanceReport:
         """Return what was found."""
-        return ConformanceReport(subject, tuple(self.found.values()))
+        return ConformanceReport(subject, tuple(self.found.values()), tuple(self.unchecked))

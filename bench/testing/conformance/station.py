@@ -40,7 +40,7 @@ def check_station(trial: Trial, variants: Sequence[Mapping[str, Any]]) -> None:
             continue
         other = replace(other, subject=replace(other.subject, station=station_of(other.subject.options)))
         if isinstance(other.subject.options, Watching) and other.subject.options.watchdog is not None:
-            check_watchdog(other, name)
+            check_watchdog(other, name, trial)
             continue
         with other.opened(listening=True) as (made, instrument):
             wrong = other.wrong(made, instrument, full=True)

@@ -1,21 +1,25 @@
 """A watchdog that the station asks for: armed and read back, fed, let go of at the end, and acting once nobody feeds it."""
 
+from collections.abc import Set
 from contextlib import suppress
 from typing import Any
 
 from bench.station.clock import SystemClock
+from bench.testing.conformance.held_settings import held_settings
 from bench.testing.conformance.played import lose
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import InstrumentError, Watchdog
+from sim_instruments.faults.line_faults import Fault, FaultKind
 
 #: How many of its times a use lasts in which it is fed, and after how many it has acted.
 _FED, _DEAD = 2.5, 1.6
 
 
-def check_watchdog(trial: Trial, name: str) -> None:
+def check_watchdog(trial: Trial, name: str, unwatched: Trial) -> None:
     """Check that the watchdog is armed by who uses the instrument only, and let go of at the end.
 
+    `unwatched` is the trial with the options beside it: what opening writes there arms nothing.
     A thorough trial waits some four of its times, of the wall's clock, to see that it acts.
     """
     asked, checks = trial.subject.options.watchdog, trial.checks
@@ -34,18 +38,51 @@ def check_watchdog(trial: Trial, name: str) -> None:
             left = instrument.watchdog
             checks.that(f"{name}: close() ends the watch", left is None, f"{left}", "Put back what was set")
     _not_kept(trial, name)
+    if unwatched.subject.options.watchdog is None:
+        _as_found(trial, name, set(_writes(trial)) - set(_writes(unwatched)))
     if trial.thorough and trial.session.energise is not None:
         with trial.stand(sockets=True) as made:
             _acts(trial, made, name, asked)
 
 
-def _writes(trial: Trial) -> list[str]:
-    """Return the messages of opening that write something."""
+def _messages(trial: Trial) -> list[str]:
+    """Return the messages of opening and closing."""
     with trial.stand(sockets=True) as made:
         trial.session.prepare(made)
         made.listen()
         made.open().close()
-        return [message for message in dict.fromkeys(text for text, _ in made.messages) if message.startswith("write")]
+        return [message for message, _ in made.messages]
+
+
+def _writes(trial: Trial) -> list[str]:
+    """Return the messages of opening and closing that write something."""
+    return [message for message in dict.fromkeys(_messages(trial)) if message.startswith("write")]
+
+
+def _as_found(trial: Trial, name: str, arming: Set[str]) -> None:
+    """Check that what arms it is as it was found: after close(), and where a message is refused once it was written."""
+    messages, kind = _messages(trial), FaultKind.EXCEPTION
+    first = next((number for number, message in enumerate(messages, 1) if message in arming), len(messages))
+    for number in (None, *range(first, len(messages) + 1)):
+        with trial.stand(sockets=True) as made, held_settings(made, sorted(arming)) as held:
+            trial.session.prepare(made)
+            before = held()
+            if number is not None:
+                made.faults.add(Fault.at(FaultKind.REPLACE if made.transport == "can" else kind, number))
+            opened = False
+            with suppress(InstrumentError):
+                instrument: Any = made.open()
+                opened = True
+                instrument.close()
+            made.faults.clear()
+            refused = "" if number is None else f", '{messages[number - 1]}' having been refused"
+            what = f"{name}: as found {'after close()' if opened else 'where opening fails'}"
+            # Where the very message that puts it back is refused, it stays.
+            if number is None or not opened:
+                wrong = f"{held()} instead of {before}{refused}"
+                trial.checks.that(
+                    what, held() == before, wrong, "Put back what was set, also before an error is raised"
+                )
 
 
 def _not_kept(trial: Trial, name: str) -> None:

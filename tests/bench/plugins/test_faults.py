@@ -62,3 +62,13 @@ def test_a_fault_in_a_step_names_the_plug_in(call: Call, tmp_path: Path, body: s
     told = " ".join((out + err).split())
     place = re.escape(str(tmp_path / "plugin.py"))
     assert re.search(f"a fault in procedure coil, which comes from {place}[^:]*: {said}", told), told
+
+
+def test_a_unit_that_is_none_is_refused_where_the_plug_in_is_read(call: Call, tmp_path: Path) -> None:
+    source = PROCEDURE.format(body="pass").replace('"Ω"', '"Ohmz"')
+    (tmp_path / "plugin.py").write_text(source, encoding="utf-8")
+    (tmp_path / "station.toml").write_text(STATION, encoding="utf-8")
+    code, _, err = call("run", "coil", "--station", "station.toml", "--motor", "lg-400w", "--rehearse")
+    assert code != 0
+    assert "plugin.py" in err
+    assert "parameter coil_resistance: unit 'Ohmz' is no unit; allowed are " in err

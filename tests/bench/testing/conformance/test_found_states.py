@@ -17,6 +17,7 @@ from bench.testing.conformance.roles.dq_currents import both_currents_fully
 from bench.testing.conformance.session import Trial, session_of
 from bench.testing.conformance.watchdogs import check_watchdog
 from drivers.bases.found_state import FoundState
+from drivers.delta.c2000_watchdog import CommunicationWatchdog
 from drivers.interfaces import IdentityError, ReportedError
 from drivers.mjbots.readings import MoteusReadings
 from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS
@@ -120,8 +121,25 @@ def test_a_setting_of_a_watchdog_that_is_not_taken_is_found(monkeypatch: pytest.
     monkeypatch.setattr("drivers.delta.c2000_watchdog.CommunicationWatchdog._read_back", lambda *_: None)
     one = trial(DYNAMOMETER)
     watched = one.having(watchdog_time=2.0)
-    check_watchdog(watched, "watched")
+    check_watchdog(watched, "watched", one)
     assert [finding.check for finding in one.checks.report("it").failures] == ["watched: not taken"]
+
+
+def test_a_watchdog_that_stays_armed_where_opening_fails_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = trial(DYNAMOMETER)
+    check_watchdog(one.having(watchdog_time=2.0), "watched", one)
+    assert one.checks.report("it").failures == ()
+    disarm = CommunicationWatchdog.disarm
+    monkeypatch.setattr(CommunicationWatchdog, "disarm", lambda watch: disarm(watch) if watch.armed else None)
+    check_watchdog(one.having(watchdog_time=2.0), "watched", one)
+    (finding,) = (each for each in one.checks.report("it").failures if each.check.endswith("where opening fails"))
+    assert "'read 1 0902H 1' having been refused" in finding.wrong
+
+
+def test_what_is_not_put_back_where_opening_fails_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(FoundState, "take_over", lambda state, rows: [state._take_over(row) for row in rows])
+    left = (Left("TRIG:SOUR?", "TRIG:SOUR HOLD", "HOLD", "BUS"),)
+    assert failed(check_left, "keysight-e4980a", Manual(left=left)) == ["put back where opening fails"]
 
 
 def test_a_rotor_that_turns_shows_a_wrong_scale_of_speed(monkeypatch: pytest.MonkeyPatch) -> None:
