@@ -14,6 +14,7 @@ from bench.safety.read_back import Found
 from bench.station.shutdown_sequence import OFF_BY
 from drivers.interfaces.text import Text, text
 from reports.labels import role_name
+from reports.tables.figures import figure
 
 #: What was read back for so long (s) ago still says that outputs are off; beyond the second, nothing is known any more.
 FRESH, KNOWN = 1.0, 2.0
@@ -222,11 +223,12 @@ def _names(found: Sequence[Mapping[str, Any]]) -> list[Text]:
 
 
 def _values(role: str, values: Sequence[Sequence[Any]]) -> Text:
-    shown = ", ".join(_shown(float(value), str(unit)) for value, unit in values)
+    shown = [_shown(float(value), str(unit)) for value, unit in values]
     return Text("{role} {values}", {"role": role_name(role), "values": shown})
 
 
 def _shown(value: float, unit: str) -> str:
+    """Return a reading whose unit stays on its line."""
     if unit == "rad/s":
-        return f"{value * 30.0 / math.pi:.0f} rpm"
-    return f"{value:.2f} {unit}"
+        return f"{figure(value * 30.0 / math.pi, 0)}\u00a0rpm"
+    return f"{figure(value, 2)}\u00a0{unit}"

@@ -68,7 +68,7 @@ def options_of(plot: LivePlot, say: Callable[[Text], str], *, small: bool = Fals
     if coming.until_y is not None:
         goal = coming.until_y / y_factor
         marks.append({"yAxis": _short(goal)})
-        options["yAxis"][0]["axisLabel"] = {"showMaxLabel": False}
+        options["yAxis"][0]["axisLabel"]["showMaxLabel"] = False
         options["yAxis"][0]["max"] = _short(_ROOM * max(goal, _largest(upper["curves"], 2)))
     if options["series"] and marks:
         line = {"color": _GOAL, "type": "dashed", "width": 2}

@@ -30,19 +30,46 @@ _LINES: Mapping[Manner, tuple[str, str, float]] = {
     Manner.RESIDUAL: ("#45525f", "solid", 1.0),
     Manner.BARS: ("#0b4fa0", "solid", 1.0),
 }
+#: Curves that are marks, not lines.
+_MARKS = (Manner.READING, Manner.TO_COME)
+#: Curves that are drawn over the readings that they are fitted to.
+_OVER = (Manner.FIT, Manner.SECOND, Manner.THIRD)
 _COLOURS = ("#1565c0", "#b3261e", "#0b6b3a", "#7b1fa2")
 _GRID = {"left": 70, "right": 24, "top": 36, "bottom": 48}
+#: Numbers as the rest of the page has them: no commas between thousands, and a minus. A formatter of the browser's, for the
+#: library has none of its own for the numbers of axes and tooltips.
+_NUMBER = "(value) => typeof value === 'number' ? String(Number(value.toPrecision(10))).replace('-', '−') : value"
+_NUMBERS = f"(values) => [values].flat().map({_NUMBER}).join(', ')"
+#: What every plot has: the page's letters, and its numbers.
+_COMMON: Mapping[str, Any] = {
+    "animation": False,
+    "textStyle": {"fontFamily": "'Noto Sans', 'Noto Sans SC', 'Noto Sans CJK SC', sans-serif"},
+}
+_TOOLTIP: Mapping[str, Any] = {
+    ":valueFormatter": _NUMBERS,
+    "axisPointer": {"label": {":formatter": f"(pointer) => ({_NUMBER})(pointer.value)"}},
+}
+
+
+def number_labels(**more: Any) -> dict[str, Any]:
+    """Return the labels of an axis of numbers, with further options of the library."""
+    return {":formatter": _NUMBER, **more}
+
+
+def tooltip(**more: Any) -> dict[str, Any]:
+    """Return the tooltips of a plot, with further options of the library."""
+    return {**_TOOLTIP, **more}
 
 
 def axes(title: str, x: str, y: str) -> dict[str, Any]:
     """Return a plot with axes and no data; `x` and `y` name quantity and unit."""
-    axis = {"type": "value", "scale": True, "nameLocation": "middle"}
+    axis = {"type": "value", "scale": True, "nameLocation": "middle", "axisLabel": number_labels()}
     return {
-        "animation": False,
+        **_COMMON,
         "title": {"text": title, "left": "center", "textStyle": {"fontSize": 14}},
         "grid": dict(_GRID),
-        "tooltip": {"trigger": "axis"},
-        "xAxis": {**axis, "name": x, "nameGap": 28, "axisLabel": {"hideOverlap": True}},
+        "tooltip": tooltip(trigger="axis"),
+        "xAxis": {**axis, "name": x, "nameGap": 28, "axisLabel": number_labels(hideOverlap=True)},
         "yAxis": {**axis, "name": y, "nameGap": 52},
         "series": [],
         "color": list(_COLOURS),
@@ -100,7 +127,7 @@ def waveform_plot(
             "min": float(whole[0]),
             "max": float(whole[-1]),
             # The record's own ends are no round figures.
-            "axisLabel": {"showMinLabel": False, "showMaxLabel": False},
+            "axisLabel": number_labels(showMinLabel=False, showMaxLabel=False),
         }
     return plot
 
@@ -149,14 +176,14 @@ def fit_plot(upper: Mapping[str, Any], left: Mapping[str, Any] | None = None) ->
     if left is not None:
         boxes = [{"top": 34, "height": "46%" if shared else "42%"}, low]
     drawn: dict[str, Any] = {
-        "animation": False,
-        "tooltip": {"trigger": "axis"},
+        **_COMMON,
+        "tooltip": tooltip(trigger="axis"),
         # What the library would say by itself is English.
         "aria": {
             "enabled": True,
             "label": {"description": ", ".join(dict.fromkeys(part[axis] for axis in ("y", "x") for part in parts))},
         },
-        "legend": {"top": 2, "right": 8, "itemWidth": 34, "data": list(names) if len(names) > 1 else []},
+        "legend": {"top": 2, "right": 8, "itemWidth": 34, "data": _entries(parts) if len(names) > 1 else []},
         "grid": [{"left": 72, "right": 18, "outerBoundsMode": "none", **box} for box in boxes],
         "xAxis": [],
         "yAxis": [],
@@ -164,6 +191,7 @@ def fit_plot(upper: Mapping[str, Any], left: Mapping[str, Any] | None = None) ->
     }
     for index, part in enumerate(parts):
         axis = {"type": "value", "nameLocation": "middle", "gridIndex": index, "axisLine": {"onZero": False}}
+        axis["axisLabel"] = number_labels()
         lowest = index == len(parts) - 1
         from_zero = part["from_zero"]
         x_axis = {**axis, "scale": not from_zero[0], "name": "" if shared and not lowest else part["x"], "nameGap": 26}
@@ -171,7 +199,7 @@ def fit_plot(upper: Mapping[str, Any], left: Mapping[str, Any] | None = None) ->
             # What the fit leaves stands below what it was fitted to.
             x_axis |= {"min": _least(upper) if from_zero[0] else "dataMin", "max": "dataMax"}
         ends = {"showMinLabel": from_zero[0] or not shared, "showMaxLabel": not shared}
-        label = {"show": lowest or not shared, "hideOverlap": True, **ends}
+        label = number_labels(show=lowest or not shared, hideOverlap=True, **ends)
         drawn["xAxis"].append({**x_axis, "axisLabel": label})
         y_axis = {**axis, "scale": not from_zero[1], "name": part["y"], "nameGap": 52}
         drawn["yAxis"].append({**y_axis, "splitNumber": 2 if index else 4})
@@ -180,6 +208,12 @@ def fit_plot(upper: Mapping[str, Any], left: Mapping[str, Any] | None = None) ->
             for name, x, y, manner in part["curves"]
         ]
     return drawn
+
+
+def _entries(parts: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the legend's entries of the curves that have names: a line without marks has none there either."""
+    marks = {name: manner in _MARKS for part in parts for name, _, _, manner in part["curves"] if name}
+    return [{"name": name, **({} if marked else {"itemStyle": {"opacity": 0}})} for name, marked in marks.items()]
 
 
 def _least(axes: Mapping[str, Any]) -> float:
@@ -201,11 +235,12 @@ def _legend_rows(names: Sequence[str]) -> int:
 def _series(name: str, x: ArrayLike, y: ArrayLike, manner: Manner) -> dict[str, Any]:
     colour, kind, width = _LINES[manner]
     points = thinned(x, y, _FIT_POINTS)
-    marks = manner in (Manner.READING, Manner.TO_COME)
+    marks = manner in _MARKS
     series = line(name, points, marks=marks)
     series |= {"lineStyle": {"width": width, "type": kind, "color": colour}, "itemStyle": {"color": colour}}
     if not marks:
-        series["symbol"] = "none"
+        # A fit is seen also where its readings lie close.
+        series |= {"symbol": "none", "z": 3 if manner in _OVER else 2}
     elif manner is Manner.READING:
         # What was read is filled, what is to come a ring.
         series |= {"symbol": "circle", "symbolSize": 5}

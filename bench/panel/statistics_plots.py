@@ -8,7 +8,7 @@ from bench.eol.statistics.control_chart import Chart
 from bench.eol.statistics.pareto import pareto
 from bench.eol.statistics_messages import outside, rule_words, scale_for, trimmed
 from bench.panel.line_records import Bar
-from bench.panel.plots import axes, line
+from bench.panel.plots import axes, line, number_labels, tooltip
 from drivers.interfaces.text import Text, Translate, text
 from reports.labels import ParameterLabels
 from reports.tables.figures import decimals_for, figure
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _BLUE, _RED, _GREY = "#1565c0", "#b3261e", "#44505c"
 _LIMITS = (text("Lower limit"), text("Upper limit"))
 #: The ends of an axis that its data set are no round numbers.
-_INNER = {"showMinLabel": False, "showMaxLabel": False}
+_INNER = number_labels(showMinLabel=False, showMaxLabel=False)
 #: Bars of a Pareto chart; the table beside it has the rest.
 BARS = 10
 
@@ -125,7 +125,6 @@ def control_plot(each: "ParameterStatistics", label: Text, translate: Translate)
         "showAllSymbol": True,
         "data": values,
         "itemStyle": {"color": _BLUE},
-        "tooltip": {"formatter": "{b}: {c}"},
     }
     plot["series"] = [course]
     if chart is None:
@@ -181,7 +180,8 @@ def golden_plot(each: "ParameterStatistics", label: Text, translate: Translate) 
     plot["yAxis"]["nameGap"] = 64
     plot["useUTC"] = True
     plot["xAxis"] |= {"type": "time", "axisLabel": {"formatter": "{MM}-{dd} {HH}:{mm}", "hideOverlap": True}}
-    plot["tooltip"] |= {"trigger": "axis"}
+    # A time is no number: the library's own words for it stay.
+    plot["tooltip"] |= {"trigger": "axis", "axisPointer": {}}
     plot["legend"] = {"top": 4, "data": [golden.serial_number for golden in each.golden]}
     for golden in each.golden:
         pairs = [
@@ -201,7 +201,7 @@ def _described(plot: dict[str, Any], words: str) -> dict[str, Any]:
     plot.pop("title")
     return plot | {
         "aria": {"enabled": True, "label": {"description": words}},
-        "tooltip": {"trigger": "item", "renderMode": "richText"},
+        "tooltip": tooltip(trigger="item", renderMode="richText"),
     }
 
 

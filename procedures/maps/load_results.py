@@ -188,7 +188,9 @@ class LoadResults:
         if all(each.copper is None for each in powers):
             self._procedure.notice(
                 "loss-parts",
-                text("the winding's resistance is not known, so the loss is not parted; run stator-resistance first"),
+                text(
+                    "the winding's resistance is not known, so the loss is not parted; measure the stator resistance first"
+                ),
             )
 
     def _row(self, point: DrivenPoint, powers: PointPowers) -> dict[str, Any]:

@@ -66,12 +66,13 @@ def _summary(run: RunRecord) -> ReportSection:
     if run.parameters.withheld:
         blocks.append(withheld_notices(reason for reasons in run.parameters.withheld.values() for reason in reasons))
     warnings = other_warnings(run.parameters, run.warnings)
-    own = [(notice.identifier, procedure, notice.message) for procedure, notice in warnings if procedure]
+    titles = {procedure.name: procedure.title for procedure in run.procedures}
+    own = [(notice.identifier, titles.get(name, word(name)), notice.message) for name, notice in warnings if name]
     if own:
         blocks.append(
             Table(
                 [Column(text("Id")), Column(text("Procedure")), Column(text("Warning or erratum"), wide=True)],
-                [TableRow([word(identifier), word(procedure), words]) for identifier, procedure, words in own],
+                [TableRow([word(identifier), title, words]) for identifier, title, words in own],
                 title=text("Warnings and errata"),
             )
         )

@@ -19,18 +19,15 @@ _ANSWERS = {"withheld": text("withheld"), "widened": text("widened"), "modelled"
 _OVER = {"time": (TIME, "s"), "current": (CURRENT, "A"), "angle": (text("Angle"), "rad"), "speed": (SPEED, "rad/s")}
 
 
-def causes(findings: Mapping[str, Any]) -> list[Text]:
-    """Return the causes that a procedure's findings name, each once with what was done about it."""
+def causes(findings: Mapping[str, Any]) -> list[tuple[str, Text]]:
+    """Return the causes that a procedure's findings name, by their short names, each once with what was done about it."""
     named = dict.fromkeys((row["cause"], row["answer"]) for row in findings.get("misfit", ()))
-    return [
-        text("{cause} ({answer})", cause=word(cause), answer=_ANSWERS.get(answer, Text("{a}", {"a": answer})))
-        for cause, answer in named
-    ]
+    return [(cause, _ANSWERS.get(answer, Text("{a}", {"a": answer}))) for cause, answer in named]
 
 
 def told(plot: Plot, findings: Mapping[str, Any]) -> Plot:
     """Return a plot that shows a residual with the causes in its caption; any other as it is."""
-    found = causes(findings)
+    found = [text("{cause} ({answer})", cause=word(cause), answer=answer) for cause, answer in causes(findings)]
     if not found or not any(is_residual(axes) for row in plot.rows for axes in row):
         return plot
     caption = text("{caption}. The residual shows: {causes}", caption=plot.caption, causes=found)

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
-from drivers.interfaces.text import Text
+from drivers.interfaces.text import Text, text
 from procedures.core.parameter_set import ParameterSet
-from procedures.core.result import Notice, ProcedureResult, Withheld, said_of
+from procedures.core.result import Notice, ProcedureResult, Withheld
 from procedures.estimation.fitting.misfit import Answer
 from reports.tables.summary import other_warnings
 
@@ -46,7 +46,7 @@ def ranked(
     for reason in (reason for reasons in parameters.withheld.values() for reason in reasons):
         missing.setdefault((reason.procedure, reason.cause, str(reason.message)), []).append(reason)
     found = [
-        Attention(Rank.MISSING, cause, procedure, said_of(alike)[0]) for (procedure, cause, _), alike in missing.items()
+        Attention(Rank.MISSING, cause, procedure, _withheld(alike)) for (procedure, cause, _), alike in missing.items()
     ]
     given_by = {str(parameter.label): parameter.procedure for parameter in parameters.parameters.values()}
     for procedure, notice in other_warnings(parameters, warnings):
@@ -58,10 +58,20 @@ def ranked(
     return sorted(once.values(), key=lambda each: each.rank)
 
 
+def _withheld(alike: Sequence[Withheld]) -> Text:
+    """Return which figures are not given, and why; cause and procedure stand beside it."""
+    return text("{names}: {why}", names=[reason.label for reason in alike], why=alike[0].message)
+
+
+def is_erratum(identifier: str) -> bool:
+    """Return whether a finding's short name is one that the documentation lists: E1 …"""
+    return _ERRATUM.fullmatch(identifier) is not None
+
+
 def _rank(identifier: str, result: ProcedureResult | None) -> Rank:
     if identifier in _CONTRADICTIONS or identifier.startswith("consistency-"):
         return Rank.CONTRADICTION
-    if identifier in _KNOWN or (_ERRATUM.fullmatch(identifier) and identifier not in _TO_DO):
+    if identifier in _KNOWN or (is_erratum(identifier) and identifier not in _TO_DO):
         return Rank.KNOWN
     answers = {
         row["answer"]

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 #: Units that take a prefix, at the beginning of a product or quotient too, but not where it is a rate per revolutions.
 _PREFIXED = {"Ω", "H", "Wb", "N", "A", "V", "F", "W", "J", "C", "S", "T"}
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+#: The hyphen before a number that stands by itself, also behind a bracket or a comma of either language.
+_NEGATIVE = re.compile(r"(?:(?<=^)|(?<=[\s(\[±（，、：]))-(?=\d)")
 #: Inertia has its prefix in the square length: kg·mm² is 1e-6 kg·m².
 _SMALL_INERTIA = 1e-2
 
@@ -51,7 +53,12 @@ def figure(value: float | None, decimals: int) -> str:
     """Return a figure with its decimals; a dash for none."""
     if value is None or math.isnan(value):
         return "–"
-    return f"{value:.{decimals}f}"
+    return with_minus(f"{value:.{decimals}f}")
+
+
+def with_minus(words: str) -> str:
+    """Return words whose numbers have a minus where they had a hyphen; names and dates keep theirs."""
+    return _NEGATIVE.sub("−", words)
 
 
 def percent(relative: float) -> str:

@@ -112,6 +112,7 @@ class PanelChannel(BatchListener):
                 "serial_number": record.serial_number,
                 "verdict": record.verdict.value,
                 "cause": record.cause,
+                "causes": _causes(record),
                 "diagnosis": record.diagnosis,
                 "rework": record.rework,
                 "golden": record.golden,
@@ -230,3 +231,9 @@ def _waiting(waiting: Waiting) -> dict[str, Any]:
 
 def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def _causes(record: MotorRecord) -> list[tuple[str, str]]:
+    """Return the procedures that did not end, and why the last attempt at each did not."""
+    last = {attempt.procedure: attempt.cause for attempt in record.checks}
+    return [(procedure, cause) for procedure, cause in last.items() if cause]

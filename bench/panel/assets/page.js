@@ -9,7 +9,9 @@
     const CONFIRM = 400; // ms after a step appears, so that one press cannot confirm two
     const PAUSE = 1000; // ms after which what was typed outside of a field is no code any more
     const PUTTING = 10000; // ms after the server was first heard in which a step's parts may be made anew, and lose what was put back
+    const FRESH = 30000; // ms that a code which nobody took is worth a word
     const KEPT = "motorbench_typed";
+    const LATE = "motorbench_late";
     const root = document.documentElement;
     const find = (selector) => document.querySelector(selector);
     let heard = performance.now();
@@ -18,6 +20,7 @@
     let awake = heard;
     let joined = 0;
     let touched = false;
+    let focused = null;
 
     function lostNow() {
         return root.classList.contains("mb-lost");
@@ -27,6 +30,11 @@
         const now = performance.now();
         if (now - awake > STOOD) heard = Math.max(heard, now - STOOD);
         awake = now;
+        // What is hidden while it has the focus loses it, and nothing else changes for that.
+        if (focused && !focused.checkVisibility()) {
+            focused = null;
+            regain();
+        }
         const silent = now - heard;
         const lost = silent > LOST && find("[data-beat]") !== null;
         if (lost !== lostNow()) {
@@ -105,8 +113,44 @@
         }
     }
 
+    // What is scanned while the page is lost, or is loaded anew, reaches nobody, or nobody knows: the page says so once it is
+    // heard again. To take it then would confirm what nobody has read.
+    let stray = "";
+    let sent = { words: "", at: -FRESH };
+
+    // With a path it is told there only: a page that leads to the next has taken it.
+    function keepLate(words, path = null) {
+        const late = { path, words: words.slice(0, 60), at: Date.now() };
+        sessionStorage.setItem(LATE, JSON.stringify(late));
+    }
+
+    function strayed(event) {
+        if (event.ctrlKey || event.altKey || event.metaKey) return;
+        if (event.key.length === 1) stray += event.key;
+        else if (event.key === "Enter" && stray.trim()) {
+            keepLate(stray.trim());
+            stray = "";
+        }
+    }
+
+    function keepCodes() {
+        if (code.trim() || stray.trim()) keepLate((stray + code).trim());
+        else if (sent.words && performance.now() - sent.at < FRESH) keepLate(sent.words, location.pathname);
+    }
+
+    function tellLate() {
+        const late = JSON.parse(sessionStorage.getItem(LATE) ?? "null");
+        const note = [...document.querySelectorAll("[data-late]")].find((one) => one.parentElement.offsetParent);
+        if (!late || !note) return;
+        sessionStorage.removeItem(LATE);
+        if ((late.path ?? location.pathname) === location.pathname && Date.now() - late.at < FRESH) {
+            note.textContent = note.dataset.late.replace("{code}", () => late.words);
+        }
+    }
+
     // What is pressed on a page that hears nothing would arrive later, at another step.
     function refuse(event) {
+        if (event.type === "keydown" && (lostNow() || !find("[data-beat]"))) strayed(event);
         if (lostNow() && !(event.type === "keydown" && event.key === "Tab") && !event.target.closest?.("a")) {
             event.preventDefault();
             event.stopImmediatePropagation();
@@ -177,8 +221,10 @@
             const answer = answerOf(words);
             if (answer && !answer.checked) answer.click();
             const confirms = words.toUpperCase() === note.dataset.code || answer !== undefined;
-            if (done && confirms) done.click();
-            else note.textContent = note.dataset[confirms ? "idle" : "untaken"].replace("{code}", () => words.slice(0, 60));
+            if (done && confirms) {
+                sent = { words, at: performance.now() };
+                done.click();
+            } else note.textContent = note.dataset[confirms ? "idle" : "untaken"].replace("{code}", () => words.slice(0, 60));
         }
     }
 
@@ -206,6 +252,7 @@
     }
 
     function appeared() {
+        sent.words = "";
         // What is to be done now is not hidden behind the drawing.
         enlarge(false);
         for (const note of document.querySelectorAll("[data-untaken]")) note.textContent = "";
@@ -281,6 +328,7 @@
                 heard = performance.now();
                 joined ||= heard;
                 if (sessionStorage.getItem(KEPT)) setTimeout(putBack);
+                if (sessionStorage.getItem(LATE)) setTimeout(tellLate);
             }
             if (attributeName === "data-step") appeared();
             if (attributeName === "data-sound") sound(target.dataset.sound);
@@ -313,6 +361,8 @@
         window.addEventListener(kind, (event) => (touched ||= event.isTrusted), true);
     }
     window.addEventListener("pagehide", keepTyped);
+    window.addEventListener("pagehide", keepCodes);
+    window.addEventListener("focusin", (event) => (focused = event.target));
     setInterval(watch, 250);
     setInterval(comeBack, 2000);
 })();

@@ -41,12 +41,13 @@ _STYLE = """
   .mb-legend { display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: center; margin: .75rem 0; color: #45525f; }
   .mb-legend-key { display: inline-block; width: 3rem; } .mb-sample { height: 1.5rem; border: 0; background: none; }
   .mb-finding { display: flex; gap: .75rem; align-items: center; padding: .6rem .5rem; border-bottom: 1px solid #c5cdd5; }
+  [role=heading] + .mb-finding { margin-top: .5rem; }
   .mb-finding[data-rank=missing], .mb-finding[data-rank=contradiction] { background: #fff4cf; }
   .mb-finding-mark { flex: none; width: 1.75rem; height: 1.75rem; line-height: 1.75rem; text-align: center; font-weight: 700;
     border-radius: 50%; border: 2px solid currentcolor; color: #5c3d00; }
   .mb-finding[data-rank=missing] .mb-finding-mark { color: #b3121d; } .mb-finding[data-rank=known] .mb-finding-mark { color: #45525f; }
   .mb-finding .q-btn { flex: none; } .mb-legend > div { display: flex; gap: .5rem; align-items: center; }
-  .mb-fits { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(24rem, 100%), 1fr)); gap: 1.25rem; margin-top: .5rem; }
+  .mb-fits { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(24rem, 100%), 1fr)); gap: 1.25rem; margin-top: .5rem; }
   .mb-fit { margin: 0; min-width: 0; }
   .mb-preview { font-family: 'DejaVu Sans Mono', 'Liberation Mono', monospace; font-size: .875rem; white-space: pre; overflow-x: auto; }
   @media (width <= 43.75rem) {

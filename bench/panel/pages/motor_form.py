@@ -70,7 +70,8 @@ class _MotorForm:
     def _field(self, name: str, field: FieldInfo) -> Any:
         say = self._reader.say
         unit = _unit(field)
-        label = say(_LABELS[name]) + (f", {unit}" if unit else "") + (" *" if field.is_required() else "")
+        label = say(text("{quantity}, {unit}", quantity=_LABELS[name], unit=unit) if unit else _LABELS[name])
+        label += " *" if field.is_required() else ""
         if name == "connection":
             options = {
                 WindingConnection.WYE.value: say(text("star (wye)")),

@@ -6,7 +6,8 @@ from functools import lru_cache
 from bench.i18n.errors import message
 from bench.i18n.language import translator
 from bench.panel.sessions import Session
-from drivers.interfaces.text import Text, Translate
+from drivers.interfaces.text import Text, Translate, word
+from reports.tables.figures import with_minus
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,12 @@ class Reader:
 
     def say(self, words: Text) -> str:
         """Return a sentence in the reader's language."""
-        return words.render(self.translate)
+        return with_minus(words.render(self.translate))
+
+    def term(self, name: str) -> str:
+        """Return a short name such as `ac-coupled` in the reader's language; as words where that has none of its own for it."""
+        said = self.say(word(name))
+        return said.replace("-", " ") if said == name else said
 
     def fault(self, error: Exception) -> str:
         """Return what went wrong in the reader's language."""

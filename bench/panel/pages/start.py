@@ -13,6 +13,7 @@ from bench.panel.launch import Order
 from bench.panel.offer import Offered, named_roles, rehearse
 from bench.panel.pages.frame import frame
 from bench.panel.pages.motor_form import motor_files
+from bench.panel.pages.parts import late_note
 from bench.panel.pages.reader import Reader
 from bench.panel.pages.settings_part import SettingsPart
 from bench.panel.pages.station_part import StationPart
@@ -62,6 +63,7 @@ class _StartPage:
                     .props("outlined autofocus data-scan")
                     .classes("w-full mb-3")
                 )
+                late_note(self._reader)
                 self._motor = ui.select(
                     self._motors(), label=say(text("Motor type")), on_change=self._motor_chosen
                 ).props("outlined")
@@ -150,12 +152,12 @@ class _StartPage:
                     continue
                 missing = [] if self._roles is None else sorted(set(procedure.roles) - self._roles)
                 box = ui.checkbox(
-                    f"{say(Text(procedure.title))} · {say(section_name(procedure.section))}",
+                    f"{say(Text(procedure.title))} ·\u00a0{say(section_name(procedure.section))}",
                     value=not missing and (name in self._planned if self._planned else procedure.in_all),
                 )
                 box.props("dense").classes("text-base")
                 box.on_value_change(lambda: self._lacking.set_text(""))
-                needs = text("needs {roles}", roles=[role_name(role) for role in procedure.roles])
+                needs = text("needs: {roles}", roles=[role_name(role) for role in procedure.roles])
                 if missing:
                     needs = text("missing: {roles}", roles=[role_name(role) for role in missing])
                 elif not procedure.roles:

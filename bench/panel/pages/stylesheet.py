@@ -83,7 +83,7 @@ _STYLE = """
   .mb-skip { position: absolute; left: -999px; } .mb-skip:focus { left: 8px; top: 8px; z-index: 9999; background:#fff; padding:.5rem; }
 </style>
 <link rel="stylesheet" href="/assets/page.css">
-<script src="/assets/page.js" defer></script>
+<script src="/assets/page.js"></script>
 """
 
 

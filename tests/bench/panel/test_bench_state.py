@@ -43,7 +43,7 @@ def test_leads_may_be_touched_only_within_a_second_of_everything_reading_zero(ru
     fresh = bench_state(run, READ_AT + 0.9)
     assert fresh.kind is StateKind.OFF
     assert str(fresh.headline) == "Outputs off. You may touch the leads."
-    assert str(fresh.detail) == "Read back 0.9 s ago: DC supply 0.00 V, 0.00 A, Dynamometer 0 rpm"
+    assert str(fresh.detail) == "Read back 0.9 s ago: DC supply 0.00\u00a0V, 0.00\u00a0A, Dynamometer 0\u00a0rpm"
     assert fresh.waits is None
     assert bench_state(run, READ_AT + 1.1).kind is not StateKind.OFF
     old = bench_state(run, READ_AT + 2.1)
@@ -77,7 +77,7 @@ def test_what_reads_as_on_is_on_whatever_the_journal_says(run: LiveRun) -> None:
     run.line.sources = [SUPPLY_OFF, source("on", (52.4, "rad/s"), role="dynamometer")]
     state = bench_state(run, READ_AT)
     assert state.kind is StateKind.ON
-    assert "Dynamometer 500 rpm" in str(state.headline)
+    assert "Dynamometer 500\u00a0rpm" in str(state.headline)
     assert state.waits is not None
 
 
@@ -94,7 +94,7 @@ def test_hands_work_at_an_energised_motor_only_at_the_shaft_and_below_60_v(
     state = bench_state(run, READ_AT)
     assert state.kind is StateKind.ON
     assert (state.waits is None) is may_confirm
-    assert "2.90 A" in str(state.headline) + str(state.detail)
+    assert "2.90\u00a0A" in str(state.headline) + str(state.detail)
 
 
 def test_what_was_read_back_before_it_was_switched_on_is_not_said_of_it(run: LiveRun) -> None:

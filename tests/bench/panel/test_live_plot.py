@@ -56,7 +56,7 @@ def test_a_fit_stands_over_what_it_leaves_told_apart_by_more_than_colour() -> No
     options = options_of(LivePlot(text("Coast-down"), upper, lower), str)
     assert [axis["name"] for axis in options["xAxis"]] == ["", "Time / ms"]
     assert len({series["lineStyle"]["type"] for series in options["series"]}) == 2
-    assert options["legend"]["data"] == ["without ω²", "with ω²"]
+    assert [entry["name"] for entry in options["legend"]["data"]] == ["without ω²", "with ω²"]
 
 
 @given(st.integers(1, 5000), st.integers(0, 4999))

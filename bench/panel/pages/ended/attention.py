@@ -6,8 +6,8 @@ from nicegui import ui
 
 from bench.panel.pages.parts import expansion, named
 from bench.panel.pages.reader import Reader
-from drivers.interfaces.text import Text, text, word
-from reports.tables.attention import Attention, Rank
+from drivers.interfaces.text import Text, text
+from reports.tables.attention import Attention, Rank, is_erratum
 
 #: Findings of one rank that stand open; the rest is unfolded.
 _SHOWN = 6
@@ -61,7 +61,9 @@ class AttentionPart:
             with ui.element("div").classes("grow min-w-0"):
                 ui.label(say(each.message)).classes("text-base")
                 origin = [say(self._title(each.procedure))] if each.procedure else []
-                ui.label(" · ".join([*origin, say(word(each.identifier))])).classes("mb-small")
+                # Names that a program knows a finding by say nothing to its reader.
+                erratum = [each.identifier] if is_erratum(each.identifier) else []
+                ui.label(" · ".join(origin + erratum)).classes("mb-small")
             if self._repeat is not None and each.procedure in repeatable and each.rank is not Rank.KNOWN:
                 repeat, procedure = self._repeat, each.procedure
                 button = ui.button(say(text("Repeat")), on_click=lambda: repeat(procedure)).props("outline no-caps")

@@ -24,7 +24,7 @@ def budgets_part(panel: Panel, run: LiveRun, reader: Reader) -> None:
         for parameter in with_budget:
             title = say(
                 text(
-                    "{parameter} ({procedure}): {estimator}",
+                    "{parameter} · {procedure}: {estimator}",
                     parameter=parameter.label,
                     procedure=panel.offer.title(parameter.procedure),
                     estimator=phrase(parameter.estimator),

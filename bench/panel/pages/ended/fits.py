@@ -12,7 +12,7 @@ from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.plots import fit_plot, labelled
-from drivers.interfaces.text import Text, lines, text
+from drivers.interfaces.text import Text, text
 from procedures.core.axes import Axes, FloatArray, PlotCurve
 from procedures.core.result import ProcedureResult
 from procedures.estimation.fitting.randomness import LEAST_READINGS, chance_of_pattern
@@ -89,7 +89,7 @@ def _other(title: str, caption: Text, axes: Axes, reader: Reader) -> None:
 
 def _one(result: ProcedureResult, title: str, upper: Axes, left: Axes, reader: Reader) -> None:
     say = reader.say
-    word = _judged(result, left)
+    word = _judged(result, left, reader)
     with named(ui.element("figure").classes("mb-fit"), f"{title}: {say(word)}"):
         with ui.element("figcaption"):
             ui.label(f"{title} · {say(upper.y_label)}").classes("text-base font-semibold")
@@ -97,13 +97,13 @@ def _one(result: ProcedureResult, title: str, upper: Axes, left: Axes, reader: R
         ui.echart(fit_plot(labelled(upper, say), labelled(left, say))).classes("w-full h-80")
 
 
-def _judged(result: ProcedureResult, left: Axes) -> Text:
+def _judged(result: ProcedureResult, left: Axes, reader: Reader) -> Text:
     """Return in a word what the residual is like, and its size; a procedure that names no cause need not have looked for any."""
-    named_causes = causes(result.findings)
+    named_causes = [f"{reader.term(cause)} ({reader.say(answer)})" for cause, answer in causes(result.findings)]
     curves = [_ordered(curve) for curve in left.curves]
     size = _rms(curves, left.y_unit)
     if named_causes:
-        return text("⚠ a pattern: {causes}; {size} rms", causes=lines(named_causes, between=", "), size=size)
+        return text("⚠ a pattern: {causes}; {size} rms", causes=named_causes, size=size)
     chances = [chance_of_pattern(curve) for curve in curves]
     if any(chance is not None and chance < _CHANCE / len(chances) for chance in chances):
         return text("⚠ a pattern that no cause explains; {size} rms", size=size)

@@ -33,6 +33,8 @@ from reports.tables.summary import rows
 
 #: The plots come after the page: it is to be read at once.
 _LATER = 0.1
+#: A shorter time (s) is said in seconds.
+_IN_SECONDS = 300.0
 _TO_SIGNATURES = "const part = document.getElementById('signatures'); (part.querySelector('input') ?? part).focus()"
 
 
@@ -99,8 +101,8 @@ class _Ended:
         parts = [motor.name, motor.serial_number]
         if view.run.start is not None:
             parts.append(_date(self._run.name))
-            minutes, hands = view.run.bench_time / 60.0, view.run.hand_time / 60.0
-            parts.append(say(text("{minutes:.0f} min, of these {hands:.0f} by hand", minutes=minutes, hands=hands)))
+            whole, hands = _duration(view.run.bench_time), _duration(view.run.hand_time)
+            parts.append(say(text("{whole}, of these {hands} by hand", whole=whole, hands=hands)))
             parts.append(view.run.start.person)
         state = ui.element("section").classes("rounded-lg px-4 py-3 mb-4").props("role=status")
         state.props["data-left"] = kind.value
@@ -206,6 +208,13 @@ class _Ended:
 
     async def _export(self, target: str) -> None:
         await self._products.export(target, self._exports[target].suffix)
+
+
+def _duration(seconds: float) -> Text:
+    """Return a time as a person says it: in minutes where it has some."""
+    if seconds < _IN_SECONDS:
+        return text("{seconds:.0f} s", seconds=seconds)
+    return text("{minutes:.0f} min", minutes=seconds / 60.0)
 
 
 def _date(run: str) -> str:

@@ -13,6 +13,7 @@ from bench.panel.pages.line.course import Course
 from bench.panel.pages.line.start import LineStart
 from bench.panel.pages.line.state import LineStateRow
 from bench.panel.pages.line.tile import Tile
+from bench.panel.pages.parts import late_note
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
@@ -40,7 +41,7 @@ _STYLE = """
   .mb-tile[data-state=error], .mb-tile[data-state=aborted] { background: #fff; border: 8px dashed #b3261e; color: #7a130d; }
   .mb-tile[data-state=measuring] { border-color: #1565c0; }
   .mb-plan-card { display: block; width: 100%; text-align: left; padding: .75rem 1rem; border: 2px solid #6b7884; border-radius: 10px;
-    background: #fff; }
+    background: #fff; overflow-wrap: anywhere; }
   button.mb-plan-card { cursor: pointer; } .mb-plan-card[aria-disabled=true] { border-style: dashed; background: #f4f6f8; color: #45525f; }
   .mb-plan-card[aria-checked=true] { border: 4px solid #0b4fa0; padding: calc(.75rem - 2px) calc(1rem - 2px); background: #eef4ff; }
   .mb-yield-axis { position: relative; height: 2.75rem; margin: 1rem 1.5rem 0; font-size: .875rem; }
@@ -109,6 +110,7 @@ class _LinePage:
                     self._scan.classes("mb-scan").on("keydown.enter", self._scanned, js_handler=_TAKE)
                     self._end = ui.button(say(text("Finish the batch")), on_click=self._finish, color=None)
                     self._end.classes("text-lg").props("unelevated no-caps").style("background:#fff;color:#0b4fa0")
+            late_note(self._reader)
             self._again = ui.button(on_click=self._test_again).props("outline no-caps").classes("text-lg")
             self._records = ui.label().classes("mb-records text-lg rounded-lg px-4 py-3 w-full whitespace-pre-line")
             self._records.props("role=alert").style("background:#fff4e0;color:#6b3d00")
@@ -141,7 +143,10 @@ class _LinePage:
         if [socket["name"] for socket in state["sockets"]] != list(self._tiles):
             self._grid.clear()
             with self._grid:
-                self._tiles = {socket["name"]: Tile(self._reader, socket["name"]) for socket in state["sockets"]}
+                self._tiles = {
+                    socket["name"]: Tile(self._reader, socket["name"], self._panel.offer.title)
+                    for socket in state["sockets"]
+                }
         for socket in state["sockets"]:
             self._tiles[socket["name"]].show(socket)
         self._show_message(state, running=running)
@@ -171,6 +176,8 @@ class _LinePage:
             words = say(text("The batch ends: {how}", how=restore_text(state["ending"])))
         elif message is None:
             words = say(text("Scan the first motor."))
+        elif message["kind"] == "begun" and not _stands(state, message):
+            words = say(text("Scan the next motor."))
         elif message["kind"] == "begun":
             words = say(text("{serial} → socket {socket}", serial=message["words"], socket=message["socket"]))
         else:
@@ -251,3 +258,8 @@ class _LinePage:
     def _begun(self) -> None:
         self._panel.control.take(self._session.token, self._person())
         ui.run_javascript("document.querySelector('.mb-scan input').focus()")
+
+
+def _stands(state: Mapping[str, Any], begun: Mapping[str, Any]) -> bool:
+    """Return whether the motor that a message says to put in is still in its socket, not judged yet."""
+    return any((one["name"], one["serial_number"]) == (begun["socket"], begun["words"]) for one in state["sockets"])

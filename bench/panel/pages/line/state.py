@@ -54,11 +54,9 @@ def _told(state: Mapping[str, Any], *, running: bool) -> tuple[StateKind, Text, 
         return StateKind.UNREAD, text("No batch goes on."), unseen
     ending = text("The batch ends: {how}", how=restore_text(state["ending"])) if state["ending"] else None
     if measured:
-        headline = text("Measuring, maybe energised: socket {names}. Do not touch.", names=", ".join(measured))
+        headline = text("Measuring, maybe energised: socket {names}. Do not touch.", names=measured)
         others = [str(socket["name"]) for socket in state["sockets"] if not socket["serial_number"]]
-        rest = (
-            text("Not measured now: socket {names}", names=", ".join(others)) if others else text("No socket is free.")
-        )
+        rest = text("Not measured now: socket {names}", names=others) if others else text("No socket is free.")
         return StateKind.ON, headline, ending or rest
     quiet = text("A socket's outputs are switched off at its motor's end; between motors nothing is read back.")
     return StateKind.UNREAD, text("No socket measures."), ending or quiet

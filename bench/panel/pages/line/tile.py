@@ -1,6 +1,6 @@
 """A socket of the line as a tile: the motor in it, or the last one's verdict in large type, why, and what the hand does next."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from typing import Any
 
@@ -32,10 +32,11 @@ _SHOWN = 3
 
 
 class Tile:
-    """One socket: the motor in it, or the last one's verdict in large type."""
+    """One socket: the motor in it, or the last one's verdict in large type; `title` names a procedure."""
 
-    def __init__(self, reader: Reader, name: str) -> None:
+    def __init__(self, reader: Reader, name: str, title: Callable[[str], Text]) -> None:
         self._reader = reader
+        self._title = title
         self._since = ""
         say = reader.say
         with ui.element("section").classes("mb-tile") as self._box:
@@ -65,7 +66,7 @@ class Tile:
                 self._serial.set_text(say(text("golden motor {serial}", serial=last["serial_number"])))
                 self._next.set_text(say(text("Take it out, and put it back with the golden motors.")))
             # Of a figure outside its limits the cause says the same again.
-            self._detail.set_text("" if last["outside"] else last["cause"] or self._inside(last))
+            self._detail.set_text("" if last["outside"] else self._cause(last) or self._inside(last))
             with self._figures:
                 for outside in last["outside"][:_SHOWN]:
                     self._outside(outside)
@@ -87,11 +88,17 @@ class Tile:
                 self._reader.say(text("measuring for {seconds:.0f} s", seconds=max(0.0, round(passed))))
             )
 
+    def _cause(self, last: Mapping[str, Any]) -> str:
+        """Return why it was not judged, by the titles of what did not end."""
+        title = self._title
+        causes = [text("{what}: {cause}", what=title(name), cause=why) for name, why in last.get("causes", ())]
+        return "\n".join(map(self._reader.say, causes)) or str(last["cause"])
+
     def _inside(self, last: Mapping[str, Any]) -> str:
         say, closest = self._reader.say, last["closest"]
         if not last["limited"]:
             return ""
-        words = [say(text("{inside} of {limited} inside", inside=last["inside"], limited=last["limited"]))]
+        words = [say(text("{inside} of {limited} within their limits", inside=last["inside"], limited=last["limited"]))]
         if closest is not None:
             label = restore_text(closest["label"])
             message = text("closest: {label}, {left:.0f} % of its limits left", label=label, left=closest["left"])

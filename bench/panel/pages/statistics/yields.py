@@ -30,7 +30,7 @@ def show_yields(yields: "Yield", reader: Reader) -> None:
                 words,
                 percentage(share.share),
                 text("95 % interval: {interval} %", interval=interval(share)),
-                text("{hits} of {count} motors judged", hits=share.hits, count=share.count),
+                text("{hits} of the {count} motors judged", hits=share.hits, count=share.count),
             )
         _share(
             reader,

@@ -206,7 +206,7 @@ def test_a_figure_outside_the_types_tolerance_is_shown_and_measured_again(
     expect(page.get_by_role("heading", level=1)).to_contain_text("Needs a look: Stator resistance")
     expect(page.locator("[data-verdict=outside]")).to_be_visible()
     what_to_do = page.get_by_role("region", name="What to do, most important first")
-    finding = what_to_do.locator(".mb-finding").filter(has_text="type-tolerance")
+    finding = what_to_do.locator(".mb-finding[data-rank=contradiction]")
     expect(finding).to_be_visible()
     finding.get_by_role("button", name="Repeat Stator resistance").click()
     expect(page.locator("[data-done]:not([aria-disabled])")).to_be_visible()

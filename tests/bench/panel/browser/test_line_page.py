@@ -157,7 +157,7 @@ def test_a_first_plan_is_made_from_a_measured_motor(panel: Panel, new_page: NewP
     scan(page, "SN-8")
     tile = page.get_by_label("Socket 1")
     expect(tile.get_by_text("✓ PASS")).to_be_visible()
-    expect(tile.get_by_text("1 of 1 inside")).to_be_visible()
+    expect(tile.get_by_text("1 of 1 within their limits")).to_be_visible()
     page.get_by_role("button", name="Abort the batch").click()
     expect(page.get_by_text("The batch has ended.")).to_be_visible()
 
