@@ -71,7 +71,8 @@ def _fill(connection: "psycopg.Connection[object]", first: int, last: int) -> No
     connection.execute(
         "INSERT INTO motor SELECT key, lpad(to_hex(key), 36, '0'), 'B' || lpad((1 + (key - 1) / %(batch)s)::text, 3, '0'),"
         " 1 + (key - 1) %% %(batch)s, 'Pump', repeat('0', 64), 'line ' || 1 + key %% 3, (1 + key %% 4)::text, 'Wang', 'LG-400W',"
-        " 'P-' || lpad((CASE WHEN key %% %(again)s = 0 THEN key - %(again)s / 2 ELSE key END)::text, 8, '0'), at, at + interval '3 s', CASE WHEN good THEN 'pass' ELSE 'fail' END,"
+        " 'P-' || lpad((CASE WHEN key %% %(again)s = 0 THEN key - %(again)s / 2 ELSE key END)::text, 8, '0'),"
+        " at, at + interval '3 s', CASE WHEN good THEN 'pass' ELSE 'fail' END,"
         " good AND key %% 100 <> 0, 12.5, '', 'runs/' || key, repeat('f', 64)"
         " FROM (SELECT key, bool_and(value BETWEEN low AND high) AS good,"
         "       timestamptz '2026-01-01' + key * interval '1 s' AS at FROM made GROUP BY key) AS each ORDER BY key",
