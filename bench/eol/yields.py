@@ -2,22 +2,15 @@
 
 import datetime
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 from sqlalchemy import Connection
 
 from bench.eol.statistics.proportion import Proportion, proportion
-from bench.eol.store.motor_tests import (
-    ANY_OCCASION,
-    STEP,
-    MotorTest,
-    Occasion,
-    counted_tests,
-    first_attempts,
-    repeated_tests,
-)
+from bench.eol.store.motor_tests import first_attempts, repeated_tests
+from bench.eol.store.occasions import ANY_OCCASION, STEP, CountedTests, Occasion, counted_by_place, counted_by_time
 from bench.eol.store.selection import Selection
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import UsageError
@@ -25,19 +18,16 @@ from drivers.interfaces.text import text
 
 Grouping = Literal["station", "socket", "shift", "date", "plan"]
 GROUPINGS: tuple[Grouping, ...] = get_args(Grouping)
-#: The fields of an occasion that each goes by.
+#: What each goes by, `step` being the time.
 _TOLD_APART: Mapping[Grouping, tuple[str, ...]] = {
     "station": ("station",),
     "socket": ("station", "socket"),
-    "shift": ("started",),
-    "date": ("started",),
+    "shift": ("step",),
+    "date": ("step",),
     "plan": ("plan",),
 }
 #: When shifts begin where nothing else is said.
 SHIFTS = (datetime.time(6), datetime.time(14), datetime.time(22))
-_JUDGED = (Verdict.PASS, Verdict.FAIL)
-#: Tests or motors: where and when, whether they passed at once, whether they passed in the end, and how many.
-_Counted = tuple[Occasion, bool, bool, int]
 
 
 @dataclass(frozen=True)
@@ -99,91 +89,48 @@ def motor_yields(
     confidence: float = 0.95,
 ) -> MotorYields:
     """Return the yields of a selection by motor, and by groups of the motors' first judged tests in it."""
-    repeated = repeated_tests(connection, selection)
-    histories = _histories(repeated)
-    counted = _counted(connection, selection, by) if by else _all_of(selection)
-    # Tests of motors that have several are taken out, and the motors put in, each once.
-    counted += [
-        (test.occasion, _at_once(test.verdict, test.first_pass), test.verdict is Verdict.PASS, -1)
-        for test in repeated
-        if test.chosen and test.verdict in _JUDGED
-    ]
-    counted += [(each.first.occasion, each.first_pass, each.final, 1) for each in histories]
-    names = {grouping: _namer(grouping, shifts) for grouping in by}
-    later = [test.identifier for each in histories for test in each.tests if test is not each.first]
+    told_apart = list(dict.fromkeys(field for grouping in by for field in _TOLD_APART[grouping]))
+    repeated = repeated_tests(connection, selection, told_apart)
+    places = [field for field in told_apart if field != "step"]
+    by_place = [*counted_by_place(connection, selection, places), *repeated.counted] if places else []
+    by_time = [*counted_by_time(connection, selection), *repeated.counted] if "step" in told_apart else []
     return MotorYields(
-        *_proportions(counted, confidence),
-        rolled=_rolled(first_attempts(connection, selection, later), confidence),
-        retested=sum(len(each.tests) > 1 for each in histories),
-        groups={grouping: _grouped(counted, names[grouping], confidence) for grouping in by},
+        *_proportions([*_all_of(selection), *repeated.counted], confidence),
+        rolled=_rolled(first_attempts(connection, selection), confidence),
+        retested=repeated.retested,
+        groups={
+            grouping: _grouped(
+                by_time if "step" in _TOLD_APART[grouping] else by_place, _namer(grouping, shifts), confidence
+            )
+            for grouping in by
+        },
     )
 
 
-def _counted(connection: Connection, selection: Selection, by: Sequence[Grouping]) -> list[_Counted]:
-    told_apart = {field for grouping in by for field in _TOLD_APART[grouping]}
-    return [
-        (occasion, _at_once(verdict, first_pass), verdict is Verdict.PASS, count)
-        for occasion, verdict, first_pass, count in counted_tests(connection, selection, told_apart)
-        if verdict in _JUDGED
-    ]
-
-
-def _all_of(selection: Selection) -> list[_Counted]:
+def _all_of(selection: Selection) -> list[CountedTests]:
     passed, at_once = selection.verdicts[Verdict.PASS], selection.first_pass
     return [
-        (ANY_OCCASION, True, True, at_once),
-        (ANY_OCCASION, False, True, passed - at_once),
-        (ANY_OCCASION, False, False, selection.verdicts[Verdict.FAIL]),
+        CountedTests(ANY_OCCASION, True, True, at_once),
+        CountedTests(ANY_OCCASION, False, True, passed - at_once),
+        CountedTests(ANY_OCCASION, False, False, selection.verdicts[Verdict.FAIL]),
     ]
 
 
-@dataclass(frozen=True)
-class _History:
-    """A motor that was tested more than once: its judged tests in the selection, and what became of it."""
-
-    tests: tuple[MotorTest, ...]
-    first_pass: bool
-
-    @property
-    def first(self) -> MotorTest:
-        return self.tests[0]
-
-    @property
-    def final(self) -> bool:
-        return self.tests[-1].verdict is Verdict.PASS
-
-
-def _histories(repeated: Sequence[MotorTest]) -> list[_History]:
-    by_serial: dict[str, list[MotorTest]] = {}
-    for test in repeated:
-        if test.verdict in _JUDGED:
-            by_serial.setdefault(test.serial_number, []).append(test)
-    histories = []
-    for tests in by_serial.values():
-        chosen = tuple(test for test in tests if test.chosen)
-        if chosen:
-            first = tests[0]
-            histories.append(_History(chosen, first.chosen and _at_once(first.verdict, first.first_pass)))
-    return histories
-
-
-def _at_once(verdict: Verdict, first_pass: bool) -> bool:
-    return first_pass and verdict is Verdict.PASS
-
-
-def _proportions(counted: Sequence[_Counted], confidence: float) -> tuple[Proportion, Proportion]:
-    motors = sum(count for *_, count in counted)
-    first = sum(count for _, first_pass, _, count in counted if first_pass)
-    final = sum(count for _, _, passed, count in counted if passed)
+def _proportions(counted: Iterable[CountedTests], confidence: float) -> tuple[Proportion, Proportion]:
+    motors = first = final = 0
+    for each in counted:
+        motors += each.count
+        first += each.count if each.at_once else 0
+        final += each.count if each.passed else 0
     return proportion(first, motors, confidence), proportion(final, motors, confidence)
 
 
 def _grouped(
-    counted: Sequence[_Counted], name_of: Callable[[Occasion], str], confidence: float
+    counted: Iterable[CountedTests], name_of: Callable[[Occasion], str], confidence: float
 ) -> tuple[GroupYield, ...]:
-    groups: dict[str, list[_Counted]] = {}
+    groups: dict[str, list[CountedTests]] = {}
     for each in counted:
-        groups.setdefault(name_of(each[0]), []).append(each)
+        groups.setdefault(name_of(each.occasion), []).append(each)
     yields = (GroupYield(name, *_proportions(groups[name], confidence)) for name in sorted(groups))
     return tuple(group for group in yields if group.first_pass.count)
 

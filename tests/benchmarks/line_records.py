@@ -23,6 +23,8 @@ PARAMETERS = (
     ("stator_resistance", "Ω", 0.0165, 1.5e-4),
 )
 _PROCEDURES = ("back-emf-constant", "dq-inductance", "mechanical", "stator-resistance")
+#: Every so many tests one is of a motor that was tested before.
+AGAIN = 50
 _CHUNK = 20_000
 _BATCH = 100_000
 
@@ -98,11 +100,11 @@ def _chunks(motors: int, seed: int) -> Iterator[dict[str, list[tuple[Any, ...]]]
                     1 + (key - 1) % _BATCH,
                     "Pump",
                     "0" * 64,
-                    "line 1",
+                    f"line {1 + key % 3}",
                     str(1 + key % 4),
                     "Wang",
                     "LG-400W",
-                    f"P-{key:08d}",
+                    f"P-{key if key % AGAIN else key - AGAIN // 2:08d}",
                     at,
                     at + timedelta(seconds=3),
                     verdict,

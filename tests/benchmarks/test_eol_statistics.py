@@ -7,8 +7,9 @@ import pytest
 
 from bench.eol.line_statistics import StatisticsRequest, line_statistics
 from bench.eol.store.database import open_database
+from bench.eol.yields import GROUPINGS, Grouping
 from tests.bench.eol.postgresql import own_database
-from tests.benchmarks.line_records import PARAMETERS, fill
+from tests.benchmarks.line_records import AGAIN, PARAMETERS, fill
 
 MOTORS = 1_000_000
 
@@ -35,10 +36,16 @@ def _motors(config: pytest.Config) -> int:
     return MOTORS if config.getoption("benchmark_enable") else 2_000
 
 
-@pytest.mark.parametrize("golden", [(), ("P-00000100", "P-00000200")], ids=["all", "without golden motors"])
-def test_every_parameter(benchmark, filled: str, golden: tuple[str, ...], request: pytest.FixtureRequest) -> None:
+@pytest.mark.parametrize(
+    ("golden", "by"),
+    [((), ()), (("P-00000101", "P-00000201"), ()), ((), GROUPINGS)],
+    ids=["all", "without golden motors", "by every occasion"],
+)
+def test_every_parameter(
+    benchmark, filled: str, golden: tuple[str, ...], by: tuple[Grouping, ...], request: pytest.FixtureRequest
+) -> None:
     engine = open_database(filled)
-    found = benchmark.pedantic(line_statistics, (engine, StatisticsRequest(golden=golden)), rounds=3)
+    found = benchmark.pedantic(line_statistics, (engine, StatisticsRequest(golden=golden, by=by)), rounds=3)
     engine.dispose()
     count = _motors(request.config) - len(golden)
     benchmark.extra_info["motors"] = count
@@ -46,3 +53,6 @@ def test_every_parameter(benchmark, filled: str, golden: tuple[str, ...], reques
     assert {name: each.distribution.count for name, each in found.parameters.items()} == dict.fromkeys(
         (name for name, *_ in PARAMETERS), count
     )
+    motors = found.yields.motors
+    assert motors.final.count == count - _motors(request.config) // AGAIN
+    assert {sum(group.final.count for group in groups) for groups in motors.groups.values()} <= {motors.final.count}

@@ -9,6 +9,7 @@ import statistics
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import time as time_of_day
 
 import psycopg
 from sqlalchemy import Engine
@@ -17,8 +18,9 @@ from bench.eol.line_statistics import LineStatistics, StatisticsRequest, line_st
 from bench.eol.store.database import open_database
 from bench.eol.store.schema import CHECK, FIGURE, MOTOR
 from bench.eol.store.summing import sum_up
+from bench.eol.yields import GROUPINGS
 from tests.bench.eol.postgresql import USUAL, own_database
-from tests.benchmarks.line_records import PARAMETERS
+from tests.benchmarks.line_records import AGAIN, PARAMETERS
 
 #: Motors made in one statement, and of one batch; a second of the line's time lies between two.
 _AT_ONCE, _BATCH = 500_000, 100_000
@@ -46,7 +48,7 @@ def fill(reference: str, motors: int) -> None:
 
 
 def _fill(connection: "psycopg.Connection[object]", first: int, last: int) -> None:
-    span = {"first": first, "last": last, "batch": _BATCH}
+    span = {"first": first, "last": last, "batch": _BATCH, "again": AGAIN}
     connection.execute(
         "CREATE TEMP TABLE made (key integer, name text, value float8, unit text, low float8, high float8)"
     )
@@ -68,8 +70,9 @@ def _fill(connection: "psycopg.Connection[object]", first: int, last: int) -> No
         )
     connection.execute(
         "INSERT INTO motor SELECT key, lpad(to_hex(key), 36, '0'), 'B' || lpad((1 + (key - 1) / %(batch)s)::text, 3, '0'),"
-        " 1 + (key - 1) %% %(batch)s, 'Pump', repeat('0', 64), 'line 1', (1 + key %% 4)::text, 'Wang', 'LG-400W',"
-        " 'P-' || lpad(key::text, 8, '0'), at, at + interval '3 s', CASE WHEN good THEN 'pass' ELSE 'fail' END,"
+        " 1 + (key - 1) %% %(batch)s, 'Pump', repeat('0', 64), 'line ' || 1 + key %% 3, (1 + key %% 4)::text, 'Wang', 'LG-400W',"
+        " 'P-' || lpad((CASE WHEN key %% %(again)s = 0 THEN key - %(again)s / 2 ELSE key END)::text, 8, '0'),"
+        " at, at + interval '3 s', CASE WHEN good THEN 'pass' ELSE 'fail' END,"
         " good AND key %% 100 <> 0, 12.5, '', 'runs/' || key, repeat('f', 64)"
         " FROM (SELECT key, bool_and(value BETWEEN low AND high) AS good,"
         "       timestamptz '2026-01-01' + key * interval '1 s' AS at FROM made GROUP BY key) AS each ORDER BY key",
@@ -125,6 +128,8 @@ def main() -> None:
         for name, request in (
             ("all", StatisticsRequest()),
             ("without two golden motors", StatisticsRequest(golden=("P-00000100", "P-00000200"))),
+            ("all, by station, socket, shift, date and plan", StatisticsRequest(by=GROUPINGS)),
+            ("all, by shift, which begin at 06:05", StatisticsRequest(by=("shift",), shifts=(time_of_day(6, 5),))),
             ("one batch", StatisticsRequest(batches=("B001",))),
         ):
             took = [timed(engine, request)[0] for _ in range(given.rounds)]

@@ -1,85 +1,84 @@
-"""Tests counted by what they have in common, and those of motors that were tested more than once, one by one."""
+"""Motors that were tested more than once, and first attempts at procedures."""
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from datetime import UTC, datetime, timedelta
-from typing import Any, TypeVar
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Select, String, case, cast, func, select
-from sqlalchemy import Integer as Whole
+from sqlalchemy import ColumnElement, Connection, Select, Subquery, case, func, select
 
-from bench.eol.store.records import utc
+from bench.eol.store.occasions import JUDGED, PLACE, CountedTests, occasion_of, step_of_start
 from bench.eol.store.schema import CHECK, MOTOR, REPEATED_SERIAL, SUMMED_ATTEMPTS
 from bench.eol.store.selection import Selection
 from bench.eol.store.stretches import StretchesByKey, among, joined, unsummed
 from bench.eol.store.stretches import without as without_stretches
 from bench.eol.verdict import Verdict
 
-#: Times are told apart to so much: no zone and no shift begins between.
-STEP = timedelta(minutes=5)
-_AT_ONCE = 500
-_UNJUDGED = (Verdict.ERROR.value, Verdict.ABORTED.value)
 _BAD = func.sum(case((CHECK.c.verdict == Verdict.PASS.value, 0), else_=1))
-_Value = TypeVar("_Value")
 
 
 @dataclass(frozen=True)
-class Occasion:
-    """Where and by which plan tests were made, and when they began (UTC; of tests that were counted, to five minutes)."""
+class RepeatedTests:
+    """What has to be added to tests that were counted, so that motors are: each once, at its first judged test of the selection.
 
-    station: str
-    socket: str
-    plan: str
-    started: datetime
-
-
-#: Where nothing of it is told apart.
-ANY_OCCASION = Occasion("", "", "", datetime.min.replace(tzinfo=UTC))
-
-
-@dataclass(frozen=True)
-class MotorTest:
-    """One test of a motor that was tested more than once; `chosen` tells whether it is of the selection."""
-
-    identifier: int
-    serial_number: str
-    occasion: Occasion
-    verdict: Verdict
-    first_pass: bool
-    chosen: bool
-
-
-def counted_tests(
-    connection: Connection, selection: Selection, told_apart: Collection[str]
-) -> Iterator[tuple[Occasion, Verdict, bool, int]]:
-    """Give how many tests of a selection have an occasion, a verdict, and whether they passed at once, in common.
-
-    Occasions are `told_apart` by these of their fields only, for each further one costs the database a sort; the others say nothing.
+    A motor passed at once where its first judged test ever did, and is of the selection; in the end where its last one there did.
+    `retested` motors have several judged tests there.
     """
-    # The times first: records are kept in their order, and are all but sorted.
-    fields = {"started": _step(connection), "socket": MOTOR.c.socket, "station": MOTOR.c.station, "plan": MOTOR.c.plan}
-    occasion = {name: column for name, column in fields.items() if name in told_apart}
-    columns = (*occasion.values(), MOTOR.c.verdict, MOTOR.c.first_pass)
-    query = select(*columns, func.count()).where(selection.holds(MOTOR.c.id)).group_by(*columns)
-    for *known, verdict, first_pass, count in connection.execute(query):
-        found = dict(zip(occasion, known, strict=True))
-        if "started" in found:
-            found["started"] = _time(found["started"])
-        yield replace(ANY_OCCASION, **found), Verdict(verdict), bool(first_pass), count
+
+    counted: tuple[CountedTests, ...]
+    retested: int
 
 
-def repeated_tests(connection: Connection, selection: Selection) -> list[MotorTest]:
-    """Return all tests of the serial numbers that have more than one, in the order in which they began."""
-    columns = (MOTOR.c[name] for name in ("id", "serial_number", "station", "socket", "plan", "started", "verdict"))
-    query = select(*columns, MOTOR.c.first_pass, selection.holds(MOTOR.c.id).label("chosen"))
-    noted = select(REPEATED_SERIAL.c.serial_number)
-    tests = {row["id"]: row for row in connection.execute(query.where(MOTOR.c.serial_number.in_(noted))).mappings()}
-    for some in _some(list(connection.execute(_repeated_beside(selection)).scalars())):
-        rows = connection.execute(query.where(MOTOR.c.serial_number.in_(some))).mappings()
-        tests.update((row["id"], row) for row in rows)
-    golden = set(selection.golden)
-    result = [_test(row) for row in tests.values() if row["serial_number"] not in golden]
-    return sorted(result, key=lambda test: (test.occasion.started, test.identifier))
+def repeated_tests(connection: Connection, selection: Selection, told_apart: Collection[str]) -> RepeatedTests:
+    """Return what motors with several tests change in counts by these of `station`, `socket`, `plan` and `step`."""
+    fields: Mapping[str, Any] = {**PLACE, "step": step_of_start(connection)}
+    tests = _ordered_tests(selection, {name: fields[name] for name in told_apart})
+    first = tests.c.place == 1
+    columns = (
+        *(tests.c[name] for name in told_apart),
+        (first & (tests.c.tests > 1)).label("retested"),
+        first.label("first"),
+        tests.c.at_once,
+        tests.c.passed,
+        (tests.c.at_once & (tests.c.place_ever == 1)).label("motor_at_once"),
+        (tests.c.last == Verdict.PASS.value).label("motor_passed"),
+    )
+    counted, again = [], 0
+    for *known, retested, is_first, at_once, passed, motor_at_once, motor_passed, count in connection.execute(
+        select(*columns, func.count()).where(tests.c.chosen).group_by(*columns)
+    ):
+        occasion = occasion_of(dict(zip(told_apart, known, strict=True)))
+        counted.append(CountedTests(occasion, bool(at_once), bool(passed), -count))
+        again += count if retested else 0
+        if is_first:
+            counted.append(CountedTests(occasion, bool(motor_at_once), bool(motor_passed), count))
+    return RepeatedTests(tuple(counted), again)
+
+
+def _ordered_tests(selection: Selection, fields: Mapping[str, ColumnElement[Any]]) -> Subquery:
+    """Return the judged tests of serial numbers with several tests, each with its place among its motor's in and out of the selection."""
+    noted = select(REPEATED_SERIAL.c.serial_number).union(_repeated_beside(selection))
+    found = select(
+        MOTOR.c.id,
+        MOTOR.c.serial_number,
+        MOTOR.c.started,
+        MOTOR.c.verdict,
+        (MOTOR.c.verdict == Verdict.PASS.value).label("passed"),
+        (MOTOR.c.first_pass & (MOTOR.c.verdict == Verdict.PASS.value)).label("at_once"),
+        selection.holds(MOTOR.c.id).label("chosen"),
+        *(column.label(name) for name, column in fields.items()),
+    ).where(MOTOR.c.serial_number.in_(noted), JUDGED)
+    if selection.golden:
+        found = found.where(MOTOR.c.serial_number.not_in(selection.golden))
+    tests = found.subquery("tests")
+    motor, there = tests.c.serial_number, (tests.c.serial_number, tests.c.chosen)
+    order, back = (tests.c.started, tests.c.id), (tests.c.started.desc(), tests.c.id.desc())
+    return select(
+        tests,
+        func.row_number().over(partition_by=motor, order_by=order).label("place_ever"),
+        func.row_number().over(partition_by=there, order_by=order).label("place"),
+        func.first_value(tests.c.verdict).over(partition_by=there, order_by=back).label("last"),
+        func.count().over(partition_by=there).label("tests"),
+    ).subquery("ordered")
 
 
 def _repeated_beside(selection: Selection) -> Select[str]:
@@ -92,10 +91,10 @@ def _repeated_beside(selection: Selection) -> Select[str]:
     return select(MOTOR.c.serial_number).where(beyond, shared.exists()).distinct()
 
 
-def first_attempts(connection: Connection, selection: Selection, without: Sequence[int]) -> dict[str, tuple[int, int]]:
+def first_attempts(connection: Connection, selection: Selection) -> dict[str, tuple[int, int]]:
     """Return of each procedure of how many judged tests it was part, and how many did not pass its first attempt.
 
-    Tests that were not judged are left out, and the judged ones `without` which it is to be counted.
+    Tests that were not judged are left out, and of a motor that was judged more than once all but the first of the selection.
     """
     counts: dict[str, list[int]] = {}
 
@@ -119,10 +118,10 @@ def first_attempts(connection: Connection, selection: Selection, without: Sequen
         if selection.summed:
             beyond &= among(CHECK.c.motor, rest)
         read(beyond, 1)
-        unjudged = select(MOTOR.c.id).where(MOTOR.c.verdict.in_(_UNJUDGED), among(MOTOR.c.id, rest))
+        unjudged = select(MOTOR.c.id).where(~JUDGED, among(MOTOR.c.id, rest))
         read(beyond & CHECK.c.motor.in_(unjudged), -1)
-    for some in _some(without):
-        read(CHECK.c.motor.in_(some), -1)
+    tests = _ordered_tests(selection, {})
+    read(CHECK.c.motor.in_(select(tests.c.id).where(tests.c.chosen, tests.c.place > 1)), -1)
     return {procedure: (tests, bad) for procedure, (tests, bad) in sorted(counts.items()) if tests}
 
 
@@ -145,7 +144,7 @@ def _golden_attempts(connection: Connection, selection: Selection) -> Iterator[t
         .where(
             MOTOR.c.serial_number.in_(selection.golden),
             MOTOR.c.model == selection.model,
-            MOTOR.c.verdict.not_in(_UNJUDGED),
+            JUDGED,
             CHECK.c.attempt == 1,
         )
     )
@@ -155,29 +154,3 @@ def _golden_attempts(connection: Connection, selection: Selection) -> Iterator[t
     for row in connection.execute(query):
         if row.id in summed:
             yield row.procedure, 1, int(row.verdict != Verdict.PASS.value)
-
-
-def _some(values: Sequence[_Value]) -> Iterator[Sequence[_Value]]:
-    """Give values some at a time: a query has room for so many."""
-    yield from (values[first : first + _AT_ONCE] for first in range(0, len(values), _AT_ONCE))
-
-
-def _test(row: Any) -> MotorTest:
-    occasion = Occasion(row["station"], row["socket"], row["plan"], utc(row["started"]))
-    return MotorTest(
-        row["id"], row["serial_number"], occasion, Verdict(row["verdict"]), bool(row["first_pass"]), bool(row["chosen"])
-    )
-
-
-def _step(connection: Connection) -> ColumnElement[Any]:
-    seconds = round(STEP.total_seconds())
-    if connection.dialect.name == "postgresql":
-        # date_part gives binary numbers; with the decimal ones of EXTRACT it takes twice as long.
-        return cast(func.floor(func.date_part("epoch", MOTOR.c.started) / float(seconds)) * seconds, Whole)
-    # SQLite keeps times as text: parsing a million takes longer than all the rest.
-    ten, one = (func.substr(MOTOR.c.started, *place, type_=String) for place in ((1, 15), (16, 1)))
-    return ten.concat(case((one >= "5", "5"), else_="0"))
-
-
-def _time(at: Any) -> datetime:
-    return datetime.fromisoformat(at).replace(tzinfo=UTC) if isinstance(at, str) else datetime.fromtimestamp(at, UTC)

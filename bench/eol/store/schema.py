@@ -190,12 +190,14 @@ STRETCH_TALLY = Table(
 )
 
 #: Stretches of keys (`first` … `last`) whose motors are summed up, in the tables that follow. A trigger forgets a stretch with
-#: the first of its motors that is removed, by whatever program.
+#: the first of its motors that is removed, by whatever program. Programs before 0009 do not sum up by occasion; those after sum
+#: theirs up anew.
 SUMMED_STRETCH = Table(
     "summed_stretch",
     METADATA,
     Column("first", Integer, primary_key=True, autoincrement=False),
     Column("last", Integer, nullable=False),
+    Column("by_occasion", Boolean, nullable=False, server_default=false()),
 )
 
 #: A stretch's tests of motors by what they have in common, with the least and the greatest of their keys.
@@ -210,6 +212,36 @@ SUMMED_MOTORS = Table(
     Column("count", Integer, nullable=False),
     Column("least", Integer, nullable=False),
     Column("greatest", Integer, nullable=False),
+    sqlite_with_rowid=False,
+)
+
+#: A stretch's judged tests by where and by which plan they were made.
+SUMMED_PLACES = Table(
+    "summed_places",
+    METADATA,
+    Column("first", ForeignKey("summed_stretch.first", ondelete="CASCADE"), primary_key=True),
+    Column("batch", String(200), primary_key=True),
+    Column("model", String(200), primary_key=True),
+    Column("plan", String(200), primary_key=True),
+    Column("station", String(200), primary_key=True),
+    Column("socket", String(50), primary_key=True),
+    Column("verdict", String(10), primary_key=True),
+    Column("first_pass", Boolean, primary_key=True),
+    Column("count", Integer, nullable=False),
+    sqlite_with_rowid=False,
+)
+
+#: A stretch's judged tests by when they began: `step` counts five minutes since 1970 (UTC).
+SUMMED_TIMES = Table(
+    "summed_times",
+    METADATA,
+    Column("first", ForeignKey("summed_stretch.first", ondelete="CASCADE"), primary_key=True),
+    Column("batch", String(200), primary_key=True),
+    Column("model", String(200), primary_key=True),
+    Column("step", Integer, primary_key=True),
+    Column("verdict", String(10), primary_key=True),
+    Column("first_pass", Boolean, primary_key=True),
+    Column("count", Integer, nullable=False),
     sqlite_with_rowid=False,
 )
 

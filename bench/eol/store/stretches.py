@@ -17,8 +17,8 @@ _GAPS = 200
 
 def summed_stretches(connection: Connection) -> tuple[Stretch, ...]:
     """Return the stretches that are summed up, in order; those that would leave too many gaps are left out."""
-    rows = connection.execute(select(SUMMED_STRETCH.c.first, SUMMED_STRETCH.c.last).order_by(SUMMED_STRETCH.c.first))
-    stretches = [(row.first, row.last) for row in rows]
+    query = select(SUMMED_STRETCH.c.first, SUMMED_STRETCH.c.last).where(SUMMED_STRETCH.c.by_occasion)
+    stretches = [(row.first, row.last) for row in connection.execute(query.order_by(SUMMED_STRETCH.c.first))]
     runs = joined(stretches)
     if len(runs) <= _GAPS:
         return tuple(stretches)

@@ -6,12 +6,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection, Engine, and_, case, delete, func, insert, select
+from sqlalchemy import Connection, Engine, and_, case, delete, func, insert, literal, select
 from sqlalchemy.dialects import postgresql, sqlite
 
 from bench.eol.store.binned_sums import BinnedSums, bin_edges, sums_of
 from bench.eol.store.insertion import settle_within
 from bench.eol.store.limits_of_figures import limits_of
+from bench.eol.store.occasions import JUDGED, PLACE, step_of_start
 from bench.eol.store.schema import (
     CHECK,
     FIGURE,
@@ -20,7 +21,9 @@ from bench.eol.store.schema import (
     SUMMED_ATTEMPTS,
     SUMMED_FIGURES,
     SUMMED_MOTORS,
+    SUMMED_PLACES,
     SUMMED_STRETCH,
+    SUMMED_TIMES,
 )
 from bench.eol.store.stretches import LAST_KEY
 from bench.eol.verdict import Verdict
@@ -37,7 +40,7 @@ _LOOK = 500
 _PATIENCE = "2s"
 #: As in the triggers of the tables: who removes motors waits, and is waited for.
 _LOCK = 7265194
-_CHILDREN = (SUMMED_MOTORS, SUMMED_ATTEMPTS, SUMMED_FIGURES)
+_CHILDREN = (SUMMED_MOTORS, SUMMED_PLACES, SUMMED_TIMES, SUMMED_ATTEMPTS, SUMMED_FIGURES)
 
 
 def sum_up(engine: Engine, most: int = LAST_KEY) -> int:
@@ -65,7 +68,7 @@ def _worth(first: int, last: int, summed: Mapping[int, int]) -> bool:
 
 
 def _summed(connection: Connection) -> dict[int, int]:
-    rows = connection.execute(select(SUMMED_STRETCH.c.first, SUMMED_STRETCH.c.last))
+    rows = connection.execute(select(SUMMED_STRETCH.c.first, SUMMED_STRETCH.c.last).where(SUMMED_STRETCH.c.by_occasion))
     return {row.first: row.last for row in rows}
 
 
@@ -96,8 +99,9 @@ def _sum_stretch(connection: Connection, first: int, last: int) -> bool:
     for table in _CHILDREN:
         connection.execute(delete(table).where(table.c.first == first))
     connection.execute(delete(SUMMED_STRETCH).where(SUMMED_STRETCH.c.first == first))
-    connection.execute(insert(SUMMED_STRETCH).values(first=first, last=last))
+    connection.execute(insert(SUMMED_STRETCH).values(first=first, last=last, by_occasion=True))
     models = _sum_motors(connection, first, last)
+    _sum_occasions(connection, first, last)
     _sum_attempts(connection, first, last)
     _sum_figures(connection, first, last, models)
     _note_repeated(connection, first, last)
@@ -114,6 +118,15 @@ def _sum_motors(connection: Connection, first: int, last: int) -> list[str]:
     return sorted({row.model for row in rows})
 
 
+def _sum_occasions(connection: Connection, first: int, last: int) -> None:
+    common = {"batch": MOTOR.c.batch, "model": MOTOR.c.model}
+    judged = MOTOR.c.id.between(first, last) & JUDGED
+    for table, told_apart in ((SUMMED_PLACES, PLACE), (SUMMED_TIMES, {"step": step_of_start(connection)})):
+        columns = {**common, **told_apart, "verdict": MOTOR.c.verdict, "first_pass": MOTOR.c.first_pass}
+        query = select(literal(first), *columns.values(), func.count()).where(judged).group_by(*columns.values())
+        connection.execute(insert(table).from_select(["first", *columns, "count"], query))
+
+
 def _sum_attempts(connection: Connection, first: int, last: int) -> None:
     columns = (MOTOR.c.batch, MOTOR.c.model, CHECK.c.procedure)
     bad = func.sum(case((CHECK.c.verdict == Verdict.PASS.value, 0), else_=1))
@@ -125,7 +138,7 @@ def _sum_attempts(connection: Connection, first: int, last: int) -> None:
             # Said of both: PostgreSQL would read all motors.
             MOTOR.c.id.between(first, last),
             CHECK.c.attempt == 1,
-            MOTOR.c.verdict.not_in([Verdict.ERROR.value, Verdict.ABORTED.value]),
+            JUDGED,
         )
         .group_by(*columns)
     )

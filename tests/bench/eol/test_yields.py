@@ -57,6 +57,15 @@ def yields_of(engine: Engine, batches: Sequence[str] = ()) -> MotorYields:
     return grouped
 
 
+def counted_by_socket(tests: Sequence[Tested], batches: Sequence[str]) -> dict[str, tuple[int, int, int]]:
+    """The same of the motors that were judged first at each socket."""
+    first = {test[0]: test[2] for test in reversed(tests) if test[3] in JUDGED and test[1] in batches}
+    return {
+        f"S · {socket}": counted([test for test in tests if first.get(test[0]) == socket], batches)
+        for socket in sorted(set(first.values()))
+    }
+
+
 def counted(tests: Sequence[Tested], batches: Sequence[str]) -> tuple[int, int, int]:
     """Motors, those that passed at once, and those that passed in the end, one motor after the other."""
     motors = first = final = 0
@@ -94,6 +103,10 @@ def test_they_are_those_of_motors_counted_one_by_one(engine: Engine, records: Re
         chosen = [batch for batch in batches if batch in {test[1] for test in tests}]
         found = yields_of(engine, chosen)
         assert (found.final.count, found.first_pass.hits, found.final.hits) == counted(tests, chosen)
+        by_socket = {
+            each.name: (each.final.count, each.first_pass.hits, each.final.hits) for each in found.groups["socket"]
+        }
+        assert by_socket == counted_by_socket(tests, chosen)
 
 
 def test_eight_motors_of_sixteen_tests_are_eight(engine: Engine, records: Records) -> None:

@@ -17,12 +17,13 @@ from bench.eol.store.records import Records
 from bench.eol.store.schema import METADATA
 from bench.eol.store.selection import choose
 from bench.eol.verdict import Verdict
+from bench.eol.yields import motor_yields
 from bench.i18n.errors import InputError
 from tests.bench.eol.motor_records import NOON, motor_record
 from tests.command_line import called
 
-OLDER = ("0001", "0002", "0003", "0004", "0005", "0006", "0007")
-NEWEST = "0008"
+OLDER = ("0001", "0002", "0003", "0004", "0005", "0006", "0007", "0008")
+NEWEST = "0009"
 MOTORS = 5
 
 
@@ -54,6 +55,11 @@ def rows(table: Table, number: int) -> list[dict[str, Any]]:
             return [{"motor": number, "path": "waveforms/0001-a.h5", "sha256": "a" * 64}]
         case "outbox":
             return [{"identifier": record.identifier, "tries": number, "fault": ""}]
+        case "summed_stretch" if number == 1:
+            return [{"first": 1, "last": MOTORS}]
+        case "summed_motors" if number == 1:
+            common = {"batch": record.batch, "model": record.model, "verdict": "fail", "first_pass": False}
+            return [{"first": 1, **common, "count": MOTORS, "least": 1, "greatest": MOTORS}]
         case "parameter_label" if number == 1:
             return [{"parameter": "r", "label": "R of mine"}]
     return []
@@ -133,6 +139,8 @@ def test_an_older_database_with_records_is_refused_until_the_command_brings_it_u
     assert Records(engine).save(motor_record(MOTORS + 1))
     with settled(engine) as connection:
         found = distribution(connection, "r", choose(connection, ()))
+        yields = motor_yields(connection, choose(connection, ()), ("socket",)).groups["socket"]
+    assert [(each.name, each.final.count) for each in yields] == [("S · 1", MOTORS + 1)]
     assert found is not None
     assert (found.count, found.mean) == (MOTORS, pytest.approx(10.3))
     engine.dispose()

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from sqlalchemy import Engine, delete, select
+from sqlalchemy import Engine, delete, func, select, update
 from sqlalchemy.exc import DBAPIError
 
 from bench.eol.line.record_writer import RecordWriter
@@ -22,10 +22,11 @@ from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.insertion import insert_record
 from bench.eol.store.records import Records
-from bench.eol.store.schema import MOTOR, REPEATED_SERIAL, SUMMED_STRETCH
+from bench.eol.store.schema import MOTOR, REPEATED_SERIAL, SUMMED_PLACES, SUMMED_STRETCH, SUMMED_TIMES
 from bench.eol.store.spool import Spool
 from bench.eol.store.summing import sum_up
 from bench.eol.verdict import Verdict
+from bench.eol.yields import GROUPINGS
 from bench.i18n.errors import InputError
 from tests.bench.eol.motor_records import NOON, motor_record
 
@@ -46,11 +47,13 @@ def record_of(number: int, serial: int, batch: str, verdict: Verdict, value: flo
         batch=batch,
         model="small" if batch == "S" else "big",
         serial_number=f"P-{serial}",
+        station=f"line {number % 2}",
+        socket=str(number % 3),
         golden=serial == 0,
         verdict=verdict,
         first_pass=verdict is Verdict.PASS and passed is Verdict.PASS,
-        started=NOON + timedelta(minutes=number),
-        ended=NOON + timedelta(minutes=number),
+        started=NOON + timedelta(hours=number),
+        ended=NOON + timedelta(hours=number),
         measured=(
             MeasuredFigure("r", value, "Ω", 0.01, 0.02, LIMITS[0], high, Verdict.PASS),
             MeasuredFigure("open", 2.0 * value, "Ω", 0.01, 0.02, -math.inf, math.inf, Verdict.PASS),
@@ -68,7 +71,7 @@ def stretches(engine: Engine) -> list[tuple[int, int]]:
 def statistics(engine: Engine, batches: Sequence[str], model: str) -> dict[str, Any] | str:
     """What is summed up, of all that statistics say."""
     try:
-        found = line_statistics(engine, StatisticsRequest(batches=batches, model=model))
+        found = line_statistics(engine, StatisticsRequest(batches=batches, model=model, by=GROUPINGS))
     except InputError as error:
         return str(error)
     chosen, yields = found.selection, found.yields
@@ -80,6 +83,7 @@ def statistics(engine: Engine, batches: Sequence[str], model: str) -> dict[str, 
         "keys": (chosen.stretches, chosen.exact, chosen.everything),
         "yields": [(each.hits, each.count) for each in (yields.motors.first_pass, yields.motors.final)],
         "rolled": {name: (each.hits, each.count) for name, each in yields.motors.rolled.procedures.items()},
+        "groups": yields.motors.groups,
         "retested": yields.motors.retested,
         "count": {name: each.count for name, each in figures.items()},
         "moments": {
@@ -191,6 +195,23 @@ def test_an_older_station_that_sums_nothing_up_is_counted(engine: Engine, record
     assert {name: each.count for name, each in found.yields.motors.rolled.procedures.items()} == {"r": 11}
 
 
+def test_stretches_of_an_older_station_are_summed_up_anew(engine: Engine, records: Records) -> None:
+    for number in range(1, 13):
+        records.save(record_of(number, number % 7, "A", Verdict.PASS, 10.0, 11.0))
+    sum_up(engine)
+    summed = statistics(engine, (), "")
+    # What a program of 0008 leaves: nothing by place or time.
+    with engine.begin() as connection:
+        for table in (SUMMED_PLACES, SUMMED_TIMES):
+            connection.execute(delete(table))
+        connection.execute(update(SUMMED_STRETCH).values(by_occasion=False))
+    assert_same(statistics(engine, (), ""), summed)
+    assert sum_up(engine) == 3
+    assert_same(statistics(engine, (), ""), summed)
+    with engine.connect() as connection:
+        assert connection.execute(select(func.sum(SUMMED_TIMES.c.count))).scalar() == 12
+
+
 def test_who_removes_by_other_means_has_the_sums_forgotten(tmp_path: Path) -> None:
     reference = str(tmp_path / "records.sqlite")
     engine = open_database(reference)
@@ -203,7 +224,8 @@ def test_who_removes_by_other_means_has_the_sums_forgotten(tmp_path: Path) -> No
         for table in ("figure", "check_attempt"):
             connection.execute(f"DELETE FROM {table} WHERE motor IN (SELECT id FROM motor WHERE batch = 'A')")  # noqa: S608
         connection.execute("DELETE FROM motor WHERE batch = 'A'")
-        assert connection.execute("SELECT count(*) FROM summed_figures WHERE first < 11").fetchone() == (0,)
+        for table in ("motors", "places", "times", "attempts", "figures"):
+            assert connection.execute(f"SELECT min(first) FROM summed_{table}").fetchone() == (11,)  # noqa: S608
     assert stretches(engine) == [(11, 12)]
     assert line_statistics(engine, StatisticsRequest()).parameters["r"].distribution.count == 6
     engine.dispose()
