@@ -9,11 +9,11 @@ from bench.plugins.catalogues import Catalogues
 from bench.station.station_file import Entry, Station
 from bench.virtual.simulated_units import OF_THE_UNIT, stated_options, unit_of, why_no_unit
 from bench.virtual.virtual_station import as_text, virtual_station
+from drivers.bases.oscilloscope_data import Probe
 from drivers.bases.scpi_supply import ScpiSupplyModel, SupplyData
 from drivers.catalogue import MANUAL, RATING_UNITS, Driver
 from drivers.interfaces import Accuracy, ProbeKind
 from drivers.interfaces.text import Text, text
-from drivers.keysight.options import Probe
 from procedures.core.bench import Role
 from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import FIXTURE, SIX_STEP, STANDARD, Options, SimulatedInstrument, SimulatedUnit, find

@@ -4,9 +4,9 @@ import re
 from collections.abc import Mapping
 
 from drivers.bases.found_state import WantedSetting
+from drivers.bases.oscilloscope_data import Probe
 from drivers.interfaces import ProbeKind
 from drivers.interfaces.text import text
-from drivers.keysight.options import Probe
 
 _EDGES = text("the trigger does not see the edge as it is")
 _MEMORY = text("another channel takes half of the memory")

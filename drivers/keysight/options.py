@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from drivers.bases.crosspoints import check_channels, is_fixed_point
+from drivers.bases.oscilloscope_data import OscilloscopeOptions
 from drivers.catalogue import Driver
-from drivers.interfaces import Accuracy, ProbeKind, Role
+from drivers.interfaces import Accuracy, Role
 from drivers.interfaces.text import text
 from drivers.recognition import ScpiIdentity
 
@@ -18,9 +19,6 @@ INFINIIVISION_IDENTITY = ScpiIdentity(
 )
 DMM_34461A_IDENTITY = ScpiIdentity(KEYSIGHT, ("34461A",))
 SWITCH_UNIT_IDENTITY = ScpiIdentity((*KEYSIGHT, "hewlett-packard"), ("34970A", "34972A", "34980A"))
-
-#: A channel whose gain is known worse than this says next to nothing.
-LARGEST_GAIN = 0.5
 
 
 @dataclass(frozen=True)
@@ -70,61 +68,6 @@ class E36300Options:
     over_current_delay: float = 0.05
     voltage_accuracy: Accuracy | None = None
     current_accuracy: Accuracy | None = None
-
-
-@dataclass(frozen=True)
-class Probe:
-    """The probe on a channel: `attenuation` is what it senses (V or A) per volt at the oscilloscope's input.
-
-    `gain` (relative) and `offset` (V or A at the tip) are its limits of error, `source` where they are stated. `serial_number` tells it
-    from another of its kind: a verification holds for the one it was made with. `maximum_voltage` (V, peak) is what a voltage probe
-    may be on by its data sheet.
-    """
-
-    kind: ProbeKind
-    attenuation: float
-    gain: float = 0.0
-    offset: float = 0.0
-    source: str = ""
-    serial_number: str = ""
-    maximum_voltage: float | None = None
-
-
-@dataclass(frozen=True)
-class InfiniiVisionOptions:
-    """Settings of a Keysight InfiniiVision: the probe on each channel used, and calibrations.
-
-    `full_scale_gain` (share of full scale) or `gain` (relative, of the reading) replaces the data sheet's limit of gain, for all
-    channels; `gain_source` says who states it. `calibration` replaces, for a channel, the accuracy of oscilloscope and probe together.
-    `poll_interval` (s) is the longest time between two looks at the acquisition's state once the record can be complete.
-    """
-
-    probes: Mapping[int, Probe] = field(default_factory=dict)
-    serial_number: str | None = None
-    calibration: Mapping[int, Accuracy] = field(default_factory=dict)
-    poll_interval: float = 0.02
-    full_scale_gain: float | None = None
-    gain: float | None = None
-    gain_source: str = ""
-
-    def __post_init__(self) -> None:
-        if self.gain is not None and self.full_scale_gain is not None:
-            raise ValueError(
-                text(
-                    "gain and full_scale_gain: both limit the same error; give the calibrated gain (of the reading), or the data sheet's "
-                    "(of full scale)"
-                )
-            )
-        for name, limit in (("gain", self.gain), ("full_scale_gain", self.full_scale_gain)):
-            if limit is not None and not 0.0 < limit <= LARGEST_GAIN:
-                raise ValueError(
-                    text(
-                        "{name} = {limit:g}: allowed is a share above 0, up to {most:g}; 0.02 is 2 %",
-                        name=name,
-                        limit=limit,
-                        most=LARGEST_GAIN,
-                    )
-                )
 
 
 @dataclass(frozen=True)
@@ -194,7 +137,7 @@ E4980A = Driver(
 INFINIIVISION = Driver(
     "keysight-infiniivision",
     Role.OSCILLOSCOPE,
-    InfiniiVisionOptions,
+    OscilloscopeOptions,
     "drivers.keysight.infiniivision:KeysightInfiniiVision.open",
     simulated="keysight-infiniivision",
     sources=(

@@ -161,9 +161,10 @@ class ScpiSettings:
         *,
         count: int = 0,
         changed: Callable[[int], None] | None = None,
+        replies: tuple[str, str] = ("0", "1"),
     ) -> None:
-        """Add ON or OFF."""
-        self._add(name, Setting(header, boolean, lambda value: str(int(value)), initial, count, changed))
+        """Add ON or OFF, and what is replied of off and of on."""
+        self._add(name, Setting(header, boolean, lambda value: replies[bool(value)], initial, count, changed))
 
     def add_choice(
         self,

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 
 from sim_instruments.clock.paced_clock import PacedClock
-from sim_instruments.instruments.keysight.infiniivision.transfer import as_words, block
+from sim_instruments.instruments.oscilloscope.transfer import as_words, block
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.session import ClientSession
 from sim_instruments.scpi.tree import bare

@@ -16,10 +16,10 @@ from pyvisa.attributes import AttributesByID
 from pyvisa.highlevel import VisaLibraryBase
 from pyvisa.util import LibraryPath
 
+from drivers.bases.waveform import Preamble, to_values
 from drivers.catalogue import Surroundings
 from drivers.keysight.e36300 import KeysightE36300
 from drivers.keysight.options import E36300Options
-from drivers.keysight.waveform import Preamble, codes_from_block, to_values
 
 ADDRESS = "TCPIP0::supply::inst0::INSTR"
 REPLIES = {
@@ -121,7 +121,7 @@ def test_conversion_of_ten_million_points_against_plain_numpy(benchmark: Any) ->
     preamble = Preamble(points, 1e-6, 0.0, 0.0, 1.25e-4, 0.5, 32768.0)
 
     def driver() -> Any:
-        return to_values(codes_from_block(block), preamble)
+        return to_values(np.frombuffer(block, dtype="<u2"), preamble)
 
     def plain() -> Any:
         return np.frombuffer(block, dtype="<u2") * preamble.y_increment + (

@@ -20,8 +20,8 @@ import numpy as np
 import pytest
 import pyvisa
 
+from drivers.bases.waveform import Preamble, to_values
 from drivers.catalogue import Surroundings
-from drivers.keysight.waveform import Preamble, codes_from_block, to_values
 from drivers.transport.visa.opening import open_session
 from tests.sim_instruments.server.wires import exactly, port_of
 
@@ -109,7 +109,7 @@ def test_ten_million_points_into_volts(benchmark: Any, surroundings: Surrounding
         session.identity_line()
 
         def fetch() -> Any:
-            return to_values(codes_from_block(session.query_block("WAV:DATA?")), preamble)
+            return to_values(np.frombuffer(session.query_block("WAV:DATA?"), dtype="<u2"), preamble)
 
         used = resource.getrusage(resource.RUSAGE_SELF)
         volts = benchmark.pedantic(fetch, rounds=20)

@@ -9,7 +9,6 @@ import pyvisa
 
 from drivers.catalogue import Surroundings
 from drivers.interfaces import CommunicationError
-from drivers.keysight.waveform import codes_from_block
 from drivers.transport.visa.opening import open_session
 from sim_instruments.faults.line_faults import Fault
 from sim_instruments.server.served_bench import ServedBench
@@ -37,7 +36,7 @@ def test_a_block_is_the_same_by_every_way_and_leaves_the_session_in_step(
             identity = session.identity_line()
             if not records:
                 session.complete(SETTING)
-            records.append(codes_from_block(session.query_block(":WAV:DATA?")))
+            records.append(np.frombuffer(session.query_block(":WAV:DATA?"), dtype="<u2"))
             assert session.query_number(":WAV:POIN?") == 200_000
             bench.bench.faults("oscilloscope").add(Fault.on("half", "WAV:DATA"))
             with pytest.raises(CommunicationError, match=r"of 400000 announced bytes came"):

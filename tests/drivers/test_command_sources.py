@@ -26,7 +26,7 @@ TABLES = {name: declared_commands(package, name) for name, package in packages_w
 MODULES = {
     "keysight-e36300": ("keysight/e36300*.py", "bases/scpi_supply.py", "bases/supply_*.py"),
     "keysight-e4980a": ("keysight/e4980a*.py",),
-    "keysight-infiniivision": ("keysight/infiniivision*.py", "keysight/waveform.py"),
+    "keysight-infiniivision": ("keysight/infiniivision*.py", "bases/*oscilloscope*.py"),
     "keysight-34461a": ("keysight/dmm_34461a*.py",),
     "keysight-34970a": ("keysight/switch_unit_34970a.py",),
     "gwinstek-gpt9800": ("gwinstek/*.py",),

@@ -7,6 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.bases.oscilloscope_accuracy import trace_accuracy
+from drivers.bases.oscilloscope_data import OscilloscopeOptions, Probe
+from drivers.bases.waveform import Preamble, parse_preamble, to_time, to_values
 from drivers.catalogue import Surroundings
 from drivers.interfaces import (
     Accuracy,
@@ -21,9 +24,7 @@ from drivers.interfaces import (
     Trigger,
 )
 from drivers.keysight.infiniivision import KeysightInfiniiVision
-from drivers.keysight.infiniivision_accuracy import trace_accuracy
-from drivers.keysight.options import InfiniiVisionOptions, Probe
-from drivers.keysight.waveform import Preamble, parse_preamble, to_time, to_values
+from drivers.keysight.infiniivision_data import DATA
 from tests.drivers.dialogue import played
 
 ADDRESS = "TCPIP0::oscilloscope::inst0::INSTR"
@@ -39,7 +40,7 @@ RIGHT = {
     ":TRIG:NREJ?": "0",
     ":TRIG:HOLD?": "+6.0E-08",
 }
-OPTIONS = InfiniiVisionOptions(
+OPTIONS = OscilloscopeOptions(
     probes={
         4: Probe(ProbeKind.CURRENT, 10.0, gain=0.01, offset=0.01, source="1146B manual"),
         2: Probe(ProbeKind.VOLTAGE, 10.0),
@@ -249,7 +250,7 @@ def test_limits(bench: Any) -> None:
 @given(st.text(alphabet="0123456789,.+-Eex \n", max_size=60))
 def test_preambles_are_refused_with_value_error_only(text: str) -> None:
     try:
-        preamble = parse_preamble(text)
+        preamble = parse_preamble(text, 1, "WORD")
     except ValueError:
         return
     assert preamble.y_increment > 0
@@ -310,8 +311,8 @@ def test_a_voltage_probe_on_50_ohms_is_refused_and_a_current_probe_is_told(
 def test_the_station_states_the_gain_of_full_scale_or_of_the_reading(
     stated: dict[str, Any], gain: float, said: str
 ) -> None:
-    options = InfiniiVisionOptions({1: Probe(ProbeKind.VOLTAGE, 10.0, gain=0.005)}, **stated)
-    whole, third = (trace_accuracy(options, 1, ChannelSettings(8.0), -end, end) for end in (4.0, 4.0 / 3.0))
+    options = OscilloscopeOptions({1: Probe(ProbeKind.VOLTAGE, 10.0, gain=0.005)}, **stated)
+    whole, third = (trace_accuracy(DATA, options, 1, ChannelSettings(8.0), -end, end) for end in (4.0, 4.0 / 3.0))
     assert whole.gain == pytest.approx(gain + 0.005)
     assert third.gain == pytest.approx(gain * (3.0 if "full_scale_gain" in stated else 1.0) + 0.005)
     assert said in whole.source
@@ -320,4 +321,4 @@ def test_the_station_states_the_gain_of_full_scale_or_of_the_reading(
 @pytest.mark.parametrize("stated", [{"gain": 0.0}, {"full_scale_gain": 0.6}, {"gain": 0.01, "full_scale_gain": 0.01}])
 def test_a_gain_that_cannot_be_is_refused(stated: dict[str, float]) -> None:
     with pytest.raises(ValueError, match="gain"):
-        InfiniiVisionOptions(**stated)
+        OscilloscopeOptions(**stated)

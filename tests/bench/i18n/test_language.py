@@ -103,8 +103,10 @@ def inputs_at(node: ast.AST) -> Iterator[str]:
             yield from literals(argument)
     if isinstance(node, ast.Call) and dotted(node.func) == "_Kind":
         yield from literals(node.args[1])
-    if isinstance(node, ast.Call) and dotted(node.func) in ("Accuracy", "replace"):
-        yield from (said for word in node.keywords if word.arg == "source" for said in whole_parts(word.value))
+    if isinstance(node, ast.Call) and dotted(node.func) in ("Accuracy", "OscilloscopeData", "replace"):
+        yield from (
+            said for word in node.keywords if (word.arg or "").endswith("source") for said in whole_parts(word.value)
+        )
     if isinstance(node, ast.Assign) and dotted(node.targets[0]).endswith(
         ("SOURCE", "FULL_SCALE_READING", "_SKEW", "_ESTIMATORS")
     ):

@@ -13,8 +13,8 @@ from bench.station.clock import ReplayClock, SystemClock
 from bench.station.station_file import Station, load_station
 from bench.station.visa_library import StationVisa
 from bench.virtual.virtual_station import describe, virtual_station
+from drivers.bases.oscilloscope_data import OscilloscopeOptions
 from drivers.interfaces import CommunicationError, InstrumentError, Waveform
-from drivers.keysight.options import InfiniiVisionOptions
 from procedures.core.bench import Role
 from sim_instruments.bench import ROLES
 
@@ -65,7 +65,7 @@ def test_a_station_is_read(tmp_path: Path) -> None:
     supply: Any = station.entries[Role.SUPPLY].options
     assert (supply.channel, supply.maximum_current, supply.maximum_voltage) == (2, 5.0, None)
     scope = station.entries[Role.OSCILLOSCOPE].options
-    assert isinstance(scope, InfiniiVisionOptions)
+    assert isinstance(scope, OscilloscopeOptions)
     assert scope.probes[4].kind.value == "A"
     assert scope.probes[4].gain == 0.01
     tachometer: Any = station.entries[Role.TACHOMETER].options

@@ -7,10 +7,13 @@ from functools import cache, partial
 from typing import Any, ClassVar
 
 import can
+import numpy as np
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 from pyvisa.constants import StatusCode
 from pyvisa.errors import VisaIOError
 
+from drivers.bases.oscilloscope_data import OscilloscopeOptions, Probe
+from drivers.bases.waveform import parse_preamble, to_time, to_values
 from drivers.cia402.inverter import Cia402Inverter
 from drivers.cia402.node import Cia402Node
 from drivers.cia402.options import Cia402Options, Cia402SixStepOptions
@@ -23,8 +26,7 @@ from drivers.keysight.dmm_34461a import Keysight34461A
 from drivers.keysight.e4980a import KeysightE4980A
 from drivers.keysight.e36300 import KeysightE36300
 from drivers.keysight.infiniivision import KeysightInfiniiVision
-from drivers.keysight.options import E4980AOptions, E36300Options, InfiniiVisionOptions, Keysight34461AOptions, Probe
-from drivers.keysight.waveform import codes_from_block, parse_preamble, to_time, to_values
+from drivers.keysight.options import E4980AOptions, E36300Options, Keysight34461AOptions
 from drivers.lutron.frame import parse_frame
 from drivers.lutron.options import LutronTachometerOptions
 from drivers.lutron.tachometer import LutronTachometer
@@ -120,8 +122,8 @@ def scpi_parsers(data: bytes) -> None:
 
 def waveform(text: str) -> None:
     head, _, rest = text.partition("|")
-    preamble = parse_preamble(head)
-    codes = codes_from_block(rest.encode("latin-1"))
+    preamble = parse_preamble(head, 1, "WORD")
+    codes = np.frombuffer(rest.encode("latin-1"), dtype="<u2")
     to_values(codes, preamble)
     to_time(codes.size, preamble)
 
@@ -187,7 +189,7 @@ def voltmeter(data: bytes) -> None:
 
 def oscilloscope(data: bytes) -> None:
     session = ScpiSession(Wire(data, "KEYSIGHT TECHNOLOGIES,DSO-X 3024T,MY1,1.0"), "oscilloscope")
-    options = InfiniiVisionOptions({1: Probe(ProbeKind.VOLTAGE, 10.0), 4: Probe(ProbeKind.CURRENT, 10.0)})
+    options = OscilloscopeOptions({1: Probe(ProbeKind.VOLTAGE, 10.0), 4: Probe(ProbeKind.CURRENT, 10.0)})
     driver = KeysightInfiniiVision(session, Clock(), options)
     each(
         [

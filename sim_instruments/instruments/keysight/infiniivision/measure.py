@@ -1,15 +1,16 @@
 """The :MEASure subsystem of the InfiniiVision, as far as a motor bench asks for it."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from sim_instruments.instruments.keysight.infiniivision import pulse
-from sim_instruments.instruments.keysight.infiniivision.acquisition import Acquisition
-from sim_instruments.instruments.keysight.infiniivision.channels import SOURCES
-from sim_instruments.instruments.keysight.infiniivision.pulse import NOT_MEASURABLE, FloatArray
-from sim_instruments.instruments.keysight.infiniivision.record import Record
+from sim_instruments.instruments.oscilloscope import pulse
+from sim_instruments.instruments.oscilloscope.acquisition import Acquisition
+from sim_instruments.instruments.oscilloscope.channels import SOURCES
+from sim_instruments.instruments.oscilloscope.pulse import NOT_MEASURABLE
+from sim_instruments.instruments.oscilloscope.record import trace
+from sim_instruments.instruments.scpi_oscilloscope import LEAST_HEIGHT
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.parameters import choice, choices, exactly
 from sim_instruments.scpi.tree import Call, CommandTree, Handling, bare
@@ -17,8 +18,6 @@ from sim_instruments.scpi.tree import Call, CommandTree, Handling, bare
 _INTERVALS, _TYPES = choices(("CYCLe", "DISPlay")), choices(("AC", "DC"))
 _TABLES = {"interval": _INTERVALS, "type": _TYPES, "source": SOURCES, "second": SOURCES}
 _POINTS = 62_500
-#: Divisions that a trace must go up and down for its edges to be looked at; its noise does not.
-_LEAST_HEIGHT = 0.3
 
 #: What is made of the traces (V or A) of one source or two, in samples where it is a time.
 Value = Callable[..., float]
@@ -125,7 +124,7 @@ class MeasureSubsystem:
             points = record.points(_POINTS)
             signals = []
             for channel in asked.channels:
-                signals.append((yield from _trace(record, channel, points)))
+                signals.append((yield from trace(record, channel, points)))
             if asked.cycles:
                 rising = pulse.crossings(signals[0])
                 if len(rising) < 2:
@@ -133,7 +132,7 @@ class MeasureSubsystem:
                 signals[0] = signals[0][round(rising[0]) : round(rising[-1])]
             if asked.without_mean:
                 signals[0] = signals[0] - signals[0].mean()
-            least = [_LEAST_HEIGHT * record.verticals[channel].scale for channel in asked.channels]
+            least = [LEAST_HEIGHT * record.verticals[channel].scale for channel in asked.channels]
             seen = all(float(np.ptp(signal)) >= height for signal, height in zip(signals, least, strict=True))
             value = function.value(*signals) if seen or not function.edges else NOT_MEASURABLE
             if function.time and value != NOT_MEASURABLE:
@@ -141,17 +140,6 @@ class MeasureSubsystem:
             return f"{value:+.5E}"
 
         return answer
-
-
-def _trace(record: Record, channel: int, points: int) -> Generator[float, None, FloatArray]:
-    """Return what a channel shows (V or A), made in pieces, others served in between."""
-    vertical = record.verticals[channel]
-    sampling = record.sampling(channel, points)
-    while not sampling.done:
-        sampling.go_on()
-        yield 0.0
-    codes = sampling.words.astype(np.float64) / 256.0 - 128.0
-    return codes * vertical.step + vertical.offset
 
 
 def _inverse(told: str) -> str:

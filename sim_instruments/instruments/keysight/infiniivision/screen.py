@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sim_instruments.instruments.keysight.infiniivision.record import DIVISIONS, FloatArray, Record
+from sim_instruments.instruments.oscilloscope.record import DIVISIONS, FloatArray, Record
 from sim_instruments.scpi.parameters import choice, choices, exactly
 from sim_instruments.scpi.tree import Call
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 
-from sim_instruments.instruments.keysight.infiniivision.acquisition import Acquisition
-from sim_instruments.instruments.keysight.infiniivision.channels import SOURCES
-from sim_instruments.instruments.keysight.infiniivision.record import Record, Vertical
-from sim_instruments.instruments.keysight.infiniivision.transfer import (
+from sim_instruments.instruments.oscilloscope.acquisition import Acquisition
+from sim_instruments.instruments.oscilloscope.channels import SOURCES
+from sim_instruments.instruments.oscilloscope.record import Record, Vertical
+from sim_instruments.instruments.oscilloscope.transfer import (
     TEXT_WIDTH,
     as_bytes,
     as_text,

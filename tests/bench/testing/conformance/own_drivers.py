@@ -5,8 +5,9 @@ from dataclasses import replace
 from typing import Any
 
 from bench.testing.conformance.manual import Manual, Model
+from drivers.bases.oscilloscope_data import Probe
 from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKind, ReportedError, SetpointError
-from drivers.keysight.options import ImpedanceCalibration, Probe
+from drivers.keysight.options import ImpedanceCalibration
 from sim_instruments.world.fixture.layout import crosspoints
 from tests.bench.testing.conformance.own_cia402_manuals import CIA402_INVERTER, CIA402_SIX_STEP, INVERTER_VARIANTS
 from tests.bench.testing.conformance.own_cia402_models import INVERTER_MODELS, SIX_STEP_MODELS

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 
 from bench.testing.conformance.manual import Manual, Model, NotYet, ProtectionTrip, Reply, StatedLimits
+from drivers.bases.oscilloscope_data import Probe
 from drivers.interfaces import (
     Accuracy,
     Aperture,
@@ -17,7 +18,7 @@ from drivers.interfaces import (
     ProbeKind,
     ReportedError,
 )
-from drivers.keysight.options import ImpedanceCalibration, Probe
+from drivers.keysight.options import ImpedanceCalibration
 from tests.bench.testing.conformance.own_cia402_manuals import INVERTER, ROTOR, SIX_STEP
 from tests.bench.testing.conformance.own_delta_scales import SCALES
 from tests.bench.testing.conformance.own_moteus_manual import MOTEUS

@@ -11,8 +11,8 @@ from sim_instruments.bench import VirtualBench
 from sim_instruments.clock.virtual_clock import VirtualClock
 from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.instruments.errors import ScopeErrors
-from sim_instruments.instruments.keysight.infiniivision.edge import Edge, EdgeFinder
 from sim_instruments.instruments.keysight.infiniivision.oscilloscope import KeysightInfiniiVision
+from sim_instruments.instruments.oscilloscope.edge import Edge, EdgeFinder
 from sim_instruments.transports.visa.library import InProcessVisaLibrary
 
 Session = pyvisa.resources.MessageBasedResource

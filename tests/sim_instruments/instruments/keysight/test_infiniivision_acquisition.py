@@ -6,10 +6,10 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from sim_instruments.instruments.keysight.infiniivision.acquisition import Acquisition
-from sim_instruments.instruments.keysight.infiniivision.arming import Setup
-from sim_instruments.instruments.keysight.infiniivision.edge import Edge
-from sim_instruments.instruments.keysight.infiniivision.record import FloatArray, Vertical
+from sim_instruments.instruments.oscilloscope.acquisition import Acquisition
+from sim_instruments.instruments.oscilloscope.arming import Setup
+from sim_instruments.instruments.oscilloscope.edge import Edge
+from sim_instruments.instruments.oscilloscope.record import FloatArray, Vertical
 
 EVENTS = (0.31, 1.7)
 

@@ -10,8 +10,8 @@ import pyvisa
 from PIL import Image, ImageColor
 
 from sim_instruments.bench import VirtualBench
-from sim_instruments.instruments.keysight.infiniivision import pulse
 from sim_instruments.instruments.keysight.infiniivision.screen import COLOURS
+from sim_instruments.instruments.oscilloscope import pulse
 
 Session = pyvisa.resources.MessageBasedResource
 SETTINGS = (

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sim_instruments.instruments.keysight.infiniivision.record import Vertical
-from sim_instruments.instruments.keysight.infiniivision.transfer import as_bytes, as_text, as_words, block
+from sim_instruments.instruments.oscilloscope.record import Vertical
+from sim_instruments.instruments.oscilloscope.transfer import as_bytes, as_text, as_words, block
 
 CODES = np.random.default_rng(5).integers(1, 65536, 40_000).astype(np.uint16)
 

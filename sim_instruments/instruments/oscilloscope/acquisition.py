@@ -7,9 +7,9 @@ from typing import Literal, Protocol
 import numpy as np
 
 from sim_instruments.disturbances.channel import CLEAR, ChannelPath
-from sim_instruments.instruments.keysight.infiniivision.arming import Setup
-from sim_instruments.instruments.keysight.infiniivision.edge import Edge, EdgeFinder
-from sim_instruments.instruments.keysight.infiniivision.record import FloatArray, Record, Signal, Vertical
+from sim_instruments.instruments.oscilloscope.arming import Setup
+from sim_instruments.instruments.oscilloscope.edge import Edge, EdgeFinder
+from sim_instruments.instruments.oscilloscope.record import FloatArray, Record, Signal, Vertical
 
 #: Corner (Hz) of the input's own AC coupling.
 AC_CORNER = 10.0

@@ -11,6 +11,9 @@ from drivers.transport.visa.replies import is_overrange, parse_numbers
 #: Samples converted at a time: small enough that a block stays in the processor's cache between the two steps.
 BLOCK = 32768
 
+#: What a converter gives: whole numbers of one or two bytes, shape (n,).
+Codes = NDArray[np.uint8] | NDArray[np.uint16]
+
 
 @dataclass(frozen=True)
 class Preamble:
@@ -24,34 +27,30 @@ class Preamble:
     y_origin: float
     y_reference: float
 
+    def value(self, code: int) -> float:
+        """Return what a code stands for (V or A)."""
+        return (code - self.y_reference) * self.y_increment + self.y_origin
 
-def parse_preamble(reply: str) -> Preamble:
-    """Return the scaling in a reply of :WAVeform:PREamble?.
 
-    Raises ValueError where there are not ten numbers, the format is not WORD or an increment is not positive.
+def parse_preamble(reply: str, form: int, word: str) -> Preamble:
+    """Return the scaling in a reply of ten numbers to :WAVeform:PREamble?; `form` is the number of the format `word`.
+
+    Raises ValueError where there are not ten numbers, the format is another or an increment is not positive.
     Source: InfiniiVision Programmer's Guide, :WAVeform:PREamble.
     """
-    form, _, points, _, x_increment, x_origin, x_reference, y_increment, y_origin, y_reference = parse_numbers(
+    said, _, points, _, x_increment, x_origin, x_reference, y_increment, y_origin, y_reference = parse_numbers(
         reply, 10
     )
     if any(is_overrange(scale) for scale in (x_increment, x_origin, y_increment, y_origin)):
         raise ValueError(text("no value (9.9E37)"))
-    if form != 1:
-        raise ValueError(text("format {form:g} instead of 1 (WORD)", form=form))
+    if said != form:
+        raise ValueError(text("format {said:g} instead of {form} ({word})", said=said, form=form, word=word))
     if min(x_increment, y_increment, points) <= 0:
         raise ValueError(text("points and increments must be positive"))
     return Preamble(int(points), x_increment, x_origin, x_reference, y_increment, y_origin, y_reference)
 
 
-def codes_from_block(block: bytes | bytearray | memoryview) -> NDArray[np.uint16]:
-    """Return the unsigned 16-bit codes in a block, least significant byte first, without copying.
-
-    Raises ValueError where the number of bytes is odd.
-    """
-    return np.frombuffer(block, dtype="<u2")
-
-
-def to_values(codes: NDArray[np.uint16], preamble: Preamble) -> NDArray[np.float64]:
+def to_values(codes: Codes, preamble: Preamble) -> NDArray[np.float64]:
     """Return (code − yref)·yinc + yorig (V or A), shape (n,)."""
     values = np.empty(codes.shape, dtype=np.float64)
     # yref is a whole code and yorig/yinc is not: subtracting first keeps a code equal to yref exact.

@@ -1,7 +1,7 @@
 """A record of the oscilloscope: what its converter made of the true signals."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,8 +11,6 @@ FloatArray = NDArray[np.float64]
 WordArray = NDArray[np.uint16]
 Signal = Callable[[int, FloatArray], FloatArray]
 
-# Eight divisions are 199 of the 256 steps, so the converter sees a little beyond the screen.
-STEPS_PER_SCREEN = 199
 DIVISIONS = 8
 CLIPPED_LOW, CLIPPED_HIGH = 0x0001, 0xFFFF
 _NOISE_DIVISIONS = 0.02
@@ -29,7 +27,7 @@ class Vertical:
 
     `scale` and `offset` in V or A, `probe` attenuation, `gain_error` relative, `offset_error` of the full scale;
     `bits` of the converter, `noise_factor` for bandwidth limit, averaging or high resolution; `skew` (s) by which the trace is
-    shown late.
+    shown late. The screen is `steps` of the converter's 256 high, so it sees a little beyond; its middle is at `middle`.
     """
 
     scale: float
@@ -42,11 +40,13 @@ class Vertical:
     bits: int = 8
     noise_factor: float = 1.0
     skew: float = 0.0
+    steps: int = 200
+    middle: int = 128
 
     @property
     def step(self) -> float:
         """One of the 256 steps (V or A)."""
-        return DIVISIONS * self.scale / STEPS_PER_SCREEN
+        return DIVISIONS * self.scale / self.steps
 
     @property
     def noise(self) -> float:
@@ -64,7 +64,7 @@ class Vertical:
         fine = float(1 << (self.bits - 8))
         codes = generator.standard_normal(len(displayed), dtype=np.float32).astype(np.float64)
         codes *= self.noise / self.step * fine
-        codes += (displayed - self.offset) * (fine / self.step) + 128.0 * fine
+        codes += (displayed - self.offset) * (fine / self.step) + self.middle * fine
         np.rint(codes, out=codes)
         codes *= 256.0 / fine
         # The lowest code of the converter stands for a hole in the data and never for a sample.
@@ -142,3 +142,14 @@ class Sampling:
                 yield False
             signal /= len(record.triggers)
             self.words[start : start + len(index)] = vertical.words(vertical.displayed(signal), self._generator)
+
+
+def trace(record: Record, channel: int, points: int) -> Generator[float, None, FloatArray]:
+    """Return what a channel shows (V or A), made in pieces, others served in between."""
+    vertical = record.verticals[channel]
+    sampling = record.sampling(channel, points)
+    while not sampling.done:
+        sampling.go_on()
+        yield 0.0
+    codes = sampling.words.astype(np.float64) / 256.0 - vertical.middle
+    return codes * vertical.step + vertical.offset

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_instruments.instruments.keysight.infiniivision.record import Vertical, WordArray
+from sim_instruments.instruments.oscilloscope.record import Vertical, WordArray
 from sim_instruments.scpi.long_reply import LongReply
 
 #: Bytes of one sample as text with its comma, like +1.23456E+00, whatever its value.

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from sim_instruments.disturbances.channel import CLEAR, ChannelPath
-from sim_instruments.instruments.keysight.infiniivision.edge import Edge
-from sim_instruments.instruments.keysight.infiniivision.record import Vertical
+from sim_instruments.instruments.oscilloscope.edge import Edge
+from sim_instruments.instruments.oscilloscope.record import Vertical
 
 
 @dataclass(frozen=True)

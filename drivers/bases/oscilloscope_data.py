@@ -1,0 +1,106 @@
+"""What an oscilloscope that speaks SCPI is, as data: what it can do and how exact it is, and what a station says of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from drivers.interfaces import Accuracy, ProbeKind
+from drivers.interfaces.full_scale import FULL_SCALE_READING
+from drivers.interfaces.text import text
+
+#: A channel whose gain is known worse than this says next to nothing.
+LARGEST_GAIN = 0.5
+
+
+@dataclass(frozen=True)
+class OscilloscopeData:
+    """What holds for a family of oscilloscopes.
+
+    Ranges are of the whole screen, `divisions` high (V at the input); records in s, sample rate in 1/s. A screen is `steps` of the
+    converter high, one of which is `codes_per_step` of a record, or `fine_steps` times finer in the high-resolution mode; a code up to
+    `lowest_code` or from `highest_code` on is clipped. Limits of error: `gain` of full scale, offset of `offset_divisions` (of the
+    range), `offset_fixed` (V at the input) and `offset_share` (of the offset that is set), `time_base` relative, each with where it
+    is stated.
+    """
+
+    minimum_range: float
+    maximum_range: float
+    minimum_record: float
+    maximum_record: float
+    maximum_sample_rate: float
+    maximum_points: int
+    lowest_code: int
+    highest_code: int
+    steps: int
+    gain: float
+    gain_source: str
+    offset_divisions: float
+    offset_fixed: float
+    offset_share: float
+    offset_source: str
+    time_base: float
+    time_base_source: str
+    codes_per_step: int = 1
+    fine_steps: int = 1
+    divisions: int = 8
+    minimum_attenuation: float = 1e-3
+    maximum_attenuation: float = 1e4
+
+    @property
+    def source(self) -> str:
+        """Where the limits of gain and offset are stated."""
+        return f"{self.gain_source}; {FULL_SCALE_READING}; {self.offset_source}"
+
+
+@dataclass(frozen=True)
+class Probe:
+    """The probe on a channel: `attenuation` is what it senses (V or A) per volt at the oscilloscope's input.
+
+    `gain` (relative) and `offset` (V or A at the tip) are its limits of error, `source` where they are stated. `serial_number` tells it
+    from another of its kind: a verification holds for the one it was made with. `maximum_voltage` (V, peak) is what a voltage probe
+    may be on by its data sheet.
+    """
+
+    kind: ProbeKind
+    attenuation: float
+    gain: float = 0.0
+    offset: float = 0.0
+    source: str = ""
+    serial_number: str = ""
+    maximum_voltage: float | None = None
+
+
+@dataclass(frozen=True)
+class OscilloscopeOptions:
+    """Settings of an oscilloscope: the probe on each channel used, and calibrations.
+
+    `full_scale_gain` (share of full scale) or `gain` (relative, of the reading) replaces the data sheet's limit of gain, for all
+    channels; `gain_source` says who states it. `calibration` replaces, for a channel, the accuracy of oscilloscope and probe together.
+    `poll_interval` (s) is the longest time between two looks at the acquisition's state once the record can be complete.
+    """
+
+    probes: Mapping[int, Probe] = field(default_factory=dict)
+    serial_number: str | None = None
+    calibration: Mapping[int, Accuracy] = field(default_factory=dict)
+    poll_interval: float = 0.02
+    full_scale_gain: float | None = None
+    gain: float | None = None
+    gain_source: str = ""
+
+    def __post_init__(self) -> None:
+        if self.gain is not None and self.full_scale_gain is not None:
+            raise ValueError(
+                text(
+                    "gain and full_scale_gain: both limit the same error; give the calibrated gain (of the reading), or the data sheet's "
+                    "(of full scale)"
+                )
+            )
+        for name, limit in (("gain", self.gain), ("full_scale_gain", self.full_scale_gain)):
+            if limit is not None and not 0.0 < limit <= LARGEST_GAIN:
+                raise ValueError(
+                    text(
+                        "{name} = {limit:g}: allowed is a share above 0, up to {most:g}; 0.02 is 2 %",
+                        name=name,
+                        limit=limit,
+                        most=LARGEST_GAIN,
+                    )
+                )

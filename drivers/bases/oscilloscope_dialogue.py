@@ -1,0 +1,111 @@
+"""How an oscilloscope is spoken to: what each make says for itself, and what its sentences are made of."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from enum import Enum
+from typing import ClassVar
+
+import numpy as np
+
+from drivers.bases.found_state import WantedSetting
+from drivers.bases.oscilloscope_data import OscilloscopeData, Probe
+from drivers.bases.scpi_driver import ScpiDriver
+from drivers.bases.waveform import Codes, Preamble, parse_preamble
+from drivers.interfaces import AcquisitionType, ChannelSettings, CommunicationError, Trigger
+from drivers.interfaces.text import text
+from drivers.recognition import ScpiIdentity
+from drivers.transport.visa.replies import is_overrange
+
+
+class Acquiring(Enum):
+    """How far one record is: the part before the trigger is filled, then it is triggered, then it is complete."""
+
+    FILLING = "filling"
+    ARMED = "armed"
+    DONE = "done"
+
+
+class OscilloscopeDialogue(ScpiDriver, ABC):
+    """What a make is (`data`, `answers`) and how it is spoken to; the abstract methods are its own.
+
+    `_single` arms for one record, `_stop` ends an acquisition; `_transfer` is sent before records are fetched.
+    """
+
+    data: ClassVar[OscilloscopeData]
+    answers: ClassVar[ScpiIdentity]
+    _single: ClassVar[str] = ":SING"
+    _stop: ClassVar[str] = ":STOP"
+    _transfer: ClassVar[tuple[str, ...]] = ()
+
+    def _wanted(self) -> Iterable[WantedSetting]:
+        """Return what the last user may have left that would change a figure; called once the instrument is identified."""
+        return ()
+
+    @abstractmethod
+    def _channel_commands(self, channel: int, probe: Probe, settings: ChannelSettings) -> Iterable[str]:
+        """Return what shows a channel, DC coupled, with its probe's unit and factor, range and value at mid-screen."""
+
+    @abstractmethod
+    def _full_scale(self, channel: int) -> float:
+        """Return the range of a channel (V or A at the tip, the whole screen) that the instrument has set."""
+
+    @abstractmethod
+    def _mid_screen(self, channel: int) -> float:
+        """Return the value at mid-screen (V or A at the tip) that the instrument has set."""
+
+    @abstractmethod
+    def _acquisition_commands(
+        self, record_time: float, points: int, pre_trigger: float, acquisition: AcquisitionType
+    ) -> Iterable[str]:
+        """Return what sets a record: it begins `pre_trigger` of `record_time` (s) before the trigger."""
+
+    @abstractmethod
+    def _trigger_commands(self, trigger: Trigger) -> Iterable[str]:
+        """Return what sets the edge trigger; without a channel the record starts by itself."""
+
+    @abstractmethod
+    def _state(self) -> Acquiring:
+        """Return how far the record is."""
+
+    @abstractmethod
+    def _record(self, channel: int, points: int) -> tuple[Codes, Preamble]:
+        """Return the codes of a channel's record, which is complete and of `points` at least, and their scaling."""
+
+    @abstractmethod
+    def _measurement(self, what: str, channel: int) -> str:
+        """Return the query of the instrument's own measurement FREQ or VPP of a channel."""
+
+    def _send(self, commands: Iterable[str]) -> None:
+        """Send settings, each of which the instrument takes before the next one goes out."""
+        for command in commands:
+            self._session.write(command)
+
+    def _number(self, query: str) -> float:
+        """Return the number that a query is answered with; raises CommunicationError where it stands for none."""
+        value = self._session.query_number(query)
+        if is_overrange(value):
+            raise CommunicationError(self._name, text("no value (9.9E37)"), command=query)
+        return value
+
+    def _preamble(self, query: str, form: int, word: str) -> Preamble:
+        """Return the scaling that a query is answered with in ten numbers; `form` is the number of the format `word`."""
+        reply = self._session.query(query)
+        try:
+            return parse_preamble(reply, form, word)
+        except ValueError as error:
+            raise self._unusable(query, error) from error
+
+    def _codes(self, query: str, kind: str, points: int) -> Codes:
+        """Return the `points` codes in the block that a query is answered with, each of a `kind` as numpy has it (`<u2`), not copied."""
+        block = self._session.query_block(query)
+        try:
+            codes: Codes = np.frombuffer(block, dtype=kind)
+        except ValueError as error:
+            raise self._unusable(query, error) from error
+        if codes.size != points:
+            words = text("{size} samples instead of {points} announced", size=codes.size, points=points)
+            raise CommunicationError(self._name, words, command=query)
+        return codes
+
+    def _unusable(self, query: str, error: ValueError) -> CommunicationError:
+        return CommunicationError(self._name, text("unusable record ({error})", error=error), command=query)
