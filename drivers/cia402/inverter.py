@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
 
 from drivers.bases.always import always
 from drivers.bases.set_points import check_setpoint
@@ -56,18 +57,12 @@ class Cia402Inverter(Cia402Driver, Inverter):
         if node.guarding:
             # No more is commanded than no torque and no velocity.
             self._torque_mode: int | None = PROFILE_TORQUE
-            self._velocity = Velocity(node.objects, PROFILE_VELOCITY, 1.0)
+            self._commanded = Velocity(node.objects, PROFILE_VELOCITY, 1.0)
             return
         self._rated_current = read_rated_current(node.objects, options.rated_current, options.current_scale)
         node.take_over()
         self._torque_mode = node.supported(PROFILE_TORQUE, CYCLIC_TORQUE)
-        self._velocity = open_velocity(
-            node.objects,
-            node.supported(*MODES),
-            options.velocity_unit,
-            increments=options.increments_per_turn,
-            pole_pairs=options.pole_pairs,
-        )
+        self._commanded = self._velocity
         node.poll(
             (
                 MappedObject(STATUSWORD, 2),
@@ -77,6 +72,17 @@ class Cia402Inverter(Cia402Driver, Inverter):
             (MappedObject(ACTUAL_CURRENT, 2, True),),
         )
         node.watch()
+
+    @cached_property
+    def _velocity(self) -> Velocity:
+        """What a count of velocity is: asked at opening, and by who guards where the speed is measured."""
+        return open_velocity(
+            self._objects,
+            self._node.supported(*MODES),
+            self._options.velocity_unit,
+            increments=self._options.increments_per_turn,
+            pole_pairs=self._options.pole_pairs,
+        )
 
     @property
     def abilities(self) -> frozenset[InverterAbility]:
@@ -177,8 +183,8 @@ class Cia402Inverter(Cia402Driver, Inverter):
             if self._torque_mode is not None:
                 self._objects.write(TARGET_TORQUE, 0, 0, 2)
         finally:
-            if self._velocity.mode is not None:
-                self._velocity.command(0.0)
+            if self._commanded.mode is not None:
+                self._commanded.command(0.0)
 
     def make_safe(self) -> None:
         """Go to Switch on disabled and make sure of it; raises ReportedError naming a fault that was found."""

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import cached_property
 from typing import TypeVar
 
 from drivers.bases.always import always
@@ -51,16 +52,20 @@ class Cia402SixStep(Cia402Driver, BldcDrive):
         self._bus_current: StatedObject = self._stated("bus_current", options.bus_current)
         self._hall_state: StatedObject = self._stated("hall_state", options.hall_state)
         node.take_over()
-        self._velocity: Velocity = open_velocity(
-            node.objects,
-            None,
-            options.velocity_unit,
-            increments=options.increments_per_turn,
-            pole_pairs=options.pole_pairs,
-        )
         velocity = MappedObject(self._velocity.actual, self._velocity.size, True)
         node.poll((MappedObject(STATUSWORD, 2), velocity), (MappedObject(BUS_VOLTAGE, 4),))
         node.watch()
+
+    @cached_property
+    def _velocity(self) -> Velocity:
+        """What a count of velocity is: asked at opening, and by who guards where the speed is measured."""
+        return open_velocity(
+            self._node.objects,
+            None,
+            self._options.velocity_unit,
+            increments=self._options.increments_per_turn,
+            pole_pairs=self._options.pole_pairs,
+        )
 
     @contextmanager
     def running(self) -> Iterator[None]:

@@ -12,6 +12,7 @@ from bench.testing.conformance.connection import check_connection
 from bench.testing.conformance.disturbed import check_trip, disturb
 from bench.testing.conformance.ends import check_ends, check_found
 from bench.testing.conformance.found import check_left
+from bench.testing.conformance.guarded import check_guarded
 from bench.testing.conformance.interface import check_interface
 from bench.testing.conformance.limits import check_limits
 from bench.testing.conformance.manual import Manual
@@ -63,6 +64,7 @@ def check_driver(
             _use,
             check_limits,
             check_ends,
+            check_guarded,
             check_found,
             check_left,
             check_connection,

@@ -70,16 +70,16 @@ class NotYet:
 
 @dataclass(frozen=True)
 class Model:
-    """Another instrument, or other options, that the driver opens with: what it says of it then, or the error it opens with.
+    """An instrument, another one by its answers, or other options: what the driver says of it then, or the error it opens with.
 
     `answers` are replies by their message (a regular expression; as in a `Reply`), None where it has no such thing and says so.
-    `states` are properties by their name, or what a method called with nothing returns ("measure_frequency.value"). The error `says` so
-    in its text.
+    `states` are properties by their name, or what a method called with nothing returns ("measure_frequency.value"), or with arguments
+    (`("attenuation", 1)`). The error `says` so in its text.
     """
 
     answers: Mapping[str, bytes | None] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
-    states: Mapping[str, Any] = field(default_factory=dict)
+    states: Mapping[str | tuple[Any, ...], Any] = field(default_factory=dict)
     error: type[Exception] | tuple[type[Exception], ...] = ()
     says: str = ""
 

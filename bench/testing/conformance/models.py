@@ -11,7 +11,7 @@ from bench.testing.conformance.session import Trial
 
 def check_model(trial: Trial, model: Model) -> None:
     """Check what a driver says of another model or with other options, or that it does not open with them."""
-    what = " and ".join(str(dict(one)) for one in (model.answers, model.options) if one)
+    what = " and ".join(str(dict(one)) for one in (model.answers, model.options) if one) or "its options"
     errors = model.error if isinstance(model.error, tuple) else (model.error,)
     refused = trial.checks.refuses(
         f"not opened with {what}", *errors, remedy="Check it when opening", says=(model.says,)
@@ -34,8 +34,10 @@ def check_model(trial: Trial, model: Model) -> None:
         instrument.close()
 
 
-def _stated(instrument: Any, name: str) -> Any:
-    """Return what a path leads to: of a method, what it returns when it is called with nothing."""
+def _stated(instrument: Any, name: str | tuple[Any, ...]) -> Any:
+    """Return what a path leads to: of a method, what it returns when it is called with nothing; of one with arguments, with these."""
+    if isinstance(name, tuple):
+        return getattr(instrument, name[0])(*name[1:])
     result = instrument
     for part in name.split("."):
         result = result[int(part)] if part.isdigit() else getattr(result, part)

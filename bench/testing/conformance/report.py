@@ -58,7 +58,8 @@ def in_words(said: object) -> bool:
 
 def same_value(found: Any, stated: Any) -> bool:
     """Tell whether something is as stated; numbers but for what is rounded."""
-    return math.isclose(found, stated, rel_tol=1e-6, abs_tol=1e-12) if isinstance(stated, float) else found == stated
+    both = isinstance(stated, float) and isinstance(found, int | float)
+    return math.isclose(found, stated, rel_tol=1e-6, abs_tol=1e-12) if both else bool(found == stated)
 
 
 def enter(result: Any) -> None:

@@ -216,6 +216,13 @@ _INFINIIVISION = Manual(
     ),
     models=(
         *(Model(options={"probes": {1: Probe(ProbeKind.VOLTAGE, attenuation)}}) for attenuation in (1e-3, 1e4)),
+        Model(
+            options={"probes": {1: Probe(ProbeKind.VOLTAGE, 50.0, maximum_voltage=700.0), 2: Probe(ProbeKind.CURRENT, 10.0)}},
+            states={
+                ("attenuation", 1): 50.0, ("attenuation", 2): 10.0, ("attenuation", 3): None, ("maximum_voltage", 1): 700.0,
+                ("maximum_voltage", 2): None, ("channels", ProbeKind.VOLTAGE): (1,), ("channels", ProbeKind.CURRENT): (2,),
+            },
+        ),
         *(
             Model({r"\*IDN\?": f"Agilent Technologies,{model},MY1,1".encode()}, error=error)
             for model, error in (("MSO-X 3014A", ()), ("DSO-X 4034A", ()), ("DSO-X 2012A", IdentityError))

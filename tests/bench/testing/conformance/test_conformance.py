@@ -180,6 +180,11 @@ def test_mistakes_are_found(
         ("lutron-tachometer", Manual(port={"baudrate": 4800}), "baudrate of the port"),
         ("keysight-e4980a", Manual(models=(Model({r"\*OPT\?": b"032"}, states=_BY_102),)), "maximum_frequency with"),
         (
+            "keysight-infiniivision",
+            Manual(models=(Model(states={("attenuation", 1): 1.0}),)),
+            "('attenuation', 1) with its options",
+        ),
+        (
             "keysight-34461a",
             Manual(models=(Model(options={"calibration": {}}, error=IdentityError),)),
             "not opened with",

@@ -1,13 +1,16 @@
 """What the kit says of a driver that does not take over, tell, keep or put back what a last user left, or holds what did not open."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from bench.plugins.catalogues import installed
+from bench.safety.shutdown_items import measured
 from bench.testing.conformance.driver import subject_of
 from bench.testing.conformance.found import check_left
+from bench.testing.conformance.guarded import check_guarded
 from bench.testing.conformance.manual import Left, Manual, Model
 from bench.testing.conformance.models import check_model
 from bench.testing.conformance.opening import check_opening
@@ -140,6 +143,25 @@ def test_what_is_not_put_back_where_opening_fails_is_found(monkeypatch: pytest.M
     monkeypatch.setattr(FoundState, "take_over", lambda state, rows: [state._take_over(row) for row in rows])
     left = (Left("TRIG:SOUR?", "TRIG:SOUR HOLD", "HOLD", "BUS"),)
     assert failed(check_left, "keysight-e4980a", Manual(left=left)) == ["put back where opening fails"]
+
+
+@pytest.mark.parametrize("driver", ["cia402-six-step", "cia402-inverter", SUPPLY])
+def test_a_guardian_measures_what_the_shutdown_waits_for(monkeypatch: pytest.MonkeyPatch, driver: str) -> None:
+    assert failed(check_guarded, driver) == []
+    monkeypatch.setattr("bench.testing.conformance.guarded.measured", wrong_for_every_second(measured))
+    found = failed(check_guarded, driver)
+    assert found
+    assert all(one.endswith("by a second connection") for one in found)
+
+
+def wrong_for_every_second(measure: Callable[..., Any]) -> Callable[..., Any]:
+    calls = iter(range(100))
+
+    def measured_wrongly(*given: Any) -> Any:
+        found = measure(*given)
+        return replace(found, value=1000.0 * found.value + 1.0) if next(calls) % 3 == 1 else found
+
+    return measured_wrongly
 
 
 def test_a_rotor_that_turns_shows_a_wrong_scale_of_speed(monkeypatch: pytest.MonkeyPatch) -> None:

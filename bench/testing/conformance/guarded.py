@@ -1,0 +1,39 @@
+"""What the shutdown measures, by the connection of whoever guards: as the connection in use reads it."""
+
+from contextlib import nullcontext
+from typing import Any
+
+from bench.safety.shutdown_items import measured
+from bench.station.shutdown_sequence import BELOW, ROLES_OF, Item, item
+from bench.testing.conformance.report import Checks
+from bench.testing.conformance.session import Trial
+from drivers.interfaces import InstrumentError
+
+#: How far (relative, and in V, A or rad/s) two readings at nearly the same time may be apart.
+_SHARE, _STEP = 0.1, 0.1
+#: How long (s) it is fed before.
+_FED = 2.0
+
+
+def check_guarded(trial: Trial) -> None:
+    """Check each measuring item of a shutdown that the role can do, while there is something to measure."""
+    role, energise = trial.subject.role, trial.session.energise
+    for do in (do for do in BELOW if role in ROLES_OF[do]):
+        with trial.opened() as (made, instrument):
+            guard: Any = made.open(guarding=True, elsewhere=True)
+            with energise(made, instrument) if energise is not None else nullcontext():
+                made.wait(_FED)
+                _compare(trial.checks, item(do, role), instrument, guard)
+            guard.close()
+
+
+def _compare(checks: Checks, one: Item, instrument: Any, guard: Any) -> None:
+    name, remedy = f"{one.do.value} by a second connection", "Ask there, too, what a reading rests on"
+    try:
+        before, found, after = (measured(one, each).value for each in (instrument, guard, instrument))
+    except InstrumentError as error:
+        checks.that(f"{name}: is read", False, f"{error}", remedy)
+        return
+    checks.that(f"{name}: is read", True, "", "")
+    allowed = 0.5 * abs(after - before) + _SHARE * max(before, after) + _STEP
+    checks.close(name, found, 0.5 * (before + after), allowed, remedy)
