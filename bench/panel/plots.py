@@ -183,7 +183,7 @@ def fit_plot(upper: Mapping[str, Any], left: Mapping[str, Any] | None = None) ->
             "enabled": True,
             "label": {"description": ", ".join(dict.fromkeys(part[axis] for axis in ("y", "x") for part in parts))},
         },
-        "legend": {"top": 2, "right": 8, "itemWidth": 34, "data": _entries(parts) if len(names) > 1 else []},
+        "legend": {"top": 2, "right": 8, "itemWidth": 34, "data": _entries(upper) if len(names) > 1 else []},
         "grid": [{"left": 72, "right": 18, "outerBoundsMode": "none", **box} for box in boxes],
         "xAxis": [],
         "yAxis": [],
@@ -210,9 +210,9 @@ def fit_plot(upper: Mapping[str, Any], left: Mapping[str, Any] | None = None) ->
     return drawn
 
 
-def _entries(parts: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def _entries(part: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the legend's entries of the curves that have names: a line without marks has none there either."""
-    marks = {name: manner in _MARKS for part in parts for name, _, _, manner in part["curves"] if name}
+    marks = {name: manner in _MARKS for name, _, _, manner in part["curves"] if name}
     return [{"name": name, **({} if marked else {"itemStyle": {"opacity": 0}})} for name, marked in marks.items()]
 
 

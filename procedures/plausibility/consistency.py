@@ -284,7 +284,9 @@ def _type_values(found: ParameterSet, nameplate: Nameplate, pairs: float, defini
         alarms += _alarm(
             "consistency-expected",
             ratio.shows(candidates, _TYPE_WINDOW),
-            text("{name} is {ratio:.3g} times the type value under [expected]", name=name, ratio=ratio.value),
+            text(
+                "{name} is {ratio:.3g} times the type value under [expected]", name=definition.label, ratio=ratio.value
+            ),
         )
     return alarms
 

@@ -19,6 +19,7 @@ from reports.document.model import (
 )
 from reports.document.speech import Speech
 from reports.plots.draw import svg
+from reports.tables.figures import with_minus
 
 
 def render(document: Document, speech: Speech, drawn: Mapping[str, str] | None = None) -> dict[str, Any]:
@@ -65,7 +66,7 @@ def _section(section: ReportSection, speech: Speech, drawn: Mapping[str, str]) -
 
 
 def _say(words: Cell, speech: Speech) -> list[str]:
-    return [clean(said) for said in speech.say(words)]
+    return [with_minus(clean(said)) for said in speech.say(words)]
 
 
 def _block(block: Block, speech: Speech, drawn: Mapping[str, str]) -> dict[str, Any]:

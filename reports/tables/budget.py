@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from drivers.interfaces.text import Text, Translate, text
 from procedures.core.result import Parameter
-from reports.tables.figures import decimals_for, figure, percent, scale_of
+from reports.tables.figures import decimals_for, figure, general, percent, scale_of
 from reports.tables.fitted import FittedColumn, fitted
 
 #: Below this share of the whole a contribution is not written out.
@@ -37,9 +37,9 @@ def budget_rows(parameter: Parameter, factor: float) -> list[list[Text | str]]:
         [
             row.source,
             row.kind,
-            f"{row.value:.6g}",
-            f"{row.standard_uncertainty:.3g}",
-            f"{row.sensitivity:.4g}",
+            general(row.value, 6),
+            general(row.standard_uncertainty, 3),
+            general(row.sensitivity, 4),
             contribution(row.contribution, total, factor),
             _share((row.contribution / total) ** 2),
         ]
@@ -50,7 +50,7 @@ def budget_rows(parameter: Parameter, factor: float) -> list[list[Text | str]]:
 def contribution(size: float, total: float, factor: float) -> str:
     """Return a row's contribution in the scaled unit, two digits; what rounding left of nothing as a power of ten."""
     if size < _NEGLIGIBLE * total:
-        return f"{size / factor:.1e}"
+        return general(size / factor, 2)
     return figure(size / factor, decimals_for(size / factor, 0.0))
 
 

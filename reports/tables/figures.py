@@ -9,6 +9,7 @@ _PREFIXED = {"Ω", "H", "Wb", "N", "A", "V", "F", "W", "J", "C", "S", "T"}
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 #: The hyphen before a number that stands by itself, also behind a bracket or a comma of either language.
 _NEGATIVE = re.compile(r"(?:(?<=^)|(?<=[\s(\[±（，、：]))-(?=\d)")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Inertia has its prefix in the square length: kg·mm² is 1e-6 kg·m².
 _SMALL_INERTIA = 1e-2
 
@@ -59,6 +60,12 @@ def figure(value: float | None, decimals: int) -> str:
 def with_minus(words: str) -> str:
     """Return words whose numbers have a minus where they had a hyphen; names and dates keep theirs."""
     return _NEGATIVE.sub("−", words)
+
+
+def general(value: float, digits: int) -> str:
+    """Return a figure with so many significant digits at most, as a product with a power of ten where it is very small or large."""
+    mantissa, _, exponent = f"{value:.{digits}g}".partition("e")
+    return with_minus(f"{mantissa}·10{str(int(exponent)).translate(_RAISED)}" if exponent else mantissa)
 
 
 def percent(relative: float) -> str:

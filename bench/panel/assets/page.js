@@ -148,9 +148,14 @@
         }
     }
 
+    // Whoever presses the next key has had the time to read it; what the bench does meanwhile takes it away from nobody.
+    function forgetLate() {
+        for (const note of document.querySelectorAll("[data-late]")) note.textContent = "";
+    }
+
     // What is pressed on a page that hears nothing would arrive later, at another step.
     function refuse(event) {
-        if (event.type === "keydown" && (lostNow() || !find("[data-beat]"))) strayed(event);
+        if (event.type === "keydown") (lostNow() || !find("[data-beat]") ? strayed : forgetLate)(event);
         if (lostNow() && !(event.type === "keydown" && event.key === "Tab") && !event.target.closest?.("a")) {
             event.preventDefault();
             event.stopImmediatePropagation();

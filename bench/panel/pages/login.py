@@ -17,7 +17,7 @@ _PAGE = Template("""<!doctype html>
 <title>motorbench – login</title>
 <style>
   body { background: #f4f6f8; color: #17202a; margin: 0;
-    font-family: 'Noto Sans','Segoe UI',Arial,'Liberation Sans','DejaVu Sans','Noto Sans CJK SC',sans-serif; }
+    font-family: 'Noto Sans','Noto Sans SC','Segoe UI',Arial,'Liberation Sans','DejaVu Sans','Noto Sans CJK SC',sans-serif; }
   main { box-sizing: border-box; width: 24rem; max-width: 100%; margin: 6rem auto 0; padding: 1.5rem; background: #fff;
     border: 1px solid #c9d1d9; border-radius: 10px; }
   h1 { font-size: 1.5rem; margin: 0 0 1rem; }

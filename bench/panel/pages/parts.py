@@ -40,19 +40,15 @@ def untaken_note(reader: Reader) -> None:
     note.props["data-untaken"] = reader.say(words)
     note.props["data-idle"] = reader.say(text("'{code}' was not taken: nothing waits for it now.", code="{code}"))
     note.props["data-code"] = CONFIRMS
-    _tells_late(note, reader)
+    late_note(reader)
 
 
 def late_note(reader: Reader) -> None:
     """Build the place where the browser says which code came while the page could not take it."""
-    _tells_late(ui.label().classes("mb-note").props("role=alert"), reader)
-
-
-def _tells_late(note: ui.label, reader: Reader) -> None:
     late = text(
         "'{code}' came while the page could not be heard: look whether it was taken, else scan it again.", code="{code}"
     )
-    note.props["data-late"] = reader.say(late)
+    ui.label().classes("mb-note").props("role=alert").props["data-late"] = reader.say(late)
 
 
 def table(

@@ -1,8 +1,13 @@
 """Whether what a fit leaves is random: no reading resembles its neighbour, and no wave stands out of the noise."""
 
+import math
+from statistics import NormalDist
+
 import numpy as np
 from numpy.typing import NDArray
 
+#: Of the standard library, for a page of the panel asks: scipy would be 20 MB more of it.
+_NORMAL = NormalDist()
 #: Fewer readings than this show no pattern that could be told from chance.
 LEAST_READINGS = 16
 
@@ -14,18 +19,16 @@ def chance_of_pattern(residuals: NDArray[np.float64]) -> float | None:
     negative) and the largest line of the periodogram (R. A. Fisher, Proc. R. Soc. A 125 (1929), 54). None where nothing can be
     judged: fewer than LEAST_READINGS, or all alike.
     """
-    # A page of the panel asks, which is there at once and loads this later.
-    from scipy import special
-
     n = residuals.size
     if n < LEAST_READINGS or not np.ptp(residuals):
         return None
     _, which, counts = np.unique(residuals, return_inverse=True, return_counts=True)
     # Ranks bound what a few wild readings do; equal readings have one rank.
-    scores = special.ndtri((np.cumsum(counts) - 0.5 * counts)[which] / n)
+    quantiles = (np.cumsum(counts) - 0.5 * counts) / n
+    scores = np.fromiter(map(_NORMAL.inv_cdf, quantiles.tolist()), np.float64, quantiles.size)[which]
     scores -= np.mean(scores)
     resemblance = float(scores[1:] @ scores[:-1] / (scores @ scores))
-    neighbours = float(special.ndtr(-(resemblance + 1.0 / n) * np.sqrt(n)))
+    neighbours = 0.5 * math.erfc((resemblance + 1.0 / n) * math.sqrt(0.5 * n))
     # The line at half the sampling rate has one degree of freedom only.
     power = np.abs(np.fft.rfft(scores)[1 : (n + 1) // 2]) ** 2
     share = float(np.max(power) / np.sum(power))

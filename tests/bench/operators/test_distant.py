@@ -231,7 +231,7 @@ def test_abort_says_who(operator: DistantOperator, tmp_path: Path, interrupts: I
         while "heard" not in (panel.read() or {"heard": None}):
             pass
     assert str(interrupts.requested_by) == "J. Doe at the panel"
-    assert message(Interrupted(interrupts.requested_by), translator("zh")) == "被中断：操作面板前的 J. Doe"
+    assert message(Interrupted(interrupts.requested_by), translator("zh")) == "由操作面板上的 J. Doe中断"
 
 
 def test_an_empty_chair_ends_the_run(interrupts: Interrupts) -> None:

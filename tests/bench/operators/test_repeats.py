@@ -177,7 +177,7 @@ def test_of_two_that_contradict_each_other_both_are_typed_again(
         "run", "stator-resistance", *words, *(word for one in settings for word in ("--set", one)), "--json"
     )
     assert status == 0
-    assert "它十倍于其余读数" in "".join(err.split())
+    assert "是其余读数的十倍" in "".join(err.split())
     assert json.loads(out)["misfit"] == []
 
 

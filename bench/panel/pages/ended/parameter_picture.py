@@ -69,7 +69,7 @@ class _Picture:
                 if row.condition:
                     _words("div", say(phrase(row.condition))).classes("mb-small")
                 if row.also:
-                    _words("div", "= " + " = ".join(row.also)).classes("mb-small")
+                    _words("div", " ".join(f"= {also}".replace(" ", "\u00a0") for also in row.also)).classes("mb-small")
                 if row.verdict is not None and row.verdict is not Conformity.WITHIN:
                     _words("div", f"⚠ {say(self._verdict(row))}").classes("mb-verdict")
             with ui.element("td").classes("num"):

@@ -55,7 +55,8 @@ _STYLE = """
     background: var(--act); }
   .mb-count { font-size: 2rem; font-weight: 700; font-variant-numeric: tabular-nums; }
   .mb-scan input { font-size: 2rem; }
-  .mb-line-head { position: sticky; top: 0; z-index: 3; background: var(--ground); padding-bottom: 2px; }
+  .mb-line-head { position: sticky; top: 0; z-index: 3; background: var(--ground); padding-bottom: 2px; margin-top: -14px; }
+  @media (width <= 43.75rem) { .mb-line-head { margin-top: -8px; } }
   .mb-line-state { position: static; padding: 8px 0; }
   .mb-line-top { display: flex; align-items: center; gap: 16px; padding: 8px 16px; border-radius: 10px; background: #17202a; color: #fff; }
   .mb-line-top .mb-line-said { flex: 1; min-width: 0; font-size: 1.625rem; line-height: 1.2; font-weight: 700; overflow-wrap: anywhere; }

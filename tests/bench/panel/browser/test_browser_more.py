@@ -138,7 +138,7 @@ def test_the_end_of_a_run_is_a_picture_and_the_next_motor_is_measured_as_before(
     assert began["person"] == "J. Doe"
     assert began["motor"]["serial_number"] == "SN-0815"
     row = page.get_by_role("row", name=re.compile("^d-axis inductance"))
-    expect(row.get_by_role("img")).to_have_attribute("aria-label", re.compile("interval -.* the note's formula"))
+    expect(row.get_by_role("img")).to_have_attribute("aria-label", re.compile("interval −.* the note's formula"))
     expect(page.get_by_role("figure", name=re.compile("[✓⚠].* pattern ")).first.locator("canvas")).to_be_visible()
     what_to_do = page.get_by_role("region", name="What to do, most important first")
     expect(what_to_do.get_by_role("button", name="Repeat Stator resistance").first).to_be_visible()
@@ -206,7 +206,7 @@ def test_a_figure_outside_the_types_tolerance_is_shown_and_measured_again(
     expect(page.get_by_role("heading", level=1)).to_contain_text("Needs a look: Stator resistance")
     expect(page.locator("[data-verdict=outside]")).to_be_visible()
     what_to_do = page.get_by_role("region", name="What to do, most important first")
-    finding = what_to_do.locator(".mb-finding[data-rank=contradiction]")
+    finding = what_to_do.locator(".mb-finding[data-rank=contradiction]").filter(has_text="−50 %")
     expect(finding).to_be_visible()
     finding.get_by_role("button", name="Repeat Stator resistance").click()
     expect(page.locator("[data-done]:not([aria-disabled])")).to_be_visible()

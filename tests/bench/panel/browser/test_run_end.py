@@ -1,6 +1,7 @@
 """What a run's page claims: how it ended, what it left, and how old a reading is."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -118,4 +119,21 @@ def test_a_residual_is_judged_by_what_it_is_and_every_plot_is_named(panel: Panel
     expect(fits.get_by_role("figure", name="dq inductance, smallest and largest")).to_contain_text("✓ no pattern found")
     plots = page.get_by_role("region", name="Plots")
     expect(plots.get_by_role("figure", name="Pole pairs by stable positions")).to_be_visible()
+    assert_accessible(page)
+
+
+@pytest.mark.slow
+def test_a_residual_with_a_pattern_is_marked_and_its_cause_named(
+    panel: Panel, new_page: Callable[[], Page], tmp_path: Path
+) -> None:
+    before, hum = set(panel.runs.glob("*")), tmp_path / "hum.toml"
+    hum.write_text("[channels.4]\nhum = 0.05\nhum_frequency = 50\n")
+    command = ["run", "dq-inductance-time-constant", "--station", "virtual", "--motor", "ipmsm", "--seed", "3"]
+    with pytest.raises(SystemExit, match="0"):
+        main([*command, "--disturbances", str(hum), "--runs", str(panel.runs)])
+    (ended,) = set(panel.runs.glob("*")) - before
+    page = new_page()
+    page.goto(f"{panel.url}/runs/{ended.name}")
+    fits = page.get_by_role("region", name="How well the models fit")
+    expect(fits.get_by_role("figure").first).to_contain_text("⚠ a pattern: hum (modelled)")
     assert_accessible(page)

@@ -10,6 +10,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_browser import begin
+from tests.bench.panel.browser.test_keyboard_and_scanner import scan
 from tests.bench.panel.conftest import Server
 
 Serve = Callable[..., Server]
@@ -173,6 +174,7 @@ def test_a_lost_connection_is_seen_and_comes_back_by_itself(panel: Panel, new_pa
     )
     expect(off).to_be_visible()
     expect(done).to_be_focused()
+    step = heading(page).inner_text()
     page.evaluate("window.same = true")
     # A server that was only slow finds the page as it was.
     os.kill(panel.pid, signal.SIGSTOP)
@@ -182,17 +184,27 @@ def test_a_lost_connection_is_seen_and_comes_back_by_itself(panel: Panel, new_pa
         expect(off).to_be_hidden()
         expect(page.get_by_role("button", name="Abort the run")).to_be_hidden()
         expect(done).to_be_hidden()
+        scan(page, "DONE")
     finally:
         os.kill(panel.pid, signal.SIGCONT)
     expect(page.get_by_text(lost)).to_be_hidden()
     expect(done).to_be_focused()
     assert page.evaluate("window.same") is True
+    # What nobody could take confirms nothing, and is named.
+    late = page.get_by_role("alert").filter(has_text="came while the page could not be heard")
+    expect(late).to_contain_text("'DONE' came")
+    assert heading(page).inner_text() == step
+    scan(page, "SN-1")
+    expect(late).to_have_count(0)
     panel.stop()
     expect(page.get_by_text(lost)).to_be_visible()
+    scan(page, "DONE")
     panel.start()
     expect(off).to_be_visible()
     expect(page.get_by_text(lost)).to_be_hidden()
     expect(done).to_be_visible()
+    expect(late).to_contain_text("'DONE' came")
+    assert heading(page).inner_text() == step
 
 
 @pytest.mark.slow
