@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from bench.cli.eol.defects_output import shown_progress
+from bench.cli.motor_progress import shown_progress
 from bench.cli.options import Seed
 from bench.cli.output import print_json
 from bench.distribution.workforce import Workforce
@@ -72,7 +72,7 @@ def study(
 
     """
     translate = translator(language_of(language))
-    with shown_progress(translate) as progress:
+    with shown_progress(text("motors"), translate) as progress:
         done = studied(
             StudyRequest(
                 procedures or ("all",),

@@ -6,6 +6,7 @@ from enum import Enum
 
 from bench.eol.verdict import Verdict
 from drivers.interfaces.text import text
+from procedures.core.parameter_definition import Bounds
 
 
 class GuardBand(Enum):
@@ -36,6 +37,13 @@ class ParameterLimits:
     def tolerance(self) -> float:
         """The interval's width; infinite where a side is open."""
         return self.high - self.low
+
+    def within(self, bounds: Bounds) -> "ParameterLimits":
+        """Return the limits with what no figure of the parameter can be in place of an open side."""
+        high = math.inf if bounds.high is None else bounds.high
+        return ParameterLimits(
+            bounds.low if math.isinf(self.low) else self.low, high if math.isinf(self.high) else self.high
+        )
 
 
 def least_ratio(guard: GuardBand, minimum: float) -> float:

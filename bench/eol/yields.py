@@ -4,6 +4,7 @@ import datetime
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import Literal, get_args
 
 from sqlalchemy import Connection
@@ -143,13 +144,18 @@ def _namer(grouping: Grouping, shifts: Sequence[datetime.time]) -> Callable[[Occ
         return lambda occasion: f"{occasion.station} · {occasion.socket}"
     if grouping == "plan":
         return lambda occasion: occasion.plan
-    if grouping == "date":
-        return lambda occasion: occasion.started.astimezone().date().isoformat()
-    return lambda occasion: _shift(occasion.started.astimezone(), shifts)
+    # Very many tests began within the same few minutes.
+    when = cache(_date if grouping == "date" else partial(_shift, shifts))
+    return lambda occasion: when(occasion.started)
 
 
-def _shift(at: datetime.datetime, shifts: Sequence[datetime.time]) -> str:
+def _date(at: datetime.datetime) -> str:
+    return at.astimezone().date().isoformat()
+
+
+def _shift(shifts: Sequence[datetime.time], started: datetime.datetime) -> str:
     """Return a shift's name: the day on which it began, and when."""
+    at = started.astimezone()
     begun = [start for start in shifts if start <= at.time()]
     day = at.date() if begun else at.date() - datetime.timedelta(days=1)
     start = begun[-1] if begun else shifts[-1]

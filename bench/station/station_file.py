@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from datetime import date
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from pydantic import Field
 
@@ -14,7 +14,7 @@ from bench.files.toml_file import Section, nearest, read, validate
 from bench.i18n.errors import FileError, at
 from bench.plugins.catalogue import OURS
 from bench.plugins.catalogues import Catalogues, installed
-from bench.plugins.files import KEY, PluginsSection, catalogues_of
+from bench.plugins.files import PluginsSection, catalogues_of
 from bench.station import calibration
 from bench.station.calibration import Calibration
 from bench.station.driver_options import read_options
@@ -68,8 +68,9 @@ class FixtureSection(Section):
     winding_temperature: float | None = Field(default=None, ge=-60.0, le=250.0, json_schema_extra={"unit": "°C"})
 
 
-class _File(Section):
-    station: _Station
+class _Tables(Section):
+    """What a station's file and a line's have in common."""
+
     plugins: PluginsSection = Field(default_factory=PluginsSection)
     fixture: FixtureSection = Field(default_factory=FixtureSection)
     guardian: GuardianSection = Field(default_factory=GuardianSection)
@@ -77,6 +78,21 @@ class _File(Section):
     way_down: list[ShutdownSection] = Field(default_factory=list)
     interlocks: dict[str, dict[str, Any]] = Field(default_factory=dict)
     watchdog_relays: dict[str, dict[str, Any]] = Field(default_factory=dict)
+
+
+class _File(_Tables):
+    station: _Station
+
+
+class _Listed(_Tables):
+    """A file, of a station or a line, of which only the plug-ins are wanted."""
+
+    station: _Station | None = None
+    line: dict[str, Any] = Field(default_factory=dict)
+    sockets: dict[str, dict[str, Any]] = Field(default_factory=dict)
+
+
+_Kind = TypeVar("_Kind", _File, _Listed)
 
 
 @dataclass(frozen=True)
@@ -136,14 +152,14 @@ class Station:
 
 
 def catalogues_at(station: str) -> Catalogues:
-    """Return what can be had at a station, a file's path or `virtual`; of the file only `[plugins]` is looked at."""
+    """Return what can be had at a station or line, a file's path or `virtual`; of the file's drivers nothing is loaded.
+
+    Raises InputError for a file with a key that none has.
+    """
     if station == VIRTUAL:
         return installed()
     _, data = read(Path(station), text("station file"))
-    section = data.get(KEY, {})
-    if not isinstance(section, dict):
-        raise FileError(text("{station}: {key} is no table; give [{key}] files", station=station, key=KEY))
-    return catalogues_of(validate(PluginsSection, section, station, KEY), station)
+    return catalogues_of(_validated(_Listed, data, station).plugins, station)
 
 
 def load_station(path: Path) -> Station:
@@ -153,8 +169,7 @@ def load_station(path: Path) -> Station:
     return replace(station, photo=photo_beside(str(path), "station.photo", data["station"].get("photo", "")))
 
 
-def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Station:
-    """Return the station that a file's content describes; raises InputError as `load_station` does."""
+def _validated(kind: type[_Kind], data: Mapping[str, Any], source: str) -> _Kind:
     for role in data.get("instruments", {}) if isinstance(data.get("instruments"), dict) else ():
         if role not in [known.value for known in Role]:
             raise FileError(
@@ -165,7 +180,12 @@ def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Statio
                     hint=nearest(role, [known.value for known in Role]),
                 )
             )
-    file = validate(_File, data, source)
+    return validate(kind, data, source)
+
+
+def make_station(data: Mapping[str, Any], source: str, content: bytes) -> Station:
+    """Return the station that a file's content describes; raises InputError as `load_station` does."""
+    file = _validated(_File, data, source)
     catalogues = catalogues_of(file.plugins, source)
     entries = {role: _chosen(role, table, source, catalogues) for role, table in file.instruments.items()}
     digest = hashlib.sha256(content).hexdigest()

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from bench.cli.eol.defects_output import as_json, print_defects, print_proposal, shown_progress
+from bench.cli.eol.defects_output import as_json, print_defects, print_proposal, shown_range
+from bench.cli.motor_progress import shown_progress
 from bench.cli.options import Seed
 from bench.cli.output import print_json
 from bench.distribution.workforce import Workforce
@@ -21,7 +22,6 @@ from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from bench.run.console import console_on
 from drivers.interfaces.text import Text, Translate, text, word
-from reports.labels import ParameterLabels
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -90,13 +90,14 @@ def check(
     translate = translator(language_of(language))
     if output is not None and output.exists():
         raise UsageError(text("{path}: is there already; choose another name, or remove it", path=output))
-    done = dry_run(request)
+    with shown_progress(text("motors of the type"), translate) as progress:
+        done = dry_run(request, progress=progress)
     if not json:
         _print(console_on(sys.stdout), done, translate)
     checked, proposal = None, None
     if each or sound:
         workforce = Workforce(jobs or len(os.sched_getaffinity(0)), cluster)
-        with shown_progress(translate) as progress:
+        with shown_progress(text("motors with and without defects"), translate) as progress:
             checked = check_defects(request, DefectRequest(each, sound, workforce, progress))
         if not json:
             print_defects(checked, translate)
@@ -106,7 +107,7 @@ def check(
             message = f"Limits and order by motorbench eol check of {plan}, seed {seed}."
             write_plan(proposal, checked.plan, output, message)
             if not json:
-                print_proposal(proposal, output, translate)
+                print_proposal(proposal, checked.labels, output, translate)
     if json:
         print_json({**done.as_dict(), **({"defect_check": as_json(checked, proposal)} if checked else {})})
     good = checked is None or checked.findings.good
@@ -131,12 +132,12 @@ def _print(console: "Console", done: DryRun, translate: Translate) -> None:
     limits = Table(*map(say, columns), "")
     for limit in done.limits:
         limits.add_row(
-            say(ParameterLabels({})[limit.parameter]),
+            say(done.labels[limit.parameter]),
             "–" if math.isnan(limit.value) else f"{limit.value:.5g} {limit.unit}",
             "–" if math.isnan(limit.expanded) else f"{limit.expanded:.2g}",
-            f"{limit.low:.5g} … {limit.high:.5g}",
+            shown_range(limit.low, limit.high),
             "–" if math.isnan(limit.ratio) else f"{limit.ratio:.3g}",
-            limit.fault or "✓",
+            say(limit.fault) if limit.fault else "✓",
         )
     console.print(limits)
     cycle = text(

@@ -2,8 +2,7 @@
 
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from bench.eol.defects.check import DefectCheck
@@ -23,18 +22,6 @@ _WIDTH = 80
 _GRADES = {Grade.GROSS: text("gross"), Grade.MARGINAL: text("marginal"), Grade.SLIGHT: text("slight")}
 
 
-@contextmanager
-def shown_progress(translate: Translate) -> Iterator[Callable[[int, int], None]]:
-    """Give what shows how many motors are done and the time left, on a terminal's standard error."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    console = console_on(sys.stderr)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task(text("motors").render(translate), total=None)
-        yield lambda done, every: progress.update(task, completed=done, total=every)
-
-
 def print_defects(checked: DefectCheck, translate: Translate) -> None:
     """Print what gets through, what is rejected wrongly, and what each figure and procedure is worth; 80 columns."""
     console, found = console_on(sys.stdout), checked.findings
@@ -46,7 +33,7 @@ def print_defects(checked: DefectCheck, translate: Translate) -> None:
         say(text("Partial: stopped after {done} of {planned} motors", done=found.measured, planned=found.planned))
     say(text("Motors drawn from {spread}; 95 % intervals by Clopper and Pearson", spread=checked.spread))
     _defects(console, found, translate)
-    _figures(console, found, translate)
+    _figures(console, found, checked.labels, translate)
     _procedures(console, found, translate)
     for grade, share in found.through.items():
         if share.count:
@@ -54,7 +41,7 @@ def print_defects(checked: DefectCheck, translate: Translate) -> None:
             say(said)
     if found.false_rejects.count:
         say(text("Sound motors rejected: {share}", share=_share(found.false_rejects)))
-    unlimited = [_label(figure.parameter) for figure in found.figures if not figure.limited]
+    unlimited = [checked.labels[figure.parameter] for figure in found.figures if not figure.limited]
     if unlimited:
         say(text("! Measured without a limit: {names}", names=unlimited))
     if checked.cases.left_out:
@@ -67,12 +54,12 @@ def print_defects(checked: DefectCheck, translate: Translate) -> None:
     say(_scale())
 
 
-def print_proposal(proposal: Proposal, path: Any, translate: Translate) -> None:
+def print_proposal(proposal: Proposal, labels: ParameterLabels, path: Any, translate: Translate) -> None:
     """Print limits and order that were written."""
     console = console_on(sys.stdout)
     table = _table(translate, text("proposed limits"), text("Parameter"), text("limits"))
     for name, limits in proposal.limits.items():
-        table.add_row(_label(name).render(translate), _range(limits.low, limits.high))
+        table.add_row(labels[name].render(translate), shown_range(limits.low, limits.high))
     console.print(table, width=_WIDTH)
     lines = [text("Order: {names}", names=[word(name) for name in proposal.order])]
     if proposal.idle:
@@ -131,13 +118,13 @@ def _defects(console: "Console", found: Findings, translate: Translate) -> None:
     console.print(table, width=_WIDTH)
 
 
-def _figures(console: "Console", found: Findings, translate: Translate) -> None:
+def _figures(console: "Console", found: Findings, labels: ParameterLabels, translate: Translate) -> None:
     headings = text("Figure"), text("limits"), text("sound ones"), text("rejects"), text("catches"), text("alone")
     table = _table(translate, text("figures"), *headings)
     for each in found.figures:
         table.add_row(
-            _label(each.parameter).render(translate),
-            _range(each.low, each.high) if each.limited else text("none").render(translate),
+            labels[each.parameter].render(translate),
+            shown_range(each.low, each.high) if each.limited else text("none").render(translate),
             f"{each.mean:.4g} ± {each.deviation:.2g} {each.unit}",
             f"{each.false_rejects.hits}/{each.false_rejects.count}",
             _count(each, each.catches),
@@ -162,10 +149,6 @@ def _table(translate: Translate, title: Text, *headings: Text) -> Any:
 
     names = [heading.render(translate) for heading in headings]
     return Table(*names, title=title.render(translate), box=SIMPLE, pad_edge=False, padding=(0, 1))
-
-
-def _label(parameter: str) -> Text:
-    return ParameterLabels({})[parameter]
 
 
 def _cost(cost: FunctionCost) -> Text:
@@ -199,7 +182,8 @@ def _scale() -> Text:
     )
 
 
-def _range(low: float, high: float) -> str:
+def shown_range(low: float, high: float) -> str:
+    """Return limits as tables show them, an open side left out."""
     limits = ParameterLimits(low, high)
     if math.isinf(limits.low):
         return f"≤ {high:.4g}"

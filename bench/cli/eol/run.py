@@ -129,6 +129,8 @@ def run(
     if counts.waits.anything:
         for sentence in (*counts.waits.sentences(), text("what waits is brought on with the next batch of these runs")):
             print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
+    for note in counts.undecidable:
+        print(f"motorbench: {note.render(translate)}", file=sys.stderr)
     if stopped:
         sentence = text("the batch was stopped by {person}; the same command goes on with it", person=stopped)
         print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
@@ -170,6 +172,10 @@ class _Printer(BatchListener):
         """Print it."""
         self._line(f"motorbench: {words.render(self._translate)}")
 
+    def noted(self, words: Text) -> None:
+        """Print it."""
+        self.trouble(words)
+
     def waits(self, waiting: Waiting) -> None:
         """Print what waits where the reasons are others than before, and that nothing does any more."""
         before, self._waits = self._waits, waiting
@@ -206,6 +212,7 @@ def _summary(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
             for refusal in counts.waits.refused
         ],
         "waits_because": [str(trouble.why) for trouble in counts.waits.troubles],
+        "undecidable": [str(note) for note in counts.undecidable],
         "stopped": stopped,
         "brakes": [{"socket": brake.socket, "why": str(brake.why)} for brake in counts.brakes],
         "unfinished": counts.unfinished,

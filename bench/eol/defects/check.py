@@ -20,6 +20,7 @@ from bench.eol.plan_file import SpreadSection
 from bench.i18n.errors import InputError
 from bench.run.software import software
 from drivers.interfaces.text import Text, text
+from reports.labels import ParameterLabels
 
 #: Spread (standard deviations, per cent) of a type of which the plan says nothing; usual ones.
 USUAL_SPREAD = SpreadSection(resistance=1.5, inductance=2.0, flux=1.5, inertia=1.0, friction=5.0)
@@ -45,6 +46,7 @@ class DefectCheck:
     rules: PlanRules
     campaign: Campaign
     findings: Findings
+    labels: ParameterLabels
 
     @property
     def unmodelled(self) -> Mapping[str, tuple[str, int]]:
@@ -92,7 +94,7 @@ def check_defects(request: BatchRequest, wanted: DefectRequest) -> DefectCheck:
     tasks = tasks_of(cases, wanted.each, wanted.sound)
     campaign = measure_all(setup, tasks, wanted.workforce, lambda done: wanted.progress(done, len(tasks)))
     rules = PlanRules.of(plan, prepared.limits)
-    return DefectCheck(plan, cases, said, rules, campaign, findings(campaign, cases.cases, rules))
+    return DefectCheck(plan, cases, said, rules, campaign, findings(campaign, cases.cases, rules), prepared.labels)
 
 
 def _spread(plan: Plan) -> tuple[SpreadSection, Text]:

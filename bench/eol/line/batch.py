@@ -16,8 +16,8 @@ from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog, BatchMotor
 from bench.eol.line.brakes import AppliedBrake
 from bench.eol.line.coordinator import Coordinator
+from bench.eol.line.decidable_limits import DecidableLimits
 from bench.eol.line.golden_gate import GoldenGate
-from bench.eol.line.limit_notes import undecidable
 from bench.eol.line.line_file import ProductionLine, digest
 from bench.eol.line.messages import Batch
 from bench.eol.line.panel_channel import PanelChannel
@@ -54,7 +54,7 @@ _BATCH_NAME = re.compile(r"[\w][\w.-]{0,99}")
 class Counts:
     """What became of a batch's tests, by verdict, golden motors' beside them; yields by motor; serial numbers refused.
 
-    `brakes` are those that applied; `waits` is what still waits at the end.
+    `brakes` are those that applied, `undecidable` tells of limits that the station cannot decide; `waits` is what still waits at the end.
     """
 
     verdicts: Counter[str] = field(default_factory=Counter)
@@ -65,6 +65,7 @@ class Counts:
     #: Whether the line itself ended the batch before its end, and why where no brake says it.
     unfinished: bool = False
     held_up: Text | None = None
+    undecidable: tuple[Text, ...] = ()
     waits: Waiting = field(default_factory=Waiting)
     bench_time: float = 0.0
 
@@ -140,8 +141,7 @@ def _run(
     plan, line, name = prepared.plan, prepared.line, folder.name
     for words in writer.register.check_plan(plan.name, plan.sha256, prepared.motor.nameplate.name):
         listener.trouble(words)
-    for words in undecidable(plan, prepared.limits, writer.uncertainties(plan.name, line.name)):
-        listener.trouble(words)
+    uncertainties = writer.uncertainties(plan.name, line.name)
     identity = {
         "name": name,
         "plan": plan.sha256,
@@ -169,7 +169,10 @@ def _run(
             nullcontext(fork_server) if fork_server else closing(ForkServer()) as workers,
             closing(_outputs(plan, line, folder, BatchListener(listener, *panel))) as outputs,
         ):
-            listeners = BatchListener(_Counting(counts, outputs), listener, *panel)
+            heard = BatchListener(_Counting(counts, outputs), listener, *panel)
+            limits = DecidableLimits(prepared, heard.noted)
+            listeners = BatchListener(heard, limits)
+            limits.before(uncertainties)
             writer.listen(listeners.waits)
             _keep_plan(batch, writer, listeners)
             desk = AdmissionDesk(
@@ -189,6 +192,7 @@ def _run(
                 channel.open(folder, coordinator.stop, desk.permit)
             stopped = coordinator.run()
             counts.held_up = admission.held_up
+            counts.undecidable = limits.notes
             braked = any(not brake.socket for brake in counts.brakes) or not admission.ended
             counts.unfinished = not stopped and (braked or admission.held_up is not None)
             return stopped

@@ -41,6 +41,11 @@ class BatchListener:
         for listener in self._listeners:
             listener.trouble(words)
 
+    def noted(self, words: Text) -> None:
+        """Hear of something that is allowed and likely not meant, as a limit that the station cannot decide."""
+        for listener in self._listeners:
+            listener.noted(words)
+
     def waits(self, waiting: Waiting) -> None:
         """Hear what of the records waits to be stored or forwarded, at each change and from any thread."""
         for listener in self._listeners:

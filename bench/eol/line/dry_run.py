@@ -4,12 +4,12 @@ import io
 import math
 import tempfile
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from bench.eol.limits import GuardBand, ParameterLimits
+from bench.eol.limits import GuardBand, ParameterLimits, judge
 from bench.eol.line.admission import RefusedSerial
 from bench.eol.line.batch import run_prepared
 from bench.eol.line.batch_listener import BatchListener
@@ -17,14 +17,14 @@ from bench.eol.line.line_file import LineSocket, ProductionLine
 from bench.eol.line.preparation import BatchRequest, Prepared, prepare
 from bench.eol.line.procedure_times import read_times
 from bench.eol.line.worker_process import ForkServer
-from bench.eol.plan import Plan
 from bench.eol.plan_file import SpreadSection
 from bench.eol.record import MeasuredFigure, MotorRecord
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
 from bench.rehearsal.assumed import assumed_motor
 from bench.rehearsal.counterparts import counterparts_of
-from drivers.interfaces.text import Text
+from drivers.interfaces.text import Text, text
+from reports.labels import ParameterLabels
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class LimitFinding:
     low: float
     high: float
     ratio: float
-    fault: str
+    fault: Text | None
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,7 @@ class DryRun:
     troubles: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
     differences: tuple[str, ...] = ()
+    labels: ParameterLabels = field(default_factory=lambda: ParameterLabels({}))
 
     @property
     def overhead(self) -> float:
@@ -97,12 +98,20 @@ class DryRun:
     def as_dict(self) -> dict[str, Any]:
         """Return it in JSON's types."""
         content = asdict(self)
+        del content["labels"]
+        content["limits"] = [{**asdict(each), "fault": str(each.fault or "")} for each in self.limits]
         content["procedures"] = [{**asdict(each), "overhead": each.overhead} for each in self.procedures]
         return content | {"overhead": self.overhead, "over_floor": self.over_floor, "good": self.good}
 
 
-def dry_run(request: BatchRequest, fork_server: ForkServer | None = None) -> DryRun:
+def dry_run(
+    request: BatchRequest,
+    fork_server: ForkServer | None = None,
+    progress: Callable[[int, int], None] = lambda _done, _all: None,
+) -> DryRun:
     """Measure some motors exactly of the type by the plan; nothing of the station is opened, nothing is kept; `fork_server` as for a batch.
+
+    `progress` hears how many of all are done.
 
     Raises InputError for a plan, motor or station that is not right.
     """
@@ -110,7 +119,7 @@ def dry_run(request: BatchRequest, fork_server: ForkServer | None = None) -> Dry
     sockets = len(prepared.line.sockets)
     # Sampling tests come with the first motor, the most that one can take.
     motors = request.motors or 3 * sockets
-    listener = _DryRunListener()
+    listener = _DryRunListener(lambda done: progress(done, motors))
     with tempfile.TemporaryDirectory(prefix="motorbench-check-") as folder:
         tried = replace(
             request,
@@ -179,10 +188,11 @@ def _summary(prepared: Prepared, records: Sequence[MotorRecord], assumed: tuple[
         aside=aside,
         per_hour=3600.0 * sockets / cycle if cycle > 0.0 else 0.0,
         procedures=procedures,
-        limits=tuple(_limits(prepared.plan, prepared.limits, records)),
+        limits=tuple(_limits(prepared, records)),
         troubles=tuple(dict.fromkeys(record.cause for record in records if record.cause)),
         assumed=assumed,
         differences=tuple(dict.fromkeys(_differences(prepared.line))),
+        labels=prepared.labels,
     )
 
 
@@ -204,41 +214,52 @@ def _differences(line: ProductionLine) -> Iterator[str]:
             yield from (str(difference) for difference in counterpart.differences)
 
 
-def _limits(plan: Plan, limits: dict[str, ParameterLimits], records: Sequence[MotorRecord]) -> list[LimitFinding]:
+def _limits(prepared: Prepared, records: Sequence[MotorRecord]) -> list[LimitFinding]:
     findings = []
-    for parameter, bounds in sorted(limits.items()):
+    for parameter, bounds in sorted(prepared.limits.items()):
         figures = [figure for record in records for figure in record.measured if figure.parameter == parameter]
+        nothing = LimitFinding(parameter, "", math.nan, math.nan, bounds.low, bounds.high, math.nan, None)
         if any(figure.verdict is Verdict.NOT_JUDGED for figure in figures):
-            nan = math.nan
-            fault = "not judged: the figure was withheld"
-            findings.append(LimitFinding(parameter, figures[0].unit, nan, nan, bounds.low, bounds.high, nan, fault))
+            fault = text("not judged: the figure was withheld")
+            findings.append(replace(nothing, unit=figures[0].unit, fault=fault))
         elif figures:
-            findings.append(_finding(plan, bounds, max(figures, key=lambda figure: figure.expanded)))
+            findings.append(_finding(prepared, bounds, max(figures, key=lambda figure: figure.expanded)))
         else:
-            nan = math.nan
-            findings.append(LimitFinding(parameter, "", nan, nan, bounds.low, bounds.high, nan, "it was not measured"))
+            findings.append(replace(nothing, fault=text("it was not measured")))
     return findings
 
 
-def _finding(plan: Plan, bounds: ParameterLimits, figure: MeasuredFigure) -> LimitFinding:
-    expanded = figure.expanded
-    ratio = bounds.tolerance / (2.0 * expanded) if expanded > 0.0 else math.inf
-    fault = ""
+def _finding(prepared: Prepared, bounds: ParameterLimits, figure: MeasuredFigure) -> LimitFinding:
+    plan, expanded = prepared.plan, figure.expanded
+    ratio = (
+        bounds.within(prepared.parameters[figure.parameter].bounds).tolerance / (2.0 * expanded)
+        if expanded
+        else math.inf
+    )
+    fault = None
     if not bounds.low <= figure.value <= bounds.high:
-        fault = "a motor of the type lies outside"
-    elif math.isfinite(bounds.tolerance) and ratio < plan.minimum_ratio:
-        fault = f"undecidable: the tolerance is {ratio:.2g} times the 95 % interval's width, {plan.minimum_ratio:g} are asked for"
+        fault = text("a motor of the type lies outside")
+    elif ratio < plan.minimum_ratio:
+        fault = text(
+            "undecidable: the tolerance is {ratio:.2g} times the 95 % interval's width, {least:g} are asked for",
+            ratio=ratio,
+            least=plan.minimum_ratio,
+        )
     elif plan.guard is GuardBand.STRICT and ratio <= 1.0:
-        fault = "the guard bands leave nothing to accept"
+        fault = text("the guard bands leave nothing to accept")
+    elif judge(figure.value, expanded, bounds, plan.guard).verdict is not Verdict.PASS:
+        fault = text("a motor of the type lies nearer to the limit than the guard band")
     return LimitFinding(figure.parameter, figure.unit, figure.value, expanded, bounds.low, bounds.high, ratio, fault)
 
 
 class _DryRunListener(BatchListener):
-    def __init__(self) -> None:
+    def __init__(self, progress: Callable[[int], None]) -> None:
         self.records: list[MotorRecord] = []
+        self._progress = progress
 
     def done(self, record: MotorRecord) -> None:
         self.records.append(record)
+        self._progress(len(self.records))
 
     def refused(self, refused: RefusedSerial) -> None:
         raise InputError(refused.why)

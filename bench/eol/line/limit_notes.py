@@ -3,11 +3,13 @@
 import math
 from collections.abc import Iterator, Mapping
 
-from bench.eol.limits import ParameterLimits, least_ratio
+from bench.eol.limits import ParameterLimits, judge, least_ratio
 from bench.eol.plan import Plan
+from bench.eol.verdict import Verdict
 from bench.i18n.errors import FileError
 from bench.run.plan import Catalogue
 from drivers.interfaces.text import Text, text
+from procedures.core.parameter_definition import ParameterDefinition
 
 #: Parameters that are whole numbers.
 COUNTS = frozenset({"pole_pairs", "phase_order", "hall_faults"})
@@ -67,19 +69,46 @@ def limit_notes(
         )
 
 
-def undecidable(plan: Plan, limits: Mapping[str, ParameterLimits], expanded: Mapping[str, float]) -> Iterator[Text]:
-    """Give the limits that the station cannot decide, by the expanded uncertainties that its latest figures had."""
+def undecidable(
+    plan: Plan, limits: ParameterLimits, parameter: ParameterDefinition, expanded: float, expected: float | None
+) -> Text | None:
+    """Return why a station cannot decide limits, by the expanded uncertainty that a figure of its had; None where it can.
+
+    An open side ends where no figure of the parameter can be. `expected` is the type's own value, where the motor file has one.
+    """
+    if not expanded > 0.0:
+        return None
     least = least_ratio(plan.guard, plan.minimum_ratio)
-    for parameter, bounds in limits.items():
-        uncertainty = expanded.get(parameter, 0.0)
-        if uncertainty > 0.0 and (ratio := bounds.tolerance / (2.0 * uncertainty)) < least:
-            yield text(
-                "{source}: limit on {parameter}: {low:g} … {high:g} is {ratio:.2g} times the width of the 95 % interval that this "
-                "station's latest figure had, and {least:g} are asked for: it will be an error",
-                source=plan.source,
-                parameter=parameter,
-                low=bounds.low,
-                high=bounds.high,
-                ratio=ratio,
-                least=least,
-            )
+    room = limits.within(parameter.bounds)
+    told = {
+        "source": plan.source,
+        "parameter": parameter.name,
+        "low": room.low,
+        "high": room.high,
+        "ratio": room.tolerance / (2.0 * expanded),
+        "least": least,
+    }
+    if told["ratio"] < least and math.isfinite(limits.tolerance):
+        return text(
+            "{source}: limit on {parameter}: {low:g} … {high:g} is {ratio:.2g} times the width of the 95 % interval that this "
+            "station's latest figure had, and {least:g} are asked for: it will be an error",
+            **told,
+        )
+    if told["ratio"] < least:
+        return text(
+            "{source}: limit on {parameter}: figures from {low:g} to {high:g} are accepted, {ratio:.2g} times the width of the 95 % "
+            "interval that this station's latest figure had, and {least:g} are asked for: the limit decides nothing here",
+            **told,
+        )
+    if expected is None or judge(expected, 0.0, limits, plan.guard).verdict is not Verdict.PASS:
+        return None
+    if judge(expected, expanded, limits, plan.guard).verdict is not Verdict.PASS:
+        return text(
+            "{source}: limit on {parameter}: the type's own {value:g} lies nearer to the limit than the ± {expanded:.2g} that this "
+            "station's latest figure had: such a motor is rejected",
+            source=plan.source,
+            parameter=parameter.name,
+            value=expected,
+            expanded=expanded,
+        )
+    return None

@@ -146,6 +146,10 @@ class PanelChannel(BatchListener):
             self._message = _message("trouble", words)
         self._send()
 
+    def noted(self, words: Text) -> None:
+        """Show it as what went wrong: it is to be looked at, too."""
+        self.trouble(words)
+
     def waits(self, waiting: Waiting) -> None:
         """Hear what of the records waits to be stored or forwarded."""
         with self._lock:

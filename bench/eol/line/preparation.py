@@ -1,7 +1,7 @@
 """Before a batch begins: its plan, motor and line read and checked against one another, and the procedures' order."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from bench.eol.limits import ParameterLimits
@@ -22,7 +22,9 @@ from bench.station.station_file import Station
 from bench.virtual.virtual_station import virtual_roles
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Role
+from procedures.core.parameter_definition import ParameterDefinition
 from procedures.known_parameters import givers
+from reports.labels import ParameterLabels
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ class BatchRequest:
 class Prepared:
     """A plan with its motor and line, read and checked against one another; `roles` are those that its procedures use.
 
-    `notes` say what of it is allowed and likely a mistake.
+    `notes` say what of it is allowed and likely a mistake; `parameters` are those that its procedures give.
     """
 
     plan: Plan
@@ -64,6 +66,12 @@ class Prepared:
     limits: dict[str, ParameterLimits]
     roles: frozenset[Role] = frozenset()
     notes: tuple[Text, ...] = ()
+    parameters: Mapping[str, ParameterDefinition] = field(default_factory=dict)
+
+    @property
+    def labels(self) -> ParameterLabels:
+        """What readers call the parameters, those of plug-ins among them."""
+        return ParameterLabels({name: definition.label.render() for name, definition in self.parameters.items()})
 
 
 def prepare(plan_file: Path, station: str, sockets: int | None, operator: str = "") -> Prepared:
@@ -87,7 +95,8 @@ def prepare(plan_file: Path, station: str, sockets: int | None, operator: str = 
     limits = plan.limits(motor.nameplate.expected)
     check_limits(plan, limits)
     notes = tuple(limit_notes(plan, limits, motor.nameplate.expected, catalogues.procedures))
-    return Prepared(plan, motor, line, limits, roles, notes)
+    parameters = {name: one for each in planned for name, one in each.procedure.parameters.items()}
+    return Prepared(plan, motor, line, limits, roles, notes, parameters)
 
 
 def planned_of(checks: Iterable[PlannedCheck], source: str, known: Catalogue) -> list[Planned]:

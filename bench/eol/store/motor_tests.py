@@ -31,7 +31,16 @@ class RepeatedTests:
 def repeated_tests(connection: Connection, selection: Selection, told_apart: Collection[str]) -> RepeatedTests:
     """Return what motors with several tests change in counts by these of `station`, `socket`, `plan` and `step`."""
     fields: Mapping[str, Any] = {**PLACE, "step": step_of_start(connection)}
-    tests = _ordered_tests(selection, {name: fields[name] for name in told_apart})
+    found = _tests(selection, {name: fields[name] for name in told_apart})
+    motor, there, order = _windows(found, selection)
+    tests = select(
+        found,
+        func.row_number().over(partition_by=motor, order_by=order).label("place_ever"),
+        func.row_number().over(partition_by=there, order_by=order).label("place"),
+        # Over the window that is in order already: each further order costs the database a sort.
+        func.last_value(found.c.verdict).over(partition_by=there, order_by=order, rows=(None, None)).label("last"),
+        func.count().over(partition_by=there, order_by=order, rows=(None, None)).label("tests"),
+    ).subquery("ordered")
     first = tests.c.place == 1
     columns = (
         *(tests.c[name] for name in told_apart),
@@ -54,8 +63,8 @@ def repeated_tests(connection: Connection, selection: Selection, told_apart: Col
     return RepeatedTests(tuple(counted), again)
 
 
-def _ordered_tests(selection: Selection, fields: Mapping[str, ColumnElement[Any]]) -> Subquery:
-    """Return the judged tests of serial numbers with several tests, each with its place among its motor's in and out of the selection."""
+def _tests(selection: Selection, fields: Mapping[str, ColumnElement[Any]]) -> Subquery:
+    """Return the judged tests of serial numbers with several tests, `chosen` telling which are of the selection."""
     noted = select(REPEATED_SERIAL.c.serial_number).union(_repeated_beside(selection))
     found = select(
         MOTOR.c.id,
@@ -69,16 +78,13 @@ def _ordered_tests(selection: Selection, fields: Mapping[str, ColumnElement[Any]
     ).where(MOTOR.c.serial_number.in_(noted), JUDGED)
     if selection.golden:
         found = found.where(MOTOR.c.serial_number.not_in(selection.golden))
-    tests = found.subquery("tests")
-    motor, there = tests.c.serial_number, (tests.c.serial_number, tests.c.chosen)
-    order, back = (tests.c.started, tests.c.id), (tests.c.started.desc(), tests.c.id.desc())
-    return select(
-        tests,
-        func.row_number().over(partition_by=motor, order_by=order).label("place_ever"),
-        func.row_number().over(partition_by=there, order_by=order).label("place"),
-        func.first_value(tests.c.verdict).over(partition_by=there, order_by=back).label("last"),
-        func.count().over(partition_by=there).label("tests"),
-    ).subquery("ordered")
+    return found.subquery("tests")
+
+
+def _windows(tests: Subquery, selection: Selection) -> tuple[Any, Any, Any]:
+    """Return what puts tests of a motor together, those of it in and those out of the selection, and their order."""
+    motor = (tests.c.serial_number,)
+    return motor, motor if selection.everything else (*motor, tests.c.chosen), (tests.c.started, tests.c.id)
 
 
 def _repeated_beside(selection: Selection) -> Select[str]:
@@ -120,7 +126,10 @@ def first_attempts(connection: Connection, selection: Selection) -> dict[str, tu
         read(beyond, 1)
         unjudged = select(MOTOR.c.id).where(~JUDGED, among(MOTOR.c.id, rest))
         read(beyond & CHECK.c.motor.in_(unjudged), -1)
-    tests = _ordered_tests(selection, {})
+    found = _tests(selection, {})
+    _, there, order = _windows(found, selection)
+    place = func.row_number().over(partition_by=there, order_by=order).label("place")
+    tests = select(found.c.id, found.c.chosen, place).subquery("ordered")
     read(CHECK.c.motor.in_(select(tests.c.id).where(tests.c.chosen, tests.c.place > 1)), -1)
     return {procedure: (tests, bad) for procedure, (tests, bad) in sorted(counts.items()) if tests}
 

@@ -115,3 +115,23 @@ def test_a_byte_order_mark_before_a_file_changes_nothing(call: Call, tmp_path: P
     words = ("--station", str(tmp_path / "station.toml"), "--motor", str(tmp_path / "motor.toml"), "--rehearse")
     code, _, errors = call("run", "nameplate", *words, "--runs", str(tmp_path / "runs"))
     assert code == 0, errors
+
+
+@pytest.mark.parametrize("command", ["procedures", "parameters", "station drivers"])
+def test_a_key_that_no_station_has_is_refused_where_only_plug_ins_are_wanted(
+    call: Call, tmp_path: Path, command: str
+) -> None:
+    file = tmp_path / "station.toml"
+    for content, said in (
+        ('[plugins]\nfiles = []\n[stations]\nname = "x"\n', "unknown key stations; did you mean station?"),
+        ('[station]\nname = "x"\nvisa = "y"\n', "unknown key station.visa"),
+        ("[instruments.multimeter]\n", "unknown key instruments.multimeter; did you mean voltmeter?"),
+        ("plugins = 3\n", "plugins = 3; allowed is a table"),
+    ):
+        file.write_text(content, encoding="utf-8")
+        code, out, err = call(*command.split(), "--station", str(file), "--language", "en")
+        assert (code, out) == (2, ""), content
+        assert said in err
+    # A line's file has procedures, too.
+    file.write_text('[line]\nbench = "virtual"\nsockets = 2\n', encoding="utf-8")
+    assert call(*command.split(), "--station", str(file))[0] == 0

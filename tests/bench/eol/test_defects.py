@@ -28,6 +28,7 @@ from bench.i18n.errors import InputError
 from bench.i18n.language import translator
 from bench.motor.motor_file import load_motor
 from drivers.interfaces.text import text
+from reports.labels import ParameterLabels
 from sim_instruments.physics.motor import defects
 from tests.studies.forked import ready
 
@@ -171,7 +172,9 @@ def test_the_plan_with_them_is_read_again(tmp_path: Path) -> None:
 def checked(cases: DefectCases, trials: list[MotorTrial], planned: int) -> DefectCheck:
     campaign = Campaign(tuple(trials), planned)
     plan = load_plan(EXAMPLE / "plan.toml")
-    return DefectCheck(plan, cases, text("somewhere"), RULES, campaign, findings(campaign, cases.cases, RULES))
+    return DefectCheck(
+        plan, cases, text("somewhere"), RULES, campaign, findings(campaign, cases.cases, RULES), ParameterLabels({})
+    )
 
 
 @pytest.mark.parametrize("language", ["en", "zh"])

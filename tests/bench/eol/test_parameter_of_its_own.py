@@ -165,6 +165,25 @@ def test_a_plug_in_file_s_parameter_is_named_by_the_record_when_the_file_is_gone
     assert read_statistics("records.sqlite", Choice()).labels["frame_capacitance"].render() == label
 
 
+def test_a_check_of_a_plan_has_a_plug_in_file_s_label(call: Call, tmp_path: Path) -> None:
+    (tmp_path / "frame.py").write_text(PLUGIN, encoding="utf-8")
+    (tmp_path / "plan.toml").write_text(
+        '[plan]\nname = "capacitance"\nmotor = "lg-400w"\n[plugins]\nfiles = ["frame.py"]\n'
+        '[[procedure]]\nname = "frame-capacitance"\n[[limit]]\nparameter = "frame_capacitance"\nlow = 1.2e-9\n',
+        encoding="utf-8",
+    )
+    words = ("eol", "check", "plan.toml", "--sockets", "1", "--motors", "1", "--each", "0", "--sound", "0")
+    for language, fault in (("en", "outside"), ("zh", "限值之外")):
+        code, out, _ = call(*words, "--language", language)
+        assert code == 1
+        assert "Capacitance to the {frame}" in out
+        assert "≥ 1.2e-09" in out
+        assert fault in out
+    out = call(*words[:-1], "2", "--jobs", "1", "--language", "en")[1]
+    of_defects = " ".join(out.rpartition("Cycle ")[2].split())
+    assert "{frame}" in of_defects
+
+
 def test_the_list_of_runs_names_it(tmp_path: Path) -> None:
     definition = {"symbol": "C_f", "label": "Capacitance to the {frame}", "reader_unit": "s/Ω"}
     entry = {"value": 1e-9, "standard_uncertainty": 1e-11, "unit": "F"}

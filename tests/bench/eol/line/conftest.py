@@ -64,6 +64,7 @@ class RecordingListener(BatchListener):
         self.records: list[MotorRecord] = []
         self.refusals: list[RefusedSerial] = []
         self.troubles: list[str] = []
+        self.noticed: list[str] = []
         self.waitings: list[Waiting] = []
         self.when_waits: Callable[[Waiting], None] = lambda _: None
         self.when_begun: Callable[[BatchMotor], None] = lambda _: None
@@ -82,6 +83,9 @@ class RecordingListener(BatchListener):
     def waits(self, waiting: Waiting) -> None:
         self.waitings.append(waiting)
         self.when_waits(waiting)
+
+    def noted(self, words: Text) -> None:
+        self.noticed.append(str(words))
 
     def trouble(self, words: Text) -> None:
         self.troubles.append(str(words))
