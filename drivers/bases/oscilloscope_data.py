@@ -15,21 +15,18 @@ LARGEST_GAIN = 0.5
 class OscilloscopeData:
     """What holds for a family of oscilloscopes.
 
-    Ranges are of the whole screen, `divisions` high (V at the input); records in s, sample rate in 1/s. A screen is `steps` of the
-    converter high, one of which is `codes_per_step` of a record, or `fine_steps` times finer in the high-resolution mode; a code up to
-    `lowest_code` or from `highest_code` on is clipped. Limits of error: `gain` of full scale, offset of `offset_divisions` (of the
-    range), `offset_fixed` (V at the input) and `offset_share` (of the offset that is set), `time_base` relative, each with where it
-    is stated.
+    `ranges` are the least and the greatest whole screen, `divisions` high (V at the input), `records` the shortest and the longest
+    (s), `attenuations` the least and the greatest factor of a probe. A screen is `steps` of the converter high, one of which is
+    `codes_per_step` of a record, or `fine_steps` times finer in the high-resolution mode; a code up to the first or from the second of
+    `clipped` on is clipped. Limits of error: `gain` of full scale, offset of `offset_divisions` (of the range), `offset_fixed` (V at
+    the input) and `offset_share` (of the offset that is set), with where they are stated; `time_base` of a frequency.
     """
 
-    minimum_range: float
-    maximum_range: float
-    minimum_record: float
-    maximum_record: float
+    ranges: tuple[float, float]
+    records: tuple[float, float]
     maximum_sample_rate: float
     maximum_points: int
-    lowest_code: int
-    highest_code: int
+    clipped: tuple[int, int]
     steps: int
     gain: float
     gain_source: str
@@ -37,13 +34,11 @@ class OscilloscopeData:
     offset_fixed: float
     offset_share: float
     offset_source: str
-    time_base: float
-    time_base_source: str
+    time_base: Accuracy
     codes_per_step: int = 1
     fine_steps: int = 1
     divisions: int = 8
-    minimum_attenuation: float = 1e-3
-    maximum_attenuation: float = 1e4
+    attenuations: tuple[float, float] = (1e-3, 1e4)
 
     @property
     def source(self) -> str:

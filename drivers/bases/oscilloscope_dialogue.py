@@ -1,7 +1,7 @@
 """How an oscilloscope is spoken to: what each make says for itself, and what its sentences are made of."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from enum import Enum
 from typing import ClassVar
 
@@ -11,10 +11,12 @@ from drivers.bases.found_state import WantedSetting
 from drivers.bases.oscilloscope_data import OscilloscopeData, Probe
 from drivers.bases.scpi_driver import ScpiDriver
 from drivers.bases.waveform import Codes, Preamble, parse_preamble
-from drivers.interfaces import AcquisitionType, ChannelSettings, CommunicationError, Trigger
+from drivers.interfaces import AcquisitionType, ChannelSettings, CommunicationError, ProbeKind, Slope, Trigger
 from drivers.interfaces.text import text
 from drivers.recognition import ScpiIdentity
 from drivers.transport.visa.replies import is_overrange
+
+_UNIT = {ProbeKind.VOLTAGE: "VOLT", ProbeKind.CURRENT: "AMP"}
 
 
 class Acquiring(Enum):
@@ -25,15 +27,43 @@ class Acquiring(Enum):
     DONE = "done"
 
 
+_EDGES = text("the trigger does not see the edge as it is")
+
+
+def channel_rows(channel: int, unlimited: str) -> tuple[WantedSetting, ...]:
+    """Return what must not be left of a channel with a probe; `unlimited` is the answer of an open bandwidth limit."""
+    head = f":CHAN{channel}"
+    return (
+        WantedSetting(f"{head}:INV?", ("0",), text("the trace has the other sign"), f"{head}:INV {{value}}"),
+        WantedSetting(f"{head}:BWL?", (unlimited,), text("edges are rounded off"), f"{head}:BWL {{value}}"),
+    )
+
+
+def hidden_row(channel: int) -> WantedSetting:
+    """Return that a channel without a probe is not shown."""
+    why = text("another channel takes half of the memory")
+    return WantedSetting(f":CHAN{channel}:DISP?", ("0",), why, f":CHAN{channel}:DISP {{value}}")
+
+
+def trigger_row(query: str, wanted: str) -> WantedSetting:
+    """Return that what filters the trigger's path must be as wanted."""
+    return WantedSetting(query, (wanted,), _EDGES, f"{query.removesuffix('?')} {{value}}")
+
+
 class OscilloscopeDialogue(ScpiDriver, ABC):
     """What a make is (`data`, `answers`) and how it is spoken to; the abstract methods are its own.
 
-    `_single` arms for one record, `_stop` ends an acquisition; `_transfer` is sent before records are fetched.
+    What is not abstract is as several makes have it: Keysight, and Rigol after it. `_offset_sign` is −1 where the offset that is set is
+    added to the trace. `_single` arms for one record, `_force` then triggers one that is to start by itself where the automatic sweep
+    does not, `_stop` ends an acquisition; `_transfer` is sent before records are fetched.
     """
 
     data: ClassVar[OscilloscopeData]
     answers: ClassVar[ScpiIdentity]
+    _offset_sign: ClassVar[float] = 1.0
+    _slopes: ClassVar[Mapping[Slope, str]] = {slope: slope.value for slope in Slope}
     _single: ClassVar[str] = ":SING"
+    _force: ClassVar[str] = ""
     _stop: ClassVar[str] = ":STOP"
     _transfer: ClassVar[tuple[str, ...]] = ()
 
@@ -41,27 +71,42 @@ class OscilloscopeDialogue(ScpiDriver, ABC):
         """Return what the last user may have left that would change a figure; called once the instrument is identified."""
         return ()
 
-    @abstractmethod
     def _channel_commands(self, channel: int, probe: Probe, settings: ChannelSettings) -> Iterable[str]:
         """Return what shows a channel, DC coupled, with its probe's unit and factor, range and value at mid-screen."""
+        return (
+            f":CHAN{channel}:DISP ON",
+            f":CHAN{channel}:COUP DC",
+            f":CHAN{channel}:UNIT {_UNIT[probe.kind]}",
+            f":CHAN{channel}:PROB {probe.attenuation:.6g}",
+            f":CHAN{channel}:RANG {settings.range:.6g}",
+            f":CHAN{channel}:OFFS {self._offset_sign * settings.offset + 0.0:.6g}",
+        )
 
-    @abstractmethod
     def _full_scale(self, channel: int) -> float:
         """Return the range of a channel (V or A at the tip, the whole screen) that the instrument has set."""
+        return self._number(f":CHAN{channel}:RANG?")
 
-    @abstractmethod
     def _mid_screen(self, channel: int) -> float:
         """Return the value at mid-screen (V or A at the tip) that the instrument has set."""
+        return self._offset_sign * self._number(f":CHAN{channel}:OFFS?")
+
+    def _trigger_commands(self, trigger: Trigger) -> Iterable[str]:
+        """Return what sets the edge trigger; without a channel the record starts by itself."""
+        if trigger.channel is None:
+            return (":TRIG:SWE AUTO",)
+        return (
+            ":TRIG:MODE EDGE",
+            f":TRIG:EDGE:SOUR CHAN{trigger.channel}",
+            f":TRIG:EDGE:LEV {trigger.level:.6g}",
+            f":TRIG:EDGE:SLOP {self._slopes[trigger.slope]}",
+            ":TRIG:SWE NORM",
+        )
 
     @abstractmethod
     def _acquisition_commands(
         self, record_time: float, points: int, pre_trigger: float, acquisition: AcquisitionType
     ) -> Iterable[str]:
         """Return what sets a record: it begins `pre_trigger` of `record_time` (s) before the trigger."""
-
-    @abstractmethod
-    def _trigger_commands(self, trigger: Trigger) -> Iterable[str]:
-        """Return what sets the edge trigger; without a channel the record starts by itself."""
 
     @abstractmethod
     def _state(self) -> Acquiring:

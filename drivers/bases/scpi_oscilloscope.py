@@ -9,6 +9,9 @@ from drivers.bases.oscilloscope_data import OscilloscopeOptions as OscilloscopeO
 from drivers.bases.oscilloscope_data import Probe as Probe
 from drivers.bases.oscilloscope_dialogue import Acquiring as Acquiring
 from drivers.bases.oscilloscope_dialogue import OscilloscopeDialogue
+from drivers.bases.oscilloscope_dialogue import channel_rows as channel_rows
+from drivers.bases.oscilloscope_dialogue import hidden_row as hidden_row
+from drivers.bases.oscilloscope_dialogue import trigger_row as trigger_row
 from drivers.bases.set_points import SLOPES, check_setpoint, probe_on
 from drivers.bases.waveform import Codes as Codes
 from drivers.bases.waveform import Preamble as Preamble
@@ -52,10 +55,9 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
     ) -> None:
         super().__init__(session, clock, name)
         self._options = options
-        low, high = self.data.minimum_attenuation, self.data.maximum_attenuation
         for channel, probe in options.probes.items():
             of = text("attenuation of channel {channel}", channel=channel)
-            check_setpoint(name, of, probe.attenuation, "", low, high, "the model")
+            check_setpoint(name, of, probe.attenuation, "", *self.data.attenuations, "the model")
         self._identity = identify(session, self.answers, options.serial_number)
         self._ranges: dict[int, ChannelSettings] = {}
         self._record_time, self._points, self._pre_trigger = 1e-3, 1000, 0.0
@@ -91,7 +93,7 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
         Raises SetpointError before anything is sent, ReportedError where the instrument refuses.
         """
         probe = self._probe(channel)
-        low, high = self.data.minimum_range * probe.attenuation, self.data.maximum_range * probe.attenuation
+        low, high = (limit * probe.attenuation for limit in self.data.ranges)
         for what, value, least in (
             (text("range of channel {channel}", channel=channel), settings.range, low),
             (text("offset of channel {channel}", channel=channel), settings.offset, -high),
@@ -113,9 +115,7 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
         Raises SetpointError before anything is sent, ReportedError where the instrument refuses.
         """
         data = self.data
-        check_setpoint(
-            self._name, "record time", record_time, "s", data.minimum_record, data.maximum_record, "the model"
-        )
+        check_setpoint(self._name, "record time", record_time, "s", *data.records, "the model")
         most = min(data.maximum_points, int(record_time * data.maximum_sample_rate * (1 + 1e-9)))
         check_setpoint(self._name, "points", points, "", 1, most, "the model at this record time")
         check_setpoint(self._name, "pre-trigger", pre_trigger, "", 0.0, 1.0, "a record")
@@ -148,6 +148,8 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
             if self._clock.now() >= armed + ARMING_TIME:
                 raise MeasurementError(self._name, text("does not arm for its trigger"), command=self._single)
             self._pause()
+        if self._force and self._trigger.channel is None:
+            self._session.write(self._force)
 
     def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:
         """Wait for the record (at most `timeout` s of bench time) and return the waveforms of the channels.
@@ -177,8 +179,7 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
         """
         missing = text("the screen shows no full period of channel {channel}", channel=channel)
         value = self._screen(channel, "FREQ", missing)
-        accuracy = Accuracy(gain=self.data.time_base, source=self.data.time_base_source)
-        return Reading(value, "Hz", accuracy, self._clock.now())
+        return Reading(value, "Hz", self.data.time_base, self._clock.now())
 
     def measure_amplitude(self, channel: int) -> Reading:
         """Return half the peak-to-peak value (V or A) of a channel's trace by the instrument's own measurement.
@@ -243,7 +244,7 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
             self._probe(channel).kind.value,
             preamble.y_increment * data.codes_per_step / finer,
             self._accuracy(channel, preamble.value(lowest), preamble.value(highest)),
-            highest >= data.highest_code or lowest <= data.lowest_code,
+            lowest <= data.clipped[0] or highest >= data.clipped[1],
             self._range(channel).range,
         )
 

@@ -37,3 +37,9 @@ def lesser(own: float, station: float | None) -> tuple[float, Text]:
     if station is not None and station < own:
         return station, text("the station")
     return own, text("the model")
+
+
+def step_up(value: float) -> float:
+    """Return the least of 1, 2 and 5 times the powers of ten that is not below a value above 0: the steps of most front panels."""
+    decade = 10.0 ** math.floor(math.log10(value))
+    return next(step for step in (decade, 2 * decade, 5 * decade, 10 * decade) if step >= value * (1 - 1e-9))

@@ -5,11 +5,9 @@ from collections.abc import Mapping
 
 from drivers.bases.found_state import WantedSetting
 from drivers.bases.oscilloscope_data import Probe
+from drivers.bases.oscilloscope_dialogue import channel_rows, hidden_row, trigger_row
 from drivers.interfaces import ProbeKind
 from drivers.interfaces.text import text
-
-_EDGES = text("the trigger does not see the edge as it is")
-_MEMORY = text("another channel takes half of the memory")
 
 
 def found_settings(model: str, probes: Mapping[int, Probe]) -> tuple[WantedSetting, ...]:
@@ -19,11 +17,11 @@ def found_settings(model: str, probes: Mapping[int, Probe]) -> tuple[WantedSetti
     others = (number for number in range(1, channels + 1) if number not in probes)
     return (
         *(row for number, probe in sorted(probes.items()) for row in _channel(number, probe)),
-        *(WantedSetting(f":CHAN{number}:DISP?", ("0",), _MEMORY, f":CHAN{number}:DISP {{value}}") for number in others),
+        *(hidden_row(number) for number in others),
         WantedSetting(":ACQ:MODE?", ("RTIM",), text("a record is one of many segments"), ":ACQ:MODE {value}"),
-        WantedSetting(":TRIG:EDGE:COUP?", ("DC",), _EDGES, ":TRIG:EDGE:COUP {value}"),
-        WantedSetting(":TRIG:HFR?", ("0",), _EDGES, ":TRIG:HFR {value}"),
-        WantedSetting(":TRIG:NREJ?", ("0",), _EDGES, ":TRIG:NREJ {value}"),
+        trigger_row(":TRIG:EDGE:COUP?", "DC"),
+        trigger_row(":TRIG:HFR?", "0"),
+        trigger_row(":TRIG:NREJ?", "0"),
         WantedSetting(":TRIG:HOLD?", (), text("no trigger is taken for this time (s) after one")),
     )
 
@@ -33,8 +31,7 @@ def _channel(number: int, probe: Probe) -> tuple[WantedSetting, ...]:
     # A current probe may want 50 Ω; what it is told as is the station's.
     passive = ("ONEM",) if probe.kind is ProbeKind.VOLTAGE else ()
     return (
-        WantedSetting(f"{head}:INV?", ("0",), text("the trace has the other sign"), f"{head}:INV {{value}}"),
-        WantedSetting(f"{head}:BWL?", ("0",), text("edges are rounded off"), f"{head}:BWL {{value}}"),
+        *channel_rows(number, "0"),
         WantedSetting(
             f"{head}:IMP?",
             passive,

@@ -2,21 +2,22 @@
 
 from abc import abstractmethod
 from collections.abc import Callable, Generator
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from sim_instruments.catalogue import BenchPlace
 from sim_instruments.instruments.errors import ScopeErrors
 from sim_instruments.instruments.oscilloscope import pulse
 from sim_instruments.instruments.oscilloscope.acquisition import Acquisition
 from sim_instruments.instruments.oscilloscope.arming import Setup
-from sim_instruments.instruments.oscilloscope.channels import CHANNELS, ChannelSubsystem
+from sim_instruments.instruments.oscilloscope.channels import CHANNELS, ChannelSubsystem, ChannelWords
 from sim_instruments.instruments.oscilloscope.record import Record, WordArray, trace
-from sim_instruments.instruments.oscilloscope.trigger import TriggerSubsystem
+from sim_instruments.instruments.oscilloscope.trigger import TriggerSubsystem, TriggerWords
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.settings import ScpiSettings
 from sim_instruments.scpi.tree import Handling, bare
 
+Phase = Literal["stopped", "running", "filling", "waiting", "triggered"]
 _POLL_TIME = 1.0e-3
 _SCREEN_POINTS = 62_500
 #: Divisions that a trace must go up and down for its edges to be looked at; its noise does not.
@@ -26,13 +27,16 @@ LEAST_HEIGHT = 0.3
 class SimulatedScpiOscilloscope(ScpiInstrument):
     """An oscilloscope in its place, `identity` its reply to *IDN?; `bits` is its converter's resolution outside high resolution.
 
-    A make adds its own headers in `add_commands` and says where a record lies. `channel_kind` and `trigger_kind` say how channels
-    and trigger are spoken to, `averages` the header and the greatest number of averaged records, `queue` the depth of its error queue.
+    A make adds its own headers in `add_commands`. `channel_words` and `trigger_words` say how channels and trigger are spoken to,
+    `channel_kind` and `trigger_kind` what else they have, `averages` the header and the greatest number of averaged records, `queue` the
+    depth of its error queue.
     """
 
     channels = CHANNELS
     channel_kind: ClassVar[type[ChannelSubsystem]] = ChannelSubsystem
-    trigger_kind: ClassVar[type[TriggerSubsystem]]
+    channel_words: ClassVar[ChannelWords] = ChannelWords()
+    trigger_kind: ClassVar[type[TriggerSubsystem]] = TriggerSubsystem
+    trigger_words: ClassVar[TriggerWords]
     averages: ClassVar[tuple[str, int]] = ("ACQuire:AVERages", 1024)
     queue: ClassVar[int] = 30
 
@@ -54,10 +58,11 @@ class SimulatedScpiOscilloscope(ScpiInstrument):
             self.tree,
             self.settings,
             self._errors,
+            self.channel_words,
             self.rearm,
             lambda channel, factor: self._trigger.rescale(channel, factor),
         )
-        self._trigger = self.trigger_kind(self.tree, self.settings, self._channels, self.rearm)
+        self._trigger = self.trigger_kind(self.tree, self.settings, self._channels, self.trigger_words, self.rearm)
         kinds, changed = ("NORMal", "AVERage", "HRESolution", "PEAK"), self.rearm
         self.settings.add_choice("type", "ACQuire:TYPE", kinds, "NORM", changed=changed)
         header, most = self.averages
@@ -76,18 +81,39 @@ class SimulatedScpiOscilloscope(ScpiInstrument):
         """Add the headers of time base, acquisition, transfer and readings."""
 
     @abstractmethod
-    def span(self) -> float:
-        """Return the length of a record (s)."""
-
-    @abstractmethod
-    def origin(self) -> float:
-        """Return the time from the trigger to the beginning of a record (s)."""
-
-    @abstractmethod
     def available(self) -> int:
         """Return how many samples the next record has."""
 
     # what its commands are made of
+
+    def add_time_base(self, scale: str, offset: str, divisions: int, scales: tuple[float, float]) -> None:
+        """Add the headers of the time a division (s, within `scales`) and of the time from the trigger to the screen's centre."""
+        self._divisions = divisions
+        changed = self.rearm
+        self.settings.add_number("scale", scale, *scales, 1.0e-6, unit="S", changed=changed)
+        widest = 100.0 * scales[1]
+        self.settings.add_number("offset", offset, -widest, widest, 0.0, unit="S", changed=changed)
+
+    def span(self) -> float:
+        """Return the length of a record (s)."""
+        return self._divisions * self.settings.number("scale")
+
+    def origin(self) -> float:
+        """Return the time from the trigger to the beginning of a record (s)."""
+        return self.settings.number("offset") - self.span() / 2.0
+
+    def shown(self) -> int:
+        """Return how many channels are shown, at least one."""
+        return max(1, len(self._channels.shown()))
+
+    def add_source(self, header: str) -> None:
+        """Add the header of the channel whose record is transferred."""
+        names = [f"CHANnel{n}" for n in range(1, CHANNELS + 1)]
+        self.settings.add_choice("source", header, names, "CHAN1")
+
+    def transferred(self) -> tuple[Record, int]:
+        """Return the last complete record and the channel that is transferred. Raises ScpiError -230 where there is none."""
+        return self.record(), int(self.settings.word("source")[-1])
 
     def single(self) -> None:
         """Arm for one record."""
@@ -111,6 +137,15 @@ class SimulatedScpiOscilloscope(ScpiInstrument):
             return reply()
 
         return later()
+
+    def phase(self) -> Phase:
+        """Return what the acquisition is at: stopped, running on, filling the part before the trigger, waiting for it, or after it."""
+        acquisition = self.acquisition
+        if acquisition.state != "SING":
+            return "stopped" if acquisition.state == "STOP" else "running"
+        if acquisition.waiting():
+            return "waiting"
+        return "triggered" if acquisition.eligible() else "filling"
 
     def record(self) -> Record:
         """Return the last complete record. Raises ScpiError -230 where there is none."""

@@ -237,7 +237,7 @@ def _left_out(file: Path, files: list[Path], table: set[str]) -> set[str]:
     """Texts of a module that are no commands of this driver."""
     if file.parent.name == "bases":
         # Queries are put together there: their headers stand without the question mark.
-        return {one.removesuffix("?") for one in table}
+        return {":CHAN<n>", *(one.removesuffix("?") for one in table)}
     if file.name == "session.py":
         waits = any(".complete(" in one.read_text(encoding="utf-8") for one in files if one != file)
         return set() if waits else {"*OPC?"}

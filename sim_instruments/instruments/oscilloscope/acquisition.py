@@ -99,7 +99,11 @@ class Acquisition:
         self.update()
         if self._setup is None or self._state == "STOP":
             return False
-        return len(self._triggers) < self._setup.averages and self._now() >= self._armed_at + self._setup.before
+        return len(self._triggers) < self._setup.averages and self.eligible()
+
+    def eligible(self) -> bool:
+        """Return whether the part of the record before the trigger is filled."""
+        return self._setup is not None and self._now() >= self._armed_at + self._setup.before
 
     def next_look(self) -> float | None:
         """Return when to look again whether a single acquisition is done; None: it is."""

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 from sim_instruments.instruments.errors import ScopeErrors
@@ -17,38 +18,51 @@ CHANNEL = "CHANnel<n>"
 SOURCES = {name: f"CHAN{n}" for n in range(1, CHANNELS + 1) for name in (f"CHAN{n}", f"CHANNEL{n}")}
 
 
+@dataclass(frozen=True)
+class ChannelWords:
+    """How a make has its channels.
+
+    `scales` are the least and the greatest V a division at the input, `ampere` the word for a current probe's unit, `limited` the
+    answers of the bandwidth limit. `offset_sign` is −1 where what is set is added to the trace, which moves by whole `offset_step`
+    (divisions) where that is not 0. The screen is `steps` of the converter high, round the code `middle`.
+    """
+
+    scales: tuple[float, float] = (1.0e-3, 5.0)
+    ampere: str = "AMPere"
+    couplings: Sequence[str] = ("AC", "DC")
+    limited: tuple[str, str] = ("0", "1")
+    offset_sign: float = 1.0
+    offset_step: float = 0.0
+    steps: int = 200
+    middle: int = 128
+
+
 class ChannelSubsystem:
     """State of the channels; `changed` is called when a running acquisition is to follow, `rescaled` with a channel and the factor
     by which all that is set at its probe's tip has changed.
-
-    `scales` are the least and the greatest V a division at the input, `ampere` the word for a current probe's unit, `offset_sign`
-    −1 where what is set is the value that is added to the trace, and `limited` the answers of the bandwidth limit. The screen is
-    `steps` of the converter high, round the code `middle`.
     """
-
-    scales = (1.0e-3, 5.0)
-    ampere = "AMPere"
-    couplings: Sequence[str] = ("AC", "DC")
-    offset_sign = 1.0
-    limited = ("0", "1")
-    steps, middle = 200, 128
 
     def __init__(
         self,
         tree: CommandTree,
         settings: ScpiSettings,
         errors: ScopeErrors,
+        words: ChannelWords,
         changed: Callable[[], None],
         rescaled: Callable[[int, float], None],
     ) -> None:
-        self._settings, self._errors = settings, errors
+        self._settings, self._errors, self._words = settings, errors, words
         self._changed, self._rescaled = changed, rescaled
         self.reset()
         self._add_commands(tree)
 
     def reset(self) -> None:
         """Return to the greatest scale round zero, by probes of 1:1."""
-        self._scales, self._offsets, self._probes = [self.scales[1]] * CHANNELS, [0.0] * CHANNELS, [1.0] * CHANNELS
+        self._scales, self._offsets, self._probes = (
+            [self._words.scales[1]] * CHANNELS,
+            [0.0] * CHANNELS,
+            [1.0] * CHANNELS,
+        )
 
     def shown(self) -> list[int]:
         """Return the channels that the screen shows."""
@@ -60,7 +74,9 @@ class ChannelSubsystem:
 
     def offset(self, channel: int) -> float:
         """Return what a channel has at the middle of the screen (V or A)."""
-        return self.offset_sign * self._offsets[channel - 1]
+        words, offset = self._words, self._words.offset_sign * self._offsets[channel - 1]
+        step = words.offset_step * self.scale(channel)
+        return round(offset / step) * step if step else offset
 
     def unit(self, channel: int) -> str:
         """Return the unit of what a channel's probe senses."""
@@ -86,8 +102,8 @@ class ChannelSubsystem:
             max(automatic_bits, 12) if kind in ("HRES", "AVER") else automatic_bits,
             factor,
             self.skew(channel),
-            self.steps,
-            self.middle,
+            self._words.steps,
+            self._words.middle,
         )
 
     def let_through(self, channel: int) -> float:
@@ -101,10 +117,10 @@ class ChannelSubsystem:
     def _add_commands(self, tree: CommandTree) -> None:
         put, changed = self._settings, lambda _: self._changed()
         put.add_flag("display", f"{CHANNEL}:DISPlay", True, count=CHANNELS, changed=changed)
-        put.add_choice("coupling", f"{CHANNEL}:COUPling", self.couplings, "DC", count=CHANNELS, changed=changed)
-        put.add_flag("limit", f"{CHANNEL}:BWLimit", False, count=CHANNELS, changed=changed, replies=self.limited)
+        put.add_choice("coupling", f"{CHANNEL}:COUPling", self._words.couplings, "DC", count=CHANNELS, changed=changed)
+        put.add_flag("limit", f"{CHANNEL}:BWLimit", False, count=CHANNELS, changed=changed, replies=self._words.limited)
         put.add_flag("invert", f"{CHANNEL}:INVert", False, count=CHANNELS, changed=changed)
-        put.add_choice("unit", f"{CHANNEL}:UNITs", ("VOLT", self.ampere), "VOLT", count=CHANNELS)
+        put.add_choice("unit", f"{CHANNEL}:UNITs", ("VOLT", self._words.ampere), "VOLT", count=CHANNELS)
         for node, divisions in (("SCALe", 1.0), ("RANGe", float(DIVISIONS))):
             scale, asked = partial(self._set_scale, divisions), partial(self._get_scale, divisions)
             tree.add(f"{CHANNEL}:{node}", command=scale, query=asked)
@@ -120,7 +136,7 @@ class ChannelSubsystem:
     def _set_scale(self, divisions: float, call: Call) -> None:
         index = self._index(call)
         exactly(call.arguments, 1)
-        low, high = (scale * self._probes[index] * divisions for scale in self.scales)
+        low, high = (scale * self._probes[index] * divisions for scale in self._words.scales)
         self._scales[index] = number(call.arguments[0], low, high, unit=self.unit(index + 1)) / divisions
         self._changed()
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 from sim_instruments.disturbances.channel import ChannelPath
 from sim_instruments.instruments.oscilloscope.acquisition import AC_CORNER
@@ -20,29 +21,34 @@ _TRIGGER_SOURCES = {**SOURCES, **choices(("EXTernal", "LINE"))}
 _HYSTERESIS_DIVISIONS = 0.1
 
 
-class TriggerSubsystem:
-    """State of the edge trigger; `changed` is called when a running acquisition is to follow.
+@dataclass(frozen=True)
+class TriggerWords:
+    """How a make has its edge trigger: below `node` its settings, the words of its `slopes` in the notation of the manual.
 
-    The edge's settings stand below `node`; `slopes` are its words in the notation of the manual with what they mean, `sweeps`,
-    `couplings` and `least_holdoff` (s) what can be set, the coupling by `coupling`.
+    `coupling` is a header by itself; `least_holdoff` in s.
     """
 
-    node = "TRIGger:EDGe"
-    coupling = "TRIGger:COUPling"
     slopes: Mapping[str, Slope]
+    node: str = "TRIGger:EDGE"
+    coupling: str = "TRIGger:COUPling"
     sweeps: Sequence[str] = ("AUTO", "NORMal")
     couplings: Sequence[str] = ("AC", "DC", "LFReject")
-    least_holdoff = 1.6e-8
+    least_holdoff: float = 4.0e-8
+
+
+class TriggerSubsystem:
+    """State of the edge trigger; `changed` is called when a running acquisition is to follow."""
 
     def __init__(
         self,
         tree: CommandTree,
         settings: ScpiSettings,
         channels: ChannelSubsystem,
+        words: TriggerWords,
         changed: Callable[[], None],
     ) -> None:
-        self._settings, self._channels, self._changed = settings, channels, changed
-        self._meant = {word: self.slopes[name] for name in self.slopes for word in choices((name,))}
+        self._settings, self._channels, self._words, self._changed = settings, channels, words, changed
+        self._meant = {short: slope for name, slope in words.slopes.items() for short in choices((name,)).values()}
         self.reset()
         self._add_commands(tree)
 
@@ -85,14 +91,14 @@ class TriggerSubsystem:
     def _add_commands(self, tree: CommandTree) -> None:
         put, changed = self._settings, lambda _: self._changed()
         put.add_choice("trigger_mode", "TRIGger:MODE", ("EDGE",), "EDGE")
-        put.add_choice("sweep", "TRIGger:SWEep", self.sweeps, "AUTO", changed=changed)
-        least = self.least_holdoff
+        put.add_choice("sweep", "TRIGger:SWEep", self._words.sweeps, "AUTO", changed=changed)
+        least = self._words.least_holdoff
         put.add_number("holdoff", "TRIGger:HOLDoff", least, 10.0, least, unit="S", changed=changed)
         put.add_flag("noise_reject", "TRIGger:NREJect", False, changed=changed)
-        put.add_choice("slope", f"{self.node}:SLOPe", self.slopes, "POS", changed=changed)
-        put.add_choice("trigger_coupling", self.coupling, self.couplings, "DC", changed=changed)
-        tree.add(f"{self.node}:SOURce", command=self._set_source, query=bare(lambda: self._source))
-        tree.add(f"{self.node}:LEVel", command=self._set_level, query=self._get_level)
+        put.add_choice("slope", f"{self._words.node}:SLOPe", self._words.slopes, "POS", changed=changed)
+        put.add_choice("trigger_coupling", self._words.coupling, self._words.couplings, "DC", changed=changed)
+        tree.add(f"{self._words.node}:SOURce", command=self._set_source, query=bare(lambda: self._source))
+        tree.add(f"{self._words.node}:LEVel", command=self._set_level, query=self._get_level)
 
     def _set_source(self, call: Call) -> None:
         exactly(call.arguments, 1)

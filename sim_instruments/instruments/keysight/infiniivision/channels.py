@@ -12,8 +12,6 @@ _PASSIVE_PROBE, _LOADED = 5.0, 10.0 * 50.0 / (9.0e6 + 50.0)
 class InfiniiVisionChannels(ChannelSubsystem):
     """State of the channels of an InfiniiVision."""
 
-    steps = 199
-
     def let_through(self, channel: int) -> float:
         """Return the share of what its probe gives that comes through: 50 Ω load a passive one."""
         settings = self._settings

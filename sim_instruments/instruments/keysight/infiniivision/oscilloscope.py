@@ -11,9 +11,9 @@ from sim_instruments.instruments.keysight.infiniivision.channels import InfiniiV
 from sim_instruments.instruments.keysight.infiniivision.measure import MeasureSubsystem
 from sim_instruments.instruments.keysight.infiniivision.screen import screen_block
 from sim_instruments.instruments.keysight.infiniivision.setup import SetupSubsystem
-from sim_instruments.instruments.keysight.infiniivision.trigger import InfiniiVisionTrigger
+from sim_instruments.instruments.keysight.infiniivision.trigger import WORDS, InfiniiVisionTrigger
 from sim_instruments.instruments.keysight.infiniivision.waveform import WaveformSubsystem
-from sim_instruments.instruments.oscilloscope.channels import CHANNELS, SOURCES
+from sim_instruments.instruments.oscilloscope.channels import CHANNELS, SOURCES, ChannelWords
 from sim_instruments.instruments.scpi_oscilloscope import SimulatedScpiOscilloscope
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.parameters import choice, exactly, number
@@ -32,7 +32,8 @@ _REFERENCES = {"LEFT": 0.1, "CENT": 0.5, "RIGH": 0.9}
 class KeysightInfiniiVision(SimulatedScpiOscilloscope):
     """Simulated side of the oscilloscope; `bits` is its converter's resolution outside the high-resolution mode."""
 
-    channel_kind, trigger_kind = InfiniiVisionChannels, InfiniiVisionTrigger
+    channel_kind, channel_words = InfiniiVisionChannels, ChannelWords(steps=199)
+    trigger_kind, trigger_words = InfiniiVisionTrigger, WORDS
     averages = ("ACQuire:COUNt", 65536)
     leftovers = (
         *(("", f"CHAN{n}:INV ON") for n in range(1, CHANNELS + 1)),

@@ -1,18 +1,19 @@
 """The :TRIGger subsystem of the InfiniiVision: rejections besides what every oscilloscope's has."""
 
-from sim_instruments.instruments.oscilloscope.trigger import TriggerSubsystem
+from sim_instruments.instruments.oscilloscope.trigger import TriggerSubsystem, TriggerWords
 from sim_instruments.scpi.parameters import choice, choices, exactly
 from sim_instruments.scpi.tree import Call, CommandTree, bare
 
 _REJECTED = choices(("OFF", "LFReject", "HFReject"))
+WORDS = TriggerWords(
+    {"POSitive": "POS", "NEGative": "NEG", "EITHer": "EITH", "ALTernate": "EITH"},
+    node="TRIGger[:EDGE]",
+    coupling="TRIGger[:EDGE]:COUPling",
+)
 
 
 class InfiniiVisionTrigger(TriggerSubsystem):
     """State of the edge trigger of an InfiniiVision."""
-
-    node, coupling = "TRIGger[:EDGE]", "TRIGger[:EDGE]:COUPling"
-    slopes = {"POSitive": "POS", "NEGative": "NEG", "EITHer": "EITH", "ALTernate": "EITH"}  # noqa: RUF012
-    least_holdoff = 4.0e-8
 
     @property
     def _rejects_high(self) -> bool:
@@ -21,7 +22,7 @@ class InfiniiVisionTrigger(TriggerSubsystem):
     def _add_commands(self, tree: CommandTree) -> None:
         super()._add_commands(tree)
         self._settings.add_flag("hf_reject", "TRIGger:HFReject", False, changed=lambda _: self._changed())
-        tree.add(f"{self.node}:REJect", command=self._set_reject, query=bare(self._reject))
+        tree.add(f"{self._words.node}:REJect", command=self._set_reject, query=bare(self._reject))
 
     def _set_reject(self, call: Call) -> None:
         """Set one rejection: that of low frequencies is the coupling's, too."""
