@@ -21,11 +21,8 @@ def trace_accuracy(
     if channel in options.calibration:
         return options.calibration[channel]
     probe = options.probes[channel]
-    offset = (
-        data.offset_divisions * settings.range / data.divisions
-        + data.offset_fixed * probe.attenuation
-        + data.offset_share * abs(settings.offset)
-    )
+    divisions, fixed, share = data.offset
+    offset = divisions * settings.range / data.divisions + fixed * probe.attenuation + share * abs(settings.offset)
     stated = _STATED_SOURCE if probe.gain or probe.offset else _UNSTATED_SOURCE
     own = f"{_PROBE_SOURCE}; {probe.source}" if probe.source else stated
     return Accuracy(

@@ -18,8 +18,8 @@ class OscilloscopeData:
     `ranges` are the least and the greatest whole screen, `divisions` high (V at the input), `records` the shortest and the longest
     (s), `attenuations` the least and the greatest factor of a probe. A screen is `steps` of the converter high, one of which is
     `codes_per_step` of a record, or `fine_steps` times finer in the high-resolution mode; a code up to the first or from the second of
-    `clipped` on is clipped. Limits of error: `gain` of full scale, offset of `offset_divisions` (of the range), `offset_fixed` (V at
-    the input) and `offset_share` (of the offset that is set), with where they are stated; `time_base` of a frequency.
+    `clipped` on is clipped. Limits of error: `gain` of full scale, `offset` in divisions, in V at the input, and as a share of the
+    offset that is set, with where they are stated; `time_base` of a frequency.
     """
 
     ranges: tuple[float, float]
@@ -30,9 +30,7 @@ class OscilloscopeData:
     steps: int
     gain: float
     gain_source: str
-    offset_divisions: float
-    offset_fixed: float
-    offset_share: float
+    offset: tuple[float, float, float]
     offset_source: str
     time_base: Accuracy
     codes_per_step: int = 1

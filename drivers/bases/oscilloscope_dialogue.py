@@ -45,9 +45,9 @@ def hidden_row(channel: int) -> WantedSetting:
     return WantedSetting(f":CHAN{channel}:DISP?", ("0",), why, f":CHAN{channel}:DISP {{value}}")
 
 
-def trigger_row(query: str, wanted: str) -> WantedSetting:
+def trigger_row(header: str, wanted: str) -> WantedSetting:
     """Return that what filters the trigger's path must be as wanted."""
-    return WantedSetting(query, (wanted,), _EDGES, f"{query.removesuffix('?')} {{value}}")
+    return WantedSetting(f"{header}?", (wanted,), _EDGES, f"{header} {{value}}")
 
 
 class OscilloscopeDialogue(ScpiDriver, ABC):

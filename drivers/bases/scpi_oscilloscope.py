@@ -16,6 +16,7 @@ from drivers.bases.set_points import SLOPES, check_setpoint, probe_on
 from drivers.bases.waveform import Codes as Codes
 from drivers.bases.waveform import Preamble as Preamble
 from drivers.bases.waveform import to_time, to_values
+from drivers.catalogue import Driver
 from drivers.interfaces import (
     Accuracy,
     AcquisitionType,
@@ -26,6 +27,7 @@ from drivers.interfaces import (
     OverloadError,
     ProbeKind,
     Reading,
+    Role,
     Trigger,
     Waveform,
 )
@@ -68,6 +70,13 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
         session.check_left_errors()
         if not guarding:
             self._take_over(self._wanted())
+
+    @classmethod
+    def driver(cls, name: str, *, simulated: str = "") -> Driver:
+        """Return the driver of this oscilloscope; `simulated` names the simulated instrument that stands for it."""
+        return Driver(
+            name, Role.OSCILLOSCOPE, OscilloscopeOptions, cls.open, simulated=simulated, recognised_by=(cls.answers,)
+        )
 
     @property
     def gives_waveforms(self) -> bool:

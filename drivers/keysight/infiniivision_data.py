@@ -22,9 +22,7 @@ DATA = OscilloscopeData(
     gain=0.02,
     gain_source="Keysight InfiniiVision 3000T X-Series data sheet 5992-0140; gain 2 % of full scale",
     # 0.1 division + 2 mV + 1 % of the offset setting.
-    offset_divisions=0.1,
-    offset_fixed=2e-3,
-    offset_share=0.01,
+    offset=(0.1, 2e-3, 0.01),
     offset_source="offset typical of its class, enter the calibration",
     # With ten years of aging.
     time_base=Accuracy(gain=1.6e-6 + 10e-6, source="time base typical of its class, not compared with the data sheet"),

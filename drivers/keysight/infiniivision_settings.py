@@ -19,9 +19,9 @@ def found_settings(model: str, probes: Mapping[int, Probe]) -> tuple[WantedSetti
         *(row for number, probe in sorted(probes.items()) for row in _channel(number, probe)),
         *(hidden_row(number) for number in others),
         WantedSetting(":ACQ:MODE?", ("RTIM",), text("a record is one of many segments"), ":ACQ:MODE {value}"),
-        trigger_row(":TRIG:EDGE:COUP?", "DC"),
-        trigger_row(":TRIG:HFR?", "0"),
-        trigger_row(":TRIG:NREJ?", "0"),
+        trigger_row(":TRIG:EDGE:COUP", "DC"),
+        trigger_row(":TRIG:HFR", "0"),
+        trigger_row(":TRIG:NREJ", "0"),
         WantedSetting(":TRIG:HOLD?", (), text("no trigger is taken for this time (s) after one")),
     )
 

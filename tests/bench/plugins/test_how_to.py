@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tomli_w import dumps as toml_text
@@ -18,12 +19,17 @@ from bench.station.station_file import load_station
 from bench.testing.conformance.kit import Conformance
 from bench.virtual.served_station import station_to_serve
 from bench.virtual.virtual_station import describe
+from drivers.bases.scpi_oscilloscope import Probe
+from drivers.interfaces import ProbeKind
 from sim_instruments.server.served_bench import ServedBench
 from tests.command_line import Call
 
 PAGES = Path(__file__).parents[3] / "docs" / "how-to"
 #: The pages' files, and the most lines that each may have.
 LONGEST = {"acme_supply.py": 40, "acme_meter.py": 80, "simulated_acme_meter.py": 80}
+#: Those of the oscilloscope, which has a station of its own.
+OSCILLOSCOPE = {"rigol_ds1000z.py": 80, "simulated_rigol_ds1000z.py": 90}
+PROBES = {n: Probe(ProbeKind.CURRENT if n == 4 else ProbeKind.VOLTAGE, 10.0) for n in (1, 2, 4)}
 #: Motors with defects are tried elsewhere.
 QUICK = ("--each", "0", "--sound", "0")
 PLAN = """
@@ -58,14 +64,14 @@ def folder(tmp_path: Path) -> Path:
     for page in PAGES.glob("*.md"):
         for name, code in codes(page.name).items():
             (tmp_path / name).write_text(code, encoding="utf-8")
-    (tmp_path / "station.toml").write_text(stations("add-a-driver.md")[0], encoding="utf-8")
+    (tmp_path / "station.toml").write_text(stations("add-a-driver.md")[1], encoding="utf-8")
     for name in ("drivers", "reports"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text("raise ImportError('the user has this name too')")
     return tmp_path
 
 
-@pytest.mark.parametrize(("name", "most"), LONGEST.items())
+@pytest.mark.parametrize(("name", "most"), (LONGEST | OSCILLOSCOPE).items())
 def test_the_files_are_short(folder: Path, name: str, most: int) -> None:
     assert len((folder / name).read_text(encoding="utf-8").splitlines()) <= most
 
@@ -73,6 +79,41 @@ def test_the_files_are_short(folder: Path, name: str, most: int) -> None:
 @pytest.mark.parametrize("name", ["acme-ps303", "acme-dm5"])
 def test_the_drivers_pass_the_conformance_kit(folder: Path, conformance: Conformance, name: str) -> None:
     conformance.files(*(folder / file for file in LONGEST)).driver(name)
+
+
+def left(simulated: Any) -> None:
+    """As somebody before us may have left a Rigol."""
+    for message in ("CHAN1:INV ON", "CHAN2:BWL 20M", "CHAN3:DISP ON", "TRIG:COUP HFR", "STOP", "*CLS"):
+        simulated.write(message.encode() + b"\n")
+
+
+def test_the_oscilloscope_passes_the_conformance_kit(folder: Path, conformance: Conformance) -> None:
+    kit = conformance.files(*(folder / file for file in OSCILLOSCOPE))
+    kit.driver("rigol-ds1000z", options={"probes": PROBES}, found=left)
+    kit.simulated_instrument("rigol-ds1000z", driver="rigol-ds1000z", options={"probes": PROBES})
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("told.y_reference + told.y_origin", "told.y_reference"),
+        ("- pre_trigger * record_time", "+ pre_trigger * record_time"),
+        ('"WAIT": Acquiring.ARMED', '"WAIT": Acquiring.DONE'),
+        ('_transfer = (":WAV:MODE RAW", ":WAV:FORM BYTE")', '_transfer = (":WAV:FORM BYTE",)'),
+        ('trigger_row(":TRIG:COUP", "DC")', "()"),
+    ],
+)
+def test_a_mistake_in_the_oscilloscope_s_own_is_found(
+    folder: Path, conformance: Conformance, right: str, wrong: str
+) -> None:
+    file = folder / "rigol_ds1000z.py"
+    code = file.read_text(encoding="utf-8")
+    assert right in code
+    file.write_text(code.replace(right, wrong), encoding="utf-8")
+    with pytest.raises(AssertionError):
+        conformance.files(*(folder / each for each in OSCILLOSCOPE)).driver(
+            "rigol-ds1000z", options={"probes": PROBES}, found=left
+        )
 
 
 @pytest.mark.parametrize(
@@ -97,9 +138,17 @@ def test_a_simulated_instrument_that_fails_is_named(
     assert re.search(told, out + err)
 
 
+@pytest.mark.parametrize("procedure", ["back-emf-constant", "dq-inductance-time-constant"])
+def test_the_oscilloscope_is_rehearsed(call: Call, folder: Path, procedure: str) -> None:
+    (folder / "station.toml").write_text(stations("add-a-driver.md")[0], encoding="utf-8")
+    _, out, err = call("run", procedure, "--station", "station.toml", "--motor", "lg-400w", "--rehearse", "--json")
+    told = json.loads(out)
+    assert (told["status"], told["good"]) == ("completed", True), err
+
+
 def test_several_instruments_of_a_role(folder: Path) -> None:
     tables = "\n".join(
-        [*stations("add-a-driver.md")[0].split("[instruments.supply]")[:1], stations("add-a-driver.md")[1]]
+        [*stations("add-a-driver.md")[1].split("[instruments.supply]")[:1], stations("add-a-driver.md")[2]]
     )
     (folder / "station.toml").write_text(tables, encoding="utf-8")
     (entry,) = load_station(folder / "station.toml").entries.values()
@@ -178,7 +227,7 @@ def test_a_run_and_a_line_on_real_sockets(call: Call, folder: Path) -> None:
 
 
 def test_a_plan_is_tried_by_the_station_s_own_drivers_and_procedures(call: Call, folder: Path) -> None:
-    station = stations("add-a-driver.md")[0]
+    station = stations("add-a-driver.md")[1]
     (folder / "station.toml").write_text(station.replace('files = ["', 'files = ["cold_lines.py", "'), encoding="utf-8")
     (folder / "plan.toml").write_text(PLAN.replace('"cold_lines.py", ', ""), encoding="utf-8")
     code, out, err = call("eol", "check", "plan.toml", "--station", "station.toml", *QUICK, "--json")
