@@ -223,6 +223,12 @@ _SEEN_IN_EMF_DEAD_ZONE = {
         "{share:.2%} of the fundamental is lost there. Use another probe or range, and see whether it stays"
     ),
 }
+_SEEN_IN_EMF_MEMORY = {
+    Cause.DISTORTION: text(
+        "channel {channel} stands still after each turning point and follows late, as a core or a dielectric with hysteresis does: about "
+        "{share:.2%} of the fundamental is lost there. Use another probe, and see whether it stays"
+    ),
+}
 _SEEN_IN_EMF_JUMPS = {
     Cause.DROPOUTS: text(
         "the waveform's phase jumps {count:.0f} times in all channels at once, as where samples were lost under a time column without a "
@@ -353,6 +359,7 @@ _SEEN_IN = {
     "emf": _SEEN_IN_EMF,
     "emf-dead-zone": _SEEN_IN_EMF_DEAD_ZONE,
     "emf-jumps": _SEEN_IN_EMF_JUMPS,
+    "emf-memory": _SEEN_IN_EMF_MEMORY,
 }
 _DONE = {
     Answer.MODELLED: text("it is in the model, and the interval holds it"),

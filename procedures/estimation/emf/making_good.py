@@ -11,6 +11,7 @@ from procedures.estimation.emf.dropouts import leave_out_dropouts
 from procedures.estimation.emf.even_orders import find_bend
 from procedures.estimation.emf.harmonics import HarmonicModel
 from procedures.estimation.emf.hum import find_hum, take_out
+from procedures.estimation.emf.memory import find_memory
 from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
@@ -100,7 +101,9 @@ def make_good(
     fundamentals = np.abs(model.flux[:, list(orders).index(1)]) * speed
     lost, zone = find_dead_zone(values, model.residuals, fundamentals, channels)
     findings += zone
-    beside = np.hypot(beside, np.hypot(bent, lost / speed))
+    late, memory = find_memory(t, orders, model, channels, whole)
+    findings += memory
+    beside = np.sqrt(beside**2 + bent**2 + (np.hypot(lost, late) / speed) ** 2)
     return MadeGood(values, kept, growth, beside, tuple(findings))
 
 
