@@ -1,12 +1,11 @@
 """Flux linkages over both currents, from voltages at constant speed."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from drivers.interfaces import InverterAbility
 from drivers.interfaces.text import text
@@ -19,8 +18,17 @@ from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.flux.estimator import FluxMapEstimate, estimate_flux_map
 from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap
-from procedures.estimation.flux.plan import PlannedReading, grid_locations, other_sides, reading_order, within_voltage
+from procedures.estimation.flux.mtpa_locations import about_mtpa, held_back
+from procedures.estimation.flux.plan import (
+    PlannedReading,
+    further_readings,
+    grid_locations,
+    other_sides,
+    reading_order,
+    within_voltage,
+)
 from procedures.estimation.flux.readings import FluxReadings
+from procedures.maps.flux_map_settings import FluxMapSettings
 from procedures.techniques.maps.plots import map_plot
 from procedures.techniques.maps.readings import MapReadings, Pace, read_points
 from procedures.techniques.maps.results import (
@@ -37,7 +45,6 @@ from procedures.techniques.maps.results import (
 )
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.shaft.pole_pair_count import known_pole_pairs
-from procedures.verification.settings import DrivenWiringSettings
 
 #: The order of the readings is drawn once for all: the same plan is the same order.
 _ORDER = 20
@@ -55,34 +62,6 @@ _BUDGET = MapBudget(
     section="M1",
     estimator="largest torque on the smooth surface through the map's points",
 )
-
-
-class FluxMapSettings(DrivenWiringSettings):
-    """Settings of the map at constant speed."""
-
-    locations: int = Field(default=51, ge=12, le=400, description="currents of the map, at most, counted at i_q ≥ 0")
-    current_share: float = Field(
-        default=1.0, gt=0.0, le=20.0, description="largest current of the map, share of the rated current"
-    )
-    d_from: float = Field(
-        default=-1.0, ge=-1.0, le=0.0, description="smallest d-axis current, share of the largest current"
-    )
-    d_to: float = Field(default=1.0, ge=0.0, le=1.0, description="largest d-axis current, share of the largest current")
-    symmetric: bool | None = Field(
-        default=None,
-        description="whether ψ_d is even and ψ_q odd in i_q; tested by the currents that are read at both signs when not given",
-    )
-    speed_share: float = Field(default=0.25, gt=0.0, le=1.0, description="speed that is held, share of the rated speed")
-    settling: float = Field(
-        default=0.05,
-        ge=0.0,
-        le=60.0,
-        description="wait after a change of current, s; longer where the torque is filtered",
-    )
-    turns: int = Field(default=1, ge=1, le=1000, description="turns of the shaft that a reading is the mean of")
-    longest: float = Field(
-        default=3600.0, gt=0.0, le=86400.0, description="time after which no further current is read, s"
-    )
 
 
 class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
@@ -128,9 +107,10 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         self._speed = driving_speed_rad(bench, self.nameplate, settings.speed_share)
         wanted = settings.current_share * self.nameplate.rated_current
         largest = min(wanted, self.nameplate.current_bound, bench.inverter.maximum_current)
+        later = held_back(settings.locations)
         points = grid_locations(
             largest,
-            settings.locations,
+            settings.locations - later,
             i_d_range=(settings.d_from * largest, settings.d_to * largest),
             both_sides=settings.symmetric is False,
             allowed=self._allowed(),
@@ -146,7 +126,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
 
     @step("M1/3", "At each current, the speed held: voltages and currents, a mean of whole turns, and the torque")
     def read(self, plan: list[PlannedReading]) -> MapReadings:
-        """Return what was read; a plan that ends early leaves a smaller map, a motor that is not symmetric is read on both sides."""
+        """Return what was read; a plan that ends early leaves a smaller map. The last currents lie about the largest torque per ampere."""
         settings = self.settings
         pace = Pace(settings.settling, settings.turns, settings.longest, self.nameplate.rated_current)
 
@@ -154,11 +134,12 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             self.bench.show(lambda: map_plot(plan, taken, self._pairs, left))
 
         taken = read_points(self.bench, self.nameplate, plan, self._speed, pace, progress)
-        if taken.ended is None and settings.symmetric is None and self._asymmetric(taken):
-            more = other_sides(plan, np.random.default_rng(_ORDER))
-            plan = [*plan, *more]
-            self.findings["readings"] = len(plan)
-            taken = read_points(self.bench, self.nameplate, more, self._speed, pace, progress, taken)
+        for chosen in (self._other_sides, self._about_mtpa):
+            more = chosen(plan, taken) if taken.ended is None else []
+            if more:
+                plan = [*plan, *more]
+                taken = read_points(self.bench, self.nameplate, more, self._speed, pace, progress, taken)
+        self.findings["readings"] = len(plan)
         self.bench.dynamometer.stop()
         if taken.ended is not None:
             self.notice(
@@ -233,14 +214,33 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         most = _MODULATED * voltage / math.sqrt(3.0)
         return lambda points: within_voltage(points, linear, self._pairs * self._speed, resistance, most)
 
-    def _asymmetric(self, taken: MapReadings) -> bool:
-        """Tell whether the readings contradict the symmetry, so that one side of i_q does not stand for the other."""
+    def _other_sides(self, plan: list[PlannedReading], taken: MapReadings) -> Sequence[PlannedReading]:
+        """Return what is read besides where the readings contradict the symmetry, so that one side of i_q does not stand for the other."""
+        if self.settings.symmetric is not None:
+            return []
         try:
             fit = self._estimate(taken)
         except EstimationError:
             # What is wrong with them is told where the map is made.
-            return False
-        return fit.symmetry_tested and not fit.symmetric
+            return []
+        asymmetric = fit.symmetry_tested and not fit.symmetric
+        return other_sides(plan, np.random.default_rng(_ORDER)) if asymmetric else []
+
+    def _about_mtpa(self, plan: list[PlannedReading], taken: MapReadings) -> Sequence[PlannedReading]:
+        """Return the readings about the largest torque per ampere, which those before tell."""
+        later = held_back(self.settings.locations)
+        if self.settings.symmetric is False:
+            # The asked number is that of both sides.
+            later //= 2
+        try:
+            fit = self._estimate(taken)
+            points = about_mtpa(fit.map, later)
+        except EstimationError:
+            return []
+        allowed = self._allowed()
+        if allowed is not None:
+            points = points[allowed(points)]
+        return further_readings(points, np.random.default_rng(_ORDER), both_sides=not fit.symmetric)
 
     def _estimate(self, taken: MapReadings) -> FluxMapEstimate:
         names = {

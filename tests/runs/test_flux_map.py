@@ -106,7 +106,7 @@ def test_a_measured_map():
     with flux_bench(motor_on(truth), BALDOR, seed=1, errors=Errors.drawn(np.random.default_rng(1))) as bench:
         found = map_of(bench, BALDOR)
     off, uncertainty = errors_of(found, truth)
-    assert (len(off), found.findings["readings"]) == (51, 85)
+    assert (len(off), found.findings["readings"]) == (51, 88)
     assert np.abs(off).max() < 5e-3 * found.findings["full_scale"]
     assert np.all(np.abs(off) <= 3.0 * uncertainty)
     assert found.parameter("mtpa_angle").value == pytest.approx(50.7, abs=0.7)

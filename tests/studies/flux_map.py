@@ -21,7 +21,8 @@ import numpy as np
 from procedures.estimation.flux.estimator import estimate_flux_map
 from procedures.estimation.flux.flux_map import GainLimits
 from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
-from procedures.estimation.flux.plan import grid_locations, other_sides, reading_order
+from procedures.estimation.flux.mtpa_locations import about_mtpa, held_back
+from procedures.estimation.flux.plan import further_readings, grid_locations, other_sides, reading_order
 from tests.studies.flux_benches import CURRENT_GAIN, VOLTAGE_GAIN, random_bench, read
 from tests.studies.flux_truths import OtherTable, TrueMotor, true_motors
 
@@ -68,7 +69,9 @@ def one(motor: TrueMotor, seed: Sequence[int], locations: int) -> BenchResult:
     random = np.random.default_rng(list(seed))
     bench = random_bench(motor, random)
     # A motor that is not symmetric has twice the plane to be read.
-    count = locations if motor.symmetric else 2 * locations
+    sides = 1 if motor.symmetric else 2
+    later = held_back(locations)
+    count = sides * (locations - later)
     points = grid_locations(motor.largest_current, count, i_d_range=motor.d_range, both_sides=not motor.symmetric)
     plan = reading_order(points, random)
     readings, wanted = read(motor, bench, plan, random)
@@ -78,6 +81,10 @@ def one(motor: TrueMotor, seed: Sequence[int], locations: int) -> BenchResult:
         plan = [*plan, *other_sides(plan, random)]
         readings, wanted = read(motor, bench, plan, random)
         made = estimate_flux_map(readings, gains=GainLimits(VOLTAGE_GAIN, CURRENT_GAIN), wanted=wanted)
+    # As the procedure does: the last currents lie about the largest torque per ampere of those before.
+    plan = [*plan, *further_readings(about_mtpa(made.map, later), random, both_sides=not made.symmetric)]
+    readings, wanted = read(motor, bench, plan, random)
+    made = estimate_flux_map(readings, gains=GainLimits(VOLTAGE_GAIN, CURRENT_GAIN), wanted=wanted)
     found = made.map
     flux = motor.flux(found.points[:, 0] + 1j * found.points[:, 1])
     error = found.flux - np.column_stack((flux.real, flux.imag))

@@ -142,6 +142,21 @@ def other_sides(
     return _in_blocks(single, {1: [], -1: []}, random, block) if single[1] or single[-1] else []
 
 
+def further_readings(
+    points: FloatArray, random: np.random.Generator, *, both_sides: bool, block: int = BETWEEN_ZEROS
+) -> Sequence[PlannedReading]:
+    """Return the readings of further locations (m, 2), i_q > 0: each once, the signs of i_q and of the speed alternating, or with
+    `both_sides` at either sign of i_q, in the order that `reading_order` has. Empty where there are none.
+    """
+    single: dict[int, list[PlannedReading]] = {1: [], -1: []}
+    for number, (i_d, i_q) in enumerate(points.tolist()):
+        direction = 1 if number % 2 == 0 else -1
+        single[direction].append(PlannedReading(i_d, direction * i_q, direction))
+        if both_sides:
+            single[-direction].append(PlannedReading(i_d, -direction * i_q, -direction))
+    return _in_blocks(single, {1: [], -1: []}, random, block) if len(points) else []
+
+
 def _in_blocks(
     single: Mapping[int, list[PlannedReading]],
     repeated: Mapping[int, list[PlannedReading]],
