@@ -170,8 +170,8 @@ def test_a_station_limits_what_the_interface_declares(role: Role) -> None:
 def test_a_driver_has_what_its_interface_declares_and_nothing_else(driver: type) -> None:
     interface = role_of(driver).interface
     own = {name for name in dir(driver) if not name.startswith("_")}
-    # What opens an instrument is no method of one.
-    assert own - {"open"} == set(declarations(interface))
+    # What a class says of its make, and what opens an instrument, are no methods of one.
+    assert own - {"data", "answers", "driver", "open"} == set(declarations(interface))
     for name, declaration in declarations(interface).items():
         member = inspect.getattr_static(driver, name)
         assert isinstance(member, property) is declaration.is_property, name

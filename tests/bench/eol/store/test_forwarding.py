@@ -266,7 +266,7 @@ def test_a_server_of_a_newer_version_is_told_and_left_alone(station: Station) ->
         station.save(record(1))
         state = station.wait(lambda state: state.troubles)
         assert "version 9999, which this program does not know" in station.sentences(state)
-        owner.execute("UPDATE alembic_version SET version_num = '0008'")
+        owner.execute("UPDATE alembic_version SET version_num = '0009'")
     station.all_clear()
     assert station.kept() == [1]
 
