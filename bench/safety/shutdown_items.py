@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from bench.safety.limits.units import unit_check
 from bench.station.shutdown_sequence import Do, Item, method_of
-from drivers.interfaces import Clock, Reading, Role
+from drivers.interfaces import Clock, OverloadError, Reading, Role, SetpointError
 from drivers.interfaces.declarations import declarations
 
 _WHAT: Mapping[Do, str] = {
@@ -17,6 +17,8 @@ _WHAT: Mapping[Do, str] = {
 }
 #: How often (s) a measuring item looks.
 _LOOK = 0.05
+#: Full scales (V) asked of a voltmeter, the first that it has: there are models that end at 60 V.
+_FULL_SCALES = (100.0, 50.0, 20.0, 10.0, 5.0, 2.0)
 
 
 class Hurry(Protocol):
@@ -58,8 +60,7 @@ def measured(one: Item, instrument: Any) -> Measured:
     """Measure once what a measuring item looks at. Raises what the driver raises, InstrumentError for another unit than is declared."""
     if one.do is Do.VOLTAGE_DECAYED:
         if one.role is Role.VOLTMETER:
-            # Its range is whatever the last measurement needed, millivolts perhaps.
-            instrument.configure(max(100.0, one.below))
+            _widest_range(instrument, one.below)
         return Measured(_read(one.role, instrument, "measure_voltage"), "V")
     if one.do is Do.CURRENT_ZERO:
         return Measured(_read(one.role, instrument, "measure_current"), "A")
@@ -68,6 +69,20 @@ def measured(one: Item, instrument: Any) -> Measured:
     if one.role is Role.TACHOMETER:
         return Measured(_read(one.role, instrument, "measure_speed"), "rad/s")
     return Measured(_read(one.role, instrument, "measure_frequency") * 2.0 * math.pi, "rad/s")
+
+
+def _widest_range(voltmeter: Any, least: float) -> None:
+    """Set a range for whatever may still be on the leads: the last measurement's may be of millivolts.
+
+    Raises SetpointError where none holds `least` (V).
+    """
+    for full_scale in (full for full in _FULL_SCALES if full > least):
+        try:
+            voltmeter.configure(full_scale)
+        except SetpointError:
+            continue
+        return
+    voltmeter.configure(least)
 
 
 def _read(role: Role, instrument: Any, method: str) -> float:
@@ -79,13 +94,22 @@ def _read(role: Role, instrument: Any, method: str) -> float:
 
 def _await(one: Item, instrument: Any, clock: Clock, hurry: Hurry) -> Measured:
     deadline = clock.now() + one.within
-    while not (result := measured(one, instrument)).value <= one.below:
-        if hurry.is_set() or clock.now() >= deadline:
-            waited = "" if hurry.is_set() else f" after {one.within:g} s"
-            what = _WHAT[one.do]
-            raise NotReachedError(
-                result,
-                f"{what} is {result.value:.4g} {result.unit}{waited}; at most {one.below:g} {result.unit} is safe",
-            )
+    while True:
+        last = hurry.is_set() or clock.now() >= deadline
+        try:
+            result = measured(one, instrument)
+        except OverloadError:
+            # More than the widest range holds: it may come down yet.
+            if last:
+                raise
+        else:
+            if result.value <= one.below:
+                return result
+            if last:
+                waited = "" if hurry.is_set() else f" after {one.within:g} s"
+                what = _WHAT[one.do]
+                raise NotReachedError(
+                    result,
+                    f"{what} is {result.value:.4g} {result.unit}{waited}; at most {one.below:g} {result.unit} is safe",
+                )
         clock.sleep(_LOOK)
-    return result

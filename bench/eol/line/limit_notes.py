@@ -80,21 +80,22 @@ def undecidable(
         return None
     least = least_ratio(plan.guard, plan.minimum_ratio)
     room = limits.within(parameter.bounds)
+    ratio = room.tolerance / (2.0 * expanded)
     told = {
         "source": plan.source,
         "parameter": parameter.name,
         "low": room.low,
         "high": room.high,
-        "ratio": room.tolerance / (2.0 * expanded),
+        "ratio": ratio,
         "least": least,
     }
-    if told["ratio"] < least and math.isfinite(limits.tolerance):
+    if ratio < least and math.isfinite(limits.tolerance):
         return text(
             "{source}: limit on {parameter}: {low:g} … {high:g} is {ratio:.2g} times the width of the 95 % interval that this "
             "station's latest figure had, and {least:g} are asked for: it will be an error",
             **told,
         )
-    if told["ratio"] < least:
+    if ratio < least:
         return text(
             "{source}: limit on {parameter}: figures from {low:g} to {high:g} are accepted, {ratio:.2g} times the width of the 95 % "
             "interval that this station's latest figure had, and {least:g} are asked for: the limit decides nothing here",

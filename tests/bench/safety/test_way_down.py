@@ -10,8 +10,9 @@ import pytest
 from bench.journal.codec import data_of
 from bench.safety.instrument_threads import InstrumentThreads
 from bench.safety.shutdown import failures, shut_down
+from bench.safety.shutdown_items import Measured, perform
 from bench.station.shutdown_sequence import OFF_BY, ROLES_OF, Do, Item, ShutdownSequence, default_items, item
-from drivers.interfaces import Accuracy, CommunicationError, DynamometerReading, Reading
+from drivers.interfaces import Accuracy, CommunicationError, DynamometerReading, OverloadError, Reading, SetpointError
 from procedures.core.bench import Role
 from procedures.core.events import Event
 from tests.bench.conftest import Clock
@@ -146,6 +147,43 @@ def test_what_is_measured_is_waited_for_and_stands_in_the_journal(instruments: d
         ("drive", "speed_zero"): (0.0, "rad/s"),
         ("tachometer", "speed_zero"): (0.0, "rad/s"),
     }
+
+
+@pytest.mark.parametrize(("widest", "asked"), [(100.0, 100.0), (60.0, 50.0), (4.0, 2.0), (1.0, 1.0)])
+def test_a_voltmeter_is_read_in_the_widest_range_that_it_has(
+    instruments: dict[Role, Any], widest: float, asked: float
+) -> None:
+    taken: list[float] = []
+
+    def configure(full_scale: float) -> None:
+        if full_scale > widest:
+            raise SetpointError("voltmeter", "full scale", full_scale, "V", 0.0, widest, "the model")
+        taken.append(full_scale)
+
+    voltmeter = instruments[Role.VOLTMETER]
+    voltmeter.configure, voltmeter.values = configure, iter([0.3])
+    one = item(Do.VOLTAGE_DECAYED, Role.VOLTMETER)
+    assert perform(one, voltmeter, Clock(), threading.Event()) == Measured(0.3, "V")
+    assert taken == [asked]
+
+
+def test_more_than_the_range_holds_may_come_down_yet(instruments: dict[Role, Any]) -> None:
+    voltmeter = instruments[Role.VOLTMETER]
+    replies = iter([OverloadError("voltmeter", "overload")] * 3)
+
+    def measure() -> Reading:
+        for error in replies:
+            raise error
+        return Reading(0.2, "V", Accuracy(), 0.0)
+
+    voltmeter.measure_voltage = measure
+    one = item(Do.VOLTAGE_DECAYED, Role.VOLTMETER)
+    assert perform(one, voltmeter, Clock(), threading.Event()) == Measured(0.2, "V")
+    voltmeter.measure_voltage = lambda: (_ for _ in ()).throw(OverloadError("voltmeter", "overload"))
+    clock = Clock()
+    with pytest.raises(OverloadError):
+        perform(one, voltmeter, clock, threading.Event())
+    assert clock.time == pytest.approx(one.within, abs=0.1)
 
 
 @pytest.mark.parametrize(("do", "role", "unit"), [
