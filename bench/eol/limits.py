@@ -46,8 +46,14 @@ class ParameterLimits:
         )
 
 
-def least_ratio(guard: GuardBand, minimum: float) -> float:
-    """Return the least tolerance over the 95 % interval's width: `minimum`, and where strict guard bands meet no motor could pass."""
+def least_ratio(guard: GuardBand, minimum: float, limits: ParameterLimits) -> float:
+    """Return how many widths of the 95 % interval the accepted figures must span at the least.
+
+    `minimum` of two limits, and where strict guard bands meet no motor could pass; of one limit 1, as each figure is judged by it and the
+    other end is only where no figure can be.
+    """
+    if math.isinf(limits.tolerance):
+        return 1.0
     return max(minimum, 1.0) if guard is GuardBand.STRICT else minimum
 
 

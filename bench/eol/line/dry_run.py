@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from bench.eol.limits import GuardBand, ParameterLimits, judge
+from bench.eol.limits import GuardBand, ParameterLimits, judge, least_ratio
 from bench.eol.line.admission import RefusedSerial
 from bench.eol.line.batch import run_prepared
 from bench.eol.line.batch_listener import BatchListener
@@ -236,14 +236,14 @@ def _finding(prepared: Prepared, bounds: ParameterLimits, figure: MeasuredFigure
         if expanded
         else math.inf
     )
-    fault = None
+    least, fault = least_ratio(plan.guard, plan.minimum_ratio, bounds), None
     if not bounds.low <= figure.value <= bounds.high:
         fault = text("a motor of the type lies outside")
-    elif ratio < plan.minimum_ratio:
+    elif ratio < least:
         fault = text(
             "undecidable: the tolerance is {ratio:.2g} times the 95 % interval's width, {least:g} are asked for",
             ratio=ratio,
-            least=plan.minimum_ratio,
+            least=least,
         )
     elif plan.guard is GuardBand.STRICT and ratio <= 1.0:
         fault = text("the guard bands leave nothing to accept")

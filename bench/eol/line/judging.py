@@ -77,7 +77,7 @@ class MotorJudge:
         expanded = _half(parameter.coverage_interval)
         judgement = judge(parameter.value, expanded, limits, self._guard)
         own = parameter.own_definition
-        least = least_ratio(self._guard, self._minimum_ratio)
+        least = least_ratio(self._guard, self._minimum_ratio, limits)
         undecided = not math.isinf(limits.tolerance) and judgement.ratio < least
         # An interval that lies outside as a whole decides, however wide it is.
         outside = parameter.value - expanded > limits.high or parameter.value + expanded < limits.low

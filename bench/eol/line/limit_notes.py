@@ -78,7 +78,7 @@ def undecidable(
     """
     if not expanded > 0.0:
         return None
-    least = least_ratio(plan.guard, plan.minimum_ratio)
+    least = least_ratio(plan.guard, plan.minimum_ratio, limits)
     room = limits.within(parameter.bounds)
     ratio = room.tolerance / (2.0 * expanded)
     told = {

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.physics.swing import Shaft
@@ -14,8 +15,8 @@ from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import SteadyState, steady_state
 
 STATE_ANGLE = math.pi / 3.0
-#: Solutions kept; a run asks for a few dozen.
-_KEPT = 512
+#: Solutions kept of a drive (a run asks for a few dozen), and drives whose solutions the benches of a process share.
+_KEPT, _SHARED = 512, 32
 #: Temperatures (K) that share their solutions.
 _SAME_WARMTH = 0.25
 #: Share of the slope between standstill and no load that a torque curve is taken to have at the least.
@@ -35,6 +36,20 @@ class Balance:
     limited: bool = False
 
 
+class _Solutions:
+    """Steady states and balances of a drive: kept once found, for every bench in the process that has the same drive."""
+
+    def __init__(self, drive: SixStepDrive) -> None:
+        self.bridge = Bridge(drive)
+        self.states: dict[float, SteadyState] = {}
+        self.balances: dict[tuple[Shaft, float, float], Balance] = {}
+
+
+@lru_cache(maxsize=_SHARED)
+def _solutions_of(drive: SixStepDrive) -> _Solutions:
+    return _Solutions(drive)
+
+
 @dataclass
 class SixStepStage:
     """A `SixStepDrive` whose machine is the motor on the bench; solutions are kept once found.
@@ -44,10 +59,8 @@ class SixStepStage:
 
     drive: SixStepDrive
     motor: VirtualMotor
-    bridge: Bridge = field(init=False)
-    _states: dict[float, SteadyState] = field(init=False, default_factory=dict)
+    _solutions: _Solutions = field(init=False)
     _warm: dict[float, "SixStepStage"] = field(init=False, default_factory=dict)
-    _balances: dict[tuple[Shaft, float, float], Balance] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         machine = virtual_motor(self.drive)
@@ -58,7 +71,12 @@ class SixStepStage:
                     f"the six-step drive's machine has {name} {own} and the motor on the bench {there}; "
                     "make the motor by sim_instruments.six_step.machine.virtual_motor from the drive"
                 )
-        self.bridge = Bridge(self.drive)
+        self._solutions = _solutions_of(self.drive)
+
+    @property
+    def bridge(self) -> Bridge:
+        """The drive's bridge."""
+        return self._solutions.bridge
 
     @property
     def slowest(self) -> float:
@@ -103,11 +121,12 @@ class SixStepStage:
 
     def steady(self, speed: float) -> SteadyState:
         """Return the steady state at a speed (rad/s). Raises SixStepError where there is none."""
-        result = self._states.get(speed)
+        states = self._solutions.states
+        result = states.get(speed)
         if result is None:
-            if len(self._states) >= _KEPT:
-                self._states.clear()
-            result = self._states[speed] = steady_state(self.bridge, speed)
+            if len(states) >= _KEPT:
+                states.clear()
+            result = states[speed] = steady_state(self.bridge, speed)
         return result
 
     def balance(self, shaft: Shaft, torque: float, fastest: float) -> Balance:
@@ -116,11 +135,12 @@ class SixStepStage:
         Raises SixStepError where the drive cannot carry the load.
         """
         key = (shaft, torque, fastest)
-        result = self._balances.get(key)
+        balances = self._solutions.balances
+        result = balances.get(key)
         if result is None:
-            if len(self._balances) >= _KEPT:
-                self._balances.clear()
-            result = self._balances[key] = self._solve(shaft, torque, fastest)
+            if len(balances) >= _KEPT:
+                balances.clear()
+            result = balances[key] = self._solve(shaft, torque, fastest)
         return result
 
     def _solve(self, shaft: Shaft, torque: float, fastest: float) -> Balance:
