@@ -75,6 +75,7 @@ class PanelChannel(BatchListener):
         self._counts, self._yield = _Counts(_now()), MotorYield()
         self._ends: deque[datetime] = deque(maxlen=_LATEST)
         self._message: dict[str, Any] | None = None
+        self._notes: list[dict[str, Any]] = []
         self._records = _waiting(Waiting())
         self._ending: Text | None = None
         self._stop: Callable[[str], None] = lambda _: None
@@ -147,8 +148,10 @@ class PanelChannel(BatchListener):
         self._send()
 
     def noted(self, words: Text) -> None:
-        """Show it as what went wrong: it is to be looked at, too."""
-        self.trouble(words)
+        """Hear of something that is allowed and likely not meant; it stands on the page to the batch's end."""
+        with self._lock:
+            self._notes.append(store_text(words))
+        self._send()
 
     def waits(self, waiting: Waiting) -> None:
         """Hear what of the records waits to be stored or forwarded."""
@@ -213,6 +216,7 @@ class PanelChannel(BatchListener):
                 "counts": asdict(self._counts),
                 "waiting": self._serials.waiting,
                 "records": self._records,
+                "notes": list(self._notes),
                 "message": self._message,
                 "ending": None if self._ending is None else store_text(self._ending),
             }
