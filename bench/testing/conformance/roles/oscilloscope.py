@@ -142,9 +142,22 @@ def _full(stand: Stand, scope: Any, checks: Checks) -> None:
     advice = "Start at once without a channel"
     checks.that("a record without a trigger", channels[0] in found, f"{sorted(found)}", advice)
     _screen(stand, scope, checks, channels[0])
+    _moved(stand, scope, checks, channels[0])
     _refused(stand, scope, checks, channels[0])
     _current(stand, scope, checks)
     _prepare(stand)
+
+
+def _moved(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
+    """Check that an offset is what the middle of the screen shows: of a trace round zero at its edge, that half is there."""
+    amplitude, trigger = _show(stand, scope, channel, screens=1.6), Trigger(channel, 0.0)
+    half = _record(stand, scope, [channel], trigger, 0.5)[channel].full_scale / 2.0 or 0.8 * amplitude
+    remedy = "Compare the sign of the offset with the manual: which way does it move the trace?"
+    for side, name in ((1.0, "above"), (-1.0, "below")):
+        scope.configure_channel(channel, ChannelSettings(2.0 * half, side * half))
+        found = _record(stand, scope, [channel], trigger, 0.5)[channel]
+        seen, allowed = float((side * found.values).max()), 0.1 * amplitude + found.accuracy.offset
+        checks.close(f"an offset {name} zero shows what is there", seen, amplitude, allowed, remedy)
 
 
 def _refused(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
