@@ -137,10 +137,18 @@ def explain(
     return list({str(line): line for line in messages}.values())
 
 
+def has_near(word: str, known: Sequence[str]) -> bool:
+    """Tell whether one of the known words is so much like a word that it may be meant."""
+    return bool(_near(word, known))
+
+
+def _near(word: str, known: Sequence[str]) -> list[str]:
+    return difflib.get_close_matches(word, known, n=1, cutoff=0.6)
+
+
 def nearest(word: str, known: Sequence[str]) -> Text:
     """Return a hint at the known words: the nearest one, or all of them where none is near."""
-    near = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
-    if near:
+    if near := _near(word, known):
         return text("did you mean {name}?", name=near[0])
     return text("known are: {names}", names=sorted(known))
 
