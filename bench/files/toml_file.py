@@ -137,19 +137,15 @@ def explain(
     return list({str(line): line for line in messages}.values())
 
 
-def has_near(word: str, known: Sequence[str]) -> bool:
-    """Tell whether one of the known words is so much like a word that it may be meant."""
-    return bool(_near(word, known))
-
-
-def _near(word: str, known: Sequence[str]) -> list[str]:
+def near(word: str, known: Sequence[str]) -> list[str]:
+    """Return the known word that is so much like a word that it may be meant; empty where none is."""
     return difflib.get_close_matches(word, known, n=1, cutoff=0.6)
 
 
 def nearest(word: str, known: Sequence[str]) -> Text:
     """Return a hint at the known words: the nearest one, or all of them where none is near."""
-    if near := _near(word, known):
-        return text("did you mean {name}?", name=near[0])
+    if meant := near(word, known):
+        return text("did you mean {name}?", name=meant[0])
     return text("known are: {names}", names=sorted(known))
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields
 from typing import Any
 
-from bench.files.toml_file import has_near
+from bench.files.toml_file import near
 from bench.plugins.catalogues import Catalogues
 from bench.station.station_file import Entry
 from drivers.interfaces.text import Text, text
@@ -57,7 +57,7 @@ def missing_counterpart(entry: Entry, catalogues: Catalogues) -> MissingCounterp
         **about,
         why=known.why_not(name, of_role),
     )
-    return MissingCounterpart(why, slip=name not in known.names and has_near(name, of_role))
+    return MissingCounterpart(why, slip=name not in known.names and bool(near(name, of_role)))
 
 
 def stated_options(entry: Entry) -> dict[str, Any]:
