@@ -137,11 +137,15 @@ def explain(
     return list({str(line): line for line in messages}.values())
 
 
+def near(word: str, known: Sequence[str]) -> list[str]:
+    """Return the known word that is so much like a word that it may be meant; empty where none is."""
+    return difflib.get_close_matches(word, known, n=1, cutoff=0.6)
+
+
 def nearest(word: str, known: Sequence[str]) -> Text:
     """Return a hint at the known words: the nearest one, or all of them where none is near."""
-    near = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
-    if near:
-        return text("did you mean {name}?", name=near[0])
+    if meant := near(word, known):
+        return text("did you mean {name}?", name=meant[0])
     return text("known are: {names}", names=sorted(known))
 
 

@@ -178,12 +178,16 @@ class Catalogue(Mapping[str, T], Generic[T]):
             between=", ",
         )
 
-    def why_not(self, name: str) -> Text:
-        """Return what to say of a name that cannot be had: why it is broken at each origin, else the nearest and other faults."""
+    def why_not(self, name: str, among: Sequence[str] | None = None) -> Text:
+        """Return what to say of a name that cannot be had: why it is broken at each origin, else the nearest and other faults.
+
+        The nearest `among` those that can be meant, where not all can.
+        """
         own = [broken.sentence for broken in self._broken.values() if broken.name == name]
         if own:
             return lines(own, between="; ")
-        return lines((nearest(name, list(self)), *(broken.sentence for broken in self._unusable)), between="; ")
+        known = list(self) if among is None else among
+        return lines((nearest(name, known), *(broken.sentence for broken in self._unusable)), between="; ")
 
     def need(self, name: str, place: Callable[[Text], InputError]) -> T:
         """Return a declaration; where it cannot be had, raise what `place` makes of the reason."""

@@ -4,10 +4,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields, replace
 from typing import Any
 
-from bench.i18n.errors import at
+from bench.i18n.errors import InputError
 from bench.plugins.catalogues import Catalogues
 from bench.station.station_file import Entry, Station
-from bench.virtual.simulated_units import OF_THE_UNIT, stated_options, unit_of, why_no_unit
+from bench.virtual.simulated_units import OF_THE_UNIT, missing_counterpart, stated_options, unit_of
 from bench.virtual.virtual_station import as_text, virtual_station
 from drivers.bases.oscilloscope_data import Probe
 from drivers.bases.scpi_supply import ScpiSupplyModel, SupplyData
@@ -34,7 +34,10 @@ class Counterpart:
 
 
 def counterparts_of(station: Station) -> dict[Role, Counterpart]:
-    """Return what stands for a station's instruments; a fixture's have none."""
+    """Return what stands for a station's instruments; a fixture's have none.
+
+    Raises InputError for a driver that names a simulated instrument which cannot be had.
+    """
     return {
         role: _counterpart(entry, station.catalogues)
         for role, entry in station.entries.items()
@@ -65,8 +68,17 @@ def _counterpart(entry: Entry, catalogues: Catalogues) -> Counterpart:
     options = stated_options(entry)
     if (unit := unit_of(entry, catalogues)) is not None:
         return Counterpart(entry, unit, driver, tuple(_shortfalls(entry, unit, options)))
-    why = why_no_unit(entry, catalogues)
-    said = [] if why is None else [at(role.value, why)]
+    if (missing := missing_counterpart(entry, catalogues)) is not None:
+        # A stand-in would try neither the driver nor the ranges that its author meant to be tried.
+        raise InputError(
+            text(
+                "instruments.{role} cannot be rehearsed: {why}; correct Driver(simulated=…), or install what has it; "
+                "a run on the instrument itself needs neither",
+                role=role.value,
+                why=missing.why,
+            )
+        )
+    said: list[Text] = []
     generic = _generic_supply(options) if role is Role.SUPPLY else None
     if generic is not None:
         unit = SimulatedUnit(find("generic-supply"), role.value, options)

@@ -34,7 +34,8 @@ class Twin:
 def twin_of(station: Station, motor: MotorFile, seed: int) -> Iterator[Twin]:
     """Give the twin; nothing of the station is opened.
 
-    Raises InputError for a motor file that does not go with a drive, and naming a simulated instrument that fails when it is made.
+    Raises InputError for a motor file that does not go with a drive, and naming a simulated instrument that cannot be had or fails when
+    it is made.
     """
     assumed: tuple[Assumption, ...] = ()
     truth, six_step = motor.virtual, motor.six_step

@@ -56,6 +56,8 @@ def study(request: StudyRequest) -> Studied:
     Raises UsageError and InputError for what does not go together.
     """
     twin = twin_of(request.station)
+    # What cannot stand for an instrument is refused before anything is measured.
+    counterparts = counterparts_of(twin) if twin else {}
     motor = load_motor(request.motor)
     assumed: tuple[str, ...] = ()
     if motor.virtual is None:
@@ -85,7 +87,6 @@ def study(request: StudyRequest) -> Studied:
         pass
     finally:
         results.close()
-    counterparts = counterparts_of(twin) if twin else {}
     differences = tuple(dict.fromkeys(said for each in counterparts.values() for said in each.differences))
     return Studied(worth_of(done, request.motors), spread, assumed, differences)
 

@@ -11,7 +11,7 @@ from bench.motor.motor_file import MotorFile
 from bench.plugins.catalogue import reason
 from bench.station.calibration import KEY as CALIBRATION
 from bench.station.station_file import USE, Entry, Station, make_station
-from bench.virtual.simulated_units import OF_THE_UNIT, unit_of, why_no_unit
+from bench.virtual.simulated_units import OF_THE_UNIT, missing_counterpart, unit_of
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Role
 from sim_instruments.catalogue import FIXTURE, SimulatedUnit
@@ -95,5 +95,5 @@ def unserved(role: str, why: Text) -> InputError:
 
 
 def _why(entry: Entry, station: Station) -> Text:
-    why = why_no_unit(entry, station.catalogues)
-    return text("driver {driver} names no simulated instrument", driver=entry.driver.name) if why is None else why
+    missing = missing_counterpart(entry, station.catalogues)
+    return missing.why if missing else text("driver {driver} names no simulated instrument", driver=entry.driver.name)

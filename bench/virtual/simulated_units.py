@@ -1,8 +1,9 @@
 """The simulated instruments that stand for a station's own, as its drivers name them."""
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any
 
+from bench.files.toml_file import near
 from bench.plugins.catalogues import Catalogues
 from bench.station.station_file import Entry
 from drivers.interfaces.text import Text, text
@@ -18,6 +19,17 @@ OF_THE_UNIT = frozenset(
 )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class MissingCounterpart:
+    """Why the simulated instrument that a driver names cannot stand for its instrument.
+
+    It is a `slip` of the declaration where it names one of another role, or nearly one that there is; else it may not be installed.
+    """
+
+    why: Text
+    slip: bool
+
+
 def unit_of(entry: Entry, catalogues: Catalogues) -> SimulatedUnit | None:
     """Return the simulated instrument that a station's driver names; None where it names none that can stand for it."""
     kind = catalogues.simulated_instruments.get(entry.driver.simulated)
@@ -26,14 +38,26 @@ def unit_of(entry: Entry, catalogues: Catalogues) -> SimulatedUnit | None:
     return SimulatedUnit(kind, entry.role.value, stated_options(entry))
 
 
-def why_no_unit(entry: Entry, catalogues: Catalogues) -> Text | None:
-    """Return why the simulated instrument that a driver names cannot stand for its instrument; None where it names none."""
-    name = entry.driver.simulated
+def missing_counterpart(entry: Entry, catalogues: Catalogues) -> MissingCounterpart | None:
+    """Return why the simulated instrument that a driver names cannot stand for its instrument; None where it can, or none is named."""
+    known, name = catalogues.simulated_instruments, entry.driver.simulated
     if not name:
         return None
-    kind = catalogues.simulated_instruments.get(name)
-    why = text("it stands for {other}", other=kind.role) if kind else catalogues.simulated_instruments.why_not(name)
-    return text("simulated instrument {name}: {why}", name=name, why=why)
+    about = {"driver": entry.driver.name, "name": name}
+    if (kind := known.get(name)) is not None:
+        if kind.role == entry.role.value:
+            return None
+        why = text(
+            "driver {driver} names the simulated instrument {name}, which stands for {other}", **about, other=kind.role
+        )
+        return MissingCounterpart(why, slip=True)
+    of_role = [other for other, each in known.items() if each.role == entry.role.value]
+    why = text(
+        "driver {driver} names the simulated instrument {name}, which there is not: {why}",
+        **about,
+        why=known.why_not(name, of_role),
+    )
+    return MissingCounterpart(why, slip=name not in known.names and bool(near(name, of_role)))
 
 
 def stated_options(entry: Entry) -> dict[str, Any]:

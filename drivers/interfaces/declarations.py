@@ -286,10 +286,20 @@ def declared(member: object) -> Declaration | None:
 def check_class(kind: type) -> None:
     """Raise DeclarationError for a public method or property of an instrument's class that no class of its line declares.
 
-    A declaration that names a property or a method which there is not is refused as well.
+    A declaration that names a property or a method which there is not is refused as well, and one in another unit than an
+    interface declares: what is judged and recorded is the interface's.
     """
     members = [member for base in kind.__mro__[:-1] for member in vars(base).items() if not member[0].startswith("_")]
-    known = {name: found for name, member in reversed(members) if (found := declared(member)) is not None}
+    known: dict[str, Declaration] = {}
+    for name, member in reversed(members):
+        if (found := declared(member)) is None:
+            continue
+        if (first := known.setdefault(name, found)).unit != found.unit:
+            raise DeclarationError(
+                f"{kind.__qualname__}.{name} declares the unit {found.unit!r}, its interface {first.unit!r}; "
+                "leave the declaration to the interface, and return what it declares"
+            )
+        known[name] = found
     for name, member in members:
         # A class method makes an instrument; it does nothing with one.
         if name not in known and hasattr(type(member), "__get__") and not isinstance(member, classmethod):

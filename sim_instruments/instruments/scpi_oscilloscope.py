@@ -4,22 +4,27 @@ from abc import abstractmethod
 from collections.abc import Callable, Generator
 from typing import ClassVar, Literal
 
-from sim_instruments.catalogue import BenchPlace
+from sim_instruments.catalogue import BenchPlace, SimulatedInstrument
 from sim_instruments.instruments.errors import ScopeErrors
 from sim_instruments.instruments.oscilloscope import pulse
 from sim_instruments.instruments.oscilloscope.acquisition import Acquisition
 from sim_instruments.instruments.oscilloscope.arming import Setup
-from sim_instruments.instruments.oscilloscope.channels import CHANNELS, ChannelSubsystem, ChannelWords
+from sim_instruments.instruments.oscilloscope.channels import CHANNELS, SOURCES, ChannelSubsystem, ChannelWords
 from sim_instruments.instruments.oscilloscope.record import Record, WordArray, trace
+from sim_instruments.instruments.oscilloscope.transfer import block
 from sim_instruments.instruments.oscilloscope.trigger import TriggerSubsystem, TriggerWords
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
+from sim_instruments.scpi.long_reply import LongReply
+from sim_instruments.scpi.parameters import choice, choices, exactly
 from sim_instruments.scpi.settings import ScpiSettings
-from sim_instruments.scpi.tree import Handling, bare
+from sim_instruments.scpi.tree import Call, Handling, bare
 
 Phase = Literal["stopped", "running", "filling", "waiting", "triggered"]
 _POLL_TIME = 1.0e-3
 _SCREEN_POINTS = 62_500
+#: What the instrument measures by itself, by its names.
+_MEASUREMENTS = choices(("FREQuency", "VPP"))
 #: Divisions that a trace must go up and down for its edges to be looked at; its noise does not.
 LEAST_HEIGHT = 0.3
 
@@ -111,6 +116,16 @@ class SimulatedScpiOscilloscope(ScpiInstrument):
         names = [f"CHANnel{n}" for n in range(1, CHANNELS + 1)]
         self.settings.add_choice("source", header, names, "CHAN1")
 
+    def add_measurements(self, header: str) -> None:
+        """Add the query of the instrument's own measurement of a channel: FREQ or VPP, and the channel, are its data elements."""
+
+        def measure(call: Call) -> Handling:
+            exactly(call.arguments, 2)
+            what, channel = choice(call.arguments[0], _MEASUREMENTS), choice(call.arguments[1], SOURCES)
+            return f"{(yield from self.measured(what, int(channel[-1]))):.6e}"
+
+        self.tree.add(header, query=measure)
+
     def transferred(self) -> tuple[Record, int]:
         """Return the last complete record and the channel that is transferred. Raises ScpiError -230 where there is none."""
         return self.record(), int(self.settings.word("source")[-1])
@@ -161,6 +176,17 @@ class SimulatedScpiOscilloscope(ScpiInstrument):
             sampling.go_on()
             yield 0.0
         return sampling.words
+
+    def bytes_between(self, first: int, last: int) -> Generator[float, None, LongReply]:
+        """Return samples of the transferred channel, from the first to the last of a whole record's, as a block of bytes.
+
+        Raises ScpiError -221 for those that the record has not.
+        """
+        record, channel = self.transferred()
+        if not 0 <= first <= last < record.available:
+            raise ScpiError(-221)
+        words = yield from self.words(channel, record.available)
+        return block(last - first + 1, [(words[first : last + 1] >> 8).astype("u1").tobytes()])
 
     def measured(self, what: str, channel: int) -> Generator[float, None, float]:
         """Return FREQ (Hz) or VPP (V or A) of what the screen shows of a channel, 9.9E37 where it shows none."""
@@ -225,3 +251,10 @@ class SimulatedScpiOscilloscope(ScpiInstrument):
             self.settings.number("holdoff"),
             self._trigger.path(),
         )
+
+
+def simulated_oscilloscope(
+    name: str, kind: Callable[[BenchPlace, str], SimulatedScpiOscilloscope], identity: str
+) -> SimulatedInstrument:
+    """Return a simulated oscilloscope of a make: its class, and who answers *IDN?."""
+    return SimulatedInstrument(name, "oscilloscope", "visa", lambda place: kind(place, identity))

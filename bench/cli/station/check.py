@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from bench.cli.output import padded, print_json, say_broken
 from bench.cli.station.calibrations_output import print_due
+from bench.cli.station.missing_counterparts import as_dict, missing_counterparts, print_missing
 from bench.cli.station.needs import good as needs_met
 from bench.cli.station.needs import outlooks, print_outlooks
 from bench.eol.line.line_file import load_line
@@ -65,8 +66,8 @@ def check(
     """Open every instrument of a station file, say who answers, when each is due for calibration, which watchdogs are armed,
     and for each procedure what the station lacks or what people are asked for.
 
-    Nothing is energised. Exit status 1 where an instrument does not answer, or a procedure that is named cannot run; where none is
-    named, if none can.
+    Nothing is energised. Exit status 1 where an instrument does not answer, a driver misnames its simulated instrument, or a procedure
+    that is named cannot run; where none is named, if none can.
 
     Parameters
     ----------
@@ -84,7 +85,7 @@ def check(
     """
     translate = english if json and language == "auto" else translator(language_of(language))
     read = load_station(station)
-    needs = outlooks(read, procedures, set_)
+    needs, missing = outlooks(read, procedures, set_), missing_counterparts(read)
     due = calibration_list(read.entries.values(), wall_date())
     overdue = [notice.message.render(translate) for notice in read.check_calibrations(wall_date(), read.entries)]
     prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, Nobody())
@@ -111,6 +112,7 @@ def check(
     # A station that has its contacts only can be looked at, too.
     possible = needs_met(needs, named=named) or not (named or read.entries)
     good = possible and not closing and trip is None and all(told["error"] is None for told in looked_at)
+    good = good and not any(one.slip for one in missing.values())
     if json:
         print_json(
             {
@@ -120,6 +122,7 @@ def check(
                 "trip": None if trip is None else asdict(trip),
                 "watchdog_relays": relays,
                 "watchdogs": [one.as_dict() for one in watchdogs],
+                "missing_counterparts": as_dict(missing, translate),
                 "procedures": {each.name: each.as_dict(translate) for each in needs},
                 "closing": list(closing),
                 "overdue": overdue,
@@ -135,6 +138,7 @@ def check(
         for one in watchdogs:
             mark = "!" if one.missing else "✓"
             console_on(sys.stdout).print(f"  {mark} {one.words.render(translate)}", markup=False, soft_wrap=True)
+        print_missing(missing, translate)
         if due:
             print_due(due, translate)
         if named or read.entries:

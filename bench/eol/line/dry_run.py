@@ -116,6 +116,8 @@ def dry_run(
     Raises InputError for a plan, motor or station that is not right.
     """
     prepared, assumed = virtually(prepare(request.plan, request.station, request.sockets, request.operator))
+    # Said before anything is measured: what cannot stand for an instrument is refused here.
+    differences = tuple(dict.fromkeys(_differences(prepared.line)))
     sockets = len(prepared.line.sockets)
     # Sampling tests come with the first motor, the most that one can take.
     motors = request.motors or 3 * sockets
@@ -131,7 +133,7 @@ def dry_run(
             procedure_times=True,
         )
         run_prepared(prepared, tried, listener, io.StringIO(), fork_server)
-        return _summary(prepared, listener.records, assumed)
+        return _summary(prepared, listener.records, assumed, differences)
 
 
 def virtually(prepared: Prepared) -> tuple[Prepared, tuple[str, ...]]:
@@ -155,7 +157,9 @@ def virtually(prepared: Prepared) -> tuple[Prepared, tuple[str, ...]]:
     return replace(prepared, plan=plan, motor=motor, line=replace(line, sockets=sockets)), assumed
 
 
-def _summary(prepared: Prepared, records: Sequence[MotorRecord], assumed: tuple[str, ...]) -> DryRun:
+def _summary(
+    prepared: Prepared, records: Sequence[MotorRecord], assumed: tuple[str, ...], differences: tuple[str, ...]
+) -> DryRun:
     times: dict[str, float] = defaultdict(float)
     needless: dict[str, float] = defaultdict(float)
     count = Counter[str]()
@@ -191,7 +195,7 @@ def _summary(prepared: Prepared, records: Sequence[MotorRecord], assumed: tuple[
         limits=tuple(_limits(prepared, records)),
         troubles=tuple(dict.fromkeys(record.cause for record in records if record.cause)),
         assumed=assumed,
-        differences=tuple(dict.fromkeys(_differences(prepared.line))),
+        differences=differences,
         labels=prepared.labels,
     )
 

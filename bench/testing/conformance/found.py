@@ -162,7 +162,7 @@ def _as_drawn(trial: Trial, seed: int | None) -> None:
         rows = instrument.found_state
         changed = [row for row in rows if row.changed and made.transport == "visa"]
         for row in changed:
-            now = _asked(made, row.query)
+            now = asked(made, row.query)
             right = row.wanted in now or row.found not in now
             checks.that(f"{name}: {row.query} is set", right, f"it is {now}", TAKE_OVER)
         try:
@@ -173,7 +173,7 @@ def _as_drawn(trial: Trial, seed: int | None) -> None:
         checks.that(f"{name}: never becomes a value", not during.wrong, during.wrong, TAKE_OVER)
         instrument.close()
         for row in changed:
-            back = _asked(made, row.query)
+            back = asked(made, row.query)
             checks.that(f"{name}: {row.query} is put back", row.found in back, f"{back} instead of {row.found}", _BACK)
 
 
@@ -187,7 +187,7 @@ def _left(made: Stand, left: Left) -> Callable[[], Any]:
     if left.now is not None:
         now = left.now
         return lambda: now(made.simulated)
-    return lambda: _asked(made, left.query)
+    return lambda: asked(made, left.query)
 
 
 def _keep_so(made: Stand, left: Left) -> None:
@@ -201,7 +201,7 @@ def _keep_so(made: Stand, left: Left) -> None:
     made.faults.watch(MessageWatch(again, lambda: None))
 
 
-def _asked(made: Stand, query: str) -> str:
+def asked(made: Stand, query: str) -> str:
     """Return what the simulated instrument answers to a query."""
     made.simulated.write(query.encode() + b"\n")
     return bytes(made.simulated.read(200, 1.0)[0]).decode("latin-1").strip()

@@ -74,7 +74,8 @@ class Model:
 
     `answers` are replies by their message (a regular expression; as in a `Reply`), None where it has no such thing and says so.
     `states` are properties by their name, or what a method called with nothing returns ("measure_frequency.value"), or with arguments
-    (`("attenuation", 1)`). The error `says` so in its text.
+    (`("attenuation", 1)`). The error `says` so in its text. `holds` is what the instrument itself has after a use, past the driver: the
+    reply to a query, or what a message named as in a `Reply` reads: registers, or an object's number.
     """
 
     answers: Mapping[str, bytes | None] = field(default_factory=dict)
@@ -82,6 +83,7 @@ class Model:
     states: Mapping[str | tuple[Any, ...], Any] = field(default_factory=dict)
     error: type[Exception] | tuple[type[Exception], ...] = ()
     says: str = ""
+    holds: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,12 @@
 from contextlib import nullcontext
 from typing import Any
 
+from bench.testing.conformance.found import asked
 from bench.testing.conformance.manual import Model
 from bench.testing.conformance.played import play
-from bench.testing.conformance.report import same_value
+from bench.testing.conformance.report import Checks, same_value
 from bench.testing.conformance.session import Trial
+from bench.testing.conformance.stand import Stand
 
 
 def check_model(trial: Trial, model: Model) -> None:
@@ -31,7 +33,24 @@ def check_model(trial: Trial, model: Model) -> None:
             found = _stated(instrument, name)
             remedy = "Compare with the manual"
             trial.checks.that(f"{name} with {what}", same_value(found, value), f"{found} instead of {value}", remedy)
+        if model.holds:
+            trial.session.brief(made, instrument, Checks())
+        for message, value in model.holds.items():
+            held = _held(made, message)
+            advice = "Compare the setting's unit and step with the manual"
+            trial.checks.that(f"{message} with {what}", held == value, f"it holds {held} instead of {value}", advice)
         instrument.close()
+
+
+def _held(made: Stand, message: str) -> Any:
+    """Return what the simulated instrument has, past the driver."""
+    if made.transport == "visa":
+        return asked(made, message)
+    _, *place = message.split()
+    if made.transport == "modbus":
+        unit, address, count = place
+        return tuple(made.simulated.units[int(unit)].read(int(address[:4], 16), int(count)))
+    return made.simulated.read(int(place[0][:4], 16))
 
 
 def _stated(instrument: Any, name: str | tuple[Any, ...]) -> Any:

@@ -5,14 +5,17 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
+from bench.station.clock import SystemClock
 from bench.testing.conformance.disturbed import LATE, LITTLE_LATE, WHAT, disturbances
 from bench.testing.conformance.played import play
 from bench.testing.conformance.report import Checks, in_words
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import InstrumentError
-from sim_instruments.faults.line_faults import Fault, FaultKind
+from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
+#: How long (s, of the wall's clock) a reply takes on a real line: a serial adapter holds it back for some 16 ms.
+_ON_ITS_WAY = 0.02
 _HELD = "Close the connection of what does not open"
 
 
@@ -31,9 +34,29 @@ def check_opening(trial: Trial) -> None:
         made.faults.add(Fault(FaultKind.LATE, lambda count, _: count % 2 == 1, delay=LITTLE_LATE, times=None))
         right, remedy = _opened(trial, made, "a little late", "every other message"), "Wait for the reply time"
         trial.checks.that("opening: replies that come a little late", right, "it does not open", remedy)
+    _over_a_real_line(trial)
     if transport in ("visa", "modbus", "can"):
         for text in _questions(different, transport):
             _refused(trial, text)
+
+
+def _over_a_real_line(trial: Trial) -> None:
+    """Check that it opens where every reply takes its time by the wall's clock, as on a real line."""
+    with trial.stand(sockets=True) as made:
+        trial.session.prepare(made)
+
+        def hears(*_: Any) -> bool:
+            SystemClock().sleep(_ON_ITS_WAY)
+            return False
+
+        made.faults.watch(MessageWatch(hears, lambda: None))
+        error = ""
+        try:
+            made.open().close()
+        except InstrumentError as raised:
+            error = f"{raised}"
+        remedy = f"Wait for a reply that is {_ON_ITS_WAY:g} s on its way"
+        trial.checks.that("opening over a real line", not error, error, remedy)
 
 
 def _heard(trial: Trial) -> tuple[list[str], str]:

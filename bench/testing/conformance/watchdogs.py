@@ -10,10 +10,12 @@ from bench.testing.conformance.played import lose
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import InstrumentError, Watchdog
-from sim_instruments.faults.line_faults import Fault, FaultKind
+from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
-#: How many of its times a use lasts in which it is fed, and after how many it has acted.
-_FED, _DEAD = 2.5, 1.6
+#: How many of its times a use lasts in which it is fed, and after how many it has acted; after the last message it does not before so many.
+_FED, _DEAD, _ALIVE = 2.5, 1.6, 0.85
+#: How often in its time one looks whether it has acted.
+_LOOKS = 50
 
 
 def check_watchdog(trial: Trial, name: str, unwatched: Trial) -> None:
@@ -102,11 +104,22 @@ def _acts(trial: Trial, made: Stand, name: str, asked: Watchdog) -> None:
     assert energise is not None  # noqa: S101  its caller has looked
     trial.session.prepare(made)
     instrument: Any = made.open()
+    clock, last = SystemClock(), [0.0]
+
+    def hears(*_: Any) -> bool:
+        last.append(clock.now())
+        return False
+
+    made.faults.watch(MessageWatch(hears, lambda: None))
     with suppress(InstrumentError), energise(made, instrument):
-        SystemClock().sleep(_FED * asked.time)
+        clock.sleep(_FED * asked.time)
         checks.that(f"{name}: fed", made.energised, f"it is off after {_FED:g} of its times", "Feed it in use")
         made.bench.connection(trial.subject.role.value).pull()
-        SystemClock().sleep(_DEAD * asked.time)
+        cut = clock.now()
+        while made.energised and clock.now() < cut + _DEAD * asked.time:
+            clock.sleep(asked.time / _LOOKS)
+        lived, early = clock.now() - last[-1], "Compare the unit and the step of its time with the manual"
+        checks.that(f"{name}: acts not before", lived >= _ALIVE * asked.time, f"it is off after {lived:.3g} s", early)
         remedy = "Have it take the energy away, in time"
         checks.that(f"{name}: acts", not made.energised, f"it is on after {_DEAD:g} of its times", remedy)
         made.bench.connection(trial.subject.role.value).plug()

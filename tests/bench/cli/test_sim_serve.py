@@ -245,8 +245,11 @@ address = "TCPIP0::192.0.2.11::inst0::INSTR"
     ("changed", "why"),
     [
         ({"simulated": ""}, "driver acme-dm5 names no simulated instrument"),
-        ({"simulated": "acme-dm6"}, "simulated instrument acme-dm6: .*acme-dm5"),
-        ({"role": "supply"}, "simulated instrument acme-dm5: it stands for supply"),
+        (
+            {"simulated": "acme-dm6"},
+            "driver acme-dm5 names the simulated instrument acme-dm6, which there is not: did you mean acme-dm5",
+        ),
+        ({"role": "supply"}, "driver acme-dm5 names the simulated instrument acme-dm5, which stands for supply"),
         ({"machine": "fail"}, "RuntimeError: no such range"),
         ({}, "RuntimeError: no such range"),
         ({"transport": "pigeon"}, "transport 'pigeon' is unknown; there are visa, modbus, serial, can"),

@@ -28,7 +28,7 @@ PAGES = Path(__file__).parents[3] / "docs" / "how-to"
 #: The pages' files, and the most lines that each may have.
 LONGEST = {"acme_supply.py": 40, "acme_meter.py": 80, "simulated_acme_meter.py": 80}
 #: Those of the oscilloscope, which has a station of its own.
-OSCILLOSCOPE = {"rigol_ds1000z.py": 80, "simulated_rigol_ds1000z.py": 90}
+OSCILLOSCOPE = {"rigol_ds1000z.py": 80, "simulated_rigol_ds1000z.py": 80}
 PROBES = {n: Probe(ProbeKind.CURRENT if n == 4 else ProbeKind.VOLTAGE, 10.0) for n in (1, 2, 4)}
 #: Motors with defects are tried elsewhere.
 QUICK = ("--each", "0", "--sound", "0")
@@ -97,6 +97,7 @@ def test_the_oscilloscope_passes_the_conformance_kit(folder: Path, conformance: 
     ("right", "wrong"),
     [
         ("told.y_reference + told.y_origin", "told.y_reference"),
+        ("_offset_sign = -1.0", "_offset_sign = 1.0"),
         ("- pre_trigger * record_time", "+ pre_trigger * record_time"),
         ('"WAIT": Acquiring.ARMED', '"WAIT": Acquiring.DONE'),
         ('_transfer = (":WAV:MODE RAW", ":WAV:FORM BYTE")', '_transfer = (":WAV:FORM BYTE",)'),
@@ -136,6 +137,40 @@ def test_a_simulated_instrument_that_fails_is_named(
     code, out, err = call("run", "stator-resistance-dc", *rehearsal)
     assert code == 1
     assert re.search(told, out + err)
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        (
+            {'Reading(value, "V", STATED': 'Reading(value, "Ohmz", STATED'},
+            "voltmeter after 'measure_voltage': the driver acme-dm5 gave a reading in the unit 'Ohmz', declared is V; "
+            "the reading is not used. Let the driver convert what it returns to that unit",
+        ),
+        (
+            {
+                "    def measure_voltage": '    @reading("Ohmz")\n    def measure_voltage',
+                "from drivers.interfaces import": "from drivers.interfaces.declarations import reading\nfrom drivers.interfaces import",
+            },
+            "acme_meter.py cannot be used: DeclarationError: AcmeMeter.measure_voltage declares the unit 'Ohmz', "
+            "its interface 'V'; leave the declaration to the interface",
+        ),
+    ],
+)
+def test_a_reading_in_a_unit_that_is_none_is_refused_at_the_station(
+    call: Call, folder: Path, changes: dict[str, str], told: str
+) -> None:
+    file = folder / "acme_meter.py"
+    code = file.read_text(encoding="utf-8")
+    for right, wrong in changes.items():
+        assert right in code
+        code = code.replace(right, wrong)
+    file.write_text(code, encoding="utf-8")
+    rehearsal = ("--station", "station.toml", "--motor", "lg-400w", "--rehearse")
+    status, out, err = call("run", "stator-resistance-dc", *rehearsal, "--language", "en")
+    said = " ".join((out + err).split())
+    assert status != 0
+    assert told in said, said
 
 
 @pytest.mark.parametrize("procedure", ["back-emf-constant", "dq-inductance-time-constant"])
@@ -224,6 +259,19 @@ def test_a_run_and_a_line_on_real_sockets(call: Call, folder: Path) -> None:
         assert bench.bench.world.supply.is_on is False
     (record,) = folder.glob("runs/acme/mes-A1.json")
     assert json.loads(record.read_text(encoding="utf-8"))["verdict"] == "pass"
+
+
+@pytest.mark.slow
+def test_a_run_on_the_instruments_needs_no_counterpart(call: Call, folder: Path) -> None:
+    with served(folder):
+        code = (folder / "acme_supply.py").read_text(encoding="utf-8")
+        (folder / "acme_supply.py").write_text(
+            code.replace('simulated="acme-ps303")', 'simulated="acme-ps330")'), encoding="utf-8"
+        )
+        quick = [f"--set={name}" for name in ("levels=3", "settle=0.03", "wiring_settle=0.03")]
+        words = ("stator-resistance-dc", "--station", "station.toml", "--motor", "lg-400w", "--json")
+        _, out, err = call("run", *words, *quick)
+        assert json.loads(out)["status"] == "completed", err
 
 
 def test_a_plan_is_tried_by_the_station_s_own_drivers_and_procedures(call: Call, folder: Path) -> None:

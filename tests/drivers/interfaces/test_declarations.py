@@ -20,7 +20,7 @@ from bench.safety.limits.bounds import OVERSHOOT, Limit, Limits
 from bench.safety.limits.guard import LimitGuard, guarded
 from bench.station.shutdown_sequence import OFF_BY, Do, method_of
 from bench.station.station_limits import SECTIONS
-from drivers.interfaces import Instrument, LimitError, Regulated, Role, SetpointError, Supply
+from drivers.interfaces import Instrument, LimitError, Reading, Regulated, Role, SetpointError, Supply, Voltmeter
 from drivers.interfaces.declarations import (
     NO_QUANTITY,
     Amount,
@@ -398,3 +398,14 @@ def test_a_guard_is_made_of_any_interface() -> None:
     guard = LimitGuard(Meter, told, "meter", Limits(readings={Quantity.VOLTAGE: Limit(12.0, "the motor")}))
     with pytest.raises(LimitError, match="meter: voltage = 13 V is beyond 12 V"):
         guard.measure()
+
+
+def test_a_driver_declares_no_other_unit_than_its_interface() -> None:
+    with pytest.raises(
+        DeclarationError, match=r"Millivolts\.measure_voltage declares the unit 'mV', its interface 'V'"
+    ):
+
+        class Millivolts(Voltmeter):
+            @reading("mV")
+            def measure_voltage(self) -> Reading:
+                raise NotImplementedError

@@ -55,8 +55,10 @@ def _voltage_channels(stand: Stand, scope: Any) -> list[int]:
     return channels
 
 
-def _record(stand: Stand, scope: Any, channels: list[int], trigger: Trigger, share: float) -> dict[int, Waveform]:
-    scope.configure_acquisition(_RECORD, _POINTS, share)
+def _record(
+    stand: Stand, scope: Any, channels: list[int], trigger: Trigger, share: float, points: int = _POINTS
+) -> dict[int, Waveform]:
+    scope.configure_acquisition(_RECORD, points, share)
     scope.configure_trigger(trigger)
     scope.initiate()
     result: dict[int, Waveform] = scope.fetch(channels, 2.0)
@@ -64,11 +66,18 @@ def _record(stand: Stand, scope: Any, channels: list[int], trigger: Trigger, sha
 
 
 def _compare(
-    stand: Stand, checks: Checks, waveform: Waveform, channel: int, unit: str, trigger: Trigger, share: float
+    stand: Stand,
+    checks: Checks,
+    waveform: Waveform,
+    channel: int,
+    unit: str,
+    trigger: Trigger,
+    share: float,
+    points: int = _POINTS,
 ) -> None:
     remedy = "Compare the preamble's increments, origins and references, and the byte order, with the manual"
     time, values = waveform.time, waveform.values
-    same, enough = (waveform.channel, waveform.unit) == (channel, unit), len(time) == len(values) >= _POINTS
+    same, enough = (waveform.channel, waveform.unit) == (channel, unit), len(time) == len(values) >= points
     checks.that("waveform: channel and unit", same, f"{waveform.unit}", remedy)
     checks.that("waveform: number of points", enough, f"{len(values)}", remedy)
     checks.close("waveform: length", float(time[-1] - time[0]), _RECORD, 2e-3, "Compare the time scale: s a division?")
@@ -122,29 +131,43 @@ def _screen(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
 
 def _full(stand: Stand, scope: Any, checks: Checks) -> None:
     channels = _voltage_channels(stand, scope)
-    for slope, share, offset, speed in (
-        (Slope.FALLING, 0.6, 0.3, stand.between(90.0, 110.0)),
-        (Slope.RISING, 0.1, -0.2, stand.between(180.0, 200.0)),
+    # Points whose first digits are rounded up to each of the steps that instruments have.
+    for slope, share, offset, speed, points in (
+        (Slope.FALLING, 0.6, 0.3, stand.between(90.0, 110.0), round(stand.between(600.0, 900.0))),
+        (Slope.RISING, 0.1, -0.2, stand.between(180.0, 200.0), round(stand.between(1200.0, 1900.0))),
     ):
         _turn(stand, speed)
         for channel in channels:
             amplitude = _show(stand, scope, channel, offset)
         trigger = Trigger(channels[-1], -0.4 * amplitude, slope)
         began = stand.bench.clock.now()
-        found = _record(stand, scope, channels, trigger, share)
+        found = _record(stand, scope, channels, trigger, share, points)
         # Filled before the trigger, triggered within a period, filled after it.
         took, most = stand.bench.clock.now() - began, 1.3 * _RECORD + 1.0 / _frequency(stand)
         remedy = "Wait for no more than it takes"
         checks.that("a record: in time", took <= most, f"{took:.3g} s instead of {most:.3g} s", remedy)
         for channel in channels:
-            _compare(stand, checks, found[channel], channel, "V", trigger, share)
+            _compare(stand, checks, found[channel], channel, "V", trigger, share, points)
     found = _record(stand, scope, channels[:1], Trigger(None), 0.0)
     advice = "Start at once without a channel"
     checks.that("a record without a trigger", channels[0] in found, f"{sorted(found)}", advice)
     _screen(stand, scope, checks, channels[0])
+    _moved(stand, scope, checks, channels[0])
     _refused(stand, scope, checks, channels[0])
     _current(stand, scope, checks)
     _prepare(stand)
+
+
+def _moved(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
+    """Check that an offset is what the middle of the screen shows: of a trace round zero at its edge, that half is there."""
+    amplitude, trigger = _show(stand, scope, channel, screens=1.6), Trigger(channel, 0.0)
+    half = _record(stand, scope, [channel], trigger, 0.5)[channel].full_scale / 2.0 or 0.8 * amplitude
+    remedy = "Compare the sign of the offset with the manual: which way does it move the trace?"
+    for side, name in ((1.0, "above"), (-1.0, "below")):
+        scope.configure_channel(channel, ChannelSettings(2.0 * half, side * half))
+        found = _record(stand, scope, [channel], trigger, 0.5)[channel]
+        seen, allowed = float((side * found.values).max()), 0.1 * amplitude + found.accuracy.offset
+        checks.close(f"an offset {name} zero shows what is there", seen, amplitude, allowed, remedy)
 
 
 def _refused(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
@@ -159,9 +182,9 @@ def _refused(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
         _record(stand, scope, [channel], Trigger(channel, 1.8 * amplitude), 0.5)
     took = stand.bench.clock.now() - began
     checks.that("time-out of fetch", 1.9 <= took <= 4.0, f"{took:.3g} s instead of 2 s", "Count from the call of fetch")
-    # Less than a period.
-    scope.configure_acquisition(1e-3, 20)
-    scope.configure_trigger(Trigger(None))
+    # Less than a period, at the zero: near a crest noise alone would make edges.
+    scope.configure_acquisition(1e-3, 20, 0.5)
+    scope.configure_trigger(Trigger(channel, 0.0))
     scope.initiate()
     few = scope.fetch([channel], 1.0)[channel]
     checks.that("a record of few points", len(few.values) >= 20, f"{len(few.values)} instead of 20", "Round up")

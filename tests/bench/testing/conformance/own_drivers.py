@@ -132,11 +132,20 @@ _REFUSED: Mapping[str, Sequence[tuple[Mapping[str, Any], Any]]] = {
 }  # fmt: skip
 
 _MODELS: Mapping[str, Sequence[Model]] = {
+    "gwinstek-gpt9800": (Model(options={"ramp_time": 0.5}, holds={"MANU:RTIM?": "000.5 S"}),),
     "cia402-inverter": INVERTER_MODELS,
     "cia402-six-step": SIX_STEP_MODELS,
     "delta-dyn200": (
         *(Model(options={"watchdog_time": time}, error=SetpointError, says="watchdog_time") for time in (0.4, 100.1)),
-        *(Model(options={"watchdog_time": time}, states={"watchdog.time": time}) for time in (0.5, 100.0)),
+        *(
+            Model(
+                options={"watchdog_time": time},
+                states={"watchdog.time": time},
+                # 09-02: 2 coasts to a stop; 09-03 counts tenths of a second.
+                holds={"read 1 0902H 1": (2,), "read 1 0903H 1": (tenths,)},
+            )
+            for time, tenths in ((0.5, 5), (2.0, 20), (100.0, 1000))
+        ),
         Model({"^read 1 0902H": None}, {"watchdog_time": 2.0}, error=ReportedError, says="watchdog_time = 0"),
         Model({"^read 1 0903H": None}, {"watchdog_time": 2.0}, error=ReportedError, says="watchdog_time = 0"),
     ),

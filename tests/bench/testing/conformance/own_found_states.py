@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bench.testing.conformance.manual import Left
-from drivers.interfaces import ReportedError
+from drivers.bases.oscilloscope_data import Probe
+from drivers.interfaces import ProbeKind, ReportedError
 
 _PRESS = {"error": ReportedError, "says": "was left with"}
 
@@ -49,6 +50,7 @@ _SCOPE = (
     # A current probe may want 50 Ω.
     Left(":CHAN4:IMP?", ":CHAN4:IMP FIFT", "FIFT"),
     Left(":CHAN3:DISP?", ":CHAN3:DISP ON", "1", "0"),
+    Left(":CHAN1:DISP?", ":CHAN1:DISP ON", "1", "0", options={"probes": {3: Probe(ProbeKind.VOLTAGE, 10.0)}}),
     Left(":TRIG:EDGE:COUP?", ":TRIG:EDGE:COUP AC", "AC", "DC"),
     Left(":TRIG:HFR?", ":TRIG:HFR ON", "1", "0"),
     Left(":TRIG:NREJ?", ":TRIG:NREJ ON", "1", "0"),

@@ -23,8 +23,10 @@ from bench.testing.conformance import (
 from bench.testing.conformance.disturbed import check_trip
 from bench.testing.conformance.driver import subject_of
 from bench.testing.conformance.kit import Conformance
+from bench.testing.conformance.opening import check_opening
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial, session_of
+from bench.testing.conformance.watchdogs import check_watchdog
 from drivers.interfaces import Accuracy, CommunicationError, Identity, IdentityError, MeasurementError, Reading
 from drivers.lutron.options import LutronTachometerOptions
 from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, driver_named, manual_of
@@ -189,12 +191,38 @@ def test_mistakes_are_found(
             Manual(models=(Model(options={"calibration": {}}, error=IdentityError),)),
             "not opened with",
         ),
+        (
+            "gwinstek-gpt9800",
+            Manual(models=(Model(options={"ramp_time": 0.5}, holds={"MANU:RTIM?": "000.6 S"}),)),
+            "MANU:RTIM? with",
+        ),
         ("scpi-supply", Manual(steps={"^VOLT": 0.1}), "rounded to 0.1"),
     ],
 )
 def test_a_driver_that_is_not_as_its_manual_is_found(driver: str, manual: Manual, check: str) -> None:
     report = check_driver(driver_named(driver), options=OPTIONS[driver], manual=manual)
     assert any(check in finding.check for finding in report.failures), "\n".join(map(str, report.failures))
+
+
+def test_a_driver_that_waits_too_short_for_a_real_line_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    # In process a reply is there at once, however short one waits.
+    mutated(monkeypatch, "drivers.mjbots.controller", "_REPLY_TIME", 1e-3)
+    subject = subject_of("mjbots-moteus", None, OPTIONS["mjbots-moteus"], installed(), found=FOUND["mjbots-moteus"])
+    checks = Checks(manual=manual_of("mjbots-moteus"))
+    check_opening(Trial(subject, session_of(subject.role), checks, seed=0))
+    found = [one.check for one in checks.report("moteus").failures]
+    assert found == ["opening over a real line"]
+
+
+def test_a_watchdog_that_acts_too_early_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    # As if 09-03 counted fifths of a second.
+    mutated(monkeypatch, "drivers.delta.c2000_watchdog", "TIME_STEP", 0.2)
+    options = {**OPTIONS["delta-dyn200"], "watchdog_time": 1.0}
+    subject = subject_of("delta-dyn200", None, options, installed(), found=FOUND["delta-dyn200"])
+    checks = Checks()
+    trial = Trial(subject, session_of(subject.role), checks, seed=0, thorough=True)
+    check_watchdog(trial, "watched", trial)
+    assert "watched: acts not before" in [one.check for one in checks.report("delta").failures]
 
 
 def test_an_export_that_forgets_a_figure_is_found() -> None:
