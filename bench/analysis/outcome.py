@@ -221,7 +221,7 @@ def open_unit(
     return CaptureError(
         capture.source,
         text(
-            "column '{name}' says no unit, and a {what} may be in any of {offered}: write it into the heading, as in '{name} "
+            "column '{name}' says no unit, and {what} may be in any of {offered}: write it into the heading, as in '{name} "
             "({first})'{more}",
             name=name,
             what=word(what) if isinstance(what, str) else what,

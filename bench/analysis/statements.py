@@ -18,7 +18,9 @@ _FULL_SCALE = re.compile(
     r"±?\s*(\d+\.?\d*|\.\d+)\s*%\s*fs\b\s*(?:@\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+)\s*([^\s+%\d]+))?", re.IGNORECASE
 )
 _RANGE = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)\s*([^\s+%\d]+)\s*")
-_WANTED = text("a gain in % or ppm, of the reading or of full scale (1.5%fs@8V), an offset with its unit, as in 2%+5mV")
+_WANTED = text(
+    "a gain in % or ppm, of the reading or of full scale (1.5%fs@8V), an offset with its unit, none below 0, as in 2%+5mV"
+)
 #: A larger error of gain makes no interval: the reading says next to nothing.
 _LARGEST_GAIN = 0.5
 

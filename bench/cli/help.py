@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from bench.cli.line_breaks import Broken
 from drivers.interfaces.text import Text, Translate, text
 
 if TYPE_CHECKING:
@@ -22,9 +23,11 @@ _PLACES = {
         text("PATH"),
         text("PATH..."),
         text("INT"),
+        text("INT..."),
         text("FLOAT"),
         text("FLOAT..."),
         text("CHOICE"),
+        text("CHOICE..."),
     )
 }
 _TITLES = {"Commands": text("Commands"), "Arguments": text("Arguments"), "Parameters": text("Options")}
@@ -55,7 +58,7 @@ class _Help:
 
     def render_description(self, console: "Console", options: "ConsoleOptions", description: Any) -> None:
         if words := self._words(description):
-            console.print(words, markup=False, highlight=False)
+            console.print(Broken(words), markup=False, highlight=False)
             console.print()
 
     def __call__(self, console: "Console", options: "ConsoleOptions", panel: "HelpPanel") -> None:
@@ -69,12 +72,12 @@ class _Help:
         if entry.choices:
             said.append(self._say(text("[choices: {choices}]", choices=", ".join(entry.choices))))
         if (entry.default or "") not in _SILENT:
-            said.append(self._say(text("[default: {default}]", default=entry.default)))
+            said.append(self._say(text("[default: {default}]", default=_typed(str(entry.default)))))
         if entry.required:
             said.append(self._say(text("[required]")))
         place = self._place(entry.metavar) if entry.metavar else entry.metavar
         words = " ".join(filter(None, said))
-        return entry.copy(description=words, metavar=place, choices=None, default=None, required=False)
+        return entry.copy(description=Broken(words), metavar=place, choices=None, default=None, required=False)
 
     def _words(self, described: Any) -> str:
         """Return a description in the language; in a docstring it may stand on several lines."""
@@ -86,3 +89,9 @@ class _Help:
 
     def _say(self, said: Text) -> str:
         return said.render(self._translate)
+
+
+def _typed(default: str) -> str:
+    """Return a default as one types it: several values of an option stand one after the other."""
+    several = default[1:-1] if default[:1] == "(" else ""
+    return " ".join(each.strip(" '\"") for each in several.split(",") if each.strip()) or default

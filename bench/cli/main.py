@@ -134,10 +134,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
         os.environ.setdefault(variable, "1")
     # What is loaded stays: it is not looked through again and again for what could be freed, nor once more at the end.
     gc.set_threshold(20_000)
-    given = list(sys.argv[1:] if arguments is None else arguments)
+    given = _language_last(list(sys.argv[1:] if arguments is None else arguments))
     code = _run(given)
     gc.freeze()
     sys.exit(code)
+
+
+def _language_last(given: list[str]) -> list[str]:
+    """Return a command line with the language that stands before its command behind it, where every command takes it."""
+    if not given or given[0].partition("=")[0] != "--language":
+        return given
+    own = 1 if "=" in given[0] else 2
+    return [*(given[own:] or ["--help"]), *given[:own]]
 
 
 def _app(given: list[str]) -> App:

@@ -53,7 +53,11 @@ def print_rehearsal(done: Rehearsed, translate: Translate) -> None:
     for procedure in done.script.procedures:
         if procedure.cause:
             say(
-                text("✗ {procedure} does not come to its end: {cause}", procedure=procedure.name, cause=procedure.cause)
+                text(
+                    "✗ {procedure} does not come to its end: {cause}",
+                    procedure=word(procedure.name),
+                    cause=procedure.cause,
+                )
             )
     say(
         text(
@@ -75,7 +79,7 @@ def print_rehearsal(done: Rehearsed, translate: Translate) -> None:
 def _print_procedure(console: "Console", procedure: ProcedureScript, translate: Translate) -> None:
     head = text(
         "{name}, §{section}: {bench:.0f} s, of that {hands:.0f} s by hand",
-        name=procedure.name,
+        name=word(procedure.name),
         section=procedure.section,
         bench=procedure.duration,
         hands=procedure.hand_time,

@@ -10,7 +10,7 @@ from pathlib import Path
 from bench.files.toml_file import read
 from bench.i18n.errors import InputError, UsageError
 from bench.i18n.language import language_of, translator
-from bench.station.station_file import VIRTUAL
+from bench.station.station_file import NO_STATION, VIRTUAL
 from drivers.interfaces.text import lines, reason_of, text
 
 #: Largest message (bytes) from a browser, the same that NiceGUI's pages keep to.
@@ -77,7 +77,7 @@ def serve(
     if not station or (virtual and station != VIRTUAL):
         raise UsageError(text("give --station FILE, or --virtual for the virtual bench"))
     if station != VIRTUAL:
-        read(Path(station), text("station file"))
+        read(Path(station), text("station file"), NO_STATION)
         _say_what_is_wrong(station)
     if not _is_loopback(host) and people is None:
         raise UsageError(

@@ -42,7 +42,7 @@ def unavailable(error: OSError, host: str) -> InputError:
             text(
                 "{host} cannot be listened on: {reason}; give an address of this computer with --host",
                 host=host,
-                reason=error.reason,
+                reason=reason_of(error),
             )
         )
     return InputError(
@@ -52,7 +52,7 @@ def unavailable(error: OSError, host: str) -> InputError:
             host=error.host,
             port=error.port,
             endpoint=".".join(error.endpoint),
-            reason=error.reason,
+            reason=reason_of(error),
         )
     )
 

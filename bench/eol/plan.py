@@ -112,7 +112,7 @@ def load_plan(path: Path, base: Catalogues | None = None) -> Plan:
 
     Raises InputError naming file, key and what is allowed.
     """
-    content, data = read(path, text("plan"))
+    content, data = read(path, text("plan"), text("motorbench eol plan writes one from a measured motor"))
     file = validate(PlanFile, data, str(path))
     procedures = catalogues_of(file.plugins, str(path), base).procedures
     for check in file.procedure:

@@ -34,7 +34,6 @@ _LIBRARYS = (
     text("{field_type} should have at least {min_length} item after validation, not {actual_length}"),
     text("{field_type} should have at least {min_length} items after validation, not {actual_length}"),
     text("{field_type} should have at most {max_length} items after validation, not {actual_length}"),
-    text("Input should be a valid dictionary or instance of {class_name}"),
 )
 #: What Python's parser says; what names a key is left as it is.
 _FAULTS = {
@@ -57,16 +56,17 @@ _FAULTS = {
 }
 
 
-def read(path: Path, what: Text) -> tuple[bytes, dict[str, Any]]:
+def read(path: Path, what: Text, remedy: Text | None = None) -> tuple[bytes, dict[str, Any]]:
     """Return a TOML file's bytes, without the byte order mark that some editors put first, and content.
 
-    Raises FileError naming the file (`what` it is), line and cause.
+    Raises FileError naming the file (`what` it is), line and cause, and the `remedy` where there is none.
     """
     try:
         with path.open("rb") as file:
             content = file.read(LONGEST + 1)
     except FileNotFoundError:
-        raise FileError(text("{path}: there is no such {what}", path=path, what=what)) from None
+        missing = text("{path}: there is no such {what}", path=path, what=what)
+        raise FileError(lines((missing, remedy), between="; ") if remedy else missing) from None
     except OSError as error:
         message = text("{path}: the {what} cannot be read: {error}", path=path, what=what, error=reason_of(error))
         raise FileError(message) from None
@@ -142,11 +142,11 @@ def near(word: str, known: Sequence[str]) -> list[str]:
     return difflib.get_close_matches(word, known, n=1, cutoff=0.6)
 
 
-def nearest(word: str, known: Sequence[str]) -> Text:
-    """Return a hint at the known words: the nearest one, or all of them where none is near."""
+def nearest(word: str, known: Sequence[str], far: Text | None = None) -> Text:
+    """Return a hint at the known words: the nearest one; where none is near what is given for it, or all of them."""
     if meant := near(word, known):
         return text("did you mean {name}?", name=meant[0])
-    return text("known are: {names}", names=sorted(known))
+    return far or text("known are: {names}", names=sorted(known))
 
 
 def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any], prefix: str) -> Text | str:
@@ -209,6 +209,7 @@ def _also(fault: ErrorDetails) -> Text | str:
         "dict",
         "bool",
         "date_type",
+        "model_type",
     )
     return "" if fault["type"].startswith(known) else text(" ({said})", said=_said(fault))
 

@@ -8,8 +8,9 @@ from pathlib import Path
 from string import Formatter
 from typing import IO
 
+from bench.i18n.english_names import NAMES
 from bench.i18n.errors import UsageError
-from drivers.interfaces.text import Translate, english, text
+from drivers.interfaces.text import Translate, text
 
 LANGUAGES = ("en", "zh")
 
@@ -28,8 +29,11 @@ def language_of(wish: str, environment: Mapping[str, str] | None = None) -> str:
 
 
 def translator(language: str) -> Translate:
-    """Return what translates templates into a language; a template without a translation stays English."""
-    return _looked_up(catalogue(language), _OF_PLUGINS[language]) if language != "en" else english
+    """Return what translates templates into a language; a template without a translation stays English.
+
+    English needs it for short names only, whose readers' names are in `english_names`.
+    """
+    return _looked_up(catalogue(language) if language != "en" else NAMES, _OF_PLUGINS[language])
 
 
 @cache

@@ -65,7 +65,11 @@ def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catal
     for name in wanted:
         if name not in catalogue:
             raise UsageError(
-                text("there is no procedure {name!r}: {hint}; or all", name=name, hint=_why_not(name, catalogue))
+                text(
+                    "there is no procedure {name!r}, and it is not all: {hint}",
+                    name=name,
+                    hint=_why_not(name, catalogue),
+                )
             )
     manual = next((name for name in wanted if catalogue[name].manual), None)
     if manual is not None and len(wanted) > 1:

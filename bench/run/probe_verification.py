@@ -15,7 +15,7 @@ from bench.run.request import RunRequest
 from bench.run.resume import begun
 from bench.station.station_file import Station
 from drivers.interfaces import Role
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 from procedures.verification.verified_channels import PROBE_VERIFICATION, VerifiedChannels
 
 #: It holds for so many days: gains drift with temperature and age.
@@ -36,7 +36,7 @@ def verified_channels(reference: str, runs: Path, station: Station, today: date)
     journal, began = begun(folder)
     result = view_of(journal.events).finished.get(PROBE_VERIFICATION)
     if result is None:
-        raise _refused(folder.path, text("the run has no finished {procedure}", procedure=PROBE_VERIFICATION))
+        raise _refused(folder.path, text("the run has no finished {procedure}", procedure=word(PROBE_VERIFICATION)))
     taken = datetime.fromisoformat(journal.events[0].wall).astimezone(UTC).date()
     age = (today - taken).days
     if not 0 <= age <= VALID_DAYS:

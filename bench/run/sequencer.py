@@ -35,7 +35,7 @@ from bench.safety.shutdown import failures, shut_down
 from bench.station.sharing import Alone, Sharing
 from bench.station.shutdown_sequence import OFF_BY, ShutdownSequence
 from drivers.interfaces import Clock, Instrument, InstrumentError
-from drivers.interfaces.text import Text, Translate, lines, text
+from drivers.interfaces.text import Text, Translate, lines, text, word
 from procedures.core.bench import Bench, Operator, ProcedureError, Role
 from procedures.core.events import Event
 from procedures.core.live_plot import NobodyLooks, Onlooker
@@ -357,4 +357,4 @@ def _cause(error: BaseException, planned: Planned) -> Text:
     origin = procedure_origin(planned.name, planned.procedure) if isinstance(error, Exception) else None
     if origin is None or isinstance(error, OSError | RecordError):
         return fault(error)
-    return plugin_fault(error, text("procedure {name}", name=planned.name), origin, planned.procedure.__module__)
+    return plugin_fault(error, text("procedure {name}", name=word(planned.name)), origin, planned.procedure.__module__)

@@ -29,6 +29,8 @@ from procedures.core.result import Notice
 
 #: What stands in place of a file for the virtual bench in this process.
 VIRTUAL = "virtual"
+#: What to do where there is no station file.
+NO_STATION = text("motorbench station new writes one, and the virtual bench needs none: --station virtual")
 #: Keys of an instrument's table that are not its driver's.
 _COMMON = ("driver", "address", "name", "reply_time")
 #: Key of a role with several instruments.
@@ -158,13 +160,13 @@ def catalogues_at(station: str) -> Catalogues:
     """
     if station == VIRTUAL:
         return installed()
-    _, data = read(Path(station), text("station file"))
+    _, data = read(Path(station), text("station file"), NO_STATION)
     return catalogues_of(_validated(_Listed, data, station).plugins, station)
 
 
 def load_station(path: Path) -> Station:
     """Read a station file. Raises InputError naming file, key, what was given and what is allowed."""
-    content, data = read(path, text("station file"))
+    content, data = read(path, text("station file"), NO_STATION)
     station = make_station(data, str(path), content)
     return replace(station, photo=photo_beside(str(path), "station.photo", data["station"].get("photo", "")))
 

@@ -65,11 +65,14 @@ def word(term: Text | str) -> Text:
 def lines(sentences: Iterable[Text | str], between: str = "\n") -> Text:
     """Return sentences as one Text, each on a line of its own, or with something else `between` them."""
     values = {f"line{number}": sentence for number, sentence in enumerate(sentences)}
-    return Text(between.join(f"{{{name}}}" for name in values), values)
+    if between != str(_SEMICOLON):
+        return Text(between.join(f"{{{name}}}" for name in values), values)
+    return Text("{between}".join(f"{{{name}}}" for name in values), {**values, "between": _SEMICOLON})
 
 
-#: What stands between the items of a list; Chinese has a comma of its own for it.
+#: What stands between the items of a list, and between sentences on one line; Chinese has marks of its own for them.
 _BETWEEN = text(", ")
+_SEMICOLON = text("; ")
 
 
 def _render(value: object, translate: Translate) -> object:

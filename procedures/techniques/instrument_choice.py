@@ -119,5 +119,5 @@ def _choice(
             reasons.append(text("the station has nothing better for it"))
         return InstrumentChoice(name, here, tuple(reasons), short=not fits, unstated=unstated)
     way, procedure = instead
-    reasons.append(text("the station has what {procedure} needs, which does better here", procedure=procedure))
+    reasons.append(text("the station has what {procedure} needs, which does better here", procedure=word(procedure)))
     return InstrumentChoice(way, procedure, tuple(reasons), short=False, unstated=unstated)

@@ -33,7 +33,7 @@ def parameter_table(found: ParameterSet, truth: Mapping[str, float]) -> Table:
         rows.append(_row(parameter, parameter.label, truth.get(name), with_truth=bool(truth)))
         for other in found.alternatives.get(name, ()):
             by = (
-                text("· by {procedure}", procedure=word(other.procedure))
+                text("· {procedure}", procedure=word(other.procedure))
                 if other.procedure != parameter.procedure
                 else text("· by another way")
             )

@@ -4,8 +4,9 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from drivers.interfaces.text import Text, Translate, text
+from drivers.interfaces.text import Text, Translate, text, word
 from procedures.core.result import Parameter
+from reports.labels import section_name
 from reports.tables.figures import decimals_for, figure, general, percent, scale_of
 from reports.tables.fitted import FittedColumn, fitted
 
@@ -71,7 +72,10 @@ def _budget(parameter: Parameter, translate: Translate, width: int) -> "Group":
     from rich.text import Text as Words
 
     head = Words(f"{parameter.label.render(translate)} ", style="bold")
-    head.append(f"({translate(parameter.procedure)}, §{parameter.section})", style="not bold dim")
+    where = text(
+        "({procedure}, {section})", procedure=word(parameter.procedure), section=section_name(parameter.section)
+    )
+    head.append(where.render(translate), style="not bold dim")
     said = [head, Words(_stated(parameter).render(translate))]
     if not parameter.budget:
         return Group(head, Words(text("It has no uncertainty, and so no budget.").render(translate)), Words(""))

@@ -67,7 +67,7 @@ def other_warnings(parameters: ParameterSet, warnings: Sequence[tuple[str, Notic
 def _by(other: Parameter, best: Parameter, translate: Translate) -> str:
     """Say where a figure comes from that stands beneath another: its procedure, or its way where the procedure is the same."""
     if other.procedure != best.procedure:
-        return text("· by {procedure}", procedure=word(other.procedure)).render(translate)
+        return text("· {procedure}", procedure=word(other.procedure)).render(translate)
     return text("· by another way").render(translate)
 
 

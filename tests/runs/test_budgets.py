@@ -61,7 +61,7 @@ def test_results_print_a_budget(motorbench, tmp_path, capsys):
     assert stopped.value.code == 0
     shown = capsys.readouterr().out
     for part in (
-        "Stator resistance (stator-resistance, §3.2.2)",
+        "Stator resistance (Stator resistance, §3.2.2)",
         "winding temperature",
         "repeats of R_AB",
         "LCR meter",

@@ -92,10 +92,21 @@ def take(folder: Path, only: list[str]) -> None:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         bench = Bench(Path(kept))
         try:
-            for name in only or PAGES:
-                _take(browser, bench, folder, name)
+            missed = [name for name in only or PAGES if not _taken(browser, bench, folder, name)]
         finally:
             bench.close()
+    if missed:
+        raise SystemExit(f"not taken: {', '.join(missed)}; again: give these names")
+
+
+def _taken(browser: Browser, bench: Bench, folder: Path, name: str) -> bool:
+    """Take one page; on a busy machine it may come too late, and the others are taken all the same."""
+    try:
+        _take(browser, bench, folder, name)
+    except Error as error:
+        print(f"{name}: {error}", flush=True)
+        return False
+    return True
 
 
 def _take(browser: Browser, bench: Bench, folder: Path, name: str) -> None:

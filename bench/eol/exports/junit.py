@@ -9,6 +9,8 @@ from junitparser import Error, Failure, TestCase, TestSuite
 
 from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.verdict import Verdict
+from bench.i18n.language import LANGUAGES, translator
+from reports.labels import ParameterLabels
 
 #: What XML 1.0 has no place for (2.2).
 _FORBIDDEN = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -47,7 +49,8 @@ def _suite(record: MotorRecord) -> bytes:
 
 def _figure(record: MotorRecord, figure: MeasuredFigure) -> TestCase:
     if figure.verdict is Verdict.NOT_JUDGED:
-        told = (check.cause for check in reversed(record.checks) if figure.parameter in check.cause)
+        names = _names(figure)
+        told = (check.cause for check in reversed(record.checks) if any(name in check.cause for name in names))
         why = next(told, f"{figure.parameter} is not judged: no figure is given")
         return _case(record, figure.parameter, figure.verdict, why, why)
     finding = (
@@ -56,6 +59,12 @@ def _figure(record: MotorRecord, figure: MeasuredFigure) -> TestCase:
     )
     message = f"{figure.parameter} {figure.verdict.value}: {finding}"
     return _case(record, figure.parameter, figure.verdict, message, finding)
+
+
+def _names(figure: MeasuredFigure) -> set[str]:
+    """Return what a cause may call a parameter: its name, as older records have it, and its label in every language."""
+    label = ParameterLabels({figure.parameter: figure.label})[figure.parameter]
+    return {figure.parameter, *(label.render(translator(language)) for language in LANGUAGES)}
 
 
 def _unmeasured(record: MotorRecord) -> list[TestCase]:

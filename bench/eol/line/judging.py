@@ -8,17 +8,22 @@ from bench.eol.plan import PlannedCheck
 from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.verdict import Verdict, together
 from bench.run.retry_policy import Attempt, Next
+from drivers.interfaces.text import Text, Translate, english, lines, text, word
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.procedure_error import MotorFaultError, OnlyBoundedError
 from procedures.core.result import MISSING_PART, Parameter, Withheld
 from procedures.verification.verifier import WiringError
+from reports.labels import ParameterLabels
 from reports.tables.figures import scale_of
 
 _NO_LIMITS = ParameterLimits()
 
 
 class MotorJudge:
-    """Judges one motor by the limits of its plan; `minimum_ratio` is the least tolerance over the 95 % interval's width."""
+    """Judges one motor by the limits of its plan; `minimum_ratio` is the least tolerance over the 95 % interval's width.
+
+    Why it does not pass is written in the batch's language.
+    """
 
     def __init__(
         self,
@@ -26,7 +31,9 @@ class MotorJudge:
         limits: Mapping[str, ParameterLimits],
         guard: GuardBand,
         minimum_ratio: float,
+        translate: Translate = english,
     ) -> None:
+        self._translate = translate
         self._checks = {check.name: check for check in checks}
         self._limits = limits
         self._guard = guard
@@ -154,36 +161,47 @@ class MotorJudge:
         if reasons and not bad and missing == reasons.keys():
             self._withheld[attempt.planned.name] = frozenset(missing)
         verdicts = [*(figure.verdict for figure in bad), *(Verdict.ERROR for _ in missing), Verdict.PASS]
-        causes = [described(figure) for figure in bad]
+        causes: list[Text] = [described(figure) for figure in bad]
         if absent := attempt.result.findings.get(MISSING_PART):
             # A figure that is not there for the want of the part is no fault of the station.
             verdicts.append(Verdict.FAIL)
-            causes.append(f"missing or dead: {absent}")
+            causes.append(text("missing or dead: {part}", part=word(str(absent))))
         verdict = together(verdicts)
-        causes += [
-            f"{name} is not judged, {reasons[name].cause}: {reasons[name].message}"
-            if name in reasons
-            else f"{name} was not found"
-            for name in sorted(missing)
-        ]
-        return verdict, "; ".join(causes)
+        causes += [self._lacking(name, reasons.get(name)) for name in sorted(missing)]
+        return verdict, lines(causes, "; ").render(self._translate)
+
+    def _lacking(self, name: str, reason: Withheld | None) -> Text:
+        if reason is None:
+            return text("{parameter} was not found", parameter=ParameterLabels({})[name])
+        return text(
+            "{parameter} is not judged, {cause}: {why}",
+            parameter=reason.label,
+            cause=word(reason.cause),
+            why=reason.message,
+        )
 
 
-def described(figure: MeasuredFigure) -> str:
+def described(figure: MeasuredFigure) -> Text:
     """Return a figure with what speaks against it, in one line."""
     scale = scale_of(figure.value, figure.unit)
     value, expanded, low, high = (
         one / scale.factor for one in (figure.value, figure.expanded, figure.low, figure.high)
     )
-    said = f"{figure.parameter} = {value:.5g} ± {expanded:.2g} {scale.unit}".rstrip()
+    label = ParameterLabels({figure.parameter: figure.label})[figure.parameter]
+    said = f"{value:.5g} ± {expanded:.2g} {scale.unit}".rstrip()
     limits = f"{low:.5g} … {high:.5g} {scale.unit}".rstrip()
     if math.isinf(low) or math.isinf(high):
         limits = f"≤ {high:.5g} {scale.unit}".rstrip() if math.isinf(low) else f"≥ {low:.5g} {scale.unit}".rstrip()
     if figure.verdict is Verdict.NOT_JUDGED:
-        return f"{figure.parameter} is not judged: no figure is given"
+        return text("{parameter} is not judged: no figure is given", parameter=label)
     if figure.verdict is Verdict.ERROR:
-        return f"{said} cannot be held against {limits}: too uncertain"
-    return f"{said}, limits {limits}"
+        return text(
+            "{parameter} = {value} cannot be held against {limits}: too uncertain",
+            parameter=label,
+            value=said,
+            limits=limits,
+        )
+    return text("{parameter} = {value}, limits {limits}", parameter=label, value=said, limits=limits)
 
 
 def _half(interval: tuple[float, float]) -> float:

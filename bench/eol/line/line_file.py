@@ -14,7 +14,7 @@ from bench.i18n.errors import FileError, UsageError
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
 from bench.plugins.catalogues import Catalogues, installed
 from bench.station.shutdown_sequence import OFF_BY
-from bench.station.station_file import VIRTUAL, Station, make_station
+from bench.station.station_file import NO_STATION, VIRTUAL, Station, make_station
 from bench.station.watchdog_relay_entries import check_addresses
 from drivers.interfaces.text import text
 from procedures.core.bench import Role
@@ -108,7 +108,7 @@ def load_line(reference: str, sockets: int | None) -> ProductionLine:
         )
     if reference == VIRTUAL:
         return _virtual(_Line(bench="virtual", sockets=sockets or 1), VIRTUAL)
-    content, data = read(Path(reference), text("station file"))
+    content, data = read(Path(reference), text("station file"), NO_STATION)
     line = validate(_Line, data.get("line", {}), reference, "line")
     if line.bench == VIRTUAL:
         if set(data) != {"line"}:

@@ -25,7 +25,7 @@ from bench.journal.recording import WaveformSink
 from bench.journal.run_folder import RunFolder
 from bench.journal.waveforms import LateWaveforms, NoWaveforms, WaveformFolder
 from bench.run.request import Finished
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, Translate, lines, text, word
 from procedures.core.events import Event, StepStarted
 
 _UNSAFE_IN_NAMES = re.compile(r"[^\w.-]+")
@@ -104,7 +104,7 @@ def record_of(test: UnitTest, batch: Batch, socket: str) -> MotorRecord:
         first_pass=judge.first_pass(verdict),
         measured=figures,
         checks=judge.attempts,
-        cause="" if verdict is Verdict.PASS else _cause(judge, figures, cause),
+        cause="" if verdict is Verdict.PASS else _cause(judge, figures, cause, translate),
         run=str(test.folder.path) if test.folder else "",
         journal_sha256=finished.journal_sha256 if finished else "",
         diagnosis="; ".join(each.words.render(translate) for each in diagnoses),
@@ -183,13 +183,13 @@ def _ended_now(
     )
 
 
-def _cause(judge: MotorJudge, figures: Sequence[MeasuredFigure], cause: str) -> str:
+def _cause(judge: MotorJudge, figures: Sequence[MeasuredFigure], cause: str, translate: Translate) -> str:
     """Return why a motor did not pass: the causes of its last attempts, else its figures, else what ended the run."""
     last = {attempt.procedure: attempt.cause for attempt in judge.attempts}
-    causes = [f"{procedure}: {reason}" for procedure, reason in last.items() if reason]
-    if not causes:
-        causes = [described(figure) for figure in figures if figure.verdict is not Verdict.PASS]
-    return "; ".join(causes) or cause
+    causes = [
+        text("{what}: {cause}", what=word(procedure), cause=reason) for procedure, reason in last.items() if reason
+    ] or [described(figure) for figure in figures if figure.verdict is not Verdict.PASS]
+    return lines(causes, "; ").render(translate) or cause
 
 
 def _journal(folder: Path) -> JournalFile | None:
@@ -211,5 +211,5 @@ def _where(journal: JournalFile | None) -> Text:
     if not procedure:
         return text(", before the first procedure")
     if not step:
-        return text(", in {procedure}", procedure=procedure)
-    return text(", in {procedure} at step {step}", procedure=procedure, step=step)
+        return text(", in {procedure}", procedure=word(procedure))
+    return text(", in {procedure} at step {step}", procedure=word(procedure), step=step)

@@ -188,16 +188,17 @@ class Worker:
         if self._stopped:
             self._interrupts.request(self._stopped)
         batch = self._batch
-        judge = MotorJudge(task.checks, batch.limits, batch.plan.guard, batch.plan.minimum_ratio)
+        translate = translator(batch.request.language)
+        judge = MotorJudge(task.checks, batch.limits, batch.plan.guard, batch.plan.minimum_ratio, translate)
         if task.golden_limits is not None:
             # They follow from what is measured itself, errors included.
-            judge = MotorJudge(task.checks, task.golden_limits, GuardBand.SHARED, 0.0)
+            judge = MotorJudge(task.checks, task.golden_limits, GuardBand.SHARED, 0.0, translate)
         test = UnitTest(task, judge, KeptWaveforms(batch.plan.keep_waveforms), datetime.now(UTC))
         self._testing = True
         try:
             self._run(test)
         except (InputError, OSError) as error:
-            test.cause = message(error, translator(batch.request.language))
+            test.cause = message(error, translate)
         except Exception as error:  # noqa: BLE001  one motor's trouble must not end the line
             test.cause = f"{type(error).__name__}: {error}"
         finally:

@@ -71,8 +71,7 @@
     }
 
     function typedIn() {
-        const fields = document.querySelectorAll("input[data-focus], input[data-keep]");
-        return [...fields].filter((field) => field.offsetParent && field.type !== "radio" && field.getAttribute("aria-label"));
+        return [...document.querySelectorAll("input[data-kept]")].filter((field) => field.offsetParent);
     }
 
     function unitsOf(field) {
@@ -80,12 +79,12 @@
     }
 
     // What was typed and not entered outlives the loading, with the unit that was chosen for it: whoever loads the page
-    // anew, for NiceGUI does so itself where a server that was started anew does not know it.
+    // anew, for NiceGUI does so itself where a server that was started anew does not know it, and in whatever language.
     function keepTyped() {
         // A page that is loaded again before it has its fields keeps what the one before kept.
         if (sessionStorage.getItem(KEPT) && !touched) return;
         const fields = typedIn().map((field) => ({
-            name: field.getAttribute("aria-label"),
+            name: field.dataset.kept,
             words: field.value,
             unit: unitsOf(field).find((unit) => unit.getAttribute("aria-checked") === "true")?.textContent.trim(),
         }));
@@ -101,7 +100,7 @@
             return;
         }
         for (const { name, words, unit } of kept.fields) {
-            const field = typedIn().find((one) => one.getAttribute("aria-label") === name);
+            const field = typedIn().find((one) => one.dataset.kept === name);
             if (!field) continue;
             const chosen = unitsOf(field).find((one) => one.textContent.trim() === unit);
             if (chosen && chosen.getAttribute("aria-checked") !== "true") chosen.click();

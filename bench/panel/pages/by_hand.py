@@ -14,11 +14,11 @@ from bench.by_hand.values import range_of, spoken
 from bench.by_hand.words import called, command_words
 from bench.journal.stored_result import restore_text
 from bench.operators.typed import typed_number
-from bench.panel.pages.parts import named, table
+from bench.panel.pages.parts import kept, named, table
 from bench.panel.pages.reader import Reader
 from drivers.interfaces import ProbeKind, Role
 from drivers.interfaces.declarations import Effect
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 from procedures.core.actions import SOCKET_NAMES, YES, FittedProbe, Socket, Terminal
 from procedures.core.result import ProcedureResult
 from reports.labels import role_name
@@ -84,8 +84,8 @@ class ByHandForm:
             with ui.element("section").classes("min-w-0"):
                 self._build_connection(roles)
         with ui.row().classes("w-full items-end gap-4 mt-4"):
-            line = ui.input(label=say(text("Or type a command; help lists them"))).props("outlined dense data-keep")
-            line.classes("grow")
+            asked = text("Or type a command; help lists them")
+            line = kept(ui.input(label=say(asked)).props("outlined dense"), asked).classes("grow")
             line.on("keydown.enter", lambda: self._line(str(line.value or "")))
 
     def _build_command(self, roles: list[str]) -> None:
@@ -146,9 +146,8 @@ class ByHandForm:
             words = {one.name.lower(): say(called(one.name.lower())) for one in argument.choices}
             usual = before or ("" if argument.needed else argument.default.name.lower())
             return ui.select(words, value=usual or None, label=label).props("outlined dense").classes("w-full mt-2")
-        return (
-            ui.input(label=label, value=before).props("outlined dense inputmode=decimal").classes("w-full mt-2 text-lg")
-        )
+        field = ui.input(label=label, value=before).props("outlined dense inputmode=decimal")
+        return kept(field, word(key)).classes("w-full mt-2 text-lg")
 
     def _labelled(self, argument: CommandArgument, key: str) -> Text:
         largest = self._question["ranges"].get(key)

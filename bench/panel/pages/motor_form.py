@@ -13,10 +13,11 @@ from bench.i18n.errors import InputError
 from bench.motor.motor_sections import NameplateSection
 from bench.panel.motor_store import save_motor
 from bench.panel.pages.frame import frame
+from bench.panel.pages.parts import kept
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
 from bench.panel.sessions import Session
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
 from procedures.core.nameplate import WindingConnection
 
 _LABELS: Mapping[str, Text] = {
@@ -62,8 +63,8 @@ class _MotorForm:
                     continue
                 self._fields[name] = self._field(name, field)
             for terminal in ("A", "B", "C"):
-                label = say(text("Colour of wire {terminal}", terminal=terminal))
-                self._colours[terminal] = ui.input(label).props("outlined dense")
+                asked = text("Colour of wire {terminal}", terminal=terminal)
+                self._colours[terminal] = kept(ui.input(say(asked)).props("outlined dense"), asked)
         self._fault = ui.label().props("role=alert").classes("text-lg mt-3 whitespace-pre-line").style("color:#7a130d")
         ui.button(say(text("Save")), on_click=self._save, color=None).classes("mb-go text-xl px-8 mt-2")
 
@@ -78,7 +79,7 @@ class _MotorForm:
                 WindingConnection.DELTA.value: say(text("delta")),
             }
             return ui.select(options, label=label).props("outlined dense")
-        field_input = ui.input(label).props("outlined dense")
+        field_input = kept(ui.input(label).props("outlined dense"), word(name))
         if name not in _TEXTS:
             field_input.props("inputmode=decimal").props["hint"] = _range(field)
         return field_input

@@ -8,7 +8,7 @@ from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
 from bench.panel.pages.reader import Reader
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 
 #: The code that is Done to a scanner.
 CONFIRMS = "DONE"
@@ -21,6 +21,12 @@ _Element = TypeVar("_Element", bound=ui.element)
 def named(element: _Element, name: str) -> _Element:
     """Give an element the name that a screen reader says."""
     element.props["aria-label"] = name
+    return element
+
+
+def kept(element: _Element, asked: Text) -> _Element:
+    """Have the browser keep what is typed into a field when the page is loaded anew, and give it to what asks the same."""
+    element.props["data-kept"] = str(asked)
     return element
 
 

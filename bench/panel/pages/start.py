@@ -13,7 +13,7 @@ from bench.panel.launch import Order
 from bench.panel.offer import Offered, named_roles, rehearse
 from bench.panel.pages.frame import frame
 from bench.panel.pages.motor_form import motor_files
-from bench.panel.pages.parts import late_note
+from bench.panel.pages.parts import kept, late_note
 from bench.panel.pages.reader import Reader
 from bench.panel.pages.settings_part import SettingsPart
 from bench.panel.pages.station_part import StationPart
@@ -58,11 +58,9 @@ class _StartPage:
         with ui.element("div").classes("grid gap-4 grid-cols-1 lg-grid-cols-3"):
             with ui.element("section").classes("mb-card"):
                 ui.label(say(text("1  Motor"))).classes("text-xl font-bold mb-2").props("role=heading aria-level=2")
-                self._serial = (
-                    ui.input(say(text("Serial number (scan or type)")))
-                    .props("outlined autofocus data-scan")
-                    .classes("w-full mb-3")
-                )
+                asked = text("Serial number (scan or type)")
+                self._serial = kept(ui.input(say(asked)).props("outlined autofocus data-scan"), asked)
+                self._serial.classes("w-full mb-3")
                 late_note(self._reader)
                 self._motor = ui.select(
                     self._motors(), label=say(text("Motor type")), on_change=self._motor_chosen

@@ -180,7 +180,7 @@ def test_the_summary_of_a_run(call: Call) -> None:
     times = next(line for line in out.splitlines() if "其中手工" in line)
     assert "手工 0 s" not in times
     assert times in call("results", "latest", "--language", "zh")[1].splitlines()
-    assert "测试记录" in out
+    assert "运行：" in out
 
 
 def test_a_typed_replay(call: Call, by_hand: Path, answers: Path) -> None:

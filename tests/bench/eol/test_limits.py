@@ -81,4 +81,4 @@ def test_the_verdict_on_the_whole(verdicts: str, whole: str) -> None:
 
 def test_what_a_label_says_of_a_figure_has_units_that_people_read() -> None:
     figure = MeasuredFigure("stator_resistance", 0.0191, "Ω", 4e-5, 8e-5, 0.0151, 0.0171, Verdict.FAIL)
-    assert described(figure) == "stator_resistance = 19.1 ± 0.08 mΩ, limits 15.1 … 17.1 mΩ"
+    assert str(described(figure)) == "Stator resistance = 19.1 ± 0.08 mΩ, limits 15.1 … 17.1 mΩ"

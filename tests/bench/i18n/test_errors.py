@@ -98,7 +98,7 @@ def test_a_program_reads_english(call: Call, motor: Path) -> None:
 def test_a_procedure_or_setting_that_is_not_there(call: Call) -> None:
     virtual = ("--station", "virtual", "--motor", "lg-400w", "--language", "zh")
     _, _, err = call("run", "stator-resistence", *virtual)
-    assert err == "motorbench: 没有测量项目 'stator-resistence'：是否指 stator-resistance？；或 all\n"
+    assert err == "motorbench: 没有测量项目 'stator-resistence'，也不是 all：是否指 stator-resistance？\n"
     _, _, err = call("run", "stator-resistance", *virtual, "--set", "frequencie=1")
     assert "--set frequencie=1：没有设置项 frequencie；" in err
     _, _, err = call("run", "pole-pairs-static", *virtual, "--set", "current_share=7")
@@ -154,7 +154,7 @@ def test_a_capture_that_cannot_be_used(call: Call, tmp_path: Path, monkeypatch: 
 def test_a_motor_that_is_not_there() -> None:
     with pytest.raises(InputError) as refused:
         load_motor("lg-401w")
-    assert message(refused.value, CHINESE) == "没有电机 'lg-401w'：是否指 lg-400w？；或给出文件"
+    assert message(refused.value, CHINESE) == "没有电机 'lg-401w'，也没有这样的文件：是否指 lg-400w？"
 
 
 #: Where each takes its sentence.

@@ -220,7 +220,7 @@ def test_translations_are_chinese() -> None:
     same = {
         "u",
         "u, %",
-        "· by {procedure}",
+        "· {procedure}",
         "{terminal} → {socket}",
         "{terminal} ({colour}) → {socket}",
         "{instrument}, {quantity}",

@@ -68,7 +68,10 @@ def test_a_fault_is_what_the_file_says(tmp_path: Path) -> None:
             "faults[0].at = -1; allowed is a number of at least 0 and up to",
         ),
         ("[[faults]]\nfault = 'stuck_rotor'\nat = nan", "faults[0].at = nan"),
-        ("[[faults]]\nfault = 'stuck_rotor'\nstep = '9.9'", "faults[0]: there is no step '9.9'; known are: "),
+        (
+            "[[faults]]\nfault = 'stuck_rotor'\nstep = '9.9'",
+            "faults[0]: there is no step '9.9'; motorbench procedures lists them",
+        ),
         (
             "[[faults]]\nfault = 'stuck_rotor'\nstep = '3.2.2/9'",
             "faults[0]: there is no step '3.2.2/9'; did you mean 3.2.2/",

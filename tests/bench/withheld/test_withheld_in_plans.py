@@ -53,7 +53,7 @@ def test_a_plan_does_not_judge_it_and_never_passes_the_motor(call: Call, tmp_pat
     )
     # Tried again, as the plan has it, before it was left.
     assert [(check.attempt, check.verdict) for check in record.checks] == [(1, Verdict.ERROR), (2, Verdict.ERROR)]
-    assert "stator_resistance is not judged, unexplained: the record differs" in record.cause
+    assert "Stator resistance is not judged, unexplained: the record differs" in record.cause
     # What has no limits decides nothing, and is told by the run only.
     assert {one.parameter for one in record.measured} == {"stator_resistance", "inertia"}
     out = call("eol", "export", "--format", "csv")[1]

@@ -7,7 +7,7 @@ from nicegui import ui
 
 from bench.journal.stored_result import restore_text
 from bench.panel.live_view import LiveView
-from bench.panel.pages.parts import named
+from bench.panel.pages.parts import kept, named
 from bench.panel.pages.reader import Reader
 from bench.panel.typed_scale import chosen_unit, completed, factor_of, far_from, shown, units_of, value_of
 from drivers.interfaces.text import Text, text
@@ -84,7 +84,7 @@ class NumberEntry:
             self._field = ui.input(value=proposed, on_change=self._typed).props(
                 "borderless data-focus inputmode=decimal autocomplete=off"
             )
-            named(self._field, label)
+            kept(named(self._field, label), self._label())
             if len(self._units) > 1:
                 with named(ui.element("div").classes("mb-units").props("role=radiogroup"), say(text("unit"))):
                     for name in self._units:

@@ -15,7 +15,7 @@ from bench.panel.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
 from bench.panel.pages.by_hand import ByHandForm, said_lines
 from bench.panel.pages.choice import ChoiceEntry
-from bench.panel.pages.parts import named, untaken_note
+from bench.panel.pages.parts import kept, named, untaken_note
 from bench.panel.pages.reader import Reader
 from bench.panel.pages.run.correction import Correction
 from bench.panel.pages.run.entry import NumberEntry
@@ -174,10 +174,11 @@ class StepCard:
             with ui.element("div").classes("mb-entry"):
                 self.entry = NumberEntry(self._run.view, question, self._reader, self._typed)
         elif question["kind"] == "angles":
-            label = say(text("angles in degrees, separated by spaces"))
+            asked = text("angles in degrees, separated by spaces")
+            label = say(asked)
             ui.label(label).classes("mb-label").props("aria-hidden=true")
             with ui.element("div").classes("mb-field mb-entry"):
-                self.angles = named(ui.input().props("borderless data-focus autocomplete=off"), label)
+                self.angles = kept(named(ui.input().props("borderless data-focus autocomplete=off"), label), asked)
             self.fault = ui.label().classes("mb-note").props("role=alert")
 
     def _typed(self) -> None:

@@ -96,6 +96,44 @@ def test_every_kind_of_step_is_answered_without_a_pointer(
     assert len(shown.answers) == len(KINDS)
 
 
+def test_what_is_typed_and_not_entered_outlives_the_change_of_language(
+    panel: Panel, shown: ShownRun, new_page: Callable[[], Page]
+) -> None:
+    page = new_page()
+    come_to(page, panel)
+    field = page.locator("input[data-focus]")
+    for kind, typed, entered in (("type", "31.8", "输入 31.8 mΩ"), ("mark", "0 90 180", "完成")):
+        (question, more), _, _, _ = KINDS[kind]
+        shown.ask(question, **more)
+        shown.tell([OFF])
+        expect(field).to_be_focused()
+        if kind == "type":
+            page.get_by_role("radio", name="mΩ").click()
+        field.fill(typed)
+        page.get_by_role("button", name="中文").click()
+        expect(page.locator("html[lang=zh]")).to_be_attached()
+        expect(field).to_have_value(typed)
+        shown.tell([OFF])
+        expect(page.locator("[data-done]")).to_contain_text(entered)
+        page.get_by_role("button", name="English").click()
+        expect(page.locator("html[lang=en]")).to_be_attached()
+        expect(field).to_have_value(typed)
+        shown.tell([OFF])
+        expect(page.locator("[data-done]:not([disabled], [aria-disabled])")).to_be_visible()
+        page.keyboard.press("Enter")
+        expect(page.get_by_text("Measuring …")).to_be_visible()
+    assert shown.answers == ["31.8 mΩ", ["0", "90", "180"]]
+
+
+def test_a_half_filled_motor_form_outlives_the_change_of_language(panel: Panel, new_page: Callable[[], Page]) -> None:
+    page = new_page()
+    page.goto(f"{panel.url}/motor")
+    page.get_by_label("Rated current").fill("2.5")
+    page.get_by_role("button", name="中文").click()
+    expect(page.locator("html[lang=zh]")).to_be_attached()
+    expect(page.get_by_label("额定电流")).to_have_value("2.5")
+
+
 def test_the_answers_of_a_choice_fit_and_are_accessible_on_four_screens(
     panel: Panel, shown: ShownRun, new_page: Callable[[], Page]
 ) -> None:
