@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.interfaces import InverterAbility
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import INVERTER, CoupleDynamometer, ReleaseRotor
 from procedures.core.bench import Role
 from procedures.core.curves import curve
@@ -16,8 +16,7 @@ from procedures.core.demand import SHAFT, Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
-from procedures.estimation.flux.estimator import FluxMapEstimate, estimate_flux_map
-from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap
+from procedures.estimation.flux.flux_map import MeasuredFluxMap
 from procedures.estimation.flux.mtpa_locations import about_mtpa, held_back
 from procedures.estimation.flux.plan import (
     PlannedReading,
@@ -27,8 +26,8 @@ from procedures.estimation.flux.plan import (
     reading_order,
     within_voltage,
 )
-from procedures.estimation.flux.readings import FluxReadings
 from procedures.maps.flux_map_settings import FluxMapSettings
+from procedures.techniques.maps.estimates import estimate_of, gains_of
 from procedures.techniques.maps.plots import map_plot
 from procedures.techniques.maps.readings import MapReadings, Pace, read_points
 from procedures.techniques.maps.results import (
@@ -93,7 +92,9 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
     @step("M1/1", "Connect the inverter, couple the dynamometer", by_hand=True)
     def prepare(self) -> None:
         """Know how many pole pairs and which way the phases turn before anything depends on it."""
+        self._taken, self._planned = MapReadings(), 0
         self._pairs = known_pole_pairs(self)
+        self._largest_torque = self.bench.dynamometer.maximum_torque
         self.bench.perform(INVERTER, ReleaseRotor(), CoupleDynamometer())
         self.wiring.inverter.direction(INVERTER)
 
@@ -133,21 +134,37 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         def progress(taken: MapReadings, left: float) -> None:
             self.bench.show(lambda: map_plot(plan, taken, self._pairs, left))
 
-        taken = read_points(self.bench, self.nameplate, plan, self._speed, pace, progress)
+        taken, self._planned = self._taken, len(plan)
+        read_points(self.bench, self.nameplate, plan, self._speed, pace, progress, taken)
         for chosen in (self._other_sides, self._about_mtpa):
             more = chosen(plan, taken) if taken.ended is None else []
             if more:
                 plan = [*plan, *more]
-                taken = read_points(self.bench, self.nameplate, more, self._speed, pace, progress, taken)
+                self._planned = len(plan)
+                read_points(self.bench, self.nameplate, more, self._speed, pace, progress, taken)
         self.findings["readings"] = len(plan)
         self.bench.dynamometer.stop()
+        self._tell_left_out(taken)
+        return taken
+
+    def conclude_early(self, why: Text) -> bool:
+        """Make the map of what was read before an error or an abort."""
+        taken: MapReadings | None = getattr(self, "_taken", None)
+        if taken is None or not taken.points:
+            return False
+        taken.ended = why
+        self._tell_left_out(taken)
+        self.conclude(taken)
+        return True
+
+    def _tell_left_out(self, taken: MapReadings) -> None:
         if taken.ended is not None:
             self.notice(
                 "ended-early",
                 text(
                     "{read} of {planned} readings were taken: {why}. The map is of these",
                     read=len(taken.points),
-                    planned=len(plan),
+                    planned=self._planned,
                     why=taken.ended,
                 ),
             )
@@ -160,12 +177,11 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
                     count=len(taken.limited),
                 ),
             )
-        return taken
 
     @step("M1/4", "Flux linkages at the currents, with their uncertainty; largest torque per ampere")
     def conclude(self, taken: MapReadings) -> None:
         """Report the map."""
-        found = self._estimate(taken)
+        found = estimate_of(taken, symmetric=self.settings.symmetric)
         self.tell_misfit(found.misfit)
         fit, flux_map = found.fit, found.map
         self.findings |= {
@@ -219,7 +235,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         if self.settings.symmetric is not None:
             return []
         try:
-            fit = self._estimate(taken)
+            fit = estimate_of(taken, symmetric=None)
         except EstimationError:
             # What is wrong with them is told where the map is made.
             return []
@@ -233,7 +249,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             # The asked number is that of both sides.
             later //= 2
         try:
-            fit = self._estimate(taken)
+            fit = estimate_of(taken, symmetric=self.settings.symmetric)
             points = about_mtpa(fit.map, later)
         except EstimationError:
             return []
@@ -241,24 +257,6 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         if allowed is not None:
             points = points[allowed(points)]
         return further_readings(points, np.random.default_rng(_ORDER), both_sides=not fit.symmetric)
-
-    def _estimate(self, taken: MapReadings) -> FluxMapEstimate:
-        names = {
-            "time": "time",
-            "i_d": "d_current",
-            "i_q": "q_current",
-            "u_d": "d_voltage",
-            "u_q": "q_voltage",
-            "electrical_speed": "electrical_speed",
-        }
-        readings = FluxReadings.of(**{name: taken.column(field) for name, field in names.items()})
-        return estimate_flux_map(
-            readings, gains=self._gains(taken), wanted=taken.planned, symmetric=self.settings.symmetric
-        )
-
-    def _gains(self, taken: MapReadings) -> GainLimits:
-        last = taken.points[-1].reading
-        return GainLimits(last.voltage_accuracy.gain, last.current_accuracy.gain)
 
     def _report_figures(self, flux_map: MeasuredFluxMap) -> None:
         """Report the flux linkage at no current, and the largest torque at the largest current with its angle."""
@@ -278,10 +276,9 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         if compared is None:
             return
         accuracy = taken.points[-1].shaft.torque_accuracy
-        reach = self.bench.dynamometer.maximum_torque
-        gain = accuracy.gain or accuracy.offset / reach
+        gain = accuracy.gain or accuracy.offset / self._largest_torque
         # Both gains go into the map's torque whole, the current's by the points' places too, whatever saturates.
-        gains = self._gains(taken)
+        gains = gains_of(taken)
         limits = (gain, gains.voltage, gains.current)
         spread = math.hypot(compared.scatter, *(limit / math.sqrt(3.0) for limit in limits))
         self.findings["torque"] = {**compared.as_dict(), "standard_uncertainty": spread}
