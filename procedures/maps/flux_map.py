@@ -16,6 +16,7 @@ from procedures.core.demand import SHAFT, Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.flux.estimator import FluxMapEstimate
 from procedures.estimation.flux.flux_map import MeasuredFluxMap
 from procedures.estimation.flux.mtpa_locations import about_mtpa, held_back
 from procedures.estimation.flux.plan import (
@@ -81,6 +82,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         ),
     }
     at_load: ClassVar[bool] = True
+    _estimated: tuple[int, FluxMapEstimate] | None = None
 
     def measure(self) -> None:
         """Connect, choose the currents, read them, and make the map."""
@@ -181,7 +183,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
     @step("M1/4", "Flux linkages at the currents, with their uncertainty; largest torque per ampere")
     def conclude(self, taken: MapReadings) -> None:
         """Report the map."""
-        found = estimate_of(taken, symmetric=self.settings.symmetric)
+        found = self._estimate(taken)
         self.tell_misfit(found.misfit)
         fit, flux_map = found.fit, found.map
         self.findings |= {
@@ -227,20 +229,19 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         def linear(points: FloatArray) -> FloatArray:
             return np.column_stack((flux + ld * points[:, 0], lq * points[:, 1]))
 
-        most = _MODULATED * voltage / math.sqrt(3.0)
-        return lambda points: within_voltage(points, linear, self._pairs * self._speed, resistance, most)
+        omega, most = self._pairs * self._speed, _MODULATED * voltage / math.sqrt(3.0)
+        return lambda points: within_voltage(points, linear, omega, resistance, most)
 
     def _other_sides(self, plan: list[PlannedReading], taken: MapReadings) -> Sequence[PlannedReading]:
         """Return what is read besides where the readings contradict the symmetry, so that one side of i_q does not stand for the other."""
         if self.settings.symmetric is not None:
             return []
         try:
-            fit = estimate_of(taken, symmetric=None)
+            fit = self._estimate(taken)
         except EstimationError:
             # What is wrong with them is told where the map is made.
             return []
-        asymmetric = fit.symmetry_tested and not fit.symmetric
-        return other_sides(plan, np.random.default_rng(_ORDER)) if asymmetric else []
+        return [] if fit.symmetric else other_sides(plan, np.random.default_rng(_ORDER))
 
     def _about_mtpa(self, plan: list[PlannedReading], taken: MapReadings) -> Sequence[PlannedReading]:
         """Return the readings about the largest torque per ampere, which those before tell."""
@@ -249,14 +250,19 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             # The asked number is that of both sides.
             later //= 2
         try:
-            fit = estimate_of(taken, symmetric=self.settings.symmetric)
+            fit = self._estimate(taken)
             points = about_mtpa(fit.map, later)
         except EstimationError:
             return []
-        allowed = self._allowed()
-        if allowed is not None:
+        if (allowed := self._allowed()) is not None:
             points = points[allowed(points)]
         return further_readings(points, np.random.default_rng(_ORDER), both_sides=not fit.symmetric)
+
+    def _estimate(self, taken: MapReadings) -> FluxMapEstimate:
+        """Return the map of what was read, made once of the same readings."""
+        if self._estimated is None or self._estimated[0] != len(taken.points):
+            self._estimated = len(taken.points), estimate_of(taken, symmetric=self.settings.symmetric)
+        return self._estimated[1]
 
     def _report_figures(self, flux_map: MeasuredFluxMap) -> None:
         """Report the flux linkage at no current, and the largest torque at the largest current with its angle."""
