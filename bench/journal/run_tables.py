@@ -1,6 +1,7 @@
 """Tables among the findings of a run, as CSV files beside its result: what other programs read without JSON."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import PurePath
 from typing import Any
 
 #: The finding that holds them: by file name, a table of columns of the same length, each by its heading.
@@ -8,10 +9,22 @@ TABLES = "tables"
 
 
 def tables_of(result: Mapping[str, Any]) -> Iterator[tuple[str, bytes]]:
-    """Yield name and content of each file that belongs to a result as it stands in `result.json`."""
-    for procedure in result.get("procedures", {}).values():
-        for name, columns in procedure.get("findings", {}).get(TABLES, {}).items():
-            yield name, table_content(columns).encode()
+    """Yield name and content of each file that belongs to a result as it stands in `result.json`.
+
+    Where several procedures have a table of one name, it is that of the procedure whose name it bears, else of the first; the others'
+    files have the procedure's name besides.
+    """
+    tables: dict[str, dict[str, Mapping[str, Sequence[Any]]]] = {}
+    for procedure, found in result.get("procedures", {}).items():
+        for name, columns in found.get("findings", {}).get(TABLES, {}).items():
+            tables.setdefault(name, {})[procedure] = columns
+    for name, owned in tables.items():
+        path = PurePath(name)
+        bearers = [procedure for procedure in owned if procedure.replace("-", "_") == path.stem]
+        first = (bearers or list(owned))[0]
+        for procedure, columns in owned.items():
+            file = name if procedure == first else f"{path.stem}-{procedure}{path.suffix}"
+            yield file, table_content(columns).encode()
 
 
 def table_content(columns: Mapping[str, Sequence[Any]]) -> str:

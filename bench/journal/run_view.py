@@ -11,6 +11,7 @@ from bench.journal.events.run import (
     ClockSetBack,
     ConsistencyChecked,
     KnownBefore,
+    PartialResultMade,
     ProcedureFailed,
     ProcedureFinished,
     ProcedureStarted,
@@ -27,10 +28,14 @@ from procedures.core.result import Notice, ProcedureResult, Withheld
 
 @dataclass
 class ProcedureView:
-    """One procedure of a run: its steps as they went, its result once it finished, its cause where it failed."""
+    """One procedure of a run: its steps as they went, its result once it finished, its cause where it failed.
+
+    `partial` says that it was left early, and that the result is of what it had taken until then.
+    """
 
     steps: list[dict[str, Any]] = field(default_factory=list)
     result: ProcedureResult | None = None
+    partial: bool = False
     cause: str = ""
     told: Text = NOTHING
     sentences: Mapping[str, str] = field(default_factory=dict)
@@ -39,7 +44,7 @@ class ProcedureView:
 #: What a view shows; every other event passes by.
 SHOWN = (
     RunStarted, RunResumed, KnownBefore, ClockSetBack, ConsistencyChecked, ProcedureStarted, ProcedureFinished, ProcedureFailed,
-    StepStarted, StepFinished, StepFailed, RunFinished,
+    PartialResultMade, StepStarted, StepFinished, StepFailed, RunFinished,
 )  # fmt: skip
 
 
@@ -85,6 +90,9 @@ class RunView:
                 self._here = self.procedures[event.procedure] = ProcedureView(sentences=event.steps)
             case ProcedureFinished(result=result):
                 self.procedures[result.procedure].result = result
+            case PartialResultMade(result=result):
+                left = self.procedures[result.procedure]
+                left.result, left.partial = result, True
             case ProcedureFailed():
                 failed = self.procedures[event.procedure]
                 failed.cause, failed.told = event.cause, _told(event)
@@ -99,18 +107,23 @@ class RunView:
     @property
     def finished(self) -> dict[str, ProcedureResult]:
         """Results of the procedures that came to their end."""
+        return {name: result for name, result in self.results.items() if not self.procedures[name].partial}
+
+    @property
+    def results(self) -> dict[str, ProcedureResult]:
+        """Results of all procedures, of those that were left early too, as far as they came."""
         return {name: view.result for name, view in self.procedures.items() if view.result is not None}
 
     def parameters(self) -> ParameterSet:
         """Return the best figure of each parameter and the others beside it."""
-        return merge(self.finished.values())
+        return merge(self.results.values())
 
     def warnings(self) -> list[tuple[str, Notice]]:
         """Return all warnings, each with the procedure it came from; empty for what concerns several.
 
         What was known before the run began comes first, then what the procedures found, then what their results say together.
         """
-        own = [(name, notice) for name, result in self.finished.items() for notice in result.warnings]
+        own = [(name, notice) for name, result in self.results.items() for notice in result.warnings]
         return self._before + own + [("", notice) for notice in (*self.parameters().notices, *self._together)]
 
     @property
@@ -159,7 +172,7 @@ class RunView:
         """Return what the procedures' records show beyond their models, each row with its procedure."""
         return [
             {**told_again(row, translate), "procedure": name}
-            for name, result in self.finished.items()
+            for name, result in self.results.items()
             for row in result.findings.get("misfit", ())
         ]
 
@@ -230,7 +243,7 @@ def _withheld(reasons: Sequence[Withheld], translate: Translate) -> dict[str, An
 def _procedure(view: ProcedureView, translate: Translate) -> dict[str, Any]:
     result = view.result
     made: dict[str, Any] = {
-        "status": "completed" if result else ("failed" if view.cause else "interrupted"),
+        "status": "completed" if result and not view.partial else ("failed" if view.cause else "interrupted"),
         "parameters": {p.name: p.as_dict() for p in result.parameters} if result else {},
         "withheld": {w.name: w.as_dict(translate) for w in result.withheld} if result else {},
         "findings": dict(result.findings) if result else {},

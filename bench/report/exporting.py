@@ -53,5 +53,5 @@ def records_of(run: FinishedRun) -> list[Recorded]:
 
 def _map_of(run: FinishedRun) -> ExportedMap | None:
     """Return the run's first flux map."""
-    made = (exported_map(name, result.findings) for name, result in run.view.finished.items())
+    made = (exported_map(name, result.findings) for name, result in run.view.results.items())
     return next((each for each in made if each is not None), None)

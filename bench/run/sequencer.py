@@ -25,6 +25,7 @@ from bench.journal.run_view import RunView
 from bench.journal.stored_result import Sentence
 from bench.plugins.faults import plugin_fault, procedure_origin
 from bench.run.feeding import FeedingRoles
+from bench.run.partial_results import PartialResults
 from bench.run.plan import Planned
 from bench.run.retry_policy import After, Attempt, Next, stop_at_failure
 from bench.run.tape import Tape
@@ -99,6 +100,7 @@ class Runner:
     onlooker: Onlooker = field(default_factory=NobodyLooks)
     #: Raises where a virtual bench was brought, since a bench time (s), where its physics does not follow.
     check_modelled: Callable[[float], None] = lambda _: None
+    partial: PartialResults = field(default_factory=PartialResults)
 
     def run(
         self,
@@ -136,6 +138,7 @@ class Runner:
             finally:
                 unsafe = self._down(causes)
                 causes += map(as_said, unsafe)
+                self._conclude_left(causes)
                 if unsafe and status == "completed":
                     status = "failed"
                 self._finish(status, causes, self.clock.now() - bench_started, monotonic() - started)
@@ -228,6 +231,7 @@ class Runner:
         def made() -> Procedure[Any]:
             procedure = planned.procedure(bench, self.nameplate, planned.settings, parameters.parameters)
             procedure.withheld_before = parameters.withheld
+            self.partial.begin(procedure)
             return procedure
 
         values = made().step_values()
@@ -253,6 +257,7 @@ class Runner:
             result = self.tape.perform(bench, made) if self.tape else made().run()
             self.check_modelled(started)
             self.journal.record(ProcedureFinished(result=result))
+            self.partial.forget()
         except BaseException as error:
             why = _cause(error, planned)
             cause = why.render(self.translate)
@@ -270,6 +275,10 @@ class Runner:
             self._walk()
             # The shutdown has opened relays, and people look what is wrong.
             bench.state.forget()
+            if isinstance(error, RepeatWantedError):
+                self.partial.forget()
+            if unmade := self.partial.conclude(self.journal, why):
+                why = lines([why, unmade])
             self._give_back(shared)
             return Attempt(planned, started, self.clock.now(), error=error, cause=cause, told=why)
         ended = self.clock.now()
@@ -302,6 +311,18 @@ class Runner:
         if unsafe and SWITCHED_OFF not in result:
             result.append(_MAY_BE_ON.render(self.translate))
         return result
+
+    def _conclude_left(self, causes: list[Text]) -> None:
+        """Have the procedure that an abort has left make what it can of what it took; whoever is in a hurry has it in the journal."""
+        if self.interrupts.hurry.is_set():
+            return
+        try:
+            unmade = self.partial.conclude(self.journal, lines(causes))
+        except OSError:
+            # Said when the run is finished.
+            return
+        if unmade is not None:
+            causes.append(unmade)
 
     def _walk(self) -> list[str]:
         opened, hurry = self.instruments.opened(), self.interrupts.hurry

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import copy
 from typing import Protocol, cast
 
 from drivers.interfaces import (
@@ -121,6 +122,12 @@ class Bench:
             raise ProcedureError(
                 text("{roles} was still on when the procedure ended: a fault of the procedure", roles=roles)
             )
+
+    def without_instruments(self) -> "Bench":
+        """Return it for what is only computed any more: no instrument answers there."""
+        left = copy(self)
+        left._instruments = {}
+        return left
 
     def has(self, role: Role) -> bool:
         """Tell whether the station has an instrument in this role."""

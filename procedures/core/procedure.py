@@ -132,6 +132,22 @@ class Procedure(ABC, Generic[C]):
         self.bench.state.begin(used, self.nameplate.voltage_bound)
         self.measure()
         self.bench.check_off()
+        return self._result()
+
+    def partial_result(self, why: Text) -> ProcedureResult | None:
+        """Return what is made of what was taken until the procedure was left early; `why` is said in it. None where there is nothing.
+
+        Everything is off by then, and no instrument answers any more.
+        """
+        self.bench = self.bench.without_instruments()
+        self._parameters, self._notices, self._withheld = [], [], []
+        return self._result() if self.conclude_early(why) else None
+
+    def conclude_early(self, why: Text) -> bool:
+        """Report what can be made of what was taken before the procedure was left, and tell whether that is anything: nothing here."""
+        return False
+
+    def _result(self) -> ProcedureResult:
         kept, withheld = possible(self._parameters)
         withheld += self._withheld
         if self.parameters and not kept and not withheld and not self._notices:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.interfaces import InverterAbility
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import INVERTER, CoupleDynamometer, ReleaseRotor
 from procedures.core.bench import Role
 from procedures.core.curves import curve
@@ -16,8 +16,8 @@ from procedures.core.demand import SHAFT, Demand, Demands
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
-from procedures.estimation.flux.estimator import FluxMapEstimate, estimate_flux_map
-from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap
+from procedures.estimation.flux.estimator import FluxMapEstimate
+from procedures.estimation.flux.flux_map import MeasuredFluxMap
 from procedures.estimation.flux.mtpa_locations import about_mtpa, held_back
 from procedures.estimation.flux.plan import (
     PlannedReading,
@@ -27,8 +27,8 @@ from procedures.estimation.flux.plan import (
     reading_order,
     within_voltage,
 )
-from procedures.estimation.flux.readings import FluxReadings
 from procedures.maps.flux_map_settings import FluxMapSettings
+from procedures.techniques.maps.estimates import estimate_of, gains_of
 from procedures.techniques.maps.plots import map_plot
 from procedures.techniques.maps.readings import MapReadings, Pace, read_points
 from procedures.techniques.maps.results import (
@@ -82,6 +82,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         ),
     }
     at_load: ClassVar[bool] = True
+    _estimated: tuple[int, FluxMapEstimate] | None = None
 
     def measure(self) -> None:
         """Connect, choose the currents, read them, and make the map."""
@@ -93,7 +94,9 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
     @step("M1/1", "Connect the inverter, couple the dynamometer", by_hand=True)
     def prepare(self) -> None:
         """Know how many pole pairs and which way the phases turn before anything depends on it."""
+        self._taken, self._planned = MapReadings(), 0
         self._pairs = known_pole_pairs(self)
+        self._largest_torque = self.bench.dynamometer.maximum_torque
         self.bench.perform(INVERTER, ReleaseRotor(), CoupleDynamometer())
         self.wiring.inverter.direction(INVERTER)
 
@@ -133,21 +136,37 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         def progress(taken: MapReadings, left: float) -> None:
             self.bench.show(lambda: map_plot(plan, taken, self._pairs, left))
 
-        taken = read_points(self.bench, self.nameplate, plan, self._speed, pace, progress)
+        taken, self._planned = self._taken, len(plan)
+        read_points(self.bench, self.nameplate, plan, self._speed, pace, progress, taken)
         for chosen in (self._other_sides, self._about_mtpa):
             more = chosen(plan, taken) if taken.ended is None else []
             if more:
                 plan = [*plan, *more]
-                taken = read_points(self.bench, self.nameplate, more, self._speed, pace, progress, taken)
+                self._planned = len(plan)
+                read_points(self.bench, self.nameplate, more, self._speed, pace, progress, taken)
         self.findings["readings"] = len(plan)
         self.bench.dynamometer.stop()
+        self._tell_left_out(taken)
+        return taken
+
+    def conclude_early(self, why: Text) -> bool:
+        """Make the map of what was read before an error or an abort."""
+        taken: MapReadings | None = getattr(self, "_taken", None)
+        if taken is None or not taken.points:
+            return False
+        taken.ended = why
+        self._tell_left_out(taken)
+        self.conclude(taken)
+        return True
+
+    def _tell_left_out(self, taken: MapReadings) -> None:
         if taken.ended is not None:
             self.notice(
                 "ended-early",
                 text(
                     "{read} of {planned} readings were taken: {why}. The map is of these",
                     read=len(taken.points),
-                    planned=len(plan),
+                    planned=self._planned,
                     why=taken.ended,
                 ),
             )
@@ -160,7 +179,6 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
                     count=len(taken.limited),
                 ),
             )
-        return taken
 
     @step("M1/4", "Flux linkages at the currents, with their uncertainty; largest torque per ampere")
     def conclude(self, taken: MapReadings) -> None:
@@ -211,8 +229,8 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         def linear(points: FloatArray) -> FloatArray:
             return np.column_stack((flux + ld * points[:, 0], lq * points[:, 1]))
 
-        most = _MODULATED * voltage / math.sqrt(3.0)
-        return lambda points: within_voltage(points, linear, self._pairs * self._speed, resistance, most)
+        omega, most = self._pairs * self._speed, _MODULATED * voltage / math.sqrt(3.0)
+        return lambda points: within_voltage(points, linear, omega, resistance, most)
 
     def _other_sides(self, plan: list[PlannedReading], taken: MapReadings) -> Sequence[PlannedReading]:
         """Return what is read besides where the readings contradict the symmetry, so that one side of i_q does not stand for the other."""
@@ -223,8 +241,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         except EstimationError:
             # What is wrong with them is told where the map is made.
             return []
-        asymmetric = fit.symmetry_tested and not fit.symmetric
-        return other_sides(plan, np.random.default_rng(_ORDER)) if asymmetric else []
+        return [] if fit.symmetric else other_sides(plan, np.random.default_rng(_ORDER))
 
     def _about_mtpa(self, plan: list[PlannedReading], taken: MapReadings) -> Sequence[PlannedReading]:
         """Return the readings about the largest torque per ampere, which those before tell."""
@@ -237,28 +254,15 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             points = about_mtpa(fit.map, later)
         except EstimationError:
             return []
-        allowed = self._allowed()
-        if allowed is not None:
+        if (allowed := self._allowed()) is not None:
             points = points[allowed(points)]
         return further_readings(points, np.random.default_rng(_ORDER), both_sides=not fit.symmetric)
 
     def _estimate(self, taken: MapReadings) -> FluxMapEstimate:
-        names = {
-            "time": "time",
-            "i_d": "d_current",
-            "i_q": "q_current",
-            "u_d": "d_voltage",
-            "u_q": "q_voltage",
-            "electrical_speed": "electrical_speed",
-        }
-        readings = FluxReadings.of(**{name: taken.column(field) for name, field in names.items()})
-        return estimate_flux_map(
-            readings, gains=self._gains(taken), wanted=taken.planned, symmetric=self.settings.symmetric
-        )
-
-    def _gains(self, taken: MapReadings) -> GainLimits:
-        last = taken.points[-1].reading
-        return GainLimits(last.voltage_accuracy.gain, last.current_accuracy.gain)
+        """Return the map of what was read, made once of the same readings."""
+        if self._estimated is None or self._estimated[0] != len(taken.points):
+            self._estimated = len(taken.points), estimate_of(taken, symmetric=self.settings.symmetric)
+        return self._estimated[1]
 
     def _report_figures(self, flux_map: MeasuredFluxMap) -> None:
         """Report the flux linkage at no current, and the largest torque at the largest current with its angle."""
@@ -278,10 +282,9 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         if compared is None:
             return
         accuracy = taken.points[-1].shaft.torque_accuracy
-        reach = self.bench.dynamometer.maximum_torque
-        gain = accuracy.gain or accuracy.offset / reach
+        gain = accuracy.gain or accuracy.offset / self._largest_torque
         # Both gains go into the map's torque whole, the current's by the points' places too, whatever saturates.
-        gains = self._gains(taken)
+        gains = gains_of(taken)
         limits = (gain, gains.voltage, gains.current)
         spread = math.hypot(compared.scatter, *(limit / math.sqrt(3.0) for limit in limits))
         self.findings["torque"] = {**compared.as_dict(), "standard_uncertainty": spread}

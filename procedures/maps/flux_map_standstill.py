@@ -7,7 +7,7 @@ from pydantic import Field
 
 from drivers.interfaces import InverterAbility, ProbeKind
 from drivers.interfaces.errors import LimitError, ReportedError
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import INVERTER, ConnectProbes, LockRotor, ReleaseRotor, phases_on
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.demand import Demand, Demands
@@ -147,7 +147,7 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
             settings.rest,
             self.nameplate.rated_current,
         )
-        taken = TakenStrokes()
+        self._taken = taken = TakenStrokes()
         try:
             with self.bench.inverter.driving_dq_current(0.0, 0.0):
                 idle = self.bench.inverter.measure_dq()
@@ -155,10 +155,10 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
                 bus = idle.bus_voltage if idle.bus_voltage > 0.0 else self.nameplate.voltage_bound
                 if not bus or not math.isfinite(bus):
                     raise ProcedureError(text("the bus voltage is not known: give rated_voltage in the motor file"))
-                recorder = StrokeRecorder(self.bench, self._channels, _STAR * bus)
+                self._recorder = StrokeRecorder(self.bench, self._channels, _STAR * bus)
                 take_strokes(
                     self.bench,
-                    recorder,
+                    self._recorder,
                     locations,
                     pace,
                     lambda so_far, left: self.bench.show(lambda: stroke_plot(locations, so_far.trains, left)),
@@ -169,14 +169,23 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
                 raise
             # Everything is off by now; what was taken before stays true.
             taken.ended = stopped.text
-        self._voltage_gain = recorder.accuracy
         self._tell_left_out(taken)
         return taken
+
+    def conclude_early(self, why: Text) -> bool:
+        """Make the map of the strokes that were taken before an error or an abort."""
+        taken: TakenStrokes | None = getattr(self, "_taken", None)
+        if taken is None or not taken.trains:
+            return False
+        taken.ended = why
+        self._tell_left_out(taken)
+        self.conclude(taken)
+        return True
 
     @step("M2/4", "Flux linkages at the currents, with their uncertainty; largest torque per ampere")
     def conclude(self, taken: TakenStrokes) -> None:
         """Report the map."""
-        gains = StandstillGains(self._voltage_gain, self._current_gain, self._u_magnet)
+        gains = StandstillGains(self._recorder.accuracy, self._current_gain, self._u_magnet)
         try:
             fit = fit_standstill(taken.trains, self._magnet, gains)
         except EstimationError as error:

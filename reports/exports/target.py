@@ -12,6 +12,7 @@ from drivers.interfaces.text import Text, text
 from reports.exports.checks import ExportRefusedError, UncertaintyBounds, objections
 from reports.exports.current_loop import crossover
 from reports.exports.figures import ExportFigure
+from reports.exports.loop_reach import bandwidth_notices
 from reports.exports.map_quantities import MAP_POLE_PAIRS, FromMap, map_objections
 from reports.exports.quantities import ExportQuantity, Source, figure
 from reports.exports.subject import Subject
@@ -183,12 +184,15 @@ def sheet_for(
         reasons |= {(name, str(reason)): reason for name, reason in against}
     elif not target.fields:
         # Whatever the run has is asked for: what it withheld is told, and where that is all there is nothing to write.
-        told = {(name, ""): why[0].sentence for name, why in subject.withheld.items()}
+        absent = {(name, ""): why[0].sentence for name, why in subject.withheld.items()}
         if not subject.parameters and target.write_records is None:
-            reasons = told or {("", ""): text("no parameter was measured")}
-        left_out |= told
+            reasons = absent or {("", ""): text("no parameter was measured")}
+        left_out |= absent
     if reasons:
         raise ExportRefusedError(target.name, tuple(reasons.values()))
+    if bandwidth and target.current_loop:
+        told = tuple(bandwidth_notices(subject.parameters, bandwidth))
+        subject = replace(subject, warnings=(*subject.warnings, *told))
     return Sheet(subject, tuple(lines), tuple(left_out.values()))
 
 

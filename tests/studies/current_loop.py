@@ -24,6 +24,7 @@ from reports.exports.current_loop import DEFAULT_BANDWIDTH, crossover, integral,
 from tests.studies.measured_motor import measure, study_plan
 
 PROCEDURES = ("pole-pairs-static", "stator-resistance", "dq-inductance-extremes")
+FOUR_WIRES = "stator-resistance-dc"
 _NAMES = ("stator_resistance", "d_axis_inductance", "q_axis_inductance")
 #: The loop is sampled so many times a period of its bandwidth; a VESC at 20 kHz and 159 Hz: 126.
 SAMPLES = 126
@@ -103,10 +104,21 @@ def minus_three_decibels(impulse: np.ndarray, sampling: float) -> float:
 
 
 def loops_of(
-    seed: int, index: int, bandwidth: float, samples: int = SAMPLES, *, compensated: bool = True
+    seed: int,
+    index: int,
+    bandwidth: float,
+    samples: int = SAMPLES,
+    *,
+    compensated: bool = True,
+    four_wires: bool = False,
 ) -> Sequence[LoopResponse]:
-    """Return both axes' loops of one random motor, their delay reckoned with or not; empty where the bench refused one of the figures."""
-    figures = {figure.name: figure for figure in measure(seed, index, study_plan(PROCEDURES)).figures}
+    """Return both axes' loops of one random motor, their delay reckoned with or not; empty where the bench refused one of the figures.
+
+    With `four_wires` the resistance is that of direct current, where it is the better known one.
+    """
+    procedures = (*PROCEDURES, FOUR_WIRES) if four_wires else PROCEDURES
+    taken = sorted(measure(seed, index, study_plan(procedures)).figures, key=lambda one: -one.uncertainty)
+    figures = {figure.name: figure for figure in taken}
     if any(name not in figures for name in _NAMES):
         return ()
     measured = {name: figures[name].value for name in _NAMES}
@@ -127,9 +139,17 @@ def main() -> None:
     parser.add_argument(
         "--no-loop-rate", action="store_true", help="gains as of an export that is not told the loop's rate"
     )
+    parser.add_argument("--four-wires", action="store_true", help="measure R with direct current and four wires too")
     given = parser.parse_args()
     made = [
-        loops_of(given.seed, index, given.bandwidth, given.samples, compensated=not given.no_loop_rate)
+        loops_of(
+            given.seed,
+            index,
+            given.bandwidth,
+            given.samples,
+            compensated=not given.no_loop_rate,
+            four_wires=given.four_wires,
+        )
         for index in range(given.motors)
     ]
     loops = [loop for each in made for loop in each]

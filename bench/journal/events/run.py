@@ -154,6 +154,13 @@ class ProcedureFinished(Event, kind="procedure_finished", durable=True):
 
 
 @dataclass(frozen=True, kw_only=True)
+class PartialResultMade(Event, kind="partial_result", durable=True):
+    """What was made of what a procedure had taken before it was left by an error or an abort."""
+
+    result: StoredResult
+
+
+@dataclass(frozen=True, kw_only=True)
 class ProcedureFailed(Event, kind="procedure_failed", durable=True, closing=True):
     """A procedure was left by an error: why, in the run's language and (`told`) for readers of any; `trace` is the program's."""
 

@@ -83,6 +83,8 @@ def fit_standstill(trains: Sequence[StrokeTrain], flux_linkage: float, gains: St
 
     Raises EstimationError for fewer locations than carry a map, or a stator's frame that is not the drive's.
     """
+    if not trains:
+        raise EstimationError("no strokes were taken at any current")
     mirrored, frame = _frame(trains)
     seen = [(each.mirrored() if mirrored else each).turned(frame) for each in trains]
     resistance, slopes, flux_of = 0.0, np.zeros((0, 2, 2, 2)), None

@@ -128,7 +128,7 @@ def test_the_schema_is_a_schema_with_a_version_and_tells_what_is_durable() -> No
     kinds = {each["properties"]["kind"]["const"]: each for each in schema["oneOf"]}
     assert kinds.keys() == KINDS.keys()
     assert {kind for kind, each in kinds.items() if each["x-durable"]} == {
-        "run_started", "run_resumed", "run_finished", "procedure_finished", "procedure_failed", "step_finished",
+        "run_started", "run_resumed", "run_finished", "procedure_finished", "partial_result", "procedure_failed", "step_finished",
         "step_failed", "energising", "commanding", "record_failed", "guardian_ready",
     }  # fmt: skip
     assert {kind for kind, each in kinds.items() if each["x-closing"]} == {

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from bench.plugins.catalogues import installed
+from procedures.core.result import Notice
 from reports.exports.current_loop import crossover
+from reports.exports.loop_reach import closed_bandwidth
 from reports.exports.subject import Subject
-from reports.exports.target import sheet_for
+from reports.exports.target import Sheet, sheet_for
+from tests.reports.exports.conftest import TRUTH
 from tests.reports.exports.readers import moteus, python_assignments, vesc
 
 BANDWIDTH = 400.0
@@ -75,6 +78,37 @@ def test_the_delay_of_a_sampled_loop_is_reckoned_with(make_subject: Callable[...
     assert frequencies[np.flatnonzero(closed < math.sqrt(0.5))[0]] == pytest.approx(BANDWIDTH, rel=2e-3)
     assert closed.max() < 1.1
     assert f"at {rate:.6g} Hz the loop's bandwidth is 400 Hz" in sheet.line("foc_current_kp").comment
+
+
+@pytest.mark.parametrize(("resistance", "off"), [(0.05, 0.0), (0.4, 0.0), (0.4, 0.1), (0.4, -0.08)])
+def test_the_bandwidth_of_gains_that_are_off(resistance: float, off: float) -> None:
+    inductance = 1e-4
+    kp, ki = W * inductance, W * resistance * (1.0 + off)
+    frequency = closed_bandwidth(kp, ki, resistance, inductance)
+    s = 1j * frequency
+    opened = (kp + ki / s) / (resistance + inductance * s)
+    assert abs(opened / (1.0 + opened)) == pytest.approx(math.sqrt(0.5), rel=1e-9)
+    if not off:
+        assert frequency == pytest.approx(W, rel=1e-9)
+
+
+def told(sheet: Sheet) -> list[Notice]:
+    return [notice for notice in sheet.subject.warnings if notice.identifier == "loop-bandwidth"]
+
+
+def test_a_resistance_too_little_known_for_the_loop_is_said(make_subject: Callable[..., Subject]) -> None:
+    target = installed().exports["vesc"]
+    # The winding's own pole lies far below the bandwidth: an error of R hardly moves the loop.
+    slow = make_subject(relative=0.04)
+    assert not told(sheet_for(target, slow, bandwidth=3000.0))
+    fast = make_subject({**TRUTH, "stator_resistance": 0.5}, relative=0.04)
+    (notice,) = told(sheet_for(target, fast, bandwidth=BANDWIDTH))
+    assert "stator-resistance-dc" in str(notice.message)
+    assert "±7.8 %" in str(notice.message)
+    known = make_subject({**TRUTH, "stator_resistance": 0.5}, relative=0.01)
+    assert not told(sheet_for(target, known, bandwidth=BANDWIDTH))
+    # No gains, no warning.
+    assert not told(sheet_for(target, fast))
 
 
 def test_a_bandwidth_that_the_delay_does_not_carry_is_refused() -> None:

@@ -30,7 +30,7 @@ def fits_part(panel: Panel, run: LiveRun, reader: Reader) -> None:
     """Build it; nothing where no procedure draws anything."""
     drawn = [
         (result, reader.say(title), plot)
-        for result in run.view.run.finished.values()
+        for result in run.view.run.results.values()
         for title in [panel.offer.title(result.procedure)]
         for plot in plots(ProcedureRecord(result.procedure, title, result.section, {}, (), result))
     ]

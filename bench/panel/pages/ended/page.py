@@ -57,7 +57,7 @@ class _Ended:
         self._exports = catalogues_of_run(view.start.software if view.start is not None else {}).exports
         self._parameters = view.parameters()
         self._rows = deviations(self._parameters, *type_values_of(view.start))
-        self._found = ranked(self._parameters, view.warnings(), view.finished)
+        self._found = ranked(self._parameters, view.warnings(), view.results)
 
     def build(self) -> None:
         untouched = ui.element("div").classes("w-full")
@@ -75,7 +75,7 @@ class _Ended:
             self._found, self._run.view.run.planned
         )
         later = ui.element("div").classes("w-full")
-        read_part(self._run.view.run.finished, self._reader)
+        read_part(self._run.view.run.results, self._reader)
         budgets_part(self._panel, self._run, self._reader)
         WaveformsPart(self._panel, self._run, self._reader).build()
         SignOffPart(self._run, self._session, self._reader, self._panel.access).build()

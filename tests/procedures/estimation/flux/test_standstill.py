@@ -76,6 +76,11 @@ def test_the_zero_of_the_drives_angle_is_found_where_the_axes_differ() -> None:
     assert found.angle == pytest.approx(error, abs=max(3.0 * found.angle_uncertainty, math.radians(0.05)))
 
 
+def test_no_strokes_at_all_are_refused() -> None:
+    with pytest.raises(EstimationError, match="no strokes"):
+        fit_standstill([], 0.05, StandstillGains(0.0, 0.0, 0.0))
+
+
 def test_too_few_locations_are_refused() -> None:
     with pytest.raises(EstimationError, match="do not carry a map; at least 8 are needed"):
         fit_standstill([made(point) for point in POINTS[2:4]], LAMBDA, GAINS)
