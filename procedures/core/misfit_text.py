@@ -189,7 +189,7 @@ _SEEN_IN_STEP = {
     ),
     Cause.SATURATION: text(
         "the inductance goes with the current: at {current:.4g} A it is {share:.3g} times that at zero current, which is the one given; "
-        "step to {smaller:.3g} A, where it differs by about 1 %"
+        "step to {smaller:.3g} A, where it differs by about 1 %. Where the resistance changes too, the current probe bends, not the iron"
     ),
     Cause.SECOND_TIME_CONSTANT: text(
         "a second time constant of {time_constant:.3g} s, coupled by {coupling:.2g}, as eddy currents in iron or magnets make it; the "

@@ -66,8 +66,7 @@ def problem(record: StepRecord, resistance: float, inductance: float, offset: fl
     known = np.array([np.inf, np.inf, np.inf, 0.0, 0.0])
     if record.edge:
         known[3] = record.voltage_noise / np.sqrt(record.edge)
-    if record.sharp:
-        known[4] = record.step / np.sqrt(12.0)
+    known[4] = record.instant
     level = float(np.max(np.abs(record.current - offset)))
     sizes = np.array([resistance, inductance, level, known[3] or 1.0, known[4] or 1.0])
     return Problem(record, known, whitener(record, resistance, inductance), sizes)

@@ -123,14 +123,14 @@ def fit_step_response(
     """Fit `resistance` (Ω), `inductance` (H), `offset` (A, of the current probe) to a recorded step (V, A; evenly sampled).
 
     The circuit is at rest at the start of the record; the voltage's samples are its input, straight between them, so
-    the supply may rise slowly or overshoot. Also `voltage_offset` (V), the probe's reading at rest; where the step is sharper than a
-    sampling interval also `delay` (s), its instant against mid-interval. The resolutions (V, A) are one converter step, the ends the
-    least and the largest value that a converter gives, where they are known; what is seen by less than `alarm` standard deviations is
-    chance. `other_axis` is by how much the winding's other axis may be coupled to the stepped one (standard deviation of k², as that of a
-    closed circuit): so much is not told of, but is in the interval. `misfit` is what the record shows beside; `residuals` end where a
-    supply's limit ended the step. Where the inductance depends on the current, it is that at none. Raises EstimationError where there is
-    no step, the record is too short, or a probe is reversed, and WithheldError where nothing of it can be used, for want of a baseline or
-    of range.
+    the supply may rise slowly or overshoot. Also `voltage_offset` (V), the probe's reading at rest; where the voltage rises within few
+    sampling intervals also `delay` (s), the instant of its steepest rise against mid-interval. The resolutions (V, A) are one
+    converter step, the ends the least and the largest value that a converter gives, where they are known; what is seen by less than
+    `alarm` standard deviations is chance. `other_axis` is by how much the winding's other axis may be coupled to the stepped one
+    (standard deviation of k², as that of a closed circuit): so much is not told of, but is in the interval. `misfit` is what the
+    record shows beside; `residuals` end where a supply's limit ended the step. Where the inductance depends on the current, it is
+    that at none. Raises EstimationError where there is no step, the record is too short, or a probe is reversed, and WithheldError
+    where nothing of it can be used, for want of a baseline or of range.
     """
     record = read_step(time, voltage, current, voltage_resolution, current_resolution)
     cut = None

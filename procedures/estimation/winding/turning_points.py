@@ -1,6 +1,7 @@
 """Where the inductance turns back while a shaft is turned by hand: both axes without knowing the angle."""
 
 from dataclasses import dataclass, replace
+from statistics import NormalDist
 
 import numpy as np
 
@@ -18,8 +19,9 @@ _STANDING = 0.1
 _AGAIN = 0.1
 #: What a parabola is off at a cosine's crest, share of the amplitude.
 _CREST = 0.003
-#: A swing below so many deviations of the readings tells no turning point.
-_SWING = 7.0
+#: A swing below so many deviations of the readings tells no turning point; one that exceeds what the noise of all readings ranges over
+#: by fewer than so many hides some of them.
+_SWING, _LEGIBLE = 7.0, 4.0
 #: Residuals up to so many times the readings' noise, and figures within so many uncertainties, are a fit that agrees.
 _NOISE, _AGREE, _ALIKE = 1.3, 3.5, 0.35
 _NEEDED = 2
@@ -199,6 +201,9 @@ def held_to_turning_points(fit: SweepFit, values: FloatArray, resolution: float)
     if swing < _SWING * noise:
         return fit if good else _by_levels(fit, 0.5 * (np.max(values) + np.min(values)), 0.0, 0.5 * swing, 0.5 * swing)
     points = turning_points(values, noise)
+    if good and not (points.stops or swing > noise * (_LEGIBLE + _range_of_noise(values.size))):
+        # Turning points that the noise hides are not missing.
+        return replace(fit, turns=True)
     findings: list[Finding] = []
     if points.stops:
         findings.append(Finding(Cause.REGRIP, Answer.WIDENED, figures={"count": float(points.stops)}))
@@ -234,6 +239,11 @@ def held_to_turning_points(fit: SweepFit, values: FloatArray, resolution: float)
         findings = [Finding(Cause.UNEXPLAINED, Answer.WIDENED)]
     by_levels = _by_levels(fit, mean, amplitude, own, own)
     return replace(by_levels, covariance=by_levels.covariance + beside, misfit=Misfit(tuple(findings)), turns=True)
+
+
+def _range_of_noise(count: int) -> float:
+    """Return what so many readings of noise range over, in standard deviations."""
+    return 2.0 * NormalDist().inv_cdf(1.0 - 0.5 / count)
 
 
 def _by_levels(fit: SweepFit, mean: float, amplitude: float, u_mean: float, u_amplitude: float) -> SweepFit:

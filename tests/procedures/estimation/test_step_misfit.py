@@ -132,6 +132,22 @@ def test_clean_records_are_not_accused() -> None:
     assert sum(warned) <= 3
 
 
+def test_a_supply_that_rises_within_a_few_samples_is_no_other_cause() -> None:
+    # v = 1 − exp(−t/a) drives i = 1 − (τ·exp(−t/τ) − a·exp(−t/a))/(τ − a) through 1 Ω; samples fall anywhere within the rise.
+    tau, code, accused = 260.0, 1.0 / 3277.0, []
+    for seed in range(12):
+        random = np.random.default_rng(seed)
+        rise, time = random.uniform(2.0, 4.0), np.arange(2000.0) - 400.0 + random.uniform()
+        since = np.maximum(time, 0.0)
+        current = 1.0 - (tau * np.exp(-since / tau) - rise * np.exp(-since / rise)) / (tau - rise)
+        clean = np.array([-np.expm1(-since / rise), current])
+        read = np.round(clean / code + 0.4 * random.standard_normal(clean.shape)) * code
+        fit = fit_step_response(time, *read, voltage_resolution=code, current_resolution=code)
+        accused += fit.misfit.findings
+        assert abs(fit.value("inductance") - tau) < 4.0 * fit.uncertainty("inductance")
+    assert accused == []
+
+
 @settings(max_examples=4, deadline=None)
 @given(begin=st.floats(0.0, 3.0), seed=st.integers(0, 50))
 def test_a_record_that_begins_with_the_step_or_later_is_withheld(begin: float, seed: int) -> None:

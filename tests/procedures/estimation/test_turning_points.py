@@ -48,6 +48,20 @@ def test_regrips_are_named_and_both_axes_held() -> None:
     assert named >= 20
 
 
+def test_turning_points_that_the_noise_hides_are_not_missing() -> None:
+    fits = [swept(seed, amplitude=1.8 * NOISE) for seed in range(16)]
+    assert [fit.misfit.findings for fit in fits] == [()] * 16
+    assert all(saliency_significant(fit)[0] for fit in fits)
+    truths = (MEAN - 1.8 * NOISE, MEAN + 1.8 * NOISE)
+    held = [
+        abs(axis - truth) < 2.5 * u
+        for fit in fits
+        for *both, u in [axes(fit)]
+        for axis, truth in zip(both, truths, strict=True)
+    ]
+    assert sum(held) >= 30
+
+
 def test_half_an_electrical_turn_is_refused() -> None:
     random = np.random.default_rng(1)
     course = np.concatenate((np.linspace(0.3, 3.0, 60), np.full(40, 3.0), np.linspace(3.0, 6.0, 60)))
