@@ -82,6 +82,25 @@ class Reserve:
         """Give the room back; may be called twice."""
         _remove(self._path)
 
+    def end(self) -> None:
+        """Note that the run has ended that it was kept for."""
+        self.release()
+
+
+class StandingReserve(Reserve):
+    """Room for the ends of one run after the other; `keep` before each, `release` after the last."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def keep(self) -> None:
+        """Have the room, where it was not kept yet or was given back. Raises InputError where there is none."""
+        if not self._path.exists():
+            super().__init__(self._path)
+
+    def end(self) -> None:
+        """Keep it for the next run."""
+
 
 def _remove(path: Path) -> None:
     try:

@@ -21,7 +21,8 @@ class RecordError(OSError):
         self.path = path
         self.cause = cause
         self.text = text(
-            "{path} cannot be written: {reason}. Nothing that stood in the journal is lost. {remedy}, then go on with --resume",
+            "{path} cannot be written: {reason}. Nothing that stood in the journal is lost. {remedy}, then go on: with a run by "
+            "--resume, with a batch by beginning it again",
             path=path,
             reason=reason_of(cause),
             remedy=_REMEDIES.get(cause.errno or 0, text("Look after the disk and the folder's permissions")),

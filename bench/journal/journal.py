@@ -6,6 +6,7 @@ import hashlib
 import os
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from bench.i18n.errors import InputError
@@ -27,9 +28,9 @@ Listener = Callable[[Event], None]
 class Journal:
     """Appends events to `journal.jsonl`; the line of an event is with the operating system when `record` returns.
 
-    `now` gives the bench time (s). Durable events are forced to the disk as well, without `durable` the run's end
-    alone. Listeners get every event after it is written; whatever they raise reaches the caller. `reserve` is given back when
-    the disk is full.
+    `now` gives the bench time (s). Durable events are forced to the disk as well, those that join with the event after them,
+    without `durable` the run's end alone. Listeners get every event after it is written; whatever they raise reaches the
+    caller. `reserve` is given back when the disk is full.
     Raises InputError where the file cannot be written, or another process writes it.
     """
 
@@ -54,6 +55,8 @@ class Journal:
         self._end = (len(previous.events), previous.last_hash, previous.length) if previous else (0, "", 0)
         #: A line that may or may not stand in the file, where its writing was interrupted.
         self._pending = b""
+        #: Whether an event that joins waits for the next one to reach the disk with.
+        self._unsynced = False
         self._failure: RecordError | None = None
         try:
             self._file = _opened(path, previous)
@@ -92,9 +95,15 @@ class Journal:
         """Let go of the file and of the room kept for its end; safe to call twice."""
         with self._lock:
             if self._file >= 0:
+                if self._unsynced:
+                    # The end of the run could not be written, which is told already.
+                    with suppress(OSError):
+                        os.fsync(self._file)
                 os.close(self._file)
                 self._file = -1
-                self._release()
+                if self._reserve is not None:
+                    self._reserve.end()
+                    self._reserve = None
 
     def _append(self, event: Event, wall: str) -> None:
         try:
@@ -124,8 +133,10 @@ class Journal:
         self._pending = line + b"\n"
         try:
             write_all(self._file, self._pending)
-            if event.durable and (self._durable or isinstance(event, RunFinished)):
+            due = event.durable and (self._durable or isinstance(event, RunFinished))
+            if self._unsynced or (due and not event.joins):
                 os.fsync(self._file)
+            self._unsynced = due and event.joins
         except OSError:
             self._take_back()
             raise

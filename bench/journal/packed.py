@@ -24,6 +24,9 @@ _HEAD = b"motorbench journal, packed 1\n"
 _NAME = "journal.packed"
 #: For short texts with long repetitions: no alignment, more context.
 _FILTER = {"id": lzma.FILTER_LZMA2, "preset": 6, "lc": 4, "lp": 0, "pb": 0}
+#: A fourth of the time for a twelfth more bytes, and for nothing where it comes to one block of the disk (bytes) all the same.
+_QUICK = {**_FILTER, "mode": lzma.MODE_FAST, "mf": lzma.MF_HC3, "nice_len": 64, "depth": 8}
+_BLOCK = 4096
 #: What the compressor looks back over (bytes): its tables are made anew for each journal, and most are short.
 _SHORTEST_WINDOW, _LONGEST_WINDOW = 1 << 16, 1 << 23
 #: A journal is not longer than this (bytes): a file that was changed may claim anything.
@@ -62,9 +65,7 @@ def open_journal(journal: Path) -> BinaryIO:
 def pack(journal: Path) -> None:
     """Replace a journal by its packed form, durably and whole or not at all. Raises OSError where it cannot be read or written."""
     content = journal.read_bytes()
-    short = b"\n".join(_shortened(content))
-    window = min(max(len(short), _SHORTEST_WINDOW), _LONGEST_WINDOW)
-    packed = _HEAD + lzma.compress(short, lzma.FORMAT_XZ, filters=[{**_FILTER, "dict_size": window}])
+    packed = _HEAD + _compressed(b"\n".join(_shortened(content)))
     if _unpacked(packed_path(journal), packed) != content:
         raise OSError(f"{journal}: its packed form does not give it back")
     write_file(packed_path(journal), packed)
@@ -77,6 +78,15 @@ def unpack(journal: Path) -> None:
     if packed.is_file() and not journal.is_file():
         write_file(journal, _unpacked(packed, packed.read_bytes()))
         packed.unlink()
+
+
+def _compressed(short: bytes) -> bytes:
+    window = {"dict_size": min(max(len(short), _SHORTEST_WINDOW), _LONGEST_WINDOW)}
+    if len(short) <= _SHORTEST_WINDOW:
+        quick = lzma.compress(short, lzma.FORMAT_XZ, filters=[{**_QUICK, **window}])
+        if len(_HEAD) + len(quick) <= _BLOCK:
+            return quick
+    return lzma.compress(short, lzma.FORMAT_XZ, filters=[{**_FILTER, **window}])
 
 
 def _shortened(content: bytes) -> Iterator[bytes]:

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 from bench.files.photo import Photo, photo_beside
 from bench.files.toml_file import parse, validate
 from bench.i18n.errors import FileError, at
+from bench.i18n.simulated import simulation_error
 from bench.motor.motor_sections import NameplateSection, TypedMotor, with_type_values
 from bench.motor.shipped_motors import folder_of, motor_content
 from bench.motor.six_step_file import drive_file_of, holds_drive
 from bench.motor.virtual_section import MappedSection, VirtualSection
-from drivers.interfaces.text import reason_of, text, text_of
+from drivers.interfaces.text import reason_of, text
 from procedures.core.nameplate import Nameplate
 from procedures.core.parameters import PARAMETERS
 from sim_instruments.physics.motor.flux_map import FluxMap
@@ -125,7 +126,7 @@ def _motor(
     try:
         motor = file.virtual.motor(file.nameplate.connection) if file.virtual else None
     except ValueError as error:
-        raise FileError(at(f"{source}: virtual", text_of(error))) from None
+        raise FileError(at(f"{source}: virtual", simulation_error(error))) from None
     return _made(content, source, file.nameplate.nameplate(file.expected, file.tolerance), motor, None)
 
 
@@ -138,11 +139,11 @@ def _on_map(file: _MappedFile, source: str, folder: Path | None) -> VirtualMotor
     except OSError as error:
         raise FileError(at(place, reason_of(error))) from None
     except ValueError as error:
-        raise FileError(at(place, text_of(error))) from None
+        raise FileError(at(place, simulation_error(error))) from None
     try:
         return file.virtual.motor(file.nameplate.connection, flux_map)
     except ValueError as error:
-        raise FileError(at(f"{source}: virtual", text_of(error))) from None
+        raise FileError(at(f"{source}: virtual", simulation_error(error))) from None
 
 
 def _made(

@@ -6,6 +6,7 @@ from typing import assert_never
 
 import numpy as np
 
+from bench.i18n.simulated import simulation_error
 from bench.operators.hands_on import HandsOn
 from bench.operators.virtual_leads import VirtualLeads
 from drivers.interfaces.text import text
@@ -83,7 +84,7 @@ class VirtualOperator:
             return self._do(action)
         except (RuntimeError, ValueError) as finding:
             raise ProcedureError(
-                text("the virtual operator cannot do it: {finding}", finding=str(finding))
+                text("the virtual operator cannot do it: {finding}", finding=simulation_error(finding))
             ) from finding
         finally:
             self.hand_time += self._world.clock.now() - start
@@ -145,7 +146,8 @@ class VirtualOperator:
         expected = abs(speed) * (self._world.clock.now() - began - _SETTLE)
         turned = abs(self._world.dial_angle() - angle)
         if turned < 0.5 * expected:
-            raise RuntimeError(f"the shaft got stuck after {turned / (2.0 * math.pi):.2g} turns")
+            turns = f"{turned / (2.0 * math.pi):.2g}"
+            raise RuntimeError(text("the shaft got stuck after {turns} turns", turns=turns))
 
     def _wait_for_rest(self) -> None:
         """Look until a rotor that rings about its position stands; nobody locks a swinging shaft."""

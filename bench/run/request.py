@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.journal.disk import Reserve
 from bench.journal.journal import Listener
 from bench.journal.recording import KeepsWaveforms
 from bench.journal.run_folder import RunFolder
@@ -67,7 +68,7 @@ class RunOptions:
     `folder` is made already; `versions` are known already; `waveforms` says which are kept; `lifelines` are
     file descriptors that a guardian keeps open for as long as it lives; `procedure_clock` is what procedures wait by, the bench's
     clock where it is None. Without `durable`, only the run's end is forced to the disk, and in a folder made already no room is
-    kept for it. Without `write_result` there is no `result.json`.
+    kept for it; `reserve` is room that stands already. Without `write_result` there is no `result.json`.
     """
 
     after: After = stop_at_failure
@@ -79,6 +80,7 @@ class RunOptions:
     lifelines: Sequence[int] = ()
     procedure_clock: Clock | None = None
     durable: bool = True
+    reserve: Reserve | None = None
     unit: UnitReference | None = None
     write_result: bool = True
 

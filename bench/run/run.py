@@ -168,7 +168,9 @@ def carry_out(
         if guard.about() is not None:
             leaving.enter_context(set_aside())
         # A motor of a virtual line is measured again; a run by itself has its end told, whatever its instruments are.
-        reserve = Reserve(folder.reserve) if options.durable or options.folder is None else None
+        reserve = options.reserve
+        if reserve is None and (options.durable or options.folder is None):
+            reserve = Reserve(folder.reserve)
         unpack(folder.journal)
         journal = Journal(
             folder.journal, context.clock.now, durable=options.durable, previous=previous, reserve=reserve

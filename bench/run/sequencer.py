@@ -342,8 +342,9 @@ class Runner:
             self.journal.record(ended)
         except OSError as error:
             # The disk is full or gone: the view is told directly, so that the caller still learns how it ended.
-            unwritten = text("the journal cannot be written: {error}", error=error)
-            self.view.apply(replace(ended, status="failed", **self._why([*causes, unwritten])))
+            if not any(str(error) in str(cause) for cause in causes):
+                causes = [*causes, text("the journal cannot be written: {error}", error=error)]
+            self.view.apply(replace(ended, status="failed", **self._why(causes)))
         self.journal.close()
 
     def _why(self, causes: Sequence[Text]) -> dict[str, Any]:

@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from bench.i18n.simulated import simulated
 from bench.virtual.fault_hooks import FaultListener
 from bench.virtual.true_values import true_values
-from drivers.interfaces.text import text
+from drivers.interfaces.text import lines, text
 from drivers.transport.in_process import InProcess
 from procedures.core.parameter_definition import ParameterTable
 from procedures.core.procedure_error import NotModelledError
@@ -55,7 +56,7 @@ class Simulation:
             raise NotModelledError(
                 text(
                     "the virtual bench does not model {what}. What was read then is no figure of this motor",
-                    what="; ".join(found),
+                    what=lines(map(simulated, found), between="; "),
                 )
             )
 

@@ -23,17 +23,21 @@ def optional(default: Any = None) -> Any:
 class Event:
     """What happens in a run; a subclass with a `kind` is what the journal calls it, one without is shared by several.
 
-    A `durable` event has reached the disk, not only the operating system, before what follows it happens. A `closing` one
-    tells how something ends: it is still tried when the journal could not be written.
+    A `durable` event has reached the disk, not only the operating system, before what follows it happens. One that `joins`
+    reaches it with the event that follows: for those after which nothing happens before another event is recorded. A `closing`
+    one tells how something ends: it is still tried when the journal could not be written.
     """
 
     kind: ClassVar[str] = ""
     durable: ClassVar[bool] = False
+    joins: ClassVar[bool] = False
     closing: ClassVar[bool] = False
 
-    def __init_subclass__(cls, *, kind: str = "", durable: bool = False, closing: bool = False) -> None:
+    def __init_subclass__(
+        cls, *, kind: str = "", durable: bool = False, joins: bool = False, closing: bool = False
+    ) -> None:
         super().__init_subclass__()
-        cls.kind, cls.durable, cls.closing = kind, durable, closing
+        cls.kind, cls.durable, cls.joins, cls.closing = kind, durable, joins, closing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +50,7 @@ class StepStarted(Event, kind="step_started"):
 
 
 @dataclass(frozen=True, kw_only=True)
-class StepFinished(Event, kind="step_finished", durable=True):
+class StepFinished(Event, kind="step_finished", durable=True, joins=True):
     """A step has come to its end, at a bench time (s)."""
 
     step: str

@@ -127,7 +127,7 @@ def main() -> None:
         print(f"{sum_up(engine)} stretches summed up in {time.perf_counter() - began:.1f} s", flush=True)
         for name, request in (
             ("all", StatisticsRequest()),
-            ("without two golden motors", StatisticsRequest(golden=("P-00000100", "P-00000200"))),
+            ("without two golden motors", StatisticsRequest(golden=("P-00000101", "P-00000201"))),
             ("all, by station, socket, shift, date and plan", StatisticsRequest(by=GROUPINGS)),
             ("all, by shift, which begin at 06:05", StatisticsRequest(by=("shift",), shifts=(time_of_day(6, 5),))),
             ("one batch", StatisticsRequest(batches=("B001",))),

@@ -37,6 +37,7 @@ from bench.eol.line.worker_status import WorkerStatus, give_heartbeats
 from bench.eol.record import MotorRecord
 from bench.i18n.errors import FileError, InputError, message
 from bench.i18n.language import translator
+from bench.journal.disk import StandingReserve
 from bench.run.console import console_on
 from bench.run.context import RunContext, station_context
 from bench.run.needs import check_needs
@@ -88,6 +89,7 @@ def work(connection: Connection, lifeline: int, status: int, owner: int) -> None
                 # One at a time: a disk that is slower than the line is waited for.
                 packing.result()
             packing = beside.submit(_pack, record)
+    worker.reserve.release()
 
 
 def _pack(record: MotorRecord) -> None:
@@ -167,6 +169,8 @@ class Worker:
         self._stopped = ""
         self._reported_time = 0.0
         self._testing = False
+        #: Made and removed with every motor it would cost as much as a commit.
+        self.reserve = StandingReserve(Path(setup.batch.folder) / f".reserve-{setup.number}")
         items = self._station.way_down.items if self._station else ()
         self._overdue = _OVERDUE + sum(item.within for item in items if item.measures)
         give_heartbeats(self._status, setup.number, self._stuck)
@@ -230,6 +234,10 @@ class Worker:
             check_needs(planned, context.station)
             used = {role for each in planned for role in each.procedure.roles} | context.operator.roles
             test.folder = new_folder(Path(batch.folder), task)
+            # What is virtual is not left on by a power cut, and a virtual motor is measured again.
+            durable = self._station is not None
+            if durable:
+                self.reserve.keep()
             options = RunOptions(
                 after=times.after if times else test.judge.after,
                 procedure_clock=times.clock if times else None,
@@ -239,8 +247,8 @@ class Worker:
                 versions=self._versions,
                 waveforms=test.waveforms,
                 lifelines=() if self._station is None else (self._lifeline,),
-                # What is virtual is not left on by a power cut, and a virtual motor is measured again.
-                durable=self._station is not None,
+                durable=durable,
+                reserve=self.reserve if durable else None,
                 unit=UnitReference(batch.name, task.number, self._setup.name),
                 write_result=False,
             )

@@ -4,10 +4,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from functools import cache
 from typing import Any
 
-from sqlalchemy import Connection, Engine, delete, or_, select
+from sqlalchemy import Connection, Engine, bindparam, delete, or_, select
 from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.sql.dml import ReturningInsert
 
 from bench.eol.store.records import utc
 from bench.eol.store.schema import SERIAL_CLAIM
@@ -37,26 +39,33 @@ def claim_serial(engine: Engine, wanted: SerialClaim, stale: timedelta = STALE) 
 
     A claim of the same record is made again, and one that is older than `stale` is taken over.
     """
-    insert = (postgresql if engine.dialect.name == "postgresql" else sqlite).insert(SERIAL_CLAIM)
-    values = {name: getattr(wanted, name) for name in _NAMES}
-    allowed = or_(SERIAL_CLAIM.c.identifier == wanted.identifier, SERIAL_CLAIM.c.since < wanted.since - stale)
-    statement = (
-        insert.values(**values)
-        .on_conflict_do_update(
-            index_elements=[SERIAL_CLAIM.c.serial_number],
-            set_={name: insert.excluded[name] for name in _NAMES[1:]},
-            where=allowed,
-        )
-        .returning(SERIAL_CLAIM.c.identifier)
-    )
+    values = {name: getattr(wanted, name) for name in _NAMES} | {"stale_before": wanted.since - stale}
     while True:
         with _claiming(engine) as connection:
-            if connection.execute(statement).first() is not None:
+            if connection.execute(_claim(engine.dialect.name), values).first() is not None:
                 return None
         holder = claim_of_serial(engine, wanted.serial_number)
         # Its holder may have let go of it meanwhile.
         if holder is not None:
             return holder
+
+
+@cache
+def _claim(dialect: str) -> ReturningInsert[tuple[str]]:
+    """Return the statement, built once: it is made for every motor."""
+    insert = (postgresql if dialect == "postgresql" else sqlite).insert(SERIAL_CLAIM)
+    excluded = insert.excluded
+    stale_before = bindparam("stale_before", type_=SERIAL_CLAIM.c.since.type)
+    statement: ReturningInsert[tuple[str]] = (
+        insert.values({name: bindparam(name) for name in _NAMES})
+        .on_conflict_do_update(
+            index_elements=[SERIAL_CLAIM.c.serial_number],
+            set_={name: excluded[name] for name in _NAMES[1:]},
+            where=or_(SERIAL_CLAIM.c.identifier == excluded.identifier, SERIAL_CLAIM.c.since < stale_before),
+        )
+        .returning(SERIAL_CLAIM.c.identifier)
+    )
+    return statement
 
 
 @contextmanager

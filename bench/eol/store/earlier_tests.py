@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import Engine, select
+from sqlalchemy import Engine, bindparam, select
 
 from bench.eol.record import MotorRecord
 from bench.eol.store.records import utc
@@ -32,15 +32,16 @@ class EarlierTest:
 
 
 _COLUMNS = tuple(MOTOR.c[name] for name in EarlierTest.__dataclass_fields__)
+#: Built once: it is asked for every motor.
+_TESTS = select(*_COLUMNS).where(MOTOR.c.serial_number == bindparam("of"), MOTOR.c.golden.is_(False))
 
 
 def earlier_tests(engine: Engine, serial_number: str) -> list[EarlierTest]:
     """Return the tests of a serial number in a database, golden motors' not among them, in any order."""
-    query = select(*_COLUMNS).where(MOTOR.c.serial_number == serial_number, MOTOR.c.golden.is_(False))
     with engine.connect() as connection:
         return [
             EarlierTest(**{**row, "started": utc(row["started"]), "verdict": Verdict(row["verdict"])})
-            for row in connection.execute(query).mappings()
+            for row in connection.execute(_TESTS, {"of": serial_number}).mappings()
         ]
 
 

@@ -145,6 +145,9 @@ def tests_of(
         .order_by(MOTOR.c.started.desc(), MOTOR.c.id.desc())
         .limit(_MOST)
     ).all()[::-1]
+    if not tests:
+        # Of no motor a database would look through all figures of the parameter.
+        return {}
     figures = select(FIGURE.c.motor, FIGURE.c.value).where(
         FIGURE.c.parameter == parameter,
         FIGURE.c.motor.in_([test.id for test in tests]),

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from bench.i18n.errors import InputError
 from bench.journal.codec import KINDS
-from bench.journal.disk import RESERVE, Reserve, write_file
+from bench.journal.disk import RESERVE, Reserve, StandingReserve, write_file
 from bench.journal.errors import RecordError
 from bench.journal.journal import Journal
 from bench.journal.journal_file import read_journal
@@ -153,6 +153,29 @@ def test_no_room_at_the_start_is_told_before_anything_is_done(tmp_path: Path, mo
     with pytest.raises(InputError, match=r"no room for a run .* see|choose another disk by --runs"):
         Reserve(tmp_path / ".reserve")
     assert not (tmp_path / ".reserve").exists()
+
+
+def test_room_that_stands_is_kept_from_run_to_run_and_given_back_to_the_one_that_needs_it(
+    tmp_path: Path, full: Full
+) -> None:
+    place = tmp_path / ".reserve-0"
+    reserve = StandingReserve(place)
+    for run in ("1", "2"):
+        reserve.keep()
+        journal = Journal(tmp_path / run, lambda: 0.0, reserve=reserve)
+        journal.record(event("reading"))
+        journal.close()
+        assert place.stat().st_blocks * 512 >= RESERVE
+    journal = Journal(tmp_path / "3", lambda: 0.0, reserve=reserve)
+    full(0)
+    with pytest.raises(RecordError):
+        journal.record(event("reading"))
+    assert not place.exists()
+    journal.close()
+    reserve.keep()
+    assert place.exists()
+    reserve.release()
+    assert not place.exists()
 
 
 def test_two_processes_do_not_write_one_run(tmp_path: Path) -> None:

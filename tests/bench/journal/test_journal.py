@@ -113,9 +113,29 @@ def test_durable_kinds_are_forced_to_the_disk(tmp_path: Path, monkeypatch: pytes
     journal.record(event("reading"))
     assert synced == []
     journal.record(event("energising"))
-    journal.record(event("step_finished"))
+    journal.record(event("run_started"))
     assert len(synced) == 2
     journal.close()
+    assert len(synced) == 2
+
+
+@pytest.mark.parametrize("following", ["step_started", "energising"])
+def test_a_step_s_end_reaches_the_disk_with_the_event_that_follows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, following: str
+) -> None:
+    path = tmp_path / "journal.jsonl"
+    journal = Journal(path, lambda: 0.0)
+    lines: list[int] = []
+    monkeypatch.setattr(os, "fsync", lambda _: lines.append(len(path.read_bytes().splitlines())))
+    journal.record(event("step_finished"))
+    assert lines == []
+    journal.record(event(following))
+    assert lines == [2]
+    journal.record(event("reading"))
+    assert lines == [2]
+    journal.record(event("step_finished"))
+    journal.close()
+    assert lines == [2, 4]
 
 
 def test_a_changed_line_is_noticed(tmp_path: Path) -> None:

@@ -64,6 +64,23 @@ def test_a_journal_comes_back_also_where_a_line_is_unusual(tmp_path: Path, old: 
     assert packed_and_back(tmp_path, torn) == torn
 
 
+def test_what_fits_one_block_of_the_disk_is_packed_quickly_and_the_rest_as_small_as_can_be(tmp_path: Path) -> None:
+    few, many = chained(100), chained(1500)
+    assert packed_and_back(tmp_path, few) == few
+    assert packed_and_back(tmp_path, many) == many
+    pack(journal_of(tmp_path, few))
+    assert packed_path(tmp_path / "journal.jsonl").stat().st_size <= 4096
+    packed_path(tmp_path / "journal.jsonl").unlink()
+    pack(journal_of(tmp_path, many))
+    assert packed_path(tmp_path / "journal.jsonl").stat().st_size < len(many) / 10
+
+
+def journal_of(folder: Path, content: bytes) -> Path:
+    journal = folder / "journal.jsonl"
+    journal.write_bytes(content)
+    return journal
+
+
 def test_what_a_line_gives_again_is_not_kept(tmp_path: Path) -> None:
     journal = tmp_path / "journal.jsonl"
     journal.write_bytes(chained(700))

@@ -1,0 +1,70 @@
+"""What the simulation says in English, here and over its sockets, told by its words so that a catalogue can translate it."""
+
+import re
+from functools import cache
+
+from drivers.interfaces.text import Text, text
+
+#: In the simulation's own words, its values named.
+_SENTENCES = (
+    text("a six-step drive"),
+    text("an inverter"),
+    text(
+        "the diodes of {drive} that is off: the motor's EMF reaches {emf} V between its terminals and the bus has {bus} V, "
+        "so that they conduct and brake the shaft; turn it more slowly, or take the wires off"
+    ),
+    text(
+        "a six-step drive that commutates by faulty or turned Hall sensors; leave the motor's Hall faults out, or measure "
+        "without it"
+    ),
+    text("a six-step drive on a motor whose iron takes currents; leave [virtual.iron] and [virtual.flux_map] out"),
+    text("the shaft turns at {speed} rad/s; stop it before touching the coupling"),
+    text("the rotor is locked; release it before turning or holding the shaft by hand"),
+    text("the dynamometer drives the shaft; disable it before touching the shaft"),
+    text("the shaft does not move: the rotor is stuck"),
+    text("this motor has no Hall sensors"),
+    text("node 'N': this motor's star point is not accessible; use the artificial 'star'"),
+    text("star_point_accessible is set for a delta motor; only a wye has a star point"),
+    text("phase_resistances has {count} values; a motor has three windings"),
+    text("{name} is {value}; it must be positive and finite"),
+    text("{name} is {value}; it must be finite and not negative"),
+    text("{name} is {value}; it must be positive, infinite for an axis that does not saturate"),
+    text("emf_shares are {shares}; they are three numbers of 0 … 2, a winding each"),
+    text("turn_shares are {shares}; they are three numbers above 0 and up to 2, a winding each"),
+    text("shorted turns beside eddy currents or saturation are not simulated; leave one of them out"),
+    text("a flux map holds its saturation; leave the saturation currents out"),
+    text(
+        "shorted turns, eddy currents beside the windings and an EMF that is not in proportion to the speed are not "
+        "simulated with a flux map or with the iron's loss; leave one of them out"
+    ),
+    text("eddy currents and saturation together are not simulated; leave one of them out"),
+    text("exchanged terminals must be two different ones, not {terminal} twice"),
+    text("flux_harmonics has order {order}, amplitude {amplitude}; orders are 2 or more, amplitudes finite"),
+    text(
+        "the flux map's differential inductances are not positive definite near id = {along} A, iq = {across} A: there "
+        "more current would give less flux; look for a wrong value beside it, or give more points there"
+    ),
+)
+
+
+def simulation_error(error: Exception) -> Text:
+    """Return the message of an error that came out of the simulation, or of who works in it."""
+    return error.args[0] if error.args and isinstance(error.args[0], Text) else simulated(str(error))
+
+
+def simulated(sentence: str) -> Text:
+    """Return a sentence of the simulation with its values told apart; one that is not known stands as it is."""
+    for pattern, template in _patterns():
+        if match := pattern.fullmatch(sentence):
+            return Text(template, {name: simulated(value) for name, value in match.groupdict().items()})
+    return Text("{message}", {"message": sentence})
+
+
+@cache
+def _patterns() -> tuple[tuple[re.Pattern[str], str], ...]:
+    return tuple((_pattern(each.template), each.template) for each in _SENTENCES)
+
+
+def _pattern(template: str) -> re.Pattern[str]:
+    pieces = re.split(r"\{(\w+)\}", template)
+    return re.compile("".join(f"(?P<{each}>.+?)" if n % 2 else re.escape(each) for n, each in enumerate(pieces)))
