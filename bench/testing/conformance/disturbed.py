@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from bench.testing.conformance.manual import ProtectionTrip
@@ -68,13 +69,20 @@ def disturb(trial: Trial) -> None:
 
 
 def check_trip(trial: Trial) -> None:
-    """Check a fault of the instrument's own, where the manual states one, at each message up to the first that feeds."""
-    if trial.checks.manual.trip is None:
+    """Check a fault of the instrument's own, where the manual states one, at each message up to the first that feeds.
+
+    And what somebody else does to it while it feeds.
+    """
+    manual = trial.checks.manual
+    if manual.trip is None and manual.stopped is None:
         return
     messages, took, _ = _heard(trial)
     fed = [one for one in messages if one.energised]
-    for message in [*(one for one in messages if fed and one.number < fed[0].number), *fed[:1]]:
-        _tripped(trial, trial.checks.manual.trip, message, took)
+    if manual.trip is not None:
+        for message in [*(one for one in messages if fed and one.number < fed[0].number), *fed[:1]]:
+            _tripped(trial, manual.trip, message, took)
+    if manual.stopped is not None:
+        _stopped(trial, manual.stopped, fed)
 
 
 def _heard(trial: Trial) -> tuple[list[_Message], float, str]:
@@ -172,6 +180,25 @@ def _unanswered(trial: Trial, energise: Energise) -> None:
             instrument.make_safe()
         off, remedy = not made.energised, "Send what takes the energy away before anything is asked"
         trial.checks.that("make_safe where no question is answered", off, "it is on", remedy)
+
+
+def _stopped(trial: Trial, stopped: ProtectionTrip, fed: Sequence[_Message]) -> None:
+    """Check that what somebody else did is told as what it is, at one of the messages at least, and does not last."""
+    what, told, checks = "stopped by somebody else", list[str](), trial.checks
+    for message in fed:
+        with trial.opened() as (made, instrument):
+            made.faults.watch(MessageWatch.at(message.number, partial(stopped.make, made.simulated)))
+            try:
+                trial.brief(made, instrument)
+            except InstrumentError as error:
+                told.append(f"{error}")
+            with suppress(InstrumentError):
+                instrument.make_safe()
+            wrong = trial.wrong(made, instrument)
+            right = bool(wrong) is not stopped.resets
+            checks.that(f"{what}: afterwards", right, wrong or "it is gone", f"Begin anew (after '{message.text}')")
+    remedy = "Look at the state with each reading while it feeds, and tell what is found"
+    checks.that(f"{what}: is told", any(stopped.says in one for one in told), f"it is told: {told}", remedy)
 
 
 def _tripped(trial: Trial, trip: ProtectionTrip, message: _Message, took: float) -> None:

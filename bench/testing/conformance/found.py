@@ -160,6 +160,10 @@ def _as_drawn(trial: Trial, seed: int | None) -> None:
             checks.that(f"{name}: is told", told, f"{error}", "Take over what may be set, and tell what may not")
             return
         rows = instrument.found_state
+        for row in rows:
+            right = row.changed is (row.wanted not in ("", row.found))
+            wrong = f"{row.query}: {row.found}, wanted is '{row.wanted}', {'' if row.changed else 'not '}changed"
+            checks.that(f"{name}: changed is what was another", right, wrong, "Tell what was changed, and no more")
         changed = [row for row in rows if row.changed and made.transport == "visa"]
         for row in changed:
             now = asked(made, row.query)

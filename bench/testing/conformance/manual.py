@@ -133,7 +133,8 @@ class Manual:
     regular expression) reads back; `port` is how a serial line is set up (`baudrate`, `parity` … as pyserial names them). `left` are
     settings that a last user may have left. `lacks` are messages (regular expressions) that others of its family refuse: the driver
     does without them, and tells where any other of its questions at opening is refused. `others` are replies to the question that it
-    is recognised by, of instruments that are none of its.
+    is recognised by, of instruments that are none of its. `trip` is a fault of its own, `stopped` what somebody else may do to it
+    while it feeds, as another master that takes its enable away.
     """
 
     identity: Identity | None = None
@@ -145,6 +146,7 @@ class Manual:
     not_yet: Sequence[NotYet] = ()
     models: Sequence[Model] = ()
     trip: ProtectionTrip | None = None
+    stopped: ProtectionTrip | None = None
     takes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     steps: Mapping[str, float] = field(default_factory=dict)
     port: Mapping[str, Any] = field(default_factory=dict)

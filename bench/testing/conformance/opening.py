@@ -20,7 +20,10 @@ _HELD = "Close the connection of what does not open"
 
 
 def check_opening(trial: Trial) -> None:
-    """Disturb each different message of opening, in two of the ways that its line can be, or in every way; and refuse each question."""
+    """Disturb each different message of opening, in two of the ways that its line can be, or in every way.
+
+    Each question is also refused; and never answered, however often it is asked: each, or the last two.
+    """
     messages, transport = _heard(trial)
     different = {text: number for number, text in reversed(list(enumerate(messages, 1)))}
     for turn, (text, number) in enumerate(sorted(different.items(), key=lambda one: one[1])):
@@ -35,8 +38,11 @@ def check_opening(trial: Trial) -> None:
         right, remedy = _opened(trial, made, "a little late", "every other message"), "Wait for the reply time"
         trial.checks.that("opening: replies that come a little late", right, "it does not open", remedy)
     _over_a_real_line(trial)
+    questions = list(_questions(different, transport))
+    for text in questions if trial.thorough else questions[-2:]:
+        _silent(trial, text)
     if transport in ("visa", "modbus", "can"):
-        for text in _questions(different, transport):
+        for text in questions:
             _refused(trial, text)
 
 
@@ -108,6 +114,24 @@ def _again(made: Stand) -> Any:
     with suppress(InstrumentError):
         return made.open()
     return made.open()
+
+
+def _silent(trial: Trial, text: str) -> None:
+    """Check a question that is never answered, however often it is asked: it is told, or done without."""
+    with trial.stand() as made:
+        trial.session.prepare(made)
+        before = made.connections
+        made.faults.add(Fault.on(FaultKind.SILENCE, f"^{re.escape(text.strip())}\\r?$", times=None))
+        try:
+            made.open().close()
+        except InstrumentError as error:
+            said, check = in_words(error.what), "no answer at all when opening: is told"
+            trial.checks.that(check, said, f"'{text}': {error.what}", "Say what was wrong in words")
+        except Exception as error:  # noqa: BLE001  whatever a driver raises is a finding
+            finding, advice = f"{type(error).__name__} at '{text}': {error}", "Raise InstrumentError"
+            trial.checks.that("no answer at all when opening: is told", False, finding, advice)
+        held = made.connections - before
+        trial.checks.that("no answer at all when opening: nothing is held", held <= 0, f"{held} after '{text}'", _HELD)
 
 
 def _refused(trial: Trial, text: str) -> None:

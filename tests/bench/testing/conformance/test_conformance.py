@@ -1,6 +1,7 @@
 """Our own plug-ins conform; mistakes in them are found and named."""
 
 import sys
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -84,6 +85,20 @@ def test_a_fault_that_is_not_told_as_it_should_be_is_found() -> None:
     found = [one.check for one in checks.report("six-step").failures]
     assert any(check.startswith("a fault of its own at '") and check.endswith("': afterwards") for check in found)
     assert any(check.startswith("a fault of its own at '") and check.endswith("'") for check in found)
+
+
+@pytest.mark.parametrize("looks", [True, False])
+def test_what_somebody_else_stopped_must_be_told(monkeypatch: pytest.MonkeyPatch, looks: bool) -> None:
+    if not looks:
+        unlooked = lambda power, source=None, **_: power.statusword(source)  # noqa: E731
+        monkeypatch.setattr("drivers.cia402.power_state.PowerStateMachine.check_operation", unlooked)
+    # Another master takes the enable away.
+    stopped = ProtectionTrip(lambda simulated: simulated.write(0x6040, 0), says="left operation")
+    subject = subject_of("cia402-inverter", None, OPTIONS["cia402-inverter"], installed())
+    checks = Checks(manual=Manual(stopped=stopped))
+    check_trip(Trial(subject, session_of(subject.role), checks, seed=0))
+    failed = [one.check for one in checks.report("inverter").failures]
+    assert failed == ([] if looks else ["stopped by somebody else: is told"])
 
 
 @pytest.mark.parametrize("name", sorted(installed().exports))
@@ -212,6 +227,22 @@ def test_a_driver_that_waits_too_short_for_a_real_line_is_found(monkeypatch: pyt
     check_opening(Trial(subject, session_of(subject.role), checks, seed=0))
     found = [one.check for one in checks.report("moteus").failures]
     assert found == ["opening over a real line"]
+
+
+def test_a_question_that_is_never_answered_must_be_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The line asks again by itself, so that one lost answer shows nothing.
+    def setting(sensor: Any, address: int, highest: int, what: str) -> int:
+        with suppress(CommunicationError):
+            value = sensor.setting(address, what)
+        return int(value)
+
+    monkeypatch.setattr("drivers.delta.dyn200.Dyn200._setting", setting)
+    subject = subject_of("delta-dyn200", None, OPTIONS["delta-dyn200"], installed(), found=FOUND["delta-dyn200"])
+    checks = Checks()
+    check_opening(Trial(subject, session_of(subject.role), checks, seed=0, thorough=True))
+    found = {one.check: one.wrong for one in checks.report("delta").failures}
+    assert list(found) == ["no answer at all when opening: is told"]
+    assert "UnboundLocalError at 'read 2 0020H 2'" in found["no answer at all when opening: is told"]
 
 
 def test_a_watchdog_that_acts_too_early_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

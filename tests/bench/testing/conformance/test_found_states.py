@@ -20,6 +20,7 @@ from bench.testing.conformance.roles.dq_currents import both_currents_fully
 from bench.testing.conformance.session import Trial, session_of
 from bench.testing.conformance.watchdogs import check_watchdog
 from drivers.bases.found_state import FoundState
+from drivers.cia402.found_objects import found_nmt_state
 from drivers.delta.c2000_watchdog import CommunicationWatchdog
 from drivers.interfaces import IdentityError, ReportedError
 from drivers.mjbots.readings import MoteusReadings
@@ -171,3 +172,17 @@ def test_a_rotor_that_turns_shows_a_wrong_scale_of_speed(monkeypatch: pytest.Mon
         both_currents_fully(made, instrument, one.checks)
     found = [finding.check for finding in one.checks.report("it").failures]
     assert {"turned: electrical speed", "turned: frequency"} <= set(found)
+
+
+def test_a_row_that_tells_a_change_that_was_none_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    def told(state: Any) -> Any:
+        row = found_nmt_state(state)
+        return replace(row, changed=not row.changed)
+
+    monkeypatch.setattr("drivers.cia402.node.found_nmt_state", told)
+    subject = subject_of("cia402-inverter", None, OPTIONS["cia402-inverter"], installed())
+    checks = Checks()
+    check_left(Trial(subject, session_of(subject.role), checks, seed=0))
+    failed = [one for one in checks.report("inverter").failures if "changed is what was another" in one.check]
+    assert failed
+    assert all("NMT state: " in one.wrong for one in failed)
