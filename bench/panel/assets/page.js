@@ -159,7 +159,9 @@
     // What is pressed on a page that hears nothing would arrive later, at another step.
     function refuse(event) {
         if (event.type === "keydown") (lostNow() || !find("[data-beat]") ? strayed : forgetLate)(event);
-        if (lostNow() && !(event.type === "keydown" && event.key === "Tab") && !event.target.closest?.("a")) {
+        // A foot switch that is held down counts once, whatever comes to stand under it.
+        const held = event.type === "keydown" && event.key === "Enter" && event.repeat;
+        if (held || (lostNow() && !(event.type === "keydown" && event.key === "Tab") && !event.target.closest?.("a"))) {
             event.preventDefault();
             event.stopImmediatePropagation();
         }
@@ -180,7 +182,7 @@
         if (other && other !== done) return;
         event.preventDefault();
         event.stopImmediatePropagation();
-        if (!event.repeat) done.click();
+        done.click();
     }
 
     // What a scanner types outside of a field is a code: one of them confirms, those of a question's answers choose, and the
