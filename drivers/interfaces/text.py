@@ -23,7 +23,10 @@ class Text:
 
     def render(self, translate: Translate = english) -> str:
         """Return the sentence in the language that `translate` gives."""
-        return translate(self.template).format(**{name: _render(v, translate) for name, v in self.values.items()})
+        template = translate(self.template)
+        if template.startswith("{line0}; "):
+            template = template.replace(str(_SEMICOLON), translate(str(_SEMICOLON)))
+        return template.format(**{name: _render(v, translate) for name, v in self.values.items()})
 
     def __str__(self) -> str:
         return self.render()
@@ -65,9 +68,7 @@ def word(term: Text | str) -> Text:
 def lines(sentences: Iterable[Text | str], between: str = "\n") -> Text:
     """Return sentences as one Text, each on a line of its own, or with something else `between` them."""
     values = {f"line{number}": sentence for number, sentence in enumerate(sentences)}
-    if between != str(_SEMICOLON):
-        return Text(between.join(f"{{{name}}}" for name in values), values)
-    return Text("{between}".join(f"{{{name}}}" for name in values), {**values, "between": _SEMICOLON})
+    return Text(between.join(f"{{{name}}}" for name in values), values)
 
 
 #: What stands between the items of a list, and between sentences on one line; Chinese has marks of its own for them.

@@ -9,7 +9,7 @@ from typing import Any
 from bench.eol.line.batch_log import BatchMotor
 from bench.eol.line.panel_channel import PanelChannel
 from bench.eol.line.serial_numbers import QueuedSerials
-from bench.eol.record import MeasuredFigure
+from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.verdict import Verdict
 from bench.journal.stored_result import store_text
 from bench.operators.operator_channel import OperatorLine
@@ -113,7 +113,7 @@ def played_line(folder: Path) -> Iterator[None]:
     ends = (
         ("1", Verdict.PASS, (good,), ""),
         ("2", Verdict.FAIL, (low,), ""),
-        ("3", Verdict.ERROR, (), "stator-resistance: lcr_meter: no answer within 2 s"),
+        ("3", Verdict.ERROR, (), "LCR meter: no answer within 2 s"),
         ("4", Verdict.ABORTED, (), "interrupted by J. Doe at the panel"),
     )
     for socket, verdict, measured, cause in ends:
@@ -126,6 +126,7 @@ def played_line(folder: Path) -> Iterator[None]:
                 verdict=verdict,
                 measured=measured,
                 cause=cause,
+                checks=(CheckRecord("stator-resistance", 1, verdict, 3.0, cause if verdict is Verdict.ERROR else ""),),
                 first_pass=verdict is Verdict.PASS,
             )
         )

@@ -3,6 +3,7 @@
 (() => {
     const LOST = 3000; // ms of silence
     const STOOD = 2000; // ms between two looks: the page itself stood still, and hears only now what came
+    const SLEPT = 10000; // ms between two looks, by a clock that goes on in a computer's sleep: what is shown is as old
     const SLOW = 1500; // ms in which a server that answers again is heard again
     const SETTLED = 6000; // ms that a page has to hear the server for the first time
     const LOADING = 20000; // ms that a slow server has for a page that is loaded anew: asked again, it would begin again
@@ -18,6 +19,7 @@
     const born = heard;
     let asked = -LOADING;
     let awake = heard;
+    let wall = Date.now();
     let joined = 0;
     let touched = false;
     let focused = null;
@@ -28,8 +30,10 @@
 
     function watch() {
         const now = performance.now();
-        if (now - awake > STOOD) heard = Math.max(heard, now - STOOD);
-        awake = now;
+        const still = Math.max(now - awake, Date.now() - wall);
+        if (still > SLEPT) heard = Math.min(heard, now - still);
+        else if (still > STOOD) heard = Math.max(heard, now - STOOD);
+        [awake, wall] = [now, Date.now()];
         // What is hidden while it has the focus loses it, and nothing else changes for that.
         if (focused && !focused.checkVisibility()) {
             focused = null;
@@ -155,7 +159,9 @@
     // What is pressed on a page that hears nothing would arrive later, at another step.
     function refuse(event) {
         if (event.type === "keydown") (lostNow() || !find("[data-beat]") ? strayed : forgetLate)(event);
-        if (lostNow() && !(event.type === "keydown" && event.key === "Tab") && !event.target.closest?.("a")) {
+        // A foot switch that is held down counts once, whatever comes to stand under it.
+        const held = event.type === "keydown" && event.key === "Enter" && event.repeat;
+        if (held || (lostNow() && !(event.type === "keydown" && event.key === "Tab") && !event.target.closest?.("a"))) {
             event.preventDefault();
             event.stopImmediatePropagation();
         }
@@ -176,7 +182,7 @@
         if (other && other !== done) return;
         event.preventDefault();
         event.stopImmediatePropagation();
-        if (!event.repeat) done.click();
+        done.click();
     }
 
     // What a scanner types outside of a field is a code: one of them confirms, those of a question's answers choose, and the

@@ -196,8 +196,8 @@ def _compared_table(compared: list[Compared], figures: Mapping[str, Figure], nam
                 say(figures[pair.name].label),
                 *(figure(value, decimals) for value in values),
                 scale.unit,
-                f"{100.0 * pair.difference:+.2f}" if math.isfinite(pair.difference) else "–",
-                "–" if not math.isfinite(pair.normalised_error) else f"{pair.normalised_error:+.2f}",
+                _signed(100.0 * pair.difference),
+                _signed(pair.normalised_error),
                 say(text("disagree")) if pair.disagree else "",
             ]
         )
@@ -223,3 +223,7 @@ def _shown(shown: Figure) -> str:
     value, spread = shown.value / scale.factor, shown.uncertainty / scale.factor
     share = percent(abs(spread / value)) if value else "–"
     return f"{figure(value, decimals_for(spread, value))} {scale.unit}, u {share} %"
+
+
+def _signed(value: float) -> str:
+    return f"{value:+.2f}".replace("-", "−") if math.isfinite(value) else "–"

@@ -30,7 +30,7 @@ def test_a_budgets_inputs_come_back_and_are_said_in_the_readers_language() -> No
     said = {row.source.render(translator("zh")) for row in restore(stored).parameters[0].budget}
     assert said == {
         "R_CA 的重复测量",
-        "LCR 电桥：增益，Keysight E4980A/E4980AL 数据手册 5989-4435，基本准确度; 由软件相减调零",
+        "LCR 电桥：增益，Keysight E4980A/E4980AL 数据手册 5989-4435，基本准确度；由软件相减调零",
         "LCR 电桥：分辨力",
         "绕组温度",
     }

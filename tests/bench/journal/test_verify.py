@@ -180,6 +180,6 @@ def test_the_command_says_it_and_its_status_tells(run: RunFolder, capsys: pytest
     assert code == 1
     assert "journal.jsonl, line 7: was changed" in out
     code, out = call("list", "--runs", runs)
-    assert out.split() == ["run", "completed", "LG-400W:", "pole-pairs-back-emf"]
+    assert out.split() == ["run", "completed", "LG-400W:", "Pole", "pairs", "by", "back-EMF"]
     assert json.loads(call("list", "--runs", runs, "--json")[1])["runs"][0]["status"] == "completed"
     assert "no runs" in call("list", "--runs", str(run.path))[1]

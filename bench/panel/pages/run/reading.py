@@ -36,7 +36,8 @@ class ReadingCard:
             with ui.element("div").classes("mb-what"):
                 self._what = ui.label(say(text("No reading yet")))
                 self._age = ui.label().props("data-age")
-            self._value = ui.label("–").classes("mb-big").props("data-reading")
+            with ui.element("div").classes("mb-reading"):
+                self._value = ui.label("–").classes("mb-big").props("data-reading")
             with ui.element("div").classes("mb-side-plot mb-trend") as self._trend:
                 self._chart = ui.echart(axes("", say(text("bench time / s")), "")).classes("mb-chart")
                 self._chart.props("aria-hidden=true")

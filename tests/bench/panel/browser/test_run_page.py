@@ -208,6 +208,23 @@ def test_a_lost_connection_is_seen_and_comes_back_by_itself(panel: Panel, new_pa
 
 
 @pytest.mark.slow
+def test_a_browser_that_slept_shows_nothing_old_as_off(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    begin(page, panel, "Pole pairs by stable positions")
+    off = page.locator("[data-state=off]").last
+    expect(off).to_be_visible()
+    os.kill(panel.pid, signal.SIGSTOP)
+    try:
+        # In a computer's sleep the clock of the day goes on, and the page's own may not.
+        page.evaluate("(now => { Date.now = () => now() + 60000; })(Date.now.bind(Date))")
+        expect(page.get_by_text(re.compile(r"Connection lost 6\d"))).to_be_visible()
+        expect(off).to_be_hidden()
+    finally:
+        os.kill(panel.pid, signal.SIGCONT)
+    expect(off).to_be_visible()
+
+
+@pytest.mark.slow
 def test_what_was_typed_outlives_a_killed_server(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
     station = tmp_path / "station.toml"
     station.write_text(BY_HAND)

@@ -96,6 +96,42 @@ def test_every_kind_of_step_is_answered_without_a_pointer(
     assert len(shown.answers) == len(KINDS)
 
 
+def test_every_kind_of_step_stands_after_the_page_was_loaded_anew_and_a_held_foot_switch_counts_once(
+    panel: Panel, shown: ShownRun, new_page: Callable[[], Page]
+) -> None:
+    page = new_page()
+    come_to(page, panel)
+    ready = page.locator("[data-done]:not([disabled], [aria-disabled])")
+    heading = page.get_by_role("heading", level=1)
+    for kind, ((question, more), typed, _, answer) in KINDS.items():
+        answered = len(shown.answers)
+        shown.ask(question, **more)
+        shown.tell([OFF])
+        expect(ready).to_be_visible()
+        asked = heading.inner_text()
+        page.reload()
+        shown.tell([OFF])
+        expect(heading).to_have_text(asked)
+        expect(page.get_by_text("You have the control")).to_be_visible()
+        expect(ready).to_be_visible()
+        page.keyboard.type(typed)
+        page.wait_for_timeout(200)
+        page.keyboard.down("Enter")
+        expect(page.get_by_text("Measuring …")).to_be_visible()
+        # The next question comes while the foot is still on the switch.
+        shown.ask(*KINDS["connect"][0][:1], **KINDS["connect"][0][1])
+        shown.tell([OFF])
+        expect(ready).to_be_visible()
+        for _ in range(5):
+            page.keyboard.down("Enter")
+            page.wait_for_timeout(100)
+        assert shown.answers[answered:] == [answer], kind
+        page.keyboard.up("Enter")
+        page.keyboard.press("Enter")
+        expect(page.get_by_text("Measuring …")).to_be_visible()
+        assert shown.answers[answered:] == [answer, None], kind
+
+
 def test_what_is_typed_and_not_entered_outlives_the_change_of_language(
     panel: Panel, shown: ShownRun, new_page: Callable[[], Page]
 ) -> None:
