@@ -19,6 +19,8 @@ from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
 from procedures.estimation.flux.region import measured_region
 from procedures.techniques.maps.readings import MapReadings
 
+#: The warning of a largest torque per ampere that lies outside of the map.
+AT_EDGE = "mtpa-at-edge"
 #: Name of the table beside a run's result.
 MAP_FILE = "flux_map.csv"
 #: Below this share of the largest torque a reading says nothing of a ratio.
@@ -117,6 +119,15 @@ def report_figure(
     procedure.report(name, made, section=budget.section, estimator=estimator)
 
 
+def at_edge(current: float) -> Text:
+    """Return what is said where the largest torque at a current (A) lies outside of the map."""
+    return text(
+        "at {current:.3g} A the torque still grows where the map ends: the largest torque per ampere lies outside of it; measure over "
+        "more d-axis current",
+        current=current,
+    )
+
+
 def report_mtpa(procedure: Procedure[Any], budget: MapBudget, flux_map: MeasuredFluxMap, pole_pairs: float) -> None:
     """Report the largest torque and its angle at the map's largest current, and put those at smaller ones among the findings.
 
@@ -137,14 +148,7 @@ def report_mtpa(procedure: Procedure[Any], budget: MapBudget, flux_map: Measured
     ]
     last = points[-1]
     if last.at_edge:
-        procedure.notice(
-            "mtpa-at-edge",
-            text(
-                "at {current:.3g} A the torque still grows where the map ends: the largest torque per ampere lies outside of it; "
-                "measure over more d-axis current",
-                current=last.current,
-            ),
-        )
+        procedure.notice(AT_EDGE, at_edge(last.current))
         return
     for name, figure in (("mtpa_angle", last.angle), ("mtpa_torque", last.torque)):
         report_figure(procedure, budget, name, figure, flux_map, estimator=budget.estimator)
