@@ -17,10 +17,10 @@ from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.flux.capability import largest_torque
 from procedures.estimation.flux.flux_map import GainLimits, MapFigure, MeasuredFluxMap
 from procedures.estimation.flux.inductances import characteristic_current, inductances_at
-from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
+from procedures.estimation.flux.mtpa import MtpaPoint, maximum_torque_per_ampere
 from procedures.estimation.flux.published_map import read_map
 from procedures.estimation.flux.short_circuit import fit_short_circuit
-from procedures.techniques.maps.results import table_of
+from procedures.techniques.maps.results import AT_EDGE, at_edge, table_of
 
 _MAP = {
     "i_d": KnownColumn("A", ("id", "currentd", "dcurrent")),
@@ -39,6 +39,8 @@ _SHORT = {
     "friction": KnownColumn("N·m", ("friction", "topen", "openl")),
 }
 _SHARES = (0.25, 0.5, 0.75, 1.0)
+#: Where the last of them lies at the map's edge, the first of these that does not.
+_LOWER = (0.98, 0.96, 0.94, 0.92, 0.9, 0.88, 0.86, 0.84, 0.82, 0.8)
 
 
 def analyze_flux_map(
@@ -145,11 +147,15 @@ def _of_map(
     most = float(np.min(np.max(np.abs(measured.points), axis=0)))
     most = most if current is None else min(current, measured.largest_current)
     details = made["details"]
+    found, beyond = _mtpa(measured, most, poles)
     details["mtpa"] = [
         {"current": each.current, "angle_degrees": each.angle.as_dict(), "torque": each.torque.as_dict(), "i_d": each.i_d,
          "i_q": each.i_q, "at_edge": each.at_edge}
-        for each in maximum_torque_per_ampere(measured, most * np.array(_SHARES), poles)
+        for each in found
     ]  # fmt: skip
+    if beyond:
+        message = at_edge(max(beyond)).render(translate)
+        made["warnings"].append({"id": AT_EDGE, "text": message})
     details["inductances"] = [
         {"i_d": row["i_d"], "i_q": row["i_q"]}
         | {name: figure.as_dict() for name, figure in vars(inductances_at(measured, row["i_d"], row["i_q"])).items()
@@ -169,6 +175,21 @@ def _of_map(
              "voltage": each.voltage, "limit": each.limit.value}
             for each in points
         ]  # fmt: skip
+
+
+def _mtpa(measured: MeasuredFluxMap, most: float, poles: float) -> tuple[list[MtpaPoint], list[float]]:
+    """Return the largest torques per ampere up to a current (A), and the currents at which they lie outside of the map.
+
+    What the edge has is no maximum, and its interval would be none of it: the largest current that has one takes the last one's place.
+    """
+    points = maximum_torque_per_ampere(measured, most * np.array(_SHARES), poles)
+    beyond = [each.current for each in points if each.at_edge]
+    inside = [each for each in points if not each.at_edge]
+    if points[-1].at_edge and inside:
+        lower = most * np.array(_LOWER)
+        nearer = maximum_torque_per_ampere(measured, lower[lower > inside[-1].current], poles)
+        inside += [each for each in nearer if not each.at_edge][:1]
+    return inside, beyond
 
 
 def analyze_short_circuit(

@@ -42,6 +42,7 @@ from procedures.techniques.maps.results import (
     saturation_of,
     shaft_torque,
     table_of,
+    tell_resistance,
 )
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.shaft.pole_pair_count import known_pole_pairs
@@ -83,6 +84,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
     }
     at_load: ClassVar[bool] = True
     _estimated: tuple[int, FluxMapEstimate] | None = None
+    _taken: MapReadings | None = None
 
     def measure(self) -> None:
         """Connect, choose the currents, read them, and make the map."""
@@ -94,7 +96,6 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
     @step("M1/1", "Connect the inverter, couple the dynamometer", by_hand=True)
     def prepare(self) -> None:
         """Know how many pole pairs and which way the phases turn before anything depends on it."""
-        self._taken, self._planned = MapReadings(), 0
         self._pairs = known_pole_pairs(self)
         self._largest_torque = self.bench.dynamometer.maximum_torque
         self.bench.perform(INVERTER, ReleaseRotor(), CoupleDynamometer())
@@ -119,12 +120,8 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             allowed=self._allowed(),
         )
         plan = list(reading_order(points, np.random.default_rng(_ORDER)))
-        self.findings |= {
-            "locations": len(points),
-            "readings": len(plan),
-            "largest_current": largest,
-            "speed": self._speed,
-        }
+        self.findings |= {"locations": len(points), "readings": len(plan), "largest_current": largest}
+        self.findings["speed"] = self._speed
         return plan
 
     @step("M1/3", "At each current, the speed held: voltages and currents, a mean of whole turns, and the torque")
@@ -136,7 +133,8 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         def progress(taken: MapReadings, left: float) -> None:
             self.bench.show(lambda: map_plot(plan, taken, self._pairs, left))
 
-        taken, self._planned = self._taken, len(plan)
+        self._taken = taken = MapReadings()
+        self._planned = len(plan)
         read_points(self.bench, self.nameplate, plan, self._speed, pace, progress, taken)
         for chosen in (self._other_sides, self._about_mtpa):
             more = chosen(plan, taken) if taken.ended is None else []
@@ -151,7 +149,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
 
     def conclude_early(self, why: Text) -> bool:
         """Make the map of what was read before an error or an abort."""
-        taken: MapReadings | None = getattr(self, "_taken", None)
+        taken = self._taken
         if taken is None or not taken.points:
             return False
         taken.ended = why
@@ -201,6 +199,8 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             "conserving": conserving_of(flux_map),
             **saturation_of(flux_map),
         }
+        resistance = max(float(np.mean(fit.resistance)), 0.0)
+        tell_resistance(self, flux_map, resistance, self._pairs * self._speed)
         bus = float(np.mean(taken.column("bus_voltage")))
         speed = self.nameplate.speed_bound_rpm
         if bus > 0.0 and speed is not None:
@@ -209,7 +209,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
                 "largest_torque": capability_of(
                     flux_map,
                     bus_voltage=bus,
-                    resistance=max(float(np.mean(fit.resistance)), 0.0),
+                    resistance=resistance,
                     pole_pairs=self._pairs,
                     speed=speed * math.pi / 30.0,
                 ),

@@ -134,6 +134,13 @@ def test_a_map_that_ends_early_is_a_smaller_map():
     assert np.all(np.abs(off) <= 3.0 * uncertainty + 1e-12)
 
 
+def test_a_resistance_that_outweighs_the_inductance_is_said():
+    with flux_bench(motor_on(MAP, resistance=1.0, pole_pairs=4), PLATE, seed=2) as bench:
+        found = map_of(bench, PLATE, "locations=20", "current_share=0.5")
+    (said,) = (notice for notice in found.warnings if notice.identifier == "resistance-outweighs")
+    assert "raise speed_share" in str(said.message)
+
+
 def test_pole_pairs_are_needed():
     with flux_bench(made_motor(), PLATE) as bench, pytest.raises(ProcedureError, match="pole pairs is not known"):
         map_of(bench, replace(PLATE, pole_pairs=None))

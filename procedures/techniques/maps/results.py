@@ -14,11 +14,15 @@ from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.flux.capability import largest_torque
 from procedures.estimation.flux.conserving import fit_conserving
 from procedures.estimation.flux.flux_map import MapFigure, MeasuredFluxMap
-from procedures.estimation.flux.inductances import d_axis_saturation, reciprocity
+from procedures.estimation.flux.inductances import d_axis_saturation, inductances_at, reciprocity
 from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
 from procedures.estimation.flux.region import measured_region
 from procedures.techniques.maps.readings import MapReadings
 
+#: The warning of a largest torque per ampere that lies outside of the map.
+AT_EDGE = "mtpa-at-edge"
+#: Beyond so many times the inductance's voltage the resistance's is told.
+_OUTWEIGHED = 8.0
 #: Name of the table beside a run's result.
 MAP_FILE = "flux_map.csv"
 #: Below this share of the largest torque a reading says nothing of a ratio.
@@ -117,6 +121,34 @@ def report_figure(
     procedure.report(name, made, section=budget.section, estimator=estimator)
 
 
+def tell_resistance(procedure: Procedure[Any], flux_map: MeasuredFluxMap, resistance: float, speed: float) -> None:
+    """Say where the resistance (Ω) outweighs the inductance at an electrical speed (rad/s).
+
+    A reading at either speed has ψ − τ·R·i, τ the delay between voltage and current: there a microsecond of it is per cent of ψ.
+    """
+    zero = inductances_at(flux_map, 0.0, 0.0)
+    smaller = min(zero.dd.value, zero.qq.value)
+    ratio = resistance / (speed * smaller) if smaller > 0.0 else 0.0
+    if ratio > _OUTWEIGHED:
+        procedure.notice(
+            "resistance-outweighs",
+            text(
+                "at this speed the resistance takes {ratio:.2g} times the voltage of the inductance, so that what is not known of the "
+                "delay between voltage and current goes into the flux linkages, whose intervals may be too narrow: raise speed_share",
+                ratio=ratio,
+            ),
+        )
+
+
+def at_edge(current: float) -> Text:
+    """Return what is said where the largest torque at a current (A) lies outside of the map."""
+    return text(
+        "at {current:.3g} A the torque still grows where the map ends: the largest torque per ampere lies outside of it; measure over "
+        "more d-axis current",
+        current=current,
+    )
+
+
 def report_mtpa(procedure: Procedure[Any], budget: MapBudget, flux_map: MeasuredFluxMap, pole_pairs: float) -> None:
     """Report the largest torque and its angle at the map's largest current, and put those at smaller ones among the findings.
 
@@ -137,14 +169,7 @@ def report_mtpa(procedure: Procedure[Any], budget: MapBudget, flux_map: Measured
     ]
     last = points[-1]
     if last.at_edge:
-        procedure.notice(
-            "mtpa-at-edge",
-            text(
-                "at {current:.3g} A the torque still grows where the map ends: the largest torque per ampere lies outside of it; "
-                "measure over more d-axis current",
-                current=last.current,
-            ),
-        )
+        procedure.notice(AT_EDGE, at_edge(last.current))
         return
     for name, figure in (("mtpa_angle", last.angle), ("mtpa_torque", last.torque)):
         report_figure(procedure, budget, name, figure, flux_map, estimator=budget.estimator)

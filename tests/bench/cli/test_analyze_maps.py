@@ -44,6 +44,26 @@ def test_a_right_table_gives_its_figures(tmp_path: Path, capsys: pytest.CaptureF
     assert torques == sorted(torques, reverse=True)
 
 
+def test_a_largest_torque_outside_of_the_table_is_said_and_not_given(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # A square grid's points within a circle: between two of them its arc is not in the table.
+    rows = rows_of()
+    disc = rows[np.hypot(rows[:, 0], rows[:, 1]) <= 16.001]
+    made = analyzed(capsys, 0, flux_map(written(tmp_path / "disc.csv", disc), pole_pairs=2.0, json=True))
+    (edge,) = (warning["text"] for warning in made["warnings"] if warning["id"] == "mtpa-at-edge")
+    assert "at 16 A the torque still grows" in edge
+    given = made["details"]["mtpa"]
+    assert [row["current"] for row in given[:3]] == [4.0, 8.0, 12.0]
+    assert not any(row["at_edge"] for row in given)
+    for row in given:
+        beta = np.linspace(0.5 * np.pi, np.pi, 9001)
+        current = row["current"] * np.exp(1j * beta)
+        torque = 3.0 * np.imag(np.conj(MOTOR.flux(current)) * current)
+        low, high = row["torque"]["coverage_interval"]
+        assert low - 1e-3 * high <= torque.max() <= high + 1e-3 * high
+
+
 @pytest.mark.parametrize(
     ("cause", "change"),
     [
