@@ -131,12 +131,13 @@ def _print(console: "Console", done: DryRun, translate: Translate) -> None:
     columns = text("Parameter"), text("of the type"), Text("± (95 %)"), text("limits"), text("tolerance / interval")
     limits = Table(*map(say, columns), "")
     for limit in done.limits:
+        unit = "" if limit.unit == "1" else limit.unit
         limits.add_row(
             say(done.labels[limit.parameter]),
-            "–" if math.isnan(limit.value) else f"{limit.value:.5g} {limit.unit}",
+            "–" if math.isnan(limit.value) else f"{limit.value:.5g} {unit}".rstrip(),
             "–" if math.isnan(limit.expanded) else f"{limit.expanded:.2g}",
             shown_range(limit.low, limit.high),
-            "–" if math.isnan(limit.ratio) else f"{limit.ratio:.3g}",
+            f"{limit.ratio:.3g}" if math.isfinite(limit.ratio) else "–",
             say(limit.fault) if limit.fault else "✓",
         )
     console.print(limits)
