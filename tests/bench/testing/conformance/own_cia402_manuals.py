@@ -74,6 +74,8 @@ def _node(product: int, model: str, **stated: Any) -> Manual:
 INVERTER = _node(
     2,
     "Virtual inverter",
+    # Another master takes the enable away.
+    stopped=ProtectionTrip(lambda simulated: simulated.write(0x6040, 0), says="left operation"),
     accuracies={
         f"{when}: {what} reading": stated
         for when in ("at a frequency", "at a current")
