@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 #: Units that take a prefix, at the beginning of a product or quotient too, but not where it is a rate per revolutions.
 _PREFIXED = {"Ω", "H", "Wb", "N", "A", "V", "F", "W", "J", "C", "S", "T"}
-_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+_PREFIXES = ((1e9, "G"), (1e6, "M"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 #: The hyphen before a number that stands by itself, also behind a bracket or a comma of either language.
 _NEGATIVE = re.compile(r"(?:(?<=^)|(?<=[\s(\[±（，、：]))-(?=\d)")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -23,7 +23,7 @@ class Scale:
 
 
 def scale_of(value: float, unit: str) -> Scale:
-    """Return the scale in which the figure lies between 1 and 1000, where its unit takes a prefix."""
+    """Return the scale in which the figure lies between 1 and 1000, above a million for large ones, where its unit takes a prefix."""
     size = abs(value)
     if unit == "1":
         return Scale(1.0, "")

@@ -140,3 +140,11 @@ def test_unknown_parameters_keep_their_name() -> None:
     assert ParameterLabels({})["something_new"].render() == "something_new"
     assert percent(math.nan) == "–"
     assert figure(math.nan, 2) == "–"
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"), [(2.01e9, (1e9, "GΩ")), (-5e6, (1e6, "MΩ")), (1500.0, (1.0, "Ω")), (0.016, (1e-3, "mΩ"))]
+)
+def test_an_insulation_is_told_in_gigaohms(value: float, shown: tuple[float, str]) -> None:
+    scale = scale_of(value, "Ω")
+    assert (scale.factor, scale.unit) == shown

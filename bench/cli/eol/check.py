@@ -15,7 +15,7 @@ from bench.cli.options import Seed
 from bench.cli.output import print_json
 from bench.distribution.workforce import Workforce
 from bench.eol.defects.check import DefectRequest, check_defects
-from bench.eol.defects.proposal import write_plan
+from bench.eol.defects.proposal import LEAST_SOUND, write_plan
 from bench.eol.line.dry_run import DryRun, dry_run
 from bench.eol.line.preparation import BatchRequest
 from bench.i18n.errors import UsageError
@@ -90,6 +90,15 @@ def check(
     translate = translator(language_of(language))
     if output is not None and output.exists():
         raise UsageError(text("{path}: is there already; choose another name, or remove it", path=output))
+    if output is not None and (not each or sound < LEAST_SOUND):
+        # Told now, and not when all have been measured.
+        raise UsageError(
+            text(
+                "--output: limits follow from motors with defects and from the spread of {least} sound ones; give --each 1 "
+                "and --sound {least} at least",
+                least=LEAST_SOUND,
+            )
+        )
     with shown_progress(text("motors of the type"), translate) as progress:
         done = dry_run(request, progress=progress)
     if not json:

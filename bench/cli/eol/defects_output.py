@@ -66,7 +66,13 @@ def print_proposal(proposal: Proposal, labels: ParameterLabels, path: Any, trans
         lines.append(
             text("Finds nothing that another procedure does not: {names}", names=[word(name) for name in proposal.idle])
         )
-    lines.append(text("Written: {path}; next: motorbench eol check {path}", path=path))
+    lines.append(
+        text(
+            "Written: {path}; next: motorbench eol check {path}. It bears the plan's name: before eol run, put it in the "
+            "place of the old plan, or give it a name of its own (plan.name)",
+            path=path,
+        )
+    )
     for line in lines:
         console.print(line.render(translate), markup=False, width=_WIDTH)
 

@@ -30,6 +30,7 @@ from bench.motor.motor_file import load_motor
 from drivers.interfaces.text import text
 from reports.labels import ParameterLabels
 from sim_instruments.physics.motor import defects
+from tests.command_line import called
 from tests.studies.forked import ready
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "eol"
@@ -242,3 +243,16 @@ def test_all_motors_are_planned_and_evenly_mixed(cases: DefectCases) -> None:
     assert first_half == pytest.approx(25, abs=2)
     # What is stopped soon has tried something of everything.
     assert 10 <= sum(case >= 0 for case, *_ in tasks_of(cases, 1, 50)[:25]) <= 15
+
+
+@pytest.mark.parametrize("few", [("--each", "0"), ("--sound", "19")])
+def test_limits_that_nothing_would_tell_of_are_refused_before_anything_is_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], few: tuple[str, str]
+) -> None:
+    proposed = tmp_path / "proposed.toml"
+    code, out, err = called(
+        capsys, "eol", "check", str(EXAMPLE / "plan.toml"), *few, "--output", str(proposed), "--language", "en"
+    )
+    assert (code, out) == (2, "")
+    assert "give --each 1 and --sound 20 at least" in err
+    assert not proposed.exists()
