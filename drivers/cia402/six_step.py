@@ -10,7 +10,7 @@ from drivers.bases.always import always
 from drivers.cia402.node import Cia402Node
 from drivers.cia402.opening import Cia402Driver
 from drivers.cia402.options import Cia402SixStepOptions
-from drivers.cia402.power_state import STATUSWORD, UnreachedStateError
+from drivers.cia402.power_state import STATUSWORD, ObjectReader, UnreachedStateError
 from drivers.cia402.stated_objects import StatedObject
 from drivers.cia402.velocity import Velocity, open_velocity
 from drivers.interfaces import Accuracy, BldcDrive, Clock, MeasurementError, Reading, ReportedError
@@ -46,6 +46,7 @@ class Cia402SixStep(Cia402Driver, BldcDrive):
         self._clock = clock
         self._options = options
         self._name = name
+        self._commutating = False
         if node.guarding:
             return
         self._mode: int = self._stated("mode", options.mode)
@@ -85,28 +86,40 @@ class Cia402SixStep(Cia402Driver, BldcDrive):
                     command=error.command,
                     remedy=text("Check the DC source, the drive's enable input and its Hall sensors"),
                 ) from error
-            yield
+            self._commutating = True
+            try:
+                yield
+            finally:
+                self._commutating = False
 
     def measure_bus_voltage(self) -> Reading:
-        """Return the mean voltage (V) of the DC link over 20 ms; raises ReportedError where the drive is in fault."""
+        """Return the mean voltage (V) of the DC link over 20 ms; raises ReportedError where the drive is in fault or has stopped."""
         now = self._node.snapshot()
-        self._node.power.check_fault(now)
+        self._check_power(now)
         value = now.read(BUS_VOLTAGE, 0, 4) / MILLI
         return Reading(value, "V", self._options.voltage_accuracy or ASSUMED_VOLTAGE, self._clock.now())
 
     def measure_bus_current(self) -> Reading:
-        """Return the mean current (A) out of the DC source over 20 ms; raises ReportedError where it is in fault."""
-        self._node.power.check_fault()
+        """Return the mean current (A) out of the DC source over 20 ms; raises ReportedError where it is in fault or has stopped."""
+        self._check_power()
         value = self._bus_current.read(self._node.objects)
         accuracy = self._options.current_accuracy or replace(ASSUMED_CURRENT, resolution=self._bus_current.scale)
         return Reading(value, "A", accuracy, self._clock.now())
 
     def measure_frequency(self) -> Reading:
-        """Return the electrical frequency (Hz) from the Hall signals' edges; raises ReportedError for a fault."""
+        """Return the electrical frequency (Hz) from the Hall signals' edges; raises ReportedError for a fault or a stop."""
         now = self._node.snapshot()
-        self._node.power.check_fault(now)
+        self._check_power(now)
         accuracy = self._options.frequency_accuracy or self._velocity.accuracy
         return Reading(self._velocity.read(now), "Hz", accuracy, self._clock.now())
+
+    def _check_power(self, source: ObjectReader | None = None) -> None:
+        """Raise ReportedError where the drive is in fault, or has left operation while it is to commutate."""
+        power = self._node.power
+        if self._commutating:
+            power.check_operation(source, at_last=True)
+        else:
+            power.check_fault(source)
 
     def hall_state(self) -> tuple[bool, bool, bool]:
         """Return the three Hall signals now."""

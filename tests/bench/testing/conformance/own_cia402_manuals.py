@@ -60,6 +60,10 @@ def _in_fault(*calls: str) -> Sequence[Reply]:
     return tuple(Reply("read 6041H 0", _FAULT, ReportedError, call=call, says="in fault") for call in calls)
 
 
+#: Another master takes the enable away.
+_STOPPED = ProtectionTrip(lambda simulated: simulated.write(0x6040, 0), says="left operation")
+
+
 def _node(product: int, model: str, **stated: Any) -> Manual:
     return Manual(
         identity=Identity("vendor 0x000002FF", model, "1", "10000"),
@@ -74,8 +78,7 @@ def _node(product: int, model: str, **stated: Any) -> Manual:
 INVERTER = _node(
     2,
     "Virtual inverter",
-    # Another master takes the enable away.
-    stopped=ProtectionTrip(lambda simulated: simulated.write(0x6040, 0), says="left operation"),
+    stopped=_STOPPED,
     accuracies={
         f"{when}: {what} reading": stated
         for when in ("at a frequency", "at a current")
@@ -104,6 +107,7 @@ INVERTER_VARIANTS = (
 SIX_STEP = _node(
     3,
     "Virtual six-step drive",
+    stopped=_STOPPED,
     accuracies={f"{when}: {what}": one for when in ("running", "at speed") for what, one in _BUS.items()},
     replies=(
         *_CIA402,

@@ -87,17 +87,18 @@ def test_a_fault_that_is_not_told_as_it_should_be_is_found() -> None:
     assert any(check.startswith("a fault of its own at '") and check.endswith("'") for check in found)
 
 
+@pytest.mark.parametrize("name", ["cia402-inverter", "cia402-six-step"])
 @pytest.mark.parametrize("looks", [True, False])
-def test_what_somebody_else_stopped_must_be_told(monkeypatch: pytest.MonkeyPatch, looks: bool) -> None:
+def test_what_somebody_else_stopped_must_be_told(monkeypatch: pytest.MonkeyPatch, looks: bool, name: str) -> None:
     if not looks:
         unlooked = lambda power, source=None, **_: power.statusword(source)  # noqa: E731
         monkeypatch.setattr("drivers.cia402.power_state.PowerStateMachine.check_operation", unlooked)
     # Another master takes the enable away.
     stopped = ProtectionTrip(lambda simulated: simulated.write(0x6040, 0), says="left operation")
-    subject = subject_of("cia402-inverter", None, OPTIONS["cia402-inverter"], installed())
+    subject = subject_of(name, None, OPTIONS[name], installed())
     checks = Checks(manual=Manual(stopped=stopped))
     check_trip(Trial(subject, session_of(subject.role), checks, seed=0))
-    failed = [one.check for one in checks.report("inverter").failures]
+    failed = [one.check for one in checks.report(name).failures]
     assert failed == ([] if looks else ["stopped by somebody else: is told"])
 
 
