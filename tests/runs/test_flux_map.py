@@ -15,6 +15,7 @@ from bench.journal.verification import Integrity
 from bench.journal.verify import verify
 from procedures.core.bench import ProcedureError
 from procedures.core.nameplate import Nameplate, WindingConnection
+from procedures.estimation.fitting.fit import EstimationError
 from sim_instruments.bench import BenchSetting
 from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.disturbances.current_loop import CurrentLoop
@@ -139,6 +140,15 @@ def test_a_resistance_that_outweighs_the_inductance_is_said():
         found = map_of(bench, PLATE, "locations=20", "current_share=0.5")
     (said,) = (notice for notice in found.warnings if notice.identifier == "resistance-outweighs")
     assert "raise speed_share" in str(said.message)
+
+
+def test_readings_of_nothing_but_noise_are_refused_with_the_cause():
+    noisy = BenchSetting(disturbances=Disturbances(inverter=CurrentLoop(current_noise=8.0, voltage_noise=20.0)))
+    with (
+        flux_bench(made_motor(), PLATE, seed=2, setting=noisy) as bench,
+        pytest.raises(EstimationError, match="finds no end: their noise"),
+    ):
+        map_of(bench, PLATE, "locations=20")
 
 
 def test_pole_pairs_are_needed():

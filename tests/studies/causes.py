@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from tests.studies.dirt import CURRENT, VOLTAGES, Dirt
+from tests.studies.drive_causes import BY_DRIVE, SOILS
 
 STEP = ("dq-inductance-time-constant",)
 EMF = ("back-emf-constant",)
@@ -18,12 +19,16 @@ _TURN = 2.0 * math.pi
 
 @dataclass(frozen=True)
 class Cause:
-    """One row of the study: what is disturbed, which procedures see it, and what makes a bench dirty with it."""
+    """One row of the study: what is disturbed, which procedures see it, and what makes a bench dirty with it.
+
+    With `drive` the bench has the inverter that regulates d and q currents.
+    """
 
     name: str
     procedures: tuple[str, ...]
     soil: Callable[[Dirt], None]
     listed: bool = True
+    drive: bool = False
 
     @property
     def row(self) -> str:
@@ -257,7 +262,10 @@ def _nothing(_: Dirt) -> None:
 
 
 #: What every row is to be held against: the same procedures on benches that nothing disturbs.
-CLEAN = tuple(Cause("none", names, _nothing) for names in (STEP, EMF, RAMPS, SWEEP, BRIDGE_AND_WIRES))
+CLEAN = (
+    *(Cause("none", names, _nothing) for names in (STEP, EMF, RAMPS, SWEEP, BRIDGE_AND_WIRES)),
+    *(Cause("none", names, _nothing, drive=True) for names in BY_DRIVE),
+)
 
 LISTED = (
     Cause("clipped", STEP, _clipped(True)),
@@ -307,8 +315,11 @@ UNLISTED = (
     Cause("vibration", RAMPS, _vibration, listed=False),
 )
 
+#: Of the drive that regulates currents.
+DRIVE = tuple(Cause(name, names, soil, drive=True) for name, soil in SOILS.items() for names in BY_DRIVE)
+
 #: All of them by their rows.
-BY_ROW = {cause.row: cause for cause in (*CLEAN, *LISTED, *UNLISTED)}
+BY_ROW = {cause.row: cause for cause in (*CLEAN, *LISTED, *UNLISTED, *DRIVE)}
 
 #: Two laws of the iron that the virtual motor cannot have at once.
 _APART = ({"saturation", "second-time-constant"},)
@@ -316,16 +327,16 @@ _APART = ({"saturation", "second-time-constant"},)
 
 def named(names: tuple[str, ...]) -> tuple[Cause, ...]:
     """Return the causes of these names, all of them where none is given. Raises SystemExit naming those there are."""
-    known = (*CLEAN, *LISTED, *UNLISTED)
-    unknown = set(names) - {cause.name for cause in known} - {"listed", "unlisted"}
+    known = (*CLEAN, *LISTED, *UNLISTED, *DRIVE)
+    groups = {"listed": LISTED, "unlisted": UNLISTED, "drive": DRIVE}
+    unknown = set(names) - {cause.name for cause in known} - set(groups)
     if unknown:
         raise SystemExit(
             f"--disturbed: {', '.join(sorted(unknown))} is no cause; there are "
-            f"{', '.join(dict.fromkeys(cause.name for cause in known))}, and for groups listed, unlisted"
+            f"{', '.join(dict.fromkeys(cause.name for cause in known))}, and for groups {', '.join(groups)}"
         )
     if not names:
         return known
-    groups = {"listed": LISTED, "unlisted": UNLISTED}
     wanted = {cause.row for name in names for cause in groups.get(name, ())}
     return tuple(cause for cause in known if cause.name in names or cause.row in wanted)
 

@@ -1,7 +1,7 @@
 """Coverage of the 95 % intervals over random motors and random instruments.
 
 `python -m tests.studies.coverage --motors N --seed S [--workers K] [--dask ADDRESS] [--procedures NAME …] [--hostile]`
-`python -m tests.studies.coverage --disturbed [CAUSE …] [--two] --motors N --seed S [--workers K]`
+`python -m tests.studies.coverage --disturbed [CAUSE …] [--two] [--procedures NAME …] --motors N --seed S [--workers K]`
 
 Every motor is drawn (see `random_motors`), stands on a virtual bench whose instruments have errors drawn from their
 specifications, and goes through the procedures by the real drivers. Printed for each parameter and procedure:
@@ -24,6 +24,9 @@ off without a word:
 - sure and wrong: share of the figures given whose interval excludes the truth, nothing being said against them;
 - held: share whose interval holds it; beyond 3 U: how many are off by more than three half-widths;
 - warned: share with a notice or a finding against them; withheld: figures not given; refused: procedures that gave none.
+
+Causes of a drive that regulates currents (group `drive`) are on a bench that has one. A flux map's figures are its flux linkages at all
+currents and what it reports; `--procedures` chooses rows.
 
 The result depends on seed and number of motors only, however many workers there are.
 """
@@ -159,9 +162,17 @@ def study(measured: Iterable[Measured]) -> Tally:
     return tally
 
 
-def disturbed(seed: int, motors: int, workers: int, names: tuple[str, ...] = (), two: bool = False) -> dict[str, Row]:
-    """Return what became of the figures of each cause; `names` are causes, or the groups listed and unlisted."""
-    work = [(cause.row, index) for cause in named(names) for index in range(motors)]
+def disturbed(
+    seed: int,
+    motors: int,
+    workers: int,
+    names: tuple[str, ...] = (),
+    two: bool = False,
+    procedures: tuple[str, ...] = (),
+) -> dict[str, Row]:
+    """Return what became of the figures of each cause; `names` are causes, or groups of them, `procedures` those whose rows are wanted."""
+    wanted = [cause for cause in named(names) if not procedures or set(cause.procedures) & set(procedures)]
+    work = [(cause.row, index) for cause in wanted for index in range(motors)]
     rows: dict[str, Row] = {}
     with context().Pool(workers, maxtasksperchild=100) as pool:
         for (name, _), row in zip(work, pool.imap(partial(_soiled, seed, two), work, chunksize=4), strict=True):
@@ -195,7 +206,8 @@ def main() -> None:
     given = parser.parse_args()
     if given.disturbed is not None:
         started = time.monotonic()
-        rows = disturbed(given.seed, given.motors, given.workers, tuple(given.disturbed), given.two)
+        names, wanted = tuple(given.disturbed), tuple(given.procedures)
+        rows = disturbed(given.seed, given.motors, given.workers, names, given.two, wanted)
         print("\n".join(table(rows)))
         print(f"\n{given.motors} motors a cause in {time.monotonic() - started:.0f} s")
         return

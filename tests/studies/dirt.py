@@ -9,6 +9,7 @@ import numpy as np
 from procedures.core.nameplate import Nameplate
 from sim_instruments.disturbances.bench import Contacts, Disturbances, Hands, ShaftSensors
 from sim_instruments.disturbances.channel import ChannelPath
+from sim_instruments.disturbances.current_loop import CurrentLoop
 from sim_instruments.physics.motor.motor import VirtualMotor
 
 #: The channels of the virtual station: three voltage probes, one current probe.
@@ -29,6 +30,7 @@ class Dirt:
     _sensors: dict[str, Any] = field(default_factory=dict)
     _contacts: dict[str, Any] = field(default_factory=dict)
     _hands: dict[str, Any] = field(default_factory=dict)
+    _inverter: dict[str, float] = field(default_factory=dict)
 
     # How much
 
@@ -100,6 +102,10 @@ class Dirt:
         """Give the hands a habit."""
         self._hands.update(values)
 
+    def inverter(self, **values: float) -> None:
+        """Put something on the drive, over what it has by itself."""
+        self._inverter.update(values)
+
     def bearing(self, **values: Any) -> None:
         """Change the motor's bearing."""
         self.motor = replace(self.motor, bearing=replace(self.motor.bearing, **values))
@@ -115,4 +121,5 @@ class Dirt:
             ShaftSensors(**self._sensors),
             Contacts(**self._contacts),
             Hands(**self._hands),
+            CurrentLoop(**self._inverter),
         )

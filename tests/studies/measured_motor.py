@@ -5,6 +5,8 @@ from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from time import process_time
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -72,14 +74,17 @@ class NoRecord:
         return StoredRecord(name, "", 0)
 
 
-def study_plan(procedures: Collection[str] = ()) -> list[Planned]:
-    """Return the procedures of the study in the catalogue's order, or those of them that are named."""
+def study_plan(procedures: Collection[str] = (), choices: Mapping[str, object] = MappingProxyType({})) -> list[Planned]:
+    """Return the procedures of the study in the catalogue's order, or those of them that are named; `choices` are settings of those
+    that have them.
+    """
     known = installed().procedures
     names = [
         name for name in known if (name in procedures if procedures else name not in LEFT_OUT and known[name].in_all())
     ]
-    takers = (known[name].settings_type().model_fields for name in names)
-    settings = (f"{_TEMPERATURE}={THERMOMETER}",) if any(_TEMPERATURE in fields for fields in takers) else ()
+    wanted = {_TEMPERATURE: THERMOMETER, **choices}
+    takers = [known[name].settings_type().model_fields for name in names]
+    settings = [f"{name}={value}" for name, value in wanted.items() if any(name in fields for fields in takers)]
     return make_plan(names, settings, known)
 
 
@@ -125,12 +130,19 @@ class Done:
 
 
 def carry_out(
-    virtual: VirtualBench, plate: Nameplate, seed: int, plan: list[Planned], spent: Counter[str] | None = None
+    virtual: VirtualBench,
+    plate: Nameplate,
+    seed: int,
+    plan: list[Planned],
+    spent: Counter[str] | None = None,
+    drive: Mapping[str, Any] | None = None,
 ) -> Done:
-    """Carry procedures out, one after the other; `seed` is the operator's, `spent` sums up processor time (s)."""
+    """Carry procedures out, one after the other; `seed` is the operator's, `spent` sums up processor time (s), `drive` has the ratings of
+    the bench's inverter where that regulates d and q currents.
+    """
     nothing = NoRecord()
     results: list[ProcedureResult] = []
-    instruments = opened_by(virtual, plate, lambda: known_pole_pairs(plate, merge(results).parameters))
+    instruments = opened_by(virtual, plate, lambda: known_pole_pairs(plate, merge(results).parameters), drive)
     refused, failed = [], []
     try:
         bench = Bench(instruments.available(), VirtualOperator(virtual.world, seed), virtual.clock, nothing)
@@ -152,12 +164,15 @@ def carry_out(
 
 
 def opened_by(
-    virtual: VirtualBench, plate: Nameplate, pole_pairs: Callable[[], int | None] = lambda: None
+    virtual: VirtualBench,
+    plate: Nameplate,
+    pole_pairs: Callable[[], int | None] = lambda: None,
+    drive: Mapping[str, Any] | None = None,
 ) -> StationInstruments:
     """Return the instruments of a bench as a station has them, behind the limits of a plate."""
     nothing = NoRecord()
     return StationInstruments(
-        virtual_station(virtual.addresses()),
+        virtual_station(virtual.addresses(), drive),
         plate,
         virtual.clock,
         nothing,

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from sim_instruments.instruments.errors import Errors, as_sold
-from tests.studies.causes import BY_ROW, CLEAN, LISTED, UNLISTED, named, partners
+from tests.studies.causes import BY_ROW, CLEAN, DRIVE, LISTED, UNLISTED, named, partners
 from tests.studies.coverage import disturbed
 from tests.studies.dirt import Dirt
 from tests.studies.disturbed import Row, Told, add, measure_disturbed, table
 from tests.studies.random_motors import draw_motor
 
-EVERY = (*CLEAN, *LISTED, *UNLISTED)
+EVERY = (*CLEAN, *LISTED, *UNLISTED, *DRIVE)
 
 
 @pytest.mark.parametrize("cause", EVERY, ids=[cause.row for cause in EVERY])

@@ -16,6 +16,8 @@ from procedures.estimation.flux.surface import FluxSurface, fit_surface
 _ROUNDS = 8
 #: A round that moves no flux linkage by more than this share of the largest is the last one.
 _SETTLED = 1e-6
+#: A fit whose flux linkages move by more than so many times the largest is lost.
+_LOST = 100.0
 #: Roughness is taken to be this many times what it shows on the whole, as it is larger here and there; modes below this share have none.
 _ROUGHER, _NIL = 2.0, 1e-9
 
@@ -83,6 +85,11 @@ def fit_map(
             readings, model, reached.unknowns, reached.surface, scale, reached.covariance, choose=turn == 1,
             unsure=unsure,
         )  # fmt: skip
+        if not reached.moved < _LOST * scale:
+            raise EstimationError(
+                "the fit of all readings finds no end: their noise outweighs what they show. Read for more turns, at a higher speed or "
+                "larger currents"
+            )
         if turn > 2 and reached.moved < _SETTLED * scale:
             break
     predicted = model.predict(reached.unknowns, reached.surface)
