@@ -205,6 +205,10 @@ _SEEN_IN_STEP = {
     Cause.SLOPE: text(
         "the current's channel drifts by {slope:.3g} A/s: let the probe warm up and degauss it, or take a shorter record"
     ),
+    Cause.DROPOUTS: text(
+        "samples are missing {after:.3g} s after the step, about {count:.0f} of them, under a time column without a gap: export the "
+        "record whole"
+    ),
     Cause.REPEATS_DIFFER: text(
         "{count:.0f} steps on one axis contradict each other, by {ratio:.2g} times what their own uncertainties explain: check the lock of "
         "the shaft and the contacts, and measure again"

@@ -25,7 +25,7 @@ from tests.studies.unlisted_worlds import Random, converter, emf, log, step_chan
 
 STEP = (
     "nothing", "60 Hz hum with its third", "aliased ripple", "missing codes", "bent converter", "clock drifts", "winding warms",
-    "magnetised probe", "probe's offset drifts", "dropouts at the start", "supply folds back",
+    "magnetised probe", "probe's offset drifts", "dropouts at the start", "supply folds back", "samples lost",
 )  # fmt: skip
 EMF = (
     "nothing", "60 Hz hum with its third", "aliased ripple", "missing codes", "bent converter", "clock drifts", "gain warms up",

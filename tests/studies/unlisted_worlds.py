@@ -66,6 +66,14 @@ def step_channel(name: str, random: Random, time: FloatArray, v: FloatArray, i: 
             i = i + log(random, 1e-4, 0.03) * random.choice([-1.0, 1.0]) * i**2 / (log(random, 0.1, 1.0) + np.abs(i))
         case "probe's offset drifts":
             i = i + log(random, 1e-4, 0.03) * -np.expm1(-np.maximum(time, 0.0) / log(random, 0.3, 20.0))
+        case "samples lost":
+            # A stream's buffer overran: the time column is made from the sampling rate.
+            begin, count = int(random.uniform(0.21, 0.7) * time.size), int(log(random, 1.0, 200.0))
+            v, i, time = (
+                np.delete(v, slice(begin, begin + count)),
+                np.delete(i, slice(begin, begin + count)),
+                time[:-count],
+            )
         case "dropouts at the start":
             gone = slice(0, int(random.uniform(0.005, 0.15) * time.size))
             v, i = v.copy(), i.copy()

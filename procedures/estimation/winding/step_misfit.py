@@ -9,6 +9,7 @@ from scipy import special
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, score_test
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
+from procedures.estimation.winding.step_lost import LostSamples, lost_in
 from procedures.estimation.winding.step_record import StepRecord
 from procedures.estimation.winding.step_ringing import Resonance, RingingEdge, ringing_in
 from procedures.estimation.winding.step_term import StepModel, StepScale, Term, figures_of
@@ -97,11 +98,14 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     accepted = min(_ACCEPTED, _ACCEPTED * (alarm / ALARM) ** 2)
     fitted, seen, rounds = plain, {}, [[plain]]
     named, score = tested(step, plain, scale)
-    ring = ringing_in(step, fitted, scale, alarm=alarm)
+    ring, lost = ringing_in(step, fitted, scale, alarm=alarm), lost_in(step, fitted, scale, alarm=alarm)
     while len(fitted.terms) < _MOST_TERMS:
-        if ring is None and not any(abs(z) > alarm for z in _left(fitted, named, score)):
+        if ring is None and lost is None and not any(abs(z) > alarm for z in _left(fitted, named, score)):
             break
-        found = list(_candidates(step, fitted, named, score, scale, ring))
+        found = [
+            *_possible(step, [(*fitted.terms, lost)] if lost else [], fitted, scale, fitted.cost + _AS_LIKELY),
+            *_candidates(step, fitted, named, score, scale, ring),
+        ]
         rounds.append(found)
         if not found:
             break
@@ -109,20 +113,25 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         if fitted.cost - best.cost < accepted + best.terms[-1].price:
             break
         fell = float(np.sqrt(fitted.cost - best.cost))
-        rung = best.terms[-1].cause is Cause.RINGING
-        seen[best.terms[-1]] = fell if rung else _clearest(best.terms[-1].family, named, score)
+        of_search = best.terms[-1].cause in (Cause.RINGING, Cause.DROPOUTS)
+        seen[best.terms[-1]] = fell if of_search else _clearest(best.terms[-1].family, named, score)
         fitted = best
         named, score = tested(step, fitted, scale)
         rings = any(isinstance(term, RingingEdge) for term in fitted.terms)
         ring = None if rings else ringing_in(step, fitted, scale, alarm=alarm)
+        lost = lost_in(step, fitted, scale, alarm=alarm)
     # What was accepted first was so without knowing of what came later.
     tried = [f for found in rounds for f in found] + list(_exchanged(step, fitted, rounds[1:], scale))
     findings = [Finding(t.cause, Answer.MODELLED, (), seen[t], _figures(fitted, t, scale)) for t in fitted.terms]
     # A model that holds the accepted one and is hardly better explains nothing else.
+    # Nor does a gap that something else explains better: one is rare.
     rivals = [
         f
         for f in tried
-        if fitted.terms and not set(f.terms) >= set(fitted.terms) and f.cost <= fitted.cost + _AS_LIKELY
+        if fitted.terms
+        and {t for t in f.terms if isinstance(t, LostSamples)} <= set(fitted.terms)
+        and not set(f.terms) >= set(fitted.terms)
+        and f.cost <= fitted.cost + _AS_LIKELY
     ]
     values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
     findings += [f for f in named_rivals if f.cause not in {g.cause for g in findings}]

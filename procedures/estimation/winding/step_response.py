@@ -70,7 +70,9 @@ def _start(record: StepRecord) -> FloatArray:
             "check that both probes are on the stepped circuit"
         )
     if not inductance > least * resistance:
-        raise EstimationError("the current follows the voltage within a sample: sample faster, or check the probes")
+        raise EstimationError(
+            "the current follows the voltage within a sample: sample faster, or check the probes; exchanged channels look alike"
+        )
     return np.array([resistance, inductance, offset, 0.0, 0.0])
 
 

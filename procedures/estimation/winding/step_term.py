@@ -88,6 +88,15 @@ def high_pass(values: FloatArray, step: float, rate: float) -> FloatArray:
     return np.asarray(values - rate * respond_evenly(step, values.T, abs(rate)).T)
 
 
+def read_at(values: FloatArray, at: FloatArray) -> FloatArray:
+    """Return values (…, n) at places (n,) between the samples, straight between them and the last one beyond."""
+    size = values.shape[-1]
+    at = np.clip(at, 0.0, size - 1.0)
+    before = np.minimum(at.astype(int), size - 2)
+    first, last = np.take(values, before, -1), np.take(values, before + 1, -1)
+    return np.asarray(first + (at - before) * (last - first))
+
+
 class _Own(NamedTuple):
     """A term with its figures, and where they stand among all parameters."""
 

@@ -10,7 +10,7 @@ from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.winding.closed_circuits import closed_circuits
 from procedures.estimation.winding.step_record import StepRecord
-from procedures.estimation.winding.step_term import StepScale, Term, high_pass
+from procedures.estimation.winding.step_term import StepScale, Term, high_pass, read_at
 
 #: Time constants of eddy currents that are looked for, in those of the winding.
 EDDIES = (0.03, 0.1, 0.3)
@@ -24,11 +24,7 @@ class _Skew(Term):
 
     def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
         late = float(figures[0]) * scale.time_constant / step
-        size = current.shape[-1]
-        at = np.clip(np.arange(size) - late, 0.0, size - 1.0)
-        before = np.minimum(at.astype(int), size - 2)
-        first, last = np.take(current, before, -1), np.take(current, before + 1, -1)
-        return np.asarray(first + (at - before) * (last - first))
+        return read_at(current, np.arange(current.shape[-1], dtype=np.float64) - late)
 
     def nudge(self, step: float, scale: StepScale) -> float:
         # Wider than the kink where the current begins.

@@ -148,6 +148,20 @@ def test_a_supply_that_rises_within_a_few_samples_is_no_other_cause() -> None:
     assert accused == []
 
 
+@pytest.mark.parametrize("lost", [4, 60])
+def test_samples_that_are_missing_are_counted_and_put_right(lost: int) -> None:
+    random = np.random.default_rng(lost)
+    time, tau, gone = np.arange(2000.0), 260.0, slice(560, 560 + lost)
+    current = -np.expm1(-np.maximum(time - 400.5, 0.0) / tau)
+    read = np.array([np.where(time > 400.5, 1.0, 0.0), current]) + 3e-4 * random.standard_normal((2, time.size))
+    fit = fit_step_response(time[:-lost], *np.delete(read, gone, axis=1))
+    (finding,) = fit.misfit.findings
+    assert (finding.cause, finding.answer) == (Cause.DROPOUTS, Answer.MODELLED)
+    assert abs(float(finding.figures["count"]) - lost) < 1.0
+    assert abs(fit.value("inductance") - tau) < 3.0 * fit.uncertainty("inductance")
+    assert "samples are missing" in sentence(finding).render()
+
+
 @settings(max_examples=4, deadline=None)
 @given(begin=st.floats(0.0, 3.0), seed=st.integers(0, 50))
 def test_a_record_that_begins_with_the_step_or_later_is_withheld(begin: float, seed: int) -> None:
