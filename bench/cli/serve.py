@@ -1,6 +1,5 @@
 """`motorbench serve`: the operator's panel in a browser."""
 
-import logging
 import socket
 import ssl
 import sys
@@ -101,13 +100,14 @@ def serve(
     from bench.panel.app import build
     from bench.panel.hosts import AllowedHosts
     from bench.panel.panel import Panel
+    from bench.panel.server_log import quieten_server
     from bench.panel.sessions import Sessions, SessionTimes
 
     # Without a login there is nothing to end: the next request would begin the same again.
     times = SessionTimes(60.0 * session_idle, 3600.0 * session_length) if people else SessionTimes()
     panel = Panel(runs, station, motors, plans, records, Sessions(times), Access(people) if people else None)
     build(panel, AllowedHosts(host, allow_host))
-    logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
+    quieten_server()
     scheme, name = "https" if certificate else "http", _reached_by(host)
     where = text("The panel: {address} (Ctrl-C ends it; a run goes on)", address=f"{scheme}://{name}:{port}")
     message = where.render(translator(language_of("auto")))
