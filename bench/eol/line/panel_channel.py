@@ -76,6 +76,8 @@ class PanelChannel(BatchListener):
         self._ends: deque[datetime] = deque(maxlen=_LATEST)
         self._message: dict[str, Any] | None = None
         self._records = _waiting(Waiting())
+        #: What is to be known and calls for nothing at once; it stands until the next motor is done.
+        self._notes: list[Text] = []
         self._ending: Text | None = None
         self._stop: Callable[[str], None] = lambda _: None
         self._permit: Callable[[str, str], None] = lambda _serial, _person: None
@@ -120,6 +122,7 @@ class PanelChannel(BatchListener):
                 **tile_figures(record),
             }
             self._take_count(record)
+            self._notes.clear()
         self._send()
 
     def refused(self, refused: RefusedSerial) -> None:
@@ -147,8 +150,10 @@ class PanelChannel(BatchListener):
         self._send()
 
     def noted(self, words: Text) -> None:
-        """Show it as what went wrong: it is to be looked at, too."""
-        self.trouble(words)
+        """Hear what is to be known: it takes the place of no instruction."""
+        with self._lock:
+            self._notes.append(words)
+        self._send()
 
     def waits(self, waiting: Waiting) -> None:
         """Hear what of the records waits to be stored or forwarded."""
@@ -213,6 +218,7 @@ class PanelChannel(BatchListener):
                 "counts": asdict(self._counts),
                 "waiting": self._serials.waiting,
                 "records": self._records,
+                "notes": [store_text(note) for note in self._notes],
                 "message": self._message,
                 "ending": None if self._ending is None else store_text(self._ending),
             }

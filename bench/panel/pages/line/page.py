@@ -1,6 +1,6 @@
 """The end of line on one page: scan to start, a tile for each socket, the counters of the shift."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from nicegui import events, ui
@@ -151,7 +151,7 @@ class _LinePage:
         for socket in state["sockets"]:
             self._tiles[socket["name"]].show(socket)
         self._show_message(state, running=running)
-        self._show_records(state.get("records") or {})
+        self._show_records(state.get("records") or {}, state.get("notes", ()))
         self._counters.show(state)
         self._course.wanted(state)
         self._why(state["counts"].get("reworks", {}))
@@ -204,9 +204,10 @@ class _LinePage:
         if fault:
             self._say(f"✗ {self._reader.say(fault)}", wrong=True)
 
-    def _show_records(self, records: Mapping[str, Any]) -> None:
-        """Show which records are not where they belong, and why."""
-        words = "\n".join(self._reader.say(restore_text(told)) for told in records.get("sentences", ()))
+    def _show_records(self, records: Mapping[str, Any], notes: Sequence[Any]) -> None:
+        """Show which records are not where they belong, and why; and what else is to be known."""
+        told = (*records.get("sentences", ()), *notes)
+        words = "\n".join(self._reader.say(restore_text(one)) for one in told)
         self._records.set_visibility(bool(words))
         self._records.set_text(words)
 
