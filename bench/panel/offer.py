@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench.i18n.english_names import PROCEDURES
 from bench.i18n.errors import InputError
 from bench.panel.child_command import child_command
 from drivers.interfaces.text import Text, text
@@ -53,9 +54,9 @@ class Offer:
         return await asyncio.shield(self._asked)
 
     def title(self, procedure: str) -> Text:
-        """Return what readers call a procedure; its own name until that is known."""
+        """Return what readers call a procedure; a plug-in's is its own name until that is known."""
         offered = self._known(procedure)
-        return Text(offered.title if offered else "{name}", {"name": procedure})
+        return Text(offered.title if offered else PROCEDURES.get(procedure, "{name}"), {"name": procedure})
 
     def is_manual(self, procedure: str) -> bool:
         """Tell whether a person commands it, as far as that is known."""

@@ -75,8 +75,9 @@ class PanelChannel(BatchListener):
         self._counts, self._yield = _Counts(_now()), MotorYield()
         self._ends: deque[datetime] = deque(maxlen=_LATEST)
         self._message: dict[str, Any] | None = None
-        self._notes: list[dict[str, Any]] = []
         self._records = _waiting(Waiting())
+        #: What is to be known and calls for nothing at once; it stands until the next motor is done.
+        self._notes: list[Text] = []
         self._ending: Text | None = None
         self._stop: Callable[[str], None] = lambda _: None
         self._permit: Callable[[str, str], None] = lambda _serial, _person: None
@@ -121,6 +122,7 @@ class PanelChannel(BatchListener):
                 **tile_figures(record),
             }
             self._take_count(record)
+            self._notes.clear()
         self._send()
 
     def refused(self, refused: RefusedSerial) -> None:
@@ -148,9 +150,9 @@ class PanelChannel(BatchListener):
         self._send()
 
     def noted(self, words: Text) -> None:
-        """Hear of something that is allowed and likely not meant; it stands on the page to the batch's end."""
+        """Hear what is to be known: it takes the place of no instruction."""
         with self._lock:
-            self._notes.append(store_text(words))
+            self._notes.append(words)
         self._send()
 
     def waits(self, waiting: Waiting) -> None:
@@ -216,7 +218,7 @@ class PanelChannel(BatchListener):
                 "counts": asdict(self._counts),
                 "waiting": self._serials.waiting,
                 "records": self._records,
-                "notes": list(self._notes),
+                "notes": [store_text(note) for note in self._notes],
                 "message": self._message,
                 "ending": None if self._ending is None else store_text(self._ending),
             }

@@ -116,7 +116,6 @@ class _LinePage:
             self._records = ui.label().classes("mb-records text-lg rounded-lg px-4 py-3 w-full whitespace-pre-line")
             self._records.props("role=alert").style("background:#fff4e0;color:#6b3d00")
             self._grid = ui.element("div").classes("grid gap-4 grid-cols-1 md-grid-cols-2 xl-grid-cols-4 w-full")
-            self._notes = ui.label().classes("mb-card w-full text-base whitespace-pre-line").props("role=note")
             with ui.element("div").classes("mb-line-below"):
                 self._counters = Counters(self._reader)
                 self._reasons = ui.element("section").classes("mb-card")
@@ -152,8 +151,7 @@ class _LinePage:
         for socket in state["sockets"]:
             self._tiles[socket["name"]].show(socket)
         self._show_message(state, running=running)
-        self._show_records(state.get("records") or {})
-        self._show_notes(state.get("notes") or ())
+        self._show_records(state.get("records") or {}, state.get("notes", ()))
         self._counters.show(state)
         self._course.wanted(state)
         self._why(state["counts"].get("reworks", {}))
@@ -206,17 +204,12 @@ class _LinePage:
         if fault:
             self._say(f"✗ {self._reader.say(fault)}", wrong=True)
 
-    def _show_records(self, records: Mapping[str, Any]) -> None:
-        """Show which records are not where they belong, and why."""
-        words = "\n".join(self._reader.say(restore_text(told)) for told in records.get("sentences", ()))
+    def _show_records(self, records: Mapping[str, Any], notes: Sequence[Any]) -> None:
+        """Show which records are not where they belong, and why; and what else is to be known."""
+        told = (*records.get("sentences", ()), *notes)
+        words = "\n".join(self._reader.say(restore_text(one)) for one in told)
         self._records.set_visibility(bool(words))
         self._records.set_text(words)
-
-    def _show_notes(self, notes: Sequence[Mapping[str, Any]]) -> None:
-        """Show what is allowed and likely not meant, below the work."""
-        words = "\n".join(self._reader.say(restore_text(note)) for note in notes)
-        self._notes.set_visibility(bool(words))
-        self._notes.set_text(words)
 
     def _say(self, words: str, *, wrong: bool) -> None:
         self._message.set_text(words)

@@ -134,7 +134,7 @@ def test_a_motor_is_done_with_only_after_its_guardian_is(
     assert counts.motors == 2
     lost, measured = bench.listener.records
     assert lost.verdict is Verdict.ERROR
-    assert f"{cause}, in stator-resistance-dc at step S1/2" in lost.cause
+    assert f"{cause}, in Stator resistance, four-wire direct current at step S1/2" in lost.cause
     assert (measured.verdict, measured.cause) == (Verdict.PASS, "")
     events = guardian_events(bench)
     assert [event["kind"] for event in events if event["kind"] in ("took", "walked", "left")] == [
