@@ -80,7 +80,7 @@ def test_a_port_that_is_taken_is_named_with_its_endpoint(call: Call, tmp_path: P
     with socket.create_server(("127.0.0.1", BASE + 9)):
         code, out, err = call("sim", "serve", "--motor", "lg-400w", "--ports", str(file))
     assert (code, out) == (1, "")
-    said = f"127.0.0.1:{BASE + 9}, for supply.socket, cannot be listened on: Address already in use; end what listens there, or"
+    said = f"127.0.0.1:{BASE + 9}, for supply.socket, cannot be listened on: the address is in use already; end what listens there, or"
     assert said in err.replace("\n", " ")
 
 

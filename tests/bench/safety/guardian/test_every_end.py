@@ -114,7 +114,7 @@ def test_a_full_disk(hold: Callable[..., Any], served: Any) -> None:
     assert served.seconds_until_off() < SOON
     told = run.ended()
     assert told["status"] == "failed"
-    assert "the journal cannot be written" in told["cause"]
+    assert "journal.jsonl cannot be written" in told["cause"]
     events = run.guardian_left()
     # What the run switched off it could not write down: its guardian may do it again before it is told why.
     assert "the run's journal cannot be written" in [e.data["cause"] for e in events if e.kind == "took"]
