@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 _NO = ("n", "no", "否")
 #: And one who confirms.
 _YES = ("y", "yes", "是")
+#: What says that it is done, besides Enter alone.
+_DONE = ("", *_YES, "done", "ok", "完成", "好")
 
 
 class TerminalOperator:
@@ -82,13 +84,13 @@ class TerminalOperator:
         if rows.row_count:
             self._console.print(rows)
         if self._hands is not None:
-            self._correctable(text("Done? Press Enter"))
+            self._wait(self._correctable)
             return self._hands.perform(action)
         if isinstance(action, Mend):
             return self._line(text("Put right? Press Enter to measure again, or type n to give up")).lower() not in _NO
         if isinstance(action, MarkRestPositions):
             return self._angles(text("angles in degrees, separated by spaces"))
-        self._correctable(text("Done? Press Enter"))
+        self._wait(self._correctable)
         return None
 
     def number(self, quantity: Text, unit: str, minimum: float, maximum: float) -> float:
@@ -161,7 +163,17 @@ class TerminalOperator:
         """Say what to do to an instrument and wait until it is done."""
         message = f"{heading.render(self._translate)}: {task.render(self._translate)}"
         self._console.print(f"\n[bold]▶ {_plain(message)}[/bold]")
-        self._line(text("Done? Press Enter"))
+        self._wait(self._line)
+
+    def _wait(self, ask: Callable[[Text], str]) -> None:
+        """Return once somebody says that it is done; a no, or a reading typed too early, is no such word."""
+        while (typed := ask(text("Done? Press Enter"))).lower() not in _DONE:
+            if typed.lower() in _NO:
+                self._say(text("It waits until it is done; Ctrl-C ends the run with everything off"))
+            else:
+                self._say(
+                    text("'{typed}' is not asked for here, and is not kept: press Enter once it is done", typed=typed)
+                )
 
     def _command(self, action: EnterCommand) -> str | None:
         """Say what came of the command before and what is on; return the next one, None where none came in time."""

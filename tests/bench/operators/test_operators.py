@@ -75,6 +75,27 @@ def test_an_action_is_printed_with_colours_and_waits() -> None:
     assert "B → supply, minus" in said.getvalue()
 
 
+@pytest.mark.parametrize("word", ["", "y", "Done", "是", "完成"])
+def test_what_says_that_it_is_done(word: str) -> None:
+    operator, said = typing([word])
+    assert operator.perform(ALIGN_D) is None
+    assert said.getvalue().count("Done? Press Enter") == 1
+
+
+@pytest.mark.parametrize(
+    ("word", "told"),
+    [
+        ("no", "It waits until it is done; Ctrl-C ends the run with everything off"),
+        ("31 mOhm", "'31 mOhm' is not asked for here, and is not kept: press Enter once it is done"),
+    ],
+)
+def test_a_no_or_a_reading_does_not_pass_for_done(word: str, told: str) -> None:
+    operator, said = typing([word, ""])
+    assert operator.perform(ALIGN_D) is None
+    assert told in said.getvalue()
+    assert said.getvalue().count("Done? Press Enter") == 2
+
+
 def test_a_reading_is_asked_again_until_it_makes_sense() -> None:
     operator, said = typing(["warm", "", "nan", "2500", " 23,5 °C "])
     assert operator.perform(READING) == 23.5
