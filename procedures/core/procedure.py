@@ -47,6 +47,8 @@ class Procedure(ABC, Generic[C]):
     gives: ClassVar[tuple[str | ParameterDefinition, ...]] = ()
     #: What is needed of the instruments whatever the settings: a station that lacks it is refused before anything is connected.
     needs: ClassVar[Demands] = {}
+    #: Whose readings in later procedures of the run its result corrects: they rest on it, and no order puts them before it.
+    corrects: ClassVar[frozenset[Role]] = frozenset()
     parameters: ClassVar[ParameterTable]
     end_of_line: ClassVar[bool] = False
     at_load: ClassVar[bool] = False

@@ -75,6 +75,7 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
     section: ClassVar[str] = "S2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = tuple(f"channel_{channel}_gain" for channel in _CHANNELS)
+    corrects: ClassVar[frozenset[Role]] = frozenset({Role.OSCILLOSCOPE})
     needs: ClassVar[Demands] = {Role.SUPPLY: LOOP, Role.OSCILLOSCOPE: Demand(waveforms=True)}
     end_of_line: ClassVar[bool] = True
 
