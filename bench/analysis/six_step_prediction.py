@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
 from bench.i18n.errors import InputError
-from drivers.interfaces.text import text, text_of
+from bench.i18n.simulated import simulation_error
+from drivers.interfaces.text import text
 from sim_instruments.six_step.drive import SixStepDrive, SixStepError
 from sim_instruments.six_step.load import balance_load
 from sim_instruments.six_step.state import Bridge
@@ -215,7 +216,7 @@ def _solved(solve: Callable[[], SteadyState]) -> SteadyState:
     try:
         return solve()
     except SixStepError as error:
-        raise InputError(text_of(error)) from None
+        raise InputError(simulation_error(error)) from None
 
 
 def findings_of(results: Mapping[str, Any], run: str) -> Mapping[str, Any]:

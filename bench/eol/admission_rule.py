@@ -28,10 +28,14 @@ class AdmittedTest:
 
 @dataclass(frozen=True)
 class RefusedTest:
-    """A motor may not be tested, and why; a person may answer for it where that is said."""
+    """A motor may not be tested, and why; a person may answer for it where that is said.
+
+    `judged` tells that its batch has it tested already, with a verdict.
+    """
 
     why: Text
     by_person: bool = False
+    judged: bool = False
 
 
 def decide(

@@ -46,6 +46,52 @@ _SENTENCES = (
     ),
 )
 
+#: What a six-step drive's solver refuses, told alike.
+_SIX_STEP = (
+    text("{name} is {value}: a finite number is needed"),
+    text("{name} is {value}: it must be greater than 0"),
+    text("{name} is {value}: it must be 0 or greater"),
+    text("{name} is {value}: it must be 1 or more"),
+    text('connection is "{connection}": "delta" or "wye" is allowed'),
+    text(
+        "mutual_inductance is {mutual} H with a self_inductance of {own} H: the inductance matrix is positive definite only for "
+        "{low} H < mutual_inductance < {high} H"
+    ),
+    text("advance_angle is {angle}° electrical: it must lie within ±90°"),
+    text("emf_harmonics holds order {order}: odd orders from 3 are allowed"),
+    text("emf_harmonics holds order {order} twice: give each order once"),
+    text("emf_harmonics, order {order}: amplitude and phase must be finite numbers"),
+    text("load is {load} N·m: a finite torque is needed"),
+    text(
+        "the drive cannot start: it gives {torque} N·m at standstill against {friction} N·m of Coulomb friction; check source "
+        "voltage, resistances, EMF constant and advance angle"
+    ),
+    text(
+        "load {load} N·m is above the stall torque: less than {strongest} N·m at the shaft is allowed ({friction} N·m of friction "
+        "taken off)"
+    ),
+    text(
+        "load {load} N·m drives the machine harder than it can brake: no balance found below {speed} rpm; give a load nearer to 0"
+    ),
+    text(
+        "run-up of {duration} s from {speed} rad/s at {angle} rad, {steps} steps a state: duration > 0, initial_speed ≥ 0, "
+        "0 ≤ initial_angle < π/3 and steps_per_state ≥ 1 are allowed"
+    ),
+    text(
+        "the diodes change more than {most} times in one state at {speed} rad/s: check inductances, resistances and EMF harmonics "
+        "of the motor"
+    ),
+    text("speed is {speed} rad/s: a finite speed above 0 is needed (a drive at rest has no period)"),
+    text(
+        "speed is {speed} rpm: {lowest} to {highest} rpm can be solved for this drive, whose EMF equals its source at {no_load} rpm"
+    ),
+    text(
+        "the resistances are too small to be told from none at {speed} rpm: an electrical time constant of {constant} s is "
+        "{states} states, up to {most} are allowed"
+    ),
+    text("no periodic steady state found at {speed} rad/s after {count} iterations (residual {residual})"),
+)
+
 
 def simulation_error(error: Exception) -> Text:
     """Return the message of an error that came out of the simulation, or of who works in it."""
@@ -62,7 +108,7 @@ def simulated(sentence: str) -> Text:
 
 @cache
 def _patterns() -> tuple[tuple[re.Pattern[str], str], ...]:
-    return tuple((_pattern(each.template), each.template) for each in _SENTENCES)
+    return tuple((_pattern(each.template), each.template) for each in (*_SENTENCES, *_SIX_STEP))
 
 
 def _pattern(template: str) -> re.Pattern[str]:

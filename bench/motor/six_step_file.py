@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from bench.files.toml_file import Section, validate
 from bench.i18n.errors import FileError, at
+from bench.i18n.simulated import simulation_error
 from bench.motor.motor_insides import InsideSection
 from bench.motor.motor_sections import ExpectedSection, NameplateSection, TypedMotor, number, with_type_values
 from bench.motor.shipped_motors import motor_content
-from drivers.interfaces.text import text, text_of
+from drivers.interfaces.text import text
 from sim_instruments.six_step.drive import EmfHarmonic, SixStepDrive, SixStepError
 
 if TYPE_CHECKING:
@@ -138,7 +139,7 @@ def drive_file_of(data: Mapping[str, Any], source: str, procedures: "Procedures 
             file.nameplate, file.expected, file.tolerance, file.six_step_drive(), file.virtual.insides()
         )
     except SixStepError as error:
-        raise FileError(at(f"{source}: virtual", text_of(error))) from None
+        raise FileError(at(f"{source}: virtual", simulation_error(error))) from None
 
 
 def load_drive(reference: str) -> SixStepDrive:

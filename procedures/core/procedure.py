@@ -21,6 +21,7 @@ from procedures.core.settings import Settings
 from procedures.core.steps import Step, steps_of
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 from procedures.verification.settings import wiring_settings
+from procedures.verification.verified_channels import RANGE_WARNING
 from procedures.verification.verifier import ConnectionVerifier
 from procedures.verification.wiring import Wiring
 
@@ -47,6 +48,8 @@ class Procedure(ABC, Generic[C]):
     gives: ClassVar[tuple[str | ParameterDefinition, ...]] = ()
     #: What is needed of the instruments whatever the settings: a station that lacks it is refused before anything is connected.
     needs: ClassVar[Demands] = {}
+    #: Whose readings in later procedures its result corrects: no order puts these before it.
+    corrects: ClassVar[frozenset[Role]] = frozenset()
     parameters: ClassVar[ParameterTable]
     end_of_line: ClassVar[bool] = False
     at_load: ClassVar[bool] = False
@@ -150,6 +153,8 @@ class Procedure(ABC, Generic[C]):
     def _result(self) -> ProcedureResult:
         kept, withheld = possible(self._parameters)
         withheld += self._withheld
+        for message in self.bench.state.verified_channels.resting_on_data_sheet(kept):
+            self.notice(RANGE_WARNING, message)
         if self.parameters and not kept and not withheld and not self._notices:
             raise ProcedureError(
                 text(
@@ -157,9 +162,8 @@ class Procedure(ABC, Generic[C]):
                     names=[*self.parameters],
                 )
             )
-        return ProcedureResult(
-            self.name, self.section, tuple(kept), tuple(self._notices), dict(self.findings), tuple(withheld)
-        )
+        said, findings = tuple(self._notices), dict(self.findings)
+        return ProcedureResult(self.name, self.section, tuple(kept), said, findings, tuple(withheld))
 
     def step_values(self) -> dict[str, object]:
         """Return the settings by name, for the steps' sentences."""

@@ -42,7 +42,20 @@ _READINGS = 6
 _PROBES_ONLY = 0.1
 #: Full scales of eight divisions of 1, 2, 5 in the decades of motors of a few volts.
 _RANGES = (0.08, 0.16, 0.4, 0.8, 1.6, 4.0, 8.0, 16.0, 40.0)
+#: Those that follow, for motors of a higher voltage.
+_HIGH_RANGES = (80.0, 160.0, 400.0, 800.0, 1600.0)
+#: A record's signal fills at most this share of the screen.
+_FILL_OF_RECORD = 0.8
 _CHANNELS = (1, 2, 3, 4)
+
+
+def ranges_for(voltage: float | None) -> tuple[float, ...]:
+    """Return the full-scale ranges (V) that records of a motor take, up to both half waves of its largest voltage (V), if known."""
+    needed = 2.0 * (voltage or 0.0) / _FILL_OF_RECORD
+    # The first that is wide enough, and those below it.
+    below = sum(each < needed for each in (_RANGES[-1], *_HIGH_RANGES))
+    return (*_RANGES, *_HIGH_RANGES[:below])
+
 
 Levels = dict[tuple[int, float], ShownLevel]
 
@@ -50,8 +63,11 @@ Levels = dict[tuple[int, float], ShownLevel]
 class ProbeVerificationSettings(Settings):
     """Settings of the probes' verification."""
 
-    voltage_ranges: tuple[float, ...] = Field(
-        default=_RANGES, max_length=20, description="full-scale ranges of voltage channels, V; none leaves them out"
+    voltage_ranges: tuple[float, ...] | None = Field(
+        default=None,
+        max_length=20,
+        description="full-scale ranges of voltage channels, V; where not given, steps of 1, 2, 5 from 0.08 V to what a record of the "
+        "nameplate's largest voltage takes, 40 V at least; [] leaves them out",
     )
     current_ranges: tuple[float, ...] = Field(
         default=_RANGES, max_length=20, description="full-scale ranges of current channels, A; none leaves them out"
@@ -75,6 +91,7 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
     section: ClassVar[str] = "S2"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.OSCILLOSCOPE})
     gives: ClassVar[tuple[str, ...]] = tuple(f"channel_{channel}_gain" for channel in _CHANNELS)
+    corrects: ClassVar[frozenset[Role]] = frozenset({Role.OSCILLOSCOPE})
     needs: ClassVar[Demands] = {Role.SUPPLY: LOOP, Role.OSCILLOSCOPE: Demand(waveforms=True)}
     end_of_line: ClassVar[bool] = True
 
@@ -104,7 +121,10 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
     def voltage_channels(self) -> list[tuple[VerifiedGain, UncertainReal]]:
         """Return the voltage channels' gains in every range that the supply fills."""
         channels = self.bench.bare_oscilloscope.channels(ProbeKind.VOLTAGE)
-        if not channels or not self.settings.voltage_ranges:
+        ranges = self.settings.voltage_ranges
+        if ranges is None:
+            ranges = ranges_for(self.nameplate.voltage_bound)
+        if not channels or not ranges:
             return []
         metered = self.bench.has(Role.VOLTMETER)
         meter = (ConnectVoltmeterToSupply(),) if metered else ()
@@ -115,7 +135,7 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
         ):
             probes = ConnectProbes(tuple(VoltageProbe(channel, tip, reference) for channel in channels))
             self.bench.perform(*meter, probes)
-            ends.append(self._levels(channels, self.settings.voltage_ranges, sign, ProbeKind.VOLTAGE))
+            ends.append(self._levels(channels, ranges, sign, ProbeKind.VOLTAGE))
         return self._gains(ends, "voltmeter" if metered else "supply, voltage")
 
     @step(

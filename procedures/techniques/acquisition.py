@@ -57,6 +57,7 @@ def ranged_record(bench: Bench, start_ranges: Mapping[int, float], timeout: floa
         if ranges == before:
             # What is wanted is beyond what there is: as the record is, it is the best there can be.
             return waves
+        bench.state.verified_channels.not_used(waves.values())
     raise ProcedureError(
         text(
             "no range of the oscilloscope fits the signal on channels {channels}; check the probes",

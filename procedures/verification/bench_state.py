@@ -44,6 +44,7 @@ class BenchState:
     def begin(self, in_use: Collection[Role], motor_voltage: float | None) -> None:
         """Begin a procedure that works with these roles, on a motor of a largest voltage (V)."""
         self.in_use, self.motor_voltage = in_use, motor_voltage
+        self.verified_channels.begin()
 
     def changed(self, setup: BenchSetup) -> None:
         """Take over what hands have made of the setup."""

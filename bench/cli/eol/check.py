@@ -168,5 +168,7 @@ def _print(console: "Console", done: DryRun, translate: Translate) -> None:
         console.print(say(assumed), markup=False)
     for difference in done.differences:
         console.print(f"! {difference}", markup=False)
+    for words in done.unverified:
+        console.print(f"! {say(words)}", markup=False)
     for trouble in done.troubles:
         console.print(f"✗ {trouble}", markup=False)

@@ -50,8 +50,8 @@ def run(
 ) -> int:
     """Measure a batch of motors, several at once where there are several sockets; a batch that was cut off goes on.
 
-    Exit status 0 where every motor passed, 1 where one did not or the batch was stopped, 3 where a brake or a golden motor that
-    is due ended it.
+    Exit status 0 where every motor passed, 1 where one did not, or was refused and not tested, or the batch was stopped, 3 where a
+    brake or a golden motor that is due ended it.
 
     Parameters
     ----------
@@ -141,7 +141,8 @@ def run(
             print(f"motorbench: {brake.why.render(translate)}", file=sys.stderr)
     if counts.unfinished:
         return _BRAKED
-    return 0 if not stopped and counts.verdicts[Verdict.PASS.value] == counts.motors else 1
+    passed = counts.verdicts[Verdict.PASS.value] == counts.motors
+    return 0 if passed and not counts.untested and not stopped else 1
 
 
 class _Printer(BatchListener):
@@ -202,6 +203,7 @@ def _summary(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
         },
         "golden": dict(counts.golden),
         "refused": counts.refused,
+        "untested": sorted(counts.untested),
         "bench_time": counts.bench_time,
         "wall_time": wall,
         "motors_per_second": counts.motors / wall if wall > 0.0 else 0.0,

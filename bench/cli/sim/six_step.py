@@ -11,7 +11,8 @@ from unicodedata import east_asian_width
 
 from bench.i18n.errors import UsageError, at
 from bench.i18n.language import language_of, translator
-from drivers.interfaces.text import Text, Translate, english, text, text_of
+from bench.i18n.simulated import simulation_error
+from drivers.interfaces.text import Text, Translate, english, text
 
 if TYPE_CHECKING:
     from sim_instruments.six_step.drive import SixStepDrive
@@ -84,7 +85,7 @@ def _at_voltage(drive: "SixStepDrive", motor: str, voltage: float) -> "SixStepDr
     try:
         return replace(drive, source_voltage=voltage)
     except SixStepError as error:
-        raise UsageError(at(f"{motor}, --voltage {voltage:g}", text_of(error))) from None
+        raise UsageError(at(f"{motor}, --voltage {voltage:g}", simulation_error(error))) from None
 
 
 def _check_plot(plot: Path | None, points: int) -> None:
@@ -114,7 +115,7 @@ def _point(bridge: "Bridge", motor: str, *, speed: float = 0.0, load: float | No
     try:
         return steady_state(bridge, speed * _RPM) if load is None else balance_load(bridge, load)
     except SixStepError as error:
-        raise UsageError(at(motor, text_of(error))) from None
+        raise UsageError(at(motor, simulation_error(error))) from None
 
 
 def as_json(point: "SteadyState") -> dict[str, Any]:

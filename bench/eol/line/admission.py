@@ -14,11 +14,15 @@ from drivers.interfaces.text import Text, lines, text
 
 @dataclass(frozen=True)
 class RefusedSerial:
-    """A serial number that is not measured, and why; a person may answer for it where that is said."""
+    """A serial number that is not measured, and why; a person may answer for it where that is said.
+
+    Of one that was `taken` its batch has the verdict, or is measuring it: scanned twice, it lacks nothing.
+    """
 
     serial_number: str
     why: Text
     by_person: bool = False
+    taken: bool = False
 
 
 class Admission:
@@ -105,7 +109,7 @@ class Admission:
     def _admit(self, motor: BatchMotor, socket: str) -> BatchMotor | RefusedSerial:
         decision = self._desk.admit(motor.serial_number, motor.number, socket, motor.again_by)
         if isinstance(decision, RefusedTest):
-            return RefusedSerial(motor.serial_number, decision.why, decision.by_person)
+            return RefusedSerial(motor.serial_number, decision.why, decision.by_person, decision.judged)
         self._last = max(self._last, motor.number)
         self._under_way.add(motor.serial_number)
         return replace(motor, test_number=decision.test_number, again_by=decision.again_by)
@@ -143,5 +147,7 @@ class Admission:
 
 def _being_measured(serial_number: str) -> RefusedSerial:
     return RefusedSerial(
-        serial_number, text("serial number {serial}: this motor is being measured now", serial=serial_number)
+        serial_number,
+        text("serial number {serial}: this motor is being measured now", serial=serial_number),
+        taken=True,
     )

@@ -1,7 +1,7 @@
 """Whether a serial number that came may be tested now: its pattern, whoever else tests it, and its earlier tests."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Protocol, TypeVar
 
@@ -10,6 +10,7 @@ from bench.eol.plan_file import AgainSection
 from bench.eol.store.claims import SerialClaim
 from bench.eol.store.earlier_tests import EarlierTest, in_order
 from bench.eol.store.faults import StoreError
+from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text, text, text_of
 
@@ -78,6 +79,8 @@ class AdmissionDesk:
         decision = unknown or decide(serial_number, self.model, in_order([*here, *elsewhere]), self.rule, person)
         if isinstance(decision, RefusedTest):
             _asked(lambda: self.register.release(claim), None, [])
+            own = (test.verdict for test in (*here, *elsewhere) if test.batch == self.batch)
+            decision = replace(decision, judged=any(verdict in (Verdict.PASS, Verdict.FAIL) for verdict in own))
         return decision
 
     def _unknown(self, serial_number: str, faults: Sequence[StoreError]) -> RefusedTest | None:

@@ -54,13 +54,15 @@ _BATCH_NAME = re.compile(r"[\w][\w.-]{0,99}")
 class Counts:
     """What became of a batch's tests, by verdict, golden motors' beside them; yields by motor; serial numbers refused.
 
-    `brakes` are those that applied, `undecidable` tells of limits that the station cannot decide; `waits` is what still waits at the end.
+    `untested` are those refused that the batch has not tested either, before or after. `brakes` are those that applied, `undecidable`
+    tells of limits that the station cannot decide; `waits` is what still waits at the end.
     """
 
     verdicts: Counter[str] = field(default_factory=Counter)
     by_motor: MotorYield = field(default_factory=MotorYield)
     golden: Counter[str] = field(default_factory=Counter)
     refused: int = 0
+    untested: set[str] = field(default_factory=set)
     brakes: list[AppliedBrake] = field(default_factory=list)
     #: Whether the line itself ended the batch before its end, and why where no brake says it.
     unfinished: bool = False
@@ -277,6 +279,7 @@ class _Counting(BatchListener):
     def done(self, record: MotorRecord) -> None:
         (self._counts.golden if record.golden else self._counts.verdicts)[record.verdict.value] += 1
         self._counts.by_motor.add(record)
+        self._counts.untested.discard(record.serial_number)
         self._counts.bench_time += record.bench_time
         # It is kept already: whatever becomes of it here, no record is lost.
         if self._outputs.wanted:
@@ -284,6 +287,8 @@ class _Counting(BatchListener):
 
     def refused(self, refused: RefusedSerial) -> None:
         self._counts.refused += 1
+        if not refused.taken:
+            self._counts.untested.add(refused.serial_number)
 
     def braked(self, brake: AppliedBrake) -> None:
         self._counts.brakes.append(brake)

@@ -20,10 +20,14 @@ from bench.eol.line.worker_process import ForkServer
 from bench.eol.plan_file import SpreadSection
 from bench.eol.record import MeasuredFigure, MotorRecord
 from bench.eol.verdict import Verdict
-from bench.i18n.errors import InputError
+from bench.i18n.errors import InputError, at
+from bench.journal.journal_file import read_journal
+from bench.journal.run_folder import RunFolder
+from bench.journal.run_view import view_of
 from bench.rehearsal.assumed import assumed_motor
 from bench.rehearsal.counterparts import counterparts_of
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, word
+from procedures.verification.verified_channels import RANGE_WARNING
 from reports.labels import ParameterLabels
 
 
@@ -62,7 +66,7 @@ class DryRun:
     A procedure of every n-th motor counts with an n-th of its time. `aside` (s) is the shutdown and what else is no procedure's;
     the floor has it. Each socket's first motor does not count for the waits: all sockets begin at once then, and never again.
     `per_hour` is what the line of all sockets measures; `troubles` are causes of motors that did not pass, `differences` those
-    between the station and what stood for it.
+    between the station and what stood for it, `unverified` figures that rest on records in ranges which the plan does not verify.
     """
 
     plan: str
@@ -78,6 +82,7 @@ class DryRun:
     troubles: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
     differences: tuple[str, ...] = ()
+    unverified: tuple[Text, ...] = ()
     labels: ParameterLabels = field(default_factory=lambda: ParameterLabels({}))
 
     @property
@@ -100,6 +105,7 @@ class DryRun:
         content = asdict(self)
         del content["labels"]
         content["limits"] = [{**asdict(each), "fault": str(each.fault or "")} for each in self.limits]
+        content["unverified"] = [str(each) for each in self.unverified]
         content["procedures"] = [{**asdict(each), "overhead": each.overhead} for each in self.procedures]
         return content | {"overhead": self.overhead, "over_floor": self.over_floor, "good": self.good}
 
@@ -196,6 +202,7 @@ def _summary(
         troubles=tuple(dict.fromkeys(record.cause for record in records if record.cause)),
         assumed=assumed,
         differences=differences,
+        unverified=tuple(_unverified(records)),
         labels=prepared.labels,
     )
 
@@ -216,6 +223,18 @@ def _differences(line: ProductionLine) -> Iterator[str]:
     for socket in line.sockets:
         for counterpart in (counterparts_of(socket.twin_of) if socket.twin_of else {}).values():
             yield from (str(difference) for difference in counterpart.differences)
+
+
+def _unverified(records: Sequence[MotorRecord]) -> Iterator[Text]:
+    """Say which procedures' figures rest on records in ranges that were not verified, each once."""
+    told = set[str]()
+    for record in records:
+        if not record.run:
+            continue
+        for procedure, notice in view_of(read_journal(RunFolder(Path(record.run)).journal).events).warnings():
+            if notice.identifier == RANGE_WARNING and procedure not in told:
+                told.add(procedure)
+                yield at(word(procedure), notice.message)
 
 
 def _limits(prepared: Prepared, records: Sequence[MotorRecord]) -> list[LimitFinding]:

@@ -1,4 +1,4 @@
-"""What a plan's procedures want of those before them, held against its order before the first motor."""
+"""What a plan's procedures rest on, held against its order before the first motor: figures that they want, and corrections."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,10 +13,10 @@ from procedures.known_parameters import givers
 
 
 def with_wanted_before(plan: Plan, planned: Sequence[Planned], nameplate: Nameplate, known: Catalogue) -> Plan:
-    """Return the plan with each procedure `after` those whose figures it wants, so that no order parts them.
+    """Return the plan with each procedure `after` those whose figures it wants and those that correct what it reads.
 
-    `planned` are its procedures in its order, `known` all that there are. Raises InputError naming procedure and figure where none
-    before it gives it to every motor that it is measured of: it would end as an error at each.
+    So no order parts them. `planned` are its procedures in its order, `known` all that there are. Raises InputError naming procedure
+    and figure where none before it gives it to every motor that it is measured of: it would end as an error at each.
     """
     checks = list[PlannedCheck]()
     for check, each in zip(plan.checks, planned, strict=True):
@@ -41,7 +41,24 @@ def with_wanted_before(plan: Plan, planned: Sequence[Planned], nameplate: Namepl
                 )
             after |= dict.fromkeys(giving)
         checks.append(replace(check, after=tuple(after)))
-    return replace(plan, checks=tuple(checks))
+    return replace(plan, checks=_corrected_before(checks, planned))
+
+
+def _corrected_before(checks: Sequence[PlannedCheck], planned: Sequence[Planned]) -> tuple[PlannedCheck, ...]:
+    """Return the checks with each `after` those that correct an instrument that it reads, wherever these are listed."""
+    after = {check.name: list(check.after) for check in checks}
+
+    def rests_on(name: str) -> set[str]:
+        return {name}.union(*(rests_on(before) for before in after[name]))
+
+    for correcting in planned:
+        for each in planned:
+            name = each.name
+            reads = correcting.procedure.corrects & each.procedure.roles
+            # Of what it rests on itself nothing can wait for it.
+            if reads and correcting.name not in after[name] and name not in rests_on(correcting.name):
+                after[name].append(correcting.name)
+    return tuple(replace(check, after=tuple(after[check.name])) for check in checks)
 
 
 def _hint(plan: Plan, planned: Sequence[Planned], wanting: PlannedCheck, parameter: str, known: Catalogue) -> Text:

@@ -128,6 +128,8 @@ def slugs_at(node: ast.AST) -> Iterator[str]:
         yield from literals(node.value)
     if isinstance(node, ast.ClassDef) and node.name == "Cause":
         yield from (said for one in node.body if isinstance(one, ast.Assign) for said in literals(one.value))
+    if isinstance(node, ast.Assign) and dotted(node.targets[0]).endswith("_WARNING"):
+        yield from literals(node.value)
     if isinstance(node, ast.Call) and dotted(node.func) == "Notice" and node.args:
         yield from (given for given in literals(node.args[0]) if given.islower())
 

@@ -1,5 +1,6 @@
 """Whole batches on virtual benches, each socket a process of its own."""
 
+import json
 import os
 import signal
 import threading
@@ -9,11 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from bench.eol.line.admission import RefusedSerial
+from bench.eol.line.batch import Counts, _Counting
 from bench.eol.line.record_writer import own_records
 from bench.eol.verdict import Verdict
 from bench.journal.run_folder import RunFolder
 from bench.journal.verification import Integrity as Untouched
 from bench.journal.verify import verify
+from bench.plugins.records import RecordOutputs
+from drivers.interfaces.text import text
+from tests.bench.eol.motor_records import motor_record
+from tests.command_line import Call
 
 if TYPE_CHECKING:
     from bench.eol.record import MotorRecord
@@ -108,10 +115,34 @@ def test_a_batch_that_was_stopped_goes_on_where_it_was(bench: Any) -> None:
     assert (counts.motors, counts.refused, bench.listener.records) == (0, 0, []), "nothing is left to do"
 
 
+def test_a_batch_whose_motors_were_tested_before_is_not_done(bench: Any, call: Call) -> None:
+    """A script that hands over motors hears by the exit status that the batch has not tested them."""
+    line = ("--station", str(bench.folder / "line.toml"), "--records", bench.request.records, "--json", "--runs")
+    typed = ("eol", "run", str(bench.request.plan), *line, str(bench.request.runs), "--motors", "2")
+    code, out, err = call(*typed)
+    assert (code, json.loads(out)["untested"]) == (0, []), err
+    assert call(*typed)[0] == 0, "the same batch again: nothing is left to test"
+    code, out, _ = call(*typed, "--batch", "second")
+    again = json.loads(out)
+    assert (code, again["motors"], again["refused"]) == (1, 0, 2)
+    assert again["untested"] == ["V000001", "V000002"]
+
+
+def test_a_motor_that_was_refused_and_then_tested_is_not_missing() -> None:
+    counts = Counts()
+    listener = _Counting(counts, RecordOutputs([], Path(), lambda _: None))
+    listener.refused(RefusedSerial("A1", text("not now")))
+    listener.refused(RefusedSerial("A2", text("not now")))
+    listener.refused(RefusedSerial("A3", text("it is being measured"), taken=True))
+    listener.done(motor_record(serial_number="A1", verdict=Verdict.PASS))
+    assert (counts.refused, counts.untested) == (3, {"A2"})
+
+
 def test_serial_numbers_that_may_not_be_measured_do_not_stop_the_line(bench: Any) -> None:
     counts, _ = bench.run("A1\nA 2\nA\x073\nA1\nA4\n", motors=None)
     assert sorted(record.serial_number for record in kept(bench)) == ["A1", "A4"]
     assert counts.refused == 3
+    assert counts.untested == {"A 2", "A\x073"}, "A1 has its test"
     why = [str(refusal.why) for refusal in bench.listener.refusals]
     assert any("pattern" in words for words in why)
     assert any("printable" in words for words in why)

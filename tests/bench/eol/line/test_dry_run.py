@@ -62,3 +62,31 @@ def test_limits_that_cannot_be_decided_are_named(bench: Any) -> None:
     assert resistance.fault
     assert resistance.ratio < 2.0
     assert not next(limit for limit in done.limits if limit.parameter == "pole_pairs").fault
+
+
+def test_ranges_that_a_plan_leaves_unverified_are_named(bench: Any) -> None:
+    plan = bench.folder / "plan.toml"
+    plan.write_text(
+        """
+[plan]
+name = "ranges"
+motor = "ipmsm"
+[[procedure]]
+name = "probe-verification"
+settings = { voltage_ranges = [16.0], current_ranges = [], settle = 0.05, record_time = 0.02 }
+[[procedure]]
+name = "back-emf-constant"
+settings = { speed_shares = [0.5], winding_temperature = 25.0 }
+[[limit]]
+parameter = "flux_linkage"
+low = 0.014
+high = 0.018
+""",
+        encoding="utf-8",
+    )
+    done = dry_run(BatchRequest(plan, "virtual", Path(), motors=2), bench.fork_server)
+    (said,) = done.unverified
+    assert str(said).startswith(
+        "back-emf-constant: the verified gain of channel 1, 2, 3 holds at 16 V full scale; records at "
+    )
+    assert done.as_dict()["unverified"] == [str(said)]

@@ -1,4 +1,4 @@
-"""A plan whose procedures want a figure that nothing before them gives is refused before the first motor."""
+"""What procedures rest on comes before them: a plan that lacks it is refused, and no computed order parts them."""
 
 from pathlib import Path
 
@@ -56,4 +56,35 @@ def test_no_order_parts_a_procedure_from_what_it_wants(tmp_path: Path) -> None:
     assert [check.name for check in by_time_over_failures(checks, quick_last)] == [
         "torque-constant",
         "equivalent-resistance",
+    ]
+
+
+PROCEDURE = '[[procedure]]\nname = "{name}"\n'
+VERIFIED = ("back-emf-shape", "stator-resistance-dc", "no-load-current", "back-emf-constant", "probe-verification")
+
+
+def in_order(folder: Path, names: tuple[str, ...], extra: str = "") -> list[str]:
+    path = folder / "plan.toml"
+    listed = "".join(PROCEDURE.format(name=name) for name in names)
+    path.write_text(f'[plan]\nname = "p"\nmotor = "lg-400w"\n{listed}{extra}', encoding="utf-8")
+    checks = prepare(path, "virtual", 1).plan.checks
+    # Slow, and it finds nothing: by time over failures alone it comes last.
+    experience = dict.fromkeys(names, (100, 50, 1.0)) | {"probe-verification": (100, 0, 60.0)}
+    return [check.name for check in by_time_over_failures(checks, experience)]
+
+
+@pytest.mark.parametrize("names", [VERIFIED, VERIFIED[::-1]])
+def test_what_corrects_an_instrument_comes_before_all_that_read_it(tmp_path: Path, names: tuple[str, ...]) -> None:
+    order = in_order(tmp_path, names)
+    place = order.index("probe-verification")
+    assert {"back-emf-shape", "back-emf-constant"} <= set(order[place:])
+    assert set(order[:place]) == {"stator-resistance-dc", "no-load-current"}
+
+
+def test_a_correction_that_is_to_wait_for_a_reader_waits(tmp_path: Path) -> None:
+    names = ("back-emf-shape", "back-emf-constant", "probe-verification")
+    assert in_order(tmp_path, names, 'after = ["back-emf-shape"]\n') == [
+        "back-emf-shape",
+        "probe-verification",
+        "back-emf-constant",
     ]
