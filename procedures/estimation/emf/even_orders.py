@@ -51,8 +51,13 @@ def find_bend(
     rest = left - values @ basis
     noise = np.sqrt(np.mean(rest**2, axis=1) * few.size / (few.size - basis.shape[0]))
     # Nothing that repeats itself lies at half orders: what is there has leaked, or is the alias of an order beyond the sampling.
-    halves = rest @ np.exp(-1j * np.outer(model.phase(few), np.array(_EVEN) + 0.5)) * (2.0 / few.size)
-    leaked = np.mean(np.abs(halves) ** 2, axis=1) / 2.0
+    angle = model.phase(few)
+    wave, onward = np.exp(-1j * (_EVEN[0] + 0.5) * angle), np.exp(-1j * (_EVEN[1] - _EVEN[0]) * angle)
+    halves = []
+    for _ in _EVEN:
+        halves.append(rest @ wave * (2.0 / few.size))
+        wave = wave * onward
+    leaked = np.mean(np.abs(halves) ** 2, axis=0) / 2.0
     count = len(orders)
     chosen = [1 + part * count + place for part in (0, 1) for place in even]
     volts = np.array(orders)[even] * speed

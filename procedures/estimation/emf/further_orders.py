@@ -28,31 +28,33 @@ def further_orders(
     looked = [order for order in range(2, most + 1) if order not in orders]
     if not looked or turns < 1.0:
         return {}, residuals
-    found = _significant(waveform_basis(model, looked, time), residuals)
-    chosen = [order for order, seen in zip(looked, found, strict=True) if seen]
-    if not chosen:
+    # All orders share one basis, its products and the residuals' with it.
+    basis = waveform_basis(model, looked, time)
+    normal, along = basis @ basis.T, residuals @ basis.T
+    found = np.flatnonzero(_significant(normal, along, residuals))
+    if not found.size:
         return {}, residuals
-    basis = waveform_basis(model, chosen, time)
-    values = _solved(basis, residuals)
+    rows = np.concatenate(([0], 1 + found, 1 + len(looked) + found))
+    values = _solved(normal[np.ix_(rows, rows)], along[:, rows])
     speed = float(model.speed(np.array([model.middle]))[0])
-    count = len(chosen)
-    flux = np.hypot(values[:, 1 : 1 + count], values[:, 1 + count :])
-    return {order: order * speed * flux[:, k] for k, order in enumerate(chosen)}, residuals - values @ basis
+    flux = np.hypot(values[:, 1 : 1 + found.size], values[:, 1 + found.size :])
+    left = residuals - values @ basis[rows]
+    return {looked[order]: looked[order] * speed * flux[:, k] for k, order in enumerate(found)}, left
 
 
-def _solved(basis: FloatArray, residuals: FloatArray) -> FloatArray:
-    size = np.sqrt(np.sum(basis**2, axis=1))
-    scaled = basis / size[:, None]
-    return np.asarray(np.linalg.solve(scaled @ scaled.T, scaled @ residuals.T).T / size, dtype=np.float64)
+def _solved(normal: FloatArray, along: FloatArray) -> FloatArray:
+    """Return the least squares (C, m) of a normal matrix whose columns may be of very different size, and of products (C, m) with it."""
+    size = np.sqrt(np.diag(normal))
+    return np.asarray(np.linalg.solve(normal / np.outer(size, size), (along / size).T).T / size, dtype=np.float64)
 
 
-def _significant(basis: FloatArray, residuals: FloatArray) -> FloatArray:
+def _significant(normal: FloatArray, along: FloatArray, residuals: FloatArray) -> FloatArray:
     """Tell of each order whether its part of all channels together is beyond noise."""
-    values = _solved(basis, residuals)
-    left = residuals - values @ basis
-    variance = np.sum(left**2, axis=1) / (residuals.shape[1] - basis.shape[0])
+    values = _solved(normal, along)
+    left = np.einsum("cn,cn->c", residuals, residuals) - np.sum(values * along, axis=1)
+    variance = left / (residuals.shape[1] - normal.shape[0])
     # Orders hardly overlap over a period or more: each sine's square over its variance is chi-squared of one degree.
-    squares = np.sum(values**2 * np.sum(basis**2, axis=1) / np.maximum(variance, 1e-300)[:, None], axis=0)[1:]
+    squares = np.sum(values**2 * np.diag(normal) / np.maximum(variance, 1e-300)[:, None], axis=0)[1:]
     count = squares.size // 2
     together = squares[:count] + squares[count:]
     limit = float(special.chdtri(2 * residuals.shape[0], _CHANCE / count))

@@ -82,10 +82,14 @@ class _Wave:
         count = orders.size
         design = np.empty((1 + 2 * count, phase.size))
         design[0] = 1.0
+        # Orders mostly lie equally far apart.
+        onward: dict[int, np.ndarray[tuple[int], np.dtype[np.complex128]]] = {}
         power, reached = np.ones_like(turning), 0
-        for row, order in enumerate(orders.astype(int), 1):
-            power = power * turning ** (int(order) - reached)
-            reached = int(order)
+        for row, order in enumerate(map(int, orders), 1):
+            apart = order - reached
+            if apart not in onward:
+                onward[apart] = turning**apart
+            power, reached = power * onward[apart], order
             weight = -order * rate
             np.multiply(weight, power.imag, out=design[row])
             np.multiply(weight, power.real, out=design[row + count])

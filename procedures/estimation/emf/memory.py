@@ -69,7 +69,7 @@ def find_memory(
         left = np.bincount(part, row, minlength=_PARTS)[filled] / root
         left -= smooth @ (smooth.T @ left)
         wave = (waves @ np.exp(1j * np.outer(kept, even))).real
-        lags = np.array([_lag(wave, width * amplitude, kept) for width in _WIDTHS])
+        lags = _lags(wave, _WIDTHS * amplitude, kept)
         seen = np.array([np.interp(at, even, lag, period=2.0 * np.pi) for lag in lags]).T * root[:, None]
         seen -= smooth @ (smooth.T @ seen)
         without = np.hstack((left[:, None], left[:, None] - seen))
@@ -100,17 +100,22 @@ def find_memory(
     return lost, (Finding(Cause.DISTORTION, Answer.WIDENED, ("flux_linkage",), float(scores[worst]), figures),)
 
 
-def _lag(fitted: FloatArray, width: float, orders: Sequence[int]) -> FloatArray:
-    """Return what a lag by a width adds to the voltage (n,), V, over a period of which it leaves the harmonics `fitted`."""
-    places, lag = [0, *orders], np.zeros_like(fitted)
-    for _ in range(_ROUNDS):
-        spectrum = np.zeros(fitted.size // 2 + 1, dtype=np.complex128)
-        spectrum[places] = np.fft.rfft(lag)[places]
-        wave = fitted - np.fft.irfft(spectrum, fitted.size)
-        top = int(np.argmax(wave))
-        turned = np.roll(wave, -top)
-        bottom = int(np.argmin(turned))
-        down = np.minimum(np.minimum.accumulate(turned[:bottom] + width), turned[0] - width)
-        up = np.maximum(np.maximum.accumulate(turned[bottom:] - width), turned[bottom] + width)
-        lag = np.roll(np.concatenate((down, up)) - turned, top)
-    return lag
+def _lags(fitted: FloatArray, widths: FloatArray, orders: Sequence[int]) -> FloatArray:
+    """Return what a lag by each width (m,), V, adds to the voltage (m, n), V, over a period of which it leaves the harmonics `fitted`."""
+    size, width, lags = fitted.size, widths[:, None], np.zeros((widths.size, fitted.size))
+    # What a lag's own harmonics of these orders are: a few sums, and no transform of all.
+    waves = np.exp(2j * np.pi / size * np.outer(orders, np.arange(size)))
+    each = np.arange(size)
+    for round_ in range(_ROUNDS):
+        wave = np.broadcast_to(fitted, lags.shape)
+        if round_:
+            wave = wave - np.mean(lags, axis=1, keepdims=True) - (2.0 / size * (lags @ waves.conj().T) @ waves).real
+        top = np.argmax(wave, axis=1)[:, None]
+        turned = np.take_along_axis(wave, (each + top) % size, 1)
+        bottom = np.argmin(turned, axis=1)[:, None]
+        falling = each < bottom
+        down = np.minimum(np.minimum.accumulate(turned, axis=1) + width, turned[:, :1] - width)
+        up = np.maximum.accumulate(np.where(falling, -np.inf, turned), axis=1) - width
+        up = np.maximum(up, np.take_along_axis(turned, bottom, 1) + width)
+        lags = np.take_along_axis(np.where(falling, down, up) - turned, (each - top) % size, 1)
+    return np.asarray(lags, dtype=np.float64)

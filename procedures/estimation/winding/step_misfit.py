@@ -9,7 +9,7 @@ from scipy import special
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, score_test
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
-from procedures.estimation.winding.step_lost import LostSamples, lost_in
+from procedures.estimation.winding.step_lost import LostSamples, elsewhere, lost_in
 from procedures.estimation.winding.step_record import StepRecord
 from procedures.estimation.winding.step_ringing import Resonance, RingingEdge, ringing_in
 from procedures.estimation.winding.step_term import StepModel, StepScale, Term, figures_of
@@ -102,10 +102,9 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     while len(fitted.terms) < _MOST_TERMS:
         if ring is None and lost is None and not any(abs(z) > alarm for z in _left(fitted, named, score)):
             break
-        found = [
-            *_possible(step, [(*fitted.terms, lost)] if lost else [], fitted, scale, fitted.cost + _AS_LIKELY),
-            *_candidates(step, fitted, named, score, scale, ring),
-        ]
+        gaps = list(_possible(step, [(*fitted.terms, lost)] if lost else [], fitted, scale, fitted.cost + _AS_LIKELY))
+        gaps = [other for gap in gaps for other in elsewhere(step, gap, scale, _AS_LIKELY)]
+        found = [*gaps, *_candidates(step, fitted, named, score, scale, ring)]
         rounds.append(found)
         if not found:
             break
@@ -122,20 +121,21 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         lost = lost_in(step, fitted, scale, alarm=alarm)
     # What was accepted first was so without knowing of what came later.
     tried = [f for found in rounds for f in found] + list(_exchanged(step, fitted, rounds[1:], scale))
+    tried += elsewhere(step, fitted, scale, _AS_LIKELY)
     findings = [Finding(t.cause, Answer.MODELLED, (), seen[t], _figures(fitted, t, scale)) for t in fitted.terms]
+    modelled = {t.family for t in fitted.terms}
     # A model that holds the accepted one and is hardly better explains nothing else.
     # Nor does a gap that something else explains better: one is rare.
     rivals = [
         f
         for f in tried
         if fitted.terms
-        and {t for t in f.terms if isinstance(t, LostSamples)} <= set(fitted.terms)
+        and (LostSamples.family in modelled or not any(isinstance(t, LostSamples) for t in f.terms))
         and not set(f.terms) >= set(fitted.terms)
         and f.cost <= fitted.cost + _AS_LIKELY
     ]
     values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
     findings += [f for f in named_rivals if f.cause not in {g.cause for g in findings}]
-    modelled = {t.family for t in fitted.terms}
     chance = _CHANCE if fitted.terms else _CHANCE_OF_NONE
     within = [k for k, d in enumerate(named) if d.family in modelled]
     growth = score.growth(within, chance=chance)[: len(step.names)]

@@ -148,12 +148,14 @@ def test_a_supply_that_rises_within_a_few_samples_is_no_other_cause() -> None:
     assert accused == []
 
 
-@pytest.mark.parametrize("lost", [4, 60])
-def test_samples_that_are_missing_are_counted_and_put_right(lost: int) -> None:
+@pytest.mark.parametrize(("lost", "begin", "sag"), [(4, 560, 0.0), (60, 560, 0.0), (60, 430, 0.2)])
+def test_samples_that_are_missing_are_counted_and_put_right(lost: int, begin: int, sag: float) -> None:
     random = np.random.default_rng(lost)
-    time, tau, gone = np.arange(2000.0), 260.0, slice(560, 560 + lost)
-    current = -np.expm1(-np.maximum(time - 400.5, 0.0) / tau)
-    read = np.array([np.where(time > 400.5, 1.0, 0.0), current]) + 3e-4 * random.standard_normal((2, time.size))
+    time, tau, gone = np.arange(2000.0), 260.0, slice(begin, begin + lost)
+    # The source's own resistance makes the voltage sag as the current rises.
+    current = -np.expm1(-np.maximum(time - 400.5, 0.0) * (1.0 + sag) / tau)
+    voltage = np.where(time > 400.5, 1.0 + sag * (1.0 - current), 0.0)
+    read = np.array([voltage, current]) + 3e-4 * random.standard_normal((2, time.size))
     fit = fit_step_response(time[:-lost], *np.delete(read, gone, axis=1))
     (finding,) = fit.misfit.findings
     assert (finding.cause, finding.answer) == (Cause.DROPOUTS, Answer.MODELLED)
