@@ -59,6 +59,7 @@ _BUDGET = MapBudget(
         "voltage": text("inverter, voltage: gain of the map's readings"),
         "current": text("inverter, current: gain of the map's readings"),
         "speed": text("speed: gain of the map's readings"),
+        "delay": text("inverter: delay between voltage and current"),
     },
     section="M1",
     estimator="largest torque on the smooth surface through the map's points",
@@ -111,10 +112,9 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         self._speed = driving_speed_rad(bench, self.nameplate, settings.speed_share)
         wanted = settings.current_share * self.nameplate.rated_current
         largest = min(wanted, self.nameplate.current_bound, bench.inverter.maximum_current)
-        later = held_back(settings.locations)
         points = grid_locations(
             largest,
-            settings.locations - later,
+            settings.locations - held_back(settings.locations),
             i_d_range=(settings.d_from * largest, settings.d_to * largest),
             both_sides=settings.symmetric is False,
             allowed=self._allowed(),

@@ -42,6 +42,7 @@ _BUDGET = MapBudget(
         "current": text("inverter, current: gain of the strokes' samples"),
         "magnet": text("flux linkage of the magnets, which no stroke shows"),
         "angle": text("inverter: zero of the rotor's angle"),
+        "course": text("inverter: course of the current within a stroke"),
     },
     section="M2",
     estimator="strokes at standstill, a smooth surface through them",
@@ -155,7 +156,7 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
                 bus = idle.bus_voltage if idle.bus_voltage > 0.0 else self.nameplate.voltage_bound
                 if not bus or not math.isfinite(bus):
                     raise ProcedureError(text("the bus voltage is not known: give rated_voltage in the motor file"))
-                self._recorder = StrokeRecorder(self.bench, self._channels, _STAR * bus)
+                self._recorder = StrokeRecorder(self.bench, self._channels, _STAR * bus, self.settings.lock)
                 take_strokes(
                     self.bench,
                     self._recorder,

@@ -1,7 +1,9 @@
 """The strokes of a map at standstill: as long as the currents take, and no longer than the rotor stays quiet."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from statistics import stdev
 
 from drivers.interfaces.text import Text
 from procedures.core.bench import Bench
@@ -11,6 +13,10 @@ from procedures.techniques.maps.stroke_records import StrokePlan, StrokeRecorder
 #: A stroke lasts too short where its first half leaves more than this share of the current, and longer than it need below the second.
 _UNSETTLED, _SETTLED = 0.01, 0.001
 _LONGER, _SHORTER = 1.5, 0.85
+#: What a standing rotor's voltages have not settled by counts so many times: it is taken as lasting all of a stroke.
+_WEIGHTY = 3.0
+#: So many samples without current tell the noise of the drive's currents; a difference of two is told from it beyond so many deviations.
+_IDLE, _CLEAR = 8, 5.0
 #: A rotor counts as standing where it turns less than this (rad, electrical) in a stroke; it is waited for so long (s), looked at so often.
 _STANDS, _PATIENCE, _LOOK = 0.003, 5.0, 0.05
 #: A current's torque per q current grows by less than this factor to the next location's.
@@ -60,7 +66,7 @@ def take_strokes(
     A location whose torque would swing the rotor by more than what is quiet is left out.
     """
     taken.duration = pace.shortest
-    turning = 0.0
+    turning, noise = 0.0, _CLEAR * _noise(bench)
     for number, location in enumerate(locations):
         other = location.conjugate() if location.imag else -location
         train = None
@@ -69,8 +75,10 @@ def take_strokes(
                 break
             train = recorder.take(StrokePlan(location, other, taken.duration, pace.strokes))
             _rest(bench, location, taken.duration, pace)
-            unsettled = abs(train.current[1] - train.current[3]) / abs(location)
-            missed = max(unsettled, abs(train.current[1] - location) / abs(location) - _UNSETTLED)
+            unsettled = max(abs(train.current[1] - train.current[3]) - noise, 0.0) / abs(location)
+            if train.still:
+                unsettled = max(unsettled, _WEIGHTY * train.moving)
+            missed = max(unsettled, (abs(train.current[1] - location) - noise) / abs(location) - _UNSETTLED)
             if location.imag:
                 turning = max(turning, train.swing / (abs(location.imag) * taken.duration**2))
             if missed > _UNSETTLED:
@@ -85,6 +93,14 @@ def take_strokes(
         else:
             taken.trains.append(train)
         progress(taken, len(locations) - number - 1)
+
+
+def _noise(bench: Bench) -> float:
+    """Return the standard deviation (A) of a difference of two currents that the drive says."""
+    taken = [bench.inverter.measure_dq() for _ in range(_IDLE)]
+    return math.hypot(
+        *(stdev(values) for values in ([each.d_current for each in taken], [each.q_current for each in taken]))
+    )
 
 
 def _rest(bench: Bench, location: complex, duration: float, pace: StrokePace) -> None:

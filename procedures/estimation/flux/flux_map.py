@@ -13,11 +13,14 @@ from procedures.estimation.flux.surface import FluxSurface, fit_surface
 
 @dataclass(frozen=True)
 class GainLimits:
-    """Half-widths (relative) of what all readings share: the gains of voltage, current and speed. They are rectangular (Type B)."""
+    """Half-widths of what all readings share: the gains of voltage, current and speed (relative), and the delay of the voltages against
+    the currents (s) beyond what a fit shows of it. They are rectangular (Type B).
+    """
 
     voltage: float = 0.0
     current: float = 0.0
     speed: float = 0.0
+    delay: float = 0.0
 
 
 @dataclass(frozen=True)

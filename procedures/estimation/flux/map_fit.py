@@ -161,6 +161,8 @@ def _result(
         "voltage": gains.voltage * flux.ravel(),
         "current": -gains.current * np.einsum("kab,kb->ka", slopes, points).ravel(),
         "speed": -gains.speed * flux.ravel(),
+        # At either speed a delay τ is −τ·R·i in ψ.
+        "delay": -gains.delay * float(np.mean(model.resistance() @ unknowns[layout.resistance])) * points.ravel(),
     }
     shared = {name: each for name, each in shared.items() if np.any(each)}
     estimate = MeasuredFluxMap(points, flux, of_map, symmetric, float(freedom), shared)

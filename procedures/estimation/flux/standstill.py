@@ -11,6 +11,7 @@ import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.flux.flux_map import MeasuredFluxMap
+from procedures.estimation.flux.stroke_course import stroke_course
 from procedures.estimation.flux.stroke_train import ComplexArray, FluxOf, StrokeTrain
 
 #: The drive's angle was read within so long (s) of the switching, half-width.
@@ -88,18 +89,20 @@ def fit_standstill(trains: Sequence[StrokeTrain], flux_linkage: float, gains: St
     mirrored, frame = _frame(trains)
     seen = [(each.mirrored() if mirrored else each).turned(frame) for each in trains]
     resistance, slopes, flux_of = 0.0, np.zeros((0, 2, 2, 2)), None
+    noise = _current_noise(seen)
     for number in range(_ROUNDS):
         charges = [each.charge(resistance, flux_of) for each in seen]
         resistance = _resistance(seen, charges, flux_linkage, slopes)
         made = [
-            _location(each, charge, resistance, flux_linkage, slopes[k] if number else None)
+            _location(each, charge, resistance, flux_linkage, slopes[k] if number else None, noise)
             for k, (each, charge) in enumerate(zip(seen, charges, strict=True))
         ]
         locations, residuals = [one for one, _ in made], np.concatenate([left for _, left in made])
         flux_of, slopes = _smooth(locations, flux_linkage, gains)
     residual = float(np.sqrt(np.mean(np.abs(residuals) ** 2)))
     angle, spread, asymmetry = _angle(locations, slopes, flux_linkage, residual)
-    made_map = _map(locations, slopes, flux_linkage, gains, angle, spread)
+    course = resistance * stroke_course(seen, charges, resistance).half_width
+    made_map = _map(locations, slopes, flux_linkage, gains, angle, spread, course)
     return StandstillMap(made_map, resistance, angle, spread, mirrored, frame, residual, asymmetry)
 
 
@@ -111,6 +114,10 @@ def _frame(trains: Sequence[StrokeTrain]) -> tuple[bool, float]:
         for each in trains:
             train = each.mirrored() if mirrored else each
             change = train.integral[train.places[2]] - train.integral[train.places[1]]
+            if train.still:
+                # Strokes of many time constants are the resistance's, and phases differ in that.
+                charge = train.charge(0.0)
+                change -= charge[2] - charge[1]
             wanted = (train.current[2] - train.current[1]) * np.exp(1j * train.angle[1])
             total += change * np.conj(wanted)
         found[mirrored] = total
@@ -131,7 +138,9 @@ def _frame(trains: Sequence[StrokeTrain]) -> tuple[bool, float]:
 
 def _seen(train: StrokeTrain, charge: ComplexArray, resistance: float, flux_linkage: float) -> ComplexArray:
     """Return ψ (V·s, d + j·q) at the switchings but the first."""
-    stator = train.integral[train.places] - resistance * charge + flux_linkage * np.exp(1j * train.angle[0])
+    stator = (
+        train.integral[train.places] - train.resisted(resistance) * charge + flux_linkage * np.exp(1j * train.angle[0])
+    )
     return np.asarray((stator * np.exp(-1j * train.angle))[1:])
 
 
@@ -146,15 +155,27 @@ def _visits(train: StrokeTrain) -> tuple[FloatArray, ComplexArray]:
 def _resistance(
     trains: Sequence[StrokeTrain], charges: Sequence[ComplexArray], flux_linkage: float, slopes: FloatArray
 ) -> float:
-    """Return the resistance (Ω) that has the strokes come back to the same flux linkages."""
+    """Return the resistance (Ω) that has the strokes come back to the same flux linkages, or that their ends show where rotors stand."""
     above = below = 0.0
     for k, (train, charge) in enumerate(zip(trains, charges, strict=True)):
+        if train.still:
+            # The record's zero is what the first plateau and the last show.
+            voltage = (train.plateaus - train.plateaus[-1]) * np.exp(-1j * train.angle)
+            above += float(np.real(np.conj(train.current) @ voltage))
+            below += float(np.real(np.conj(train.current) @ train.current))
+            continue
         slope = slopes[k] if len(slopes) else None
         left = _apart(train, _seen(train, charge, 0.0, flux_linkage), flux_linkage, slope)
         lost = _apart(train, np.asarray((charge * np.exp(-1j * train.angle))[1:]), 0.0, None)
         above += float(np.real(np.conj(lost) @ left))
         below += float(np.real(np.conj(lost) @ lost))
     return above / below if below else 0.0
+
+
+def _current_noise(trains: Sequence[StrokeTrain]) -> float:
+    """Return the standard deviation (A) of either component of a current that the drive says, by what it says without current."""
+    none = np.array([each.current[place] for each in trains for place in (0, -1)])
+    return float(np.sqrt(np.mean(np.abs(none - np.mean(none)) ** 2) / 2.0))
 
 
 def _apart(train: StrokeTrain, flux: ComplexArray, at_none: float, slope: FloatArray | None) -> ComplexArray:
@@ -171,7 +192,12 @@ def _apart(train: StrokeTrain, flux: ComplexArray, at_none: float, slope: FloatA
 
 
 def _location(
-    train: StrokeTrain, charge: ComplexArray, resistance: float, flux_linkage: float, slope: FloatArray | None
+    train: StrokeTrain,
+    charge: ComplexArray,
+    resistance: float,
+    flux_linkage: float,
+    slope: FloatArray | None,
+    noise_of_current: float,
 ) -> tuple[_Location, ComplexArray]:
     """Return both ends of a train, and what is left (V·s) at each switching; the record's zero is what a little of it can be."""
     ends, means = _visits(train)
@@ -182,7 +208,7 @@ def _location(
             flux[same] -= _times(slope[end], train.current[1:][same] - means[end])
     target = flux - np.where(ends < 0, flux_linkage, 0.0)
     noise = _NOISE * float(np.max(np.abs(flux)))
-    columns, known = _columns(train, ends)
+    columns, known = _columns(train, ends, resistance, noise_of_current)
     rows = np.vstack((columns / noise, np.diag(1.0 / known)[_FLUXES:]))
     right = np.concatenate((_real(target) / noise, np.zeros(known.size - _FLUXES)))
     values = np.linalg.lstsq(rows, right, rcond=None)[0]
@@ -193,24 +219,36 @@ def _location(
     spread = scale * math.sqrt(float(np.max(np.diag(inverse)[:_FLUXES])))
     lag = _LAG / math.sqrt(3.0) * float(np.mean(np.abs(train.speed[1:-1])) * np.max(np.abs(flux)))
     ends_flux = np.array([complex(values[0], values[1]), complex(values[2], values[3])])
-    return _Location(means, ends_flux, math.hypot(spread, lag)), np.asarray(target - _complex(columns @ values))
+    # An end's place is the mean of what the drive said there.
+    place = 0.0 if slope is None else noise_of_current * float(np.max(np.linalg.norm(slope, axis=(1, 2))))
+    return _Location(means, ends_flux, math.hypot(spread, lag, place)), np.asarray(target - _complex(columns @ values))
 
 
-def _columns(train: StrokeTrain, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _columns(
+    train: StrokeTrain, ends: FloatArray, resistance: float, noise_of_current: float
+) -> tuple[FloatArray, FloatArray]:
     """Return what each unknown does to the flux linkages that are seen, and its standard deviation as far as that is known beforehand:
-    both ends' flux linkages (infinite), the zero of the record, and where within its sample each switching was.
+    both ends' flux linkages (infinite), the zero of the record, where within its sample each switching was, and what the resistance took
+    at the end of each stroke.
     """
     back, after = np.exp(-1j * train.angle[1:]), train.places[1:]
     made = [(ends == end) * unit for end in (0, 1) for unit in (1.0 + 0j, 1j)]
     passed = train.time[after] - train.time[train.places[0]]
     zero = max(_ZERO * train.resolution, 1e-12)
-    made += [passed * back * unit for unit in (1.0 + 0j, 1j)]
+    # What is taken off a record of a rotor that stands has the same zero.
+    of_zero = 0.0 if train.still else 1.0
+    made += [of_zero * passed * back * unit for unit in (1.0 + 0j, 1j)]
     known = [math.inf] * _FLUXES + [zero, zero]
     step = float(train.time[1] - train.time[0]) / math.sqrt(12.0)
     for place in train.places[:-1]:
         jump = train.voltage[place + 1] - train.voltage[place]
         made.append(np.where(after > place, jump * back, 0.0))
         known.append(step)
+    drops = train.plateau_uncertainty if train.still else np.full(train.places.size, resistance * noise_of_current)
+    lasting = np.diff(train.time[train.places])
+    for place, drop, duration in zip(after, drops[1:], lasting, strict=True):
+        made += [np.where(after >= place, duration * back, 0.0) * unit for unit in (1.0 + 0j, 1j)]
+        known += [max(float(drop), 1e-12)] * 2
     return np.column_stack([_real(np.asarray(each, dtype=complex)) for each in made]), np.array(known)
 
 
@@ -279,8 +317,12 @@ def _map(
     gains: StandstillGains,
     angle: float,
     spread: float,
+    course: float = 0.0,
 ) -> MeasuredFluxMap:
-    """Return the map, no current first: the mean of both sides of i_q, the drive's frame turned into the motor's."""
+    """Return the map, no current first: the mean of both sides of i_q, the drive's frame turned into the motor's.
+
+    `course` (H) is what is not known of the flux linkages for the currents' courses, a half-width.
+    """
     turn = np.exp(1j * angle)
     points, flux, own = [0j], [complex(flux_linkage)], [0.0]
     turning, moving = [0j], [0j]
@@ -310,6 +352,7 @@ def _map(
         "current": gains.current * _pairs(np.array(moving)),
         "magnet": root * gains.flux_linkage * _pairs(np.ones(len(points), dtype=np.complex128)),
         "angle": root * spread * _pairs(np.array(turning)),
+        "course": course * _pairs(np.array(points)),
     }
     return MeasuredFluxMap(
         _pairs(np.array(points)).reshape(-1, 2),

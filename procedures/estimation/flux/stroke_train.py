@@ -1,5 +1,6 @@
 """Strokes of current at standstill: what the voltage of each integrates to, and what of it is flux, in the stator's frame."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,6 +20,10 @@ _CLEAR, _SHARE = 8.0, 0.1
 _ABOUT = 0.3
 #: Share of a record at its end in which no current flows.
 _TAIL = 0.1
+#: A stroke's plateau is so much of its end; what its two halves differ by is not settled. Its mean is known to this share of a step.
+_PLATEAU, _STEP = 0.3, 0.3
+#: A locked rotor turns by no more than this (rad, electrical).
+_LOCKED = 0.02
 #: Rounds in which the course of the current between its measured ends is found.
 _ROUNDS = 3
 _EVENLY = np.linspace(0.0, 1.0, 33)
@@ -30,7 +35,7 @@ class StrokeTrain:
 
     `current` (A, d + j·q, shape (k,)), `angle` and `speed` (rad and rad/s, electrical) are those just before each of k switchings, the
     last of them after the strokes, without current; `places` (k,) are the switchings among the samples. `resolution` (V) is the
-    oscilloscope's step.
+    oscilloscope's step; `locked` says that the rotor was held.
     """
 
     time: FloatArray
@@ -40,6 +45,55 @@ class StrokeTrain:
     angle: FloatArray
     speed: FloatArray
     resolution: float = 0.0
+    locked: bool = False
+
+    @cached_property
+    def still(self) -> bool:
+        """Whether the rotor stood, so that a current that has settled has no voltage but that of the resistance."""
+        return self.locked and self.swing < _LOCKED
+
+    def resisted(self, resistance: float) -> float:
+        """Return what `charge` is multiplied with to be what the resistance (Ω) takes.
+
+        Where the rotor stands, that is seen at the strokes' ends. The drive's samples of current would have their noise multiplied by a
+        resistance and by strokes that last for many time constants, and phases' resistances differ.
+        """
+        return 1.0 if self.still else resistance
+
+    @cached_property
+    def plateaus(self) -> ComplexArray:
+        """The voltage (V, α + j·β, shape (k,)) that each stroke ended with."""
+        return np.array([complex(np.mean(self.voltage[part])) for part in self._ends()])
+
+    @cached_property
+    def plateau_uncertainty(self) -> FloatArray:
+        """Standard uncertainty (V, shape (k,)) of either component of `plateaus`: noise, the oscilloscope's step, what has not settled."""
+        return np.array([self._plateau(part)[0] for part in self._ends()])
+
+    @property
+    def moving(self) -> float:
+        """What had not settled at the strokes' ends, beyond the record's noise: share of the largest change of flux."""
+        change = float(np.max(np.abs(self.integral[self.places[2]] - self.integral[self.places[1]])))
+        lasting = np.diff(self.time[self.places], prepend=self.time[0])
+        left = [self._plateau(part)[1] * duration for part, duration in zip(self._ends()[1:], lasting[1:], strict=True)]
+        return float(max(left)) / max(change, 1e-300)
+
+    def _ends(self) -> list[slice]:
+        """Return which samples are the ends of the strokes, that before the first of them first."""
+        before = [max(2 * int(self.places[0]) - int(self.places[1]), 0), *self.places[:-1].tolist()]
+        return [
+            slice(min(round(end - _PLATEAU * (end - begin)), end - 2), end)
+            for begin, end in zip(before, self.places.tolist(), strict=True)
+        ]
+
+    def _plateau(self, part: slice) -> tuple[float, float]:
+        """Return the standard uncertainty (V) of a plateau's mean, and by how much it is not flat beyond its noise."""
+        values = self.voltage[part]
+        half = values.size // 2
+        noise = float(np.std(np.diff(values))) / 2.0 / math.sqrt(values.size)
+        slope = abs(complex(np.mean(values[:half]) - np.mean(values[half:])))
+        known = math.hypot(noise, _STEP * self.resolution)
+        return math.hypot(known, slope), max(slope - 6.0 * known, 0.0)
 
     @cached_property
     def integral(self) -> ComplexArray:
@@ -55,17 +109,20 @@ class StrokeTrain:
         return replace(self, angle=self.angle + by)
 
     def charge(self, resistance: float, flux_of: FluxOf | None = None) -> ComplexArray:
-        """Return ∫i dt (A·s, α + j·β) at the switchings: the current goes from one measured end to the other as the flux does.
+        """Return ∫i dt (A·s, α + j·β) at the switchings, ∫R·i dt (V·s) where the rotor stands: see `resisted`.
 
-        `flux_of` gives flux linkages (V·s) at currents (A) as they are known so far; without it they grow evenly with the current.
+        The current goes from one measured end to the other as the flux does; `flux_of` gives flux linkages (V·s) at currents (A) as they
+        are known so far; without it they grow evenly with the current.
         """
         first, last = int(self.places[0]), int(self.places[-1])
         t, angle = self.time[first : last + 1], self._angles()
         places = self.places - first
+        ends = self.plateaus * np.exp(-1j * self.angle) if self.still else self.current
+        taking = self.resisted(resistance)
         # Most of a stroke's time its current is that of its end.
         which = np.clip(np.searchsorted(places, np.arange(t.size), side="left"), 0, places.size - 1)
-        current = self.current[which] * np.exp(1j * angle)
-        flux = self.integral[first : last + 1] - resistance * _integral(current, t, 0)
+        taken = ends[which] * np.exp(1j * angle)
+        flux = self.integral[first : last + 1] - taking * _integral(taken, t, 0)
         shares = [_course(flux_of, *self.current[k : k + 2].tolist()) for k in range(places.size - 1)]
         for _ in range(_ROUNDS):
             for k in range(places.size - 1):
@@ -73,10 +130,10 @@ class StrokeTrain:
                 change = flux[places[k + 1]] - flux[places[k]]
                 way = np.real((flux[part] - flux[places[k]]) * np.conj(change)) / max(abs(change) ** 2, 1e-300)
                 share = np.interp(way, shares[k], _EVENLY)
-                rotor = self.current[k] + share * (self.current[k + 1] - self.current[k])
-                current[part] = rotor * np.exp(1j * angle[part])
-            total = _integral(current, t, 0)
-            flux = self.integral[first : last + 1] - resistance * total
+                rotor = ends[k] + share * (ends[k + 1] - ends[k])
+                taken[part] = rotor * np.exp(1j * angle[part])
+            total = _integral(taken, t, 0)
+            flux = self.integral[first : last + 1] - taking * total
         return np.asarray(total[places])
 
     @property
@@ -109,6 +166,7 @@ def stroke_train(
     speed: Sequence[float],
     *,
     resolution: float = 0.0,
+    locked: bool = False,
 ) -> StrokeTrain:
     """Find the strokes in a record: `told` (s) are the drive's times, of another clock than the record's; no current at the end.
 
@@ -146,6 +204,7 @@ def stroke_train(
         np.asarray(angle, dtype=np.float64),
         np.asarray(speed, dtype=np.float64),
         resolution,
+        locked,
     )
 
 

@@ -37,7 +37,7 @@ class StrokePlan:
 
 @dataclass
 class StrokeRecorder:
-    """Takes trains of strokes; `channels` are on A, B, C against a star point.
+    """Takes trains of strokes; `channels` are on A, B, C against a star point, the rotor is `locked` or free.
 
     `voltage` (V, peak) is the largest that they may show, `accuracy` (relative) the limit of the channels' gain.
     """
@@ -45,6 +45,7 @@ class StrokeRecorder:
     bench: Bench
     channels: Sequence[int]
     voltage: float
+    locked: bool = False
     accuracy: float = 0.0
     _for_step: float = 0.0
     _trigger: int = 0
@@ -153,4 +154,5 @@ class StrokeRecorder:
             [one.electrical_angle for one in samples],
             [one.electrical_speed for one in samples],
             resolution=step,
+            locked=self.locked,
         )

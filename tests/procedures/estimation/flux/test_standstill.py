@@ -19,8 +19,21 @@ def flux(current: np.ndarray) -> np.ndarray:
     return np.asarray(LAMBDA + LD * current.real + 1j * LQ * current.imag)
 
 
-def made(point: complex, *, angle: float = 0.7, error: float = 0.0, frame: float = 0.0) -> StrokeTrain:
-    """A rotor that stands at `angle`; the drive's d axis leads by `error`, its frame is turned by `frame`."""
+def made(
+    point: complex,
+    *,
+    angle: float = 0.7,
+    error: float = 0.0,
+    frame: float = 0.0,
+    resistance: float = R,
+    unbalance: float = 0.0,
+    noise: float = 0.0,
+    locked: bool = False,
+) -> StrokeTrain:
+    """A rotor that stands at `angle`; the drive's d axis leads by `error`, its frame is turned by `frame`.
+
+    `unbalance` is that of the phases' resistances, `noise` (A) that of what the drive says of its currents.
+    """
     other = point.conjugate() if point.imag else -point
     ends = [0j, point, other, point, 0j]
     begins = np.array([0.0, 0.5, 1.5, 2.0]) * STROKE
@@ -36,11 +49,13 @@ def made(point: complex, *, angle: float = 0.7, error: float = 0.0, frame: float
         slope[later] = -left / TAU * decay
     true = current * np.exp(1j * error)
     change = slope * np.exp(1j * error)
-    voltage = (R * true + LD * change.real + 1j * LQ * change.imag) * np.exp(1j * angle)
+    stator = resistance * true * np.exp(1j * angle)
+    voltage = stator + unbalance * np.conj(stator) + (LD * change.real + 1j * LQ * change.imag) * np.exp(1j * angle)
     told = [*begins, 3.0 * STROKE]
-    said = [0j, point, other, point, 0j]
+    random = np.random.default_rng([7, round(1e3 * abs(point)), round(1e3 * abs(point.real))])
+    said = [each + noise * complex(*random.normal(size=2)) for each in (0j, point, other, point, 0j)]
     # The drive's angle is that of its own d axis, which leads by the error.
-    return stroke_train(time, voltage * np.exp(1j * frame), told, said, [angle + error] * 5, [0.0] * 5)
+    return stroke_train(time, voltage * np.exp(1j * frame), told, said, [angle + error] * 5, [0.0] * 5, locked=locked)
 
 
 def test_a_constant_motor_has_its_inductances_and_its_resistance() -> None:
@@ -53,6 +68,33 @@ def test_a_constant_motor_has_its_inductances_and_its_resistance() -> None:
     assert off.max() < 2e-3 * found.map.full_scale
     assert not found.mirrored
     assert found.frame == 0.0
+
+
+def test_noise_of_currents_and_unequal_phases_move_nothing_where_the_rotor_stands() -> None:
+    # A stroke lasts for eight of the winding's time constants: what is wrong with R·i counts as many times in ψ.
+    trains = [made(point, resistance=1.0, unbalance=0.02, noise=0.02, locked=True) for point in POINTS]
+    found = fit_standstill(trains, LAMBDA, GAINS)
+    points = found.map.points[:, 0] + 1j * found.map.points[:, 1]
+    off = found.map.flux[:, 0] + 1j * found.map.flux[:, 1] - flux(points)
+    assert np.abs(off).max() < 5e-3 * found.map.full_scale
+    assert found.resistance == pytest.approx(1.0, rel=0.03)
+    halves = found.map.half_widths()
+    assert np.all(np.abs(off.real) <= halves[:, 0] + 1e-9)
+    assert np.all(np.abs(off.imag) <= halves[:, 1] + 1e-9)
+
+
+def test_noise_of_currents_is_in_the_intervals_of_a_rotor_that_is_free() -> None:
+    found = fit_standstill([made(point, resistance=0.5, noise=0.02) for point in POINTS], LAMBDA, GAINS)
+    points = found.map.points[:, 0] + 1j * found.map.points[:, 1]
+    off = found.map.flux[:, 0] + 1j * found.map.flux[:, 1] - flux(points)
+    held = np.abs(np.column_stack((off.real, off.imag))) <= found.map.half_widths() + 1e-9
+    assert np.mean(held) > 0.9
+
+
+def test_a_current_that_settles_no_faster_than_the_winding_is_refused() -> None:
+    trains = [made(point, resistance=2.5, locked=True) for point in POINTS]
+    with pytest.raises(EstimationError, match="raise the bandwidth"):
+        fit_standstill(trains, LAMBDA, GAINS)
 
 
 @pytest.mark.parametrize("thirds", [1, -1])
