@@ -1,12 +1,11 @@
 """A person at a terminal: every action in plain words, Enter when it is done."""
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, overload
 
 from bench.operators.entry import TypedEntry, TypedReading, checked_number, told
-from bench.operators.typed import BACK, narrow, typed_number
+from bench.operators.typed import BACK, narrow, parted, typed_number
 from bench.operators.typed_lines import TypedLines
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces.text import Text, Translate, text, text_of
@@ -180,7 +179,7 @@ class TerminalOperator:
         while True:
             typed = self._correctable(question)
             try:
-                values = [typed_number(word, "°") for word in re.split(r"[\s;、]+", narrow(typed)) if word]
+                values = [typed_number(word, "°") for word in parted(typed)]
             except ValueError:
                 values = []
             if values:

@@ -106,6 +106,11 @@ def narrow(typed: str) -> str:
     )
 
 
+def parted(typed: str) -> list[str]:
+    """Return the numbers of a list as they were typed, parted by spaces, semicolons or `、`."""
+    return [word for word in re.split(r"[\s;、]+", narrow(typed)) if word]
+
+
 def typed_number(typed: str, unit: str) -> float:
     """Return what was typed in the `unit` asked for, empty for a plain number; without a unit it is taken to be in that one.
 

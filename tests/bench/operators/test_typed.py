@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.operators.typed import typed_number
+from bench.operators.typed import parted, typed_number
 
 
 @pytest.mark.parametrize(
@@ -95,3 +95,8 @@ def test_what_could_mean_something_else_is_refused_in_a_sentence(typed: str, uni
 @given(st.floats(-1e6, 1e6, allow_nan=False), st.sampled_from([("m", 1e-3), ("µ", 1e-6), ("k", 1e3), ("", 1.0)]))
 def test_a_prefix_changes_the_value_by_its_factor_alone(value: float, prefix: tuple[str, float]) -> None:
     assert typed_number(f"{value!r} {prefix[0]}V", "V") == pytest.approx(value * prefix[1], rel=1e-15, abs=0.0)
+
+
+def test_a_list_is_parted_as_people_part_it() -> None:
+    assert parted(" ０　90；180,5、 270° ") == ["0", "90", "180,5", "270°"]
+    assert parted("  ") == []
