@@ -8,7 +8,7 @@ from bench.by_hand.commands import Command, commands_of
 from bench.by_hand.hand_work import HAND_WORK, hand_work
 from bench.by_hand.values import value_of
 from bench.files.toml_file import nearest
-from bench.operators.typed import is_unit
+from bench.operators.typed import is_unit, narrow
 from drivers.interfaces import Role
 from drivers.interfaces.text import text
 from procedures.core.actions import FINISH, YES, Action
@@ -63,7 +63,7 @@ Request = Finish | Confirm | SwitchOff | Help | HandTask | TypedCommand
 
 def request_of(line: str, roles: Collection[Role]) -> Request:
     """Return what a line asks for. Raises ValueError with a Text that says what is wrong and what there is."""
-    words = line.split()
+    words = narrow(line).split()
     if not words:
         raise ValueError(text("type a command; help lists them"))
     first, rest = words[0].lower(), words[1:]

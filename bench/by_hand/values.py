@@ -5,7 +5,7 @@ import re
 from typing import Any
 
 from bench.by_hand.commands import ArgumentKind, CommandArgument
-from bench.operators.typed import typed_number, unit_of
+from bench.operators.typed import narrow, typed_number, unit_of
 from drivers.interfaces.text import Text, text
 
 #: The unit in which people say what instruments take in another, and what one of it is.
@@ -15,6 +15,7 @@ _NONE = ("none", "-", "无")
 
 def value_of(argument: CommandArgument, typed: str) -> Any:
     """Return what was typed for an argument. Raises ValueError with a Text for what it does not take."""
+    typed = narrow(typed)
     if argument.may_be_none and typed.lower() in _NONE:
         return None
     try:
@@ -49,7 +50,7 @@ def number_in(unit: str, typed: str) -> float:
                     )
                 )
             return factor * typed_number(typed, word)
-        return typed_number(typed.strip().removesuffix(unit), "")
+        return typed_number(typed, unit) if written == unit else typed_number(typed.strip().removesuffix(unit), "")
     # `V rms` is typed in volts.
     offered = [one.split()[0] for one in unit.split("|")] if unit else [""]
     return typed_number(typed, written if written in offered else offered[0])

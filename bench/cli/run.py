@@ -18,7 +18,7 @@ from bench.plugins.catalogues import Catalogues, installed
 from bench.run.console import console_on
 from bench.run.request import RunRequest
 from bench.run.run import run as run_session
-from bench.station.station_file import catalogues_at
+from bench.station.station_file import VIRTUAL, catalogues_at, load_station
 from drivers.interfaces.text import text
 
 if TYPE_CHECKING:
@@ -135,7 +135,11 @@ def run(
         raise UsageError(text("--station FILE|virtual and --motor FILE are needed"))
     chosen = language_of(language)
     catalogues = catalogues_at(station)
-    say_broken(catalogues.broken(load=False), translator(chosen))
+    broken = catalogues.broken(load=False)
+    if broken and station != VIRTUAL:
+        # A station that asks for what is broken is refused with the cause, which is said once.
+        load_station(Path(station))
+    say_broken(broken, translator(chosen))
     request = RunRequest(
         procedures=procedures,
         motor=_numbered(load_motor(motor, catalogues.procedures), serial_number),

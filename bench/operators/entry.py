@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import Protocol
 
+from bench.i18n.language import LANGUAGES, translator
 from bench.journal.events.run import RunBegun
-from bench.operators.typed import typed_number
+from bench.operators.typed import narrow, typed_number
 from drivers.interfaces.text import Text, text
 from drivers.manual.prompt import Option
 from procedures.core.bench import Recorder
@@ -175,10 +176,13 @@ def checked_number(typed: str, unit: str, minimum: float, maximum: float, option
 
 
 def chosen_option(typed: str, options: Sequence[Option]) -> float:
-    """Return the number of the option that was typed by its number, its sign or its English name. Raises ValueError for any other."""
-    words = typed.strip().casefold()
+    """Return the number of the option that was typed by its number, its sign, its name in any language, or all of these as they are shown.
+
+    Raises ValueError for any other.
+    """
+    words = _comparable(typed)
     for option in options:
-        if words and words in (option.sign.casefold(), str(option.name).casefold()):
+        if words and words in _names(option):
             return float(option.number)
         if words.isascii() and words.isdecimal() and int(words) == option.number:
             return float(option.number)
@@ -191,6 +195,18 @@ def chosen_option(typed: str, options: Sequence[Option]) -> float:
             allowed=[*map(told, options)],
         )
     )
+
+
+def _names(option: Option) -> set[str]:
+    """Return in which words an option may be typed."""
+    words = (option.name, text("{name} ({sign})", name=option.name, sign=option.sign), told(option))
+    return {_comparable(word.render(translator(language))) for word in words for language in LANGUAGES} | {
+        _comparable(option.sign)
+    }
+
+
+def _comparable(words: str) -> str:
+    return "".join(narrow(words).casefold().split())
 
 
 def told(option: Option) -> Text:

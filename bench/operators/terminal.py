@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, overload
 
 from bench.operators.entry import TypedEntry, TypedReading, checked_number, told
-from bench.operators.typed import BACK, typed_number
+from bench.operators.typed import BACK, narrow, parted, typed_number
 from bench.operators.typed_lines import TypedLines
 from bench.safety.interrupts import Interrupted, Interrupts
 from drivers.interfaces.text import Text, Translate, text, text_of
@@ -129,7 +129,7 @@ class TerminalOperator:
         """Return the line typed; before that, earlier readings may be corrected."""
         while readings := self.entry.readings:
             typed = self._line(text("{question}; < corrects an earlier reading", question=question))
-            if typed != BACK:
+            if narrow(typed) != BACK:
                 return typed
             self._correct(readings)
         return self._line(question)
@@ -189,9 +189,9 @@ class TerminalOperator:
 
     def _angles(self, question: Text) -> list[float]:
         while True:
-            typed = self._line(question)
+            typed = self._correctable(question)
             try:
-                values = [typed_number(word, "°") for word in typed.replace(";", " ").split()]
+                values = [typed_number(word, "°") for word in parted(typed)]
             except ValueError:
                 values = []
             if values:

@@ -1,7 +1,8 @@
-"""Numbers as people type them: with a decimal comma, with the unit of what is asked for and its prefixes."""
+"""Numbers as people type them: with a decimal comma, with the unit of what is asked for and its prefixes, in English or Chinese."""
 
 import math
 import re
+import unicodedata
 from collections.abc import Mapping
 from decimal import Decimal
 
@@ -27,25 +28,46 @@ _PREFIXES: Mapping[str, int] = {
     "K": 3,
     "M": 6,
     "G": 9,
+    "皮": -12,
+    "纳": -9,
+    "微": -6,
+    "毫": -3,
+    "厘": -2,
+    "千": 3,
+    "兆": 6,
+    "吉": 9,
 }
 #: Units by their own sign: how people write them, without a prefix; those of `_PREFIXED` may have one.
 _SPELLINGS: Mapping[str, tuple[str, ...]] = {
     "Ω": ("Ω", "Ω", "ohm", "Ohm", "OHM", "ohms", "Ohms", "欧", "欧姆"),
-    "H": ("H", "henry", "Henry", "亨"),
-    "V": ("V", "v", "volt", "Volt", "伏"),
-    "A": ("A", "amp", "ampere", "Ampere", "安"),
-    "Hz": ("Hz", "hz", "HZ", "赫兹"),
-    "N·m": ("N·m", "Nm", "N*m", "N.m", "N m", "N⋅m", "牛·米"),
-    "N·m/A": ("N·m/A", "Nm/A", "N*m/A", "N m/A"),
+    "H": ("H", "henry", "Henry", "亨", "亨利"),
+    "V": ("V", "v", "volt", "Volt", "伏", "伏特"),
+    "A": ("A", "amp", "ampere", "Ampere", "安", "安培"),
+    "Hz": ("Hz", "hz", "HZ", "赫", "赫兹"),
+    "N·m": ("N·m", "Nm", "N*m", "N.m", "N m", "N⋅m", "牛·米", "牛米", "牛⋅米", "牛顿·米", "牛顿米"),
+    "N·m/A": ("N·m/A", "Nm/A", "N*m/A", "N m/A", "牛·米/安", "牛米/安"),
     "N·m·s/rad": ("N·m·s/rad", "Nms/rad", "N·m·s", "Nms", "N*m*s/rad", "N m s/rad"),
-    "V·s/rad": ("V·s/rad", "Vs/rad", "V*s/rad", "V s/rad", "V·s", "Vs", "Wb"),
+    "V·s/rad": ("V·s/rad", "Vs/rad", "V*s/rad", "V s/rad", "V·s", "Vs", "Wb", "韦", "韦伯"),
     "V/krpm": ("V/krpm",),
     "V/rpm": ("V/rpm",),
     "Ω·s/rad": ("Ω·s/rad", "Ωs/rad", "ohm·s/rad"),
-    "kg·m²": ("kg·m²", "kgm²", "kg·m^2", "kg*m^2", "kg m^2", "kg m²"),
+    "kg·m²": ("kg·m²", "kgm²", "kg·m^2", "kg*m^2", "kg m^2", "kg m²", "千克·平方米", "千克平方米"),
     "s": ("s", "sec", "秒"),
-    "rpm": ("rpm", "RPM", "1/min", "min-1", "min^-1", "min⁻¹", "r/min", "U/min", "转/分"),
-    "rad/s": ("rad/s", "1/s"),
+    "rpm": (
+        "rpm",
+        "RPM",
+        "1/min",
+        "min-1",
+        "min^-1",
+        "min⁻¹",
+        "r/min",
+        "U/min",
+        "转/分",
+        "转/分钟",
+        "转每分",
+        "转每分钟",
+    ),
+    "rad/s": ("rad/s", "1/s", "弧度/秒", "弧度每秒"),
     "°C": ("°C", "℃", "C", "degC", "deg C", "° C", "摄氏度"),
     "°": ("°", "deg", "度"),
     "%": ("%",),
@@ -69,6 +91,24 @@ _KNOWN: Mapping[str, tuple[str, int]] = {
     for word, power in _INERTIAS.items()
     for written in (word, word.replace("·", ""), word.replace("·", "*").replace("²", "^2"), word.replace("·", " "))
 }
+#: Where a temperature is asked for, no angle can be meant.
+_DEGREES = {"°C": "度"}
+
+
+def narrow(typed: str) -> str:
+    """Return what was typed with the usual digits, letters and signs in place of full-width ones and of units in one sign (`㏀`)."""
+    # Normalising all would make 102 of 10².
+    return "".join(
+        unicodedata.normalize("NFKC", sign)
+        if unicodedata.decomposition(sign).startswith(("<wide>", "<square>"))
+        else sign
+        for sign in typed
+    )
+
+
+def parted(typed: str) -> list[str]:
+    """Return the numbers of a list as they were typed, parted by spaces, semicolons or `、`."""
+    return [word for word in re.split(r"[\s;、]+", narrow(typed)) if word]
 
 
 def typed_number(typed: str, unit: str) -> float:
@@ -76,12 +116,13 @@ def typed_number(typed: str, unit: str) -> float:
 
     Raises ValueError with a Text for what is no number, for a unit of something else, and for one that is not known.
     """
-    words = typed.strip().replace("，", ",").replace("．", ".")
+    words = narrow(typed).strip()
     match = _NUMBER.match(words)
     if match is None:
         raise ValueError(_no_number(typed, unit))
     rest = words[match.end() :].strip()
-    asked, given = _KNOWN.get(unit), _KNOWN.get(rest)
+    asked = _KNOWN.get(unit)
+    given = asked if rest and rest == _DEGREES.get(unit) else _KNOWN.get(rest)
     if given is None and (rest[:1].isdigit() or rest[:1] in (".", ",")):
         raise ValueError(
             text("'{typed}' has more than one decimal sign or a gap; type it like 1234.5 or 1234,5", typed=typed)
@@ -129,13 +170,14 @@ def typed_number(typed: str, unit: str) -> float:
 
 def is_unit(word: str) -> bool:
     """Tell whether a word is a way of writing a unit."""
-    return word in _KNOWN
+    return narrow(word) in _KNOWN
 
 
 def unit_of(typed: str) -> str:
     """Return the unit that stands behind a number as it was typed, by its own sign; empty where none does that is known."""
-    match = _NUMBER.match(typed.strip())
-    return _KNOWN.get(typed.strip()[match.end() :].strip(), ("", 0))[0] if match else ""
+    words = narrow(typed).strip()
+    match = _NUMBER.match(words)
+    return _KNOWN.get(words[match.end() :].strip(), ("", 0))[0] if match else ""
 
 
 def _no_number(typed: str, unit: str) -> Text:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from statistics import median
 
-from bench.operators.typed import typed_number
+from bench.operators.typed import narrow, typed_number
 from reports.tables.figures import scale_of
 
 #: Units that a typed number may be in, by the one asked for: smallest first, each with its factor.
@@ -42,10 +42,10 @@ def chosen_unit(units: Sequence[str], unit: str, like: float | None) -> str:
 
 def completed(typed: str, chosen: str, unit: str) -> str:
     """Return what was typed with its unit: the chosen one where none stands there, the one asked for behind a lone prefix."""
-    words = typed.strip()
+    words = narrow(typed).strip()
     if re.fullmatch(r"[-+−\d.,]*\d[.,]?", words) and chosen:
         return f"{words} {chosen}"
-    if unit in _UNITS and re.fullmatch(r"[-+−\d.,]*\d[.,]?\s*[pnuµμmkM]", words):
+    if unit in _UNITS and re.fullmatch(r"[-+−\d.,]*\d[.,]?\s*[pnuµμmkM皮纳微毫千兆]", words):
         return words + unit
     return words
 

@@ -4,6 +4,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
+from enum import EnumMeta
 from typing import Any, Generic, TypeVar
 
 from bench.files.toml_file import nearest
@@ -183,11 +184,15 @@ class Catalogue(Mapping[str, T], Generic[T]):
 
         The nearest `among` those that can be meant, where not all can.
         """
-        own = [broken.sentence for broken in self._broken.values() if broken.name == name]
-        if own:
-            return lines(own, between="; ")
         known = list(self) if among is None else among
-        return lines((nearest(name, known), *(broken.sentence for broken in self._unusable)), between="; ")
+        faults = self.faults(name)
+        own = any(broken.name == name for broken in self._broken.values())
+        return lines(faults if own else (nearest(name, known), *faults), between="; ")
+
+    def faults(self, name: str) -> list[Text]:
+        """Return why a name is broken, at each origin; where it is not, the plug-ins that may have declared it but cannot be used."""
+        own = [broken.sentence for broken in self._broken.values() if broken.name == name]
+        return own or [broken.sentence for broken in self._unusable]
 
     def need(self, name: str, place: Callable[[Text], InputError]) -> T:
         """Return a declaration; where it cannot be had, raise what `place` makes of the reason."""
@@ -202,4 +207,9 @@ def reason(error: BaseException) -> Text:
     message = text_of(error)
     if isinstance(error, ValueError | InputError):
         return message
-    return text("{kind}: {said}", kind=type(error).__name__, said=" ".join(str(message).split()))
+    if isinstance(error, AttributeError) and isinstance(error.obj, EnumMeta):
+        # Python says the name alone.
+        hint = nearest(str(error.name), list(error.obj.__members__))
+        message = text("{kind} has no {name}; {hint}", kind=error.obj.__name__, name=error.name, hint=hint)
+    one_line = " ".join(str(message).split())
+    return text("{kind}: {said}", kind=type(error).__name__, said=message if one_line == str(message) else one_line)

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeVar
 from pydantic import Field
 
 from bench.files.photo import Photo, photo_beside
-from bench.files.toml_file import Section, nearest, read, validate
+from bench.files.toml_file import Section, near, nearest, read, validate
 from bench.i18n.errors import FileError, at
 from bench.plugins.catalogue import OURS
 from bench.plugins.catalogues import Catalogues, installed
@@ -276,9 +276,11 @@ def _entry(role: Role, table: Mapping[str, Any], source: str, catalogues: Catalo
 def _no_driver(name: str, role: Role, prefix: str, catalogues: Catalogues) -> Text:
     """Say why a driver cannot be had: its plug-in is broken, it fills another role, or nobody brings it."""
     drivers, names = catalogues.drivers, catalogues.drivers_for(role)
-    why = nearest(name, names) if name in drivers else drivers.why_not(name)
+    faults = [] if name in drivers else drivers.faults(name)
     messages = [
-        text("{prefix}.driver = {driver!r} is no driver for this role; {why}", prefix=prefix, driver=name, why=why),
+        text("{prefix}.driver = {driver!r} is no driver for this role", prefix=prefix, driver=name),
+        *(text("did you mean {name}?", name=meant) for meant in near(name, names)),
+        *faults,
         text("for {role} there are {names}", role=role.value, names=drivers.known(names)),
         text("another comes with an installed package or a file named in [plugins] files"),
     ]

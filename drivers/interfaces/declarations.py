@@ -1,7 +1,6 @@
 """What each method of an instrument does, declared where it stands: limits, journal, rehearsal and prompts derive from it."""
 
 import math
-from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
@@ -281,48 +280,6 @@ def _commanding(declaration: Declaration, quantities: Mapping[str, Amount | None
 def declared(member: object) -> Declaration | None:
     """Return what a method or property is declared to do, None where nothing is."""
     return getattr(member.fget if isinstance(member, property) else member, _DECLARED, None)
-
-
-def check_class(kind: type) -> None:
-    """Raise DeclarationError for a public method or property of an instrument's class that no class of its line declares.
-
-    A declaration that names a property or a method which there is not is refused as well, and one in another unit than an
-    interface declares: what is judged and recorded is the interface's.
-    """
-    members = [member for base in kind.__mro__[:-1] for member in vars(base).items() if not member[0].startswith("_")]
-    known: dict[str, Declaration] = {}
-    for name, member in reversed(members):
-        if (found := declared(member)) is None:
-            continue
-        if (first := known.setdefault(name, found)).unit != found.unit:
-            raise DeclarationError(
-                f"{kind.__qualname__}.{name} declares the unit {found.unit!r}, its interface {first.unit!r}; "
-                "leave the declaration to the interface, and return what it declares"
-            )
-        known[name] = found
-    for name, member in members:
-        # A class method makes an instrument; it does nothing with one.
-        if name not in known and hasattr(type(member), "__get__") and not isinstance(member, classmethod):
-            raise DeclarationError(
-                f"{kind.__module__}.{kind.__qualname__}.{name} does not declare what it does; declare it in the interface "
-                "(@reading, @question, @setting, @set_point, @energises or @makes_safe), or begin its name with an underscore"
-            )
-    for name, found in known.items():
-        amounts = (*found.amounts.values(), *found.readings.values())
-        named = {one.own for one in amounts} | {rule.times for one in amounts for rule in one.also} | {found.source}
-        if absent := named - known.keys() - {"", POLE_PAIRS}:
-            raise DeclarationError(
-                f"{kind.__qualname__}.{name} is declared by {', '.join(absent)}, which {kind.__qualname__} has not"
-            )
-
-
-def require_all(interface: type) -> None:
-    """Let nobody make an instrument of a class that leaves out what an interface declares, but for what takes an ability."""
-    for member in vars(interface).values():
-        method: Any = member.fget if isinstance(member, property) else member
-        found = declared(member)
-        if found is not None and found.ability is None:
-            abstractmethod(method)
 
 
 @cache

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from drivers.interfaces.declarations import check_class, disconnects, makes_safe, question, require_all
+from drivers.interfaces.class_check import check_class, require_all
+from drivers.interfaces.declarations import disconnects, makes_safe, question
 from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.watchdog import Watchdog
 

@@ -69,6 +69,9 @@ def test_every_argument_of_every_instrument_can_be_typed_and_has_its_unit() -> N
             "configure_trigger",
             {"channel": None, "slope": Slope.FALLING},
         ),
+        ("supply energised ５ 伏 ３１．８ 毫安", "energised", {"voltage": 5.0, "current_limit": 0.0318}),
+        ("dynamometer driving_speed 300 转/分", "driving_speed", {"speed": 10.0 * math.pi}),
+        ("dynamometer driving_speed -30 弧度/秒", "driving_speed", {"speed": -30.0}),
         ("oscilloscope fetch 1,2 100 ms", "fetch", {"channels": [1, 2], "timeout": 0.1}),
     ],
 )

@@ -123,6 +123,13 @@ def test_angles_are_typed_in_degrees() -> None:
     assert "not a list of angles" in said.getvalue()
 
 
+def test_angles_are_typed_in_chinese() -> None:
+    operator, _ = typing(["０　９０度、180.5 270°"])
+    assert operator.perform(MarkRestPositions()) == pytest.approx(
+        [0.0, math.pi / 2, math.radians(180.5), 1.5 * math.pi]
+    )
+
+
 def test_the_end_of_the_input_aborts() -> None:
     operator, _ = typing([])
     with pytest.raises(Interrupted, match="end of the input"):
@@ -319,7 +326,13 @@ def test_the_virtual_operator_feels_a_stuck_shaft(world: World) -> None:
         hands.perform(StopTurning())
 
 
-@pytest.mark.parametrize("typed", ["1", "01", "cc", " CC ", "Constant Current"])
+@pytest.mark.parametrize(
+    "typed",
+    [
+        *("1", "01", "cc", " CC ", "Constant Current", "1 constant current (CC)"),
+        *("１", "ＣＣ", "恒流", "1 恒流（CC）", "1 恒流 (CC)", "恒流 (CC)"),
+    ],
+)
 def test_one_of_fixed_answers_is_typed_by_its_number_its_sign_or_its_name(typed: str) -> None:
     operator, said = typing(["", "4", "1.0", "C", typed])
     made = ManualSupply(TerminalPrompt(operator, "supply"), VirtualClock(), ManualSupplyOptions(48.0, 5.0))
@@ -329,6 +342,23 @@ def test_one_of_fixed_answers_is_typed_by_its_number_its_sign_or_its_name(typed:
     assert "Choose one of the answers first." in told
     for refused in ("4", "1.0", "C"):
         assert f"'{refused}' is none of the answers; choose among 0 off, 1 constant current (CC), " in told
+
+
+def test_the_words_that_a_choice_shows_in_chinese_are_taken() -> None:
+    said: list[str] = []
+    replies = iter(["恒定", "恒流"])
+
+    def ask(question: str) -> str:
+        said.append(question)
+        return next(replies)
+
+    printed = io.StringIO()
+    console = Console(file=printed, width=200, color_system=None)
+    operator = TerminalOperator(console, translator("zh"), {}, ask)
+    made = ManualSupply(TerminalPrompt(operator, "supply"), VirtualClock(), ManualSupplyOptions(48.0, 5.0))
+    assert made.output_mode() is OutputMode.CONSTANT_CURRENT
+    assert "1 恒流" in said[0]
+    assert "“恒定”" in printed.getvalue()
 
 
 def test_hall_signals_are_typed_with_their_leading_zeros() -> None:

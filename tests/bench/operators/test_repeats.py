@@ -36,9 +36,9 @@ Typed = Callable[..., tuple[int, dict[str, Any], str, list[dict[str, Any]]]]
 def typed(call: Call, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Typed:
     """Measures resistances that are typed: returns exit status, result, what the terminal said, and the journal's events."""
 
-    def run(*lines: str) -> tuple[int, dict[str, Any], str, list[dict[str, Any]]]:
+    def run(*lines: str, language: str = "en") -> tuple[int, dict[str, Any], str, list[dict[str, Any]]]:
         monkeypatch.setattr(sys, "stdin", io.StringIO("\n".join(lines) + "\n"))
-        words = ("--station", str(NOTE / "station.toml"), "--motor", str(NOTE / "lg-400w.toml"), "--language", "en")
+        words = ("--station", str(NOTE / "station.toml"), "--motor", str(NOTE / "lg-400w.toml"), "--language", language)
         settings = ("--set", "short_correction=false", "--set", "winding_temperature=25.0", "--json")
         status, out, err = call("run", "stator-resistance", *words, *settings)
         (folder,) = (tmp_path / "runs").iterdir()
@@ -111,6 +111,23 @@ def test_a_slip_is_asked_about_and_typed_again(typed: Typed) -> None:
     assert "A–B, reading 1 of 3" in entries[0]["quantity"]
 
 
+@pytest.mark.parametrize(
+    ("slip", "said"),
+    [
+        ("32 微欧", "第 2 次读数（共 3 次）是其余读数的千分之一：3.2e-05 Ω，其余为 0.032、0.0321 Ω"),
+        ("３２ 欧", "第 2 次读数（共 3 次）是其余读数的一千倍：32 Ω，其余为 0.032、0.0321 Ω"),
+        ("20 毫欧", "第 2 次读数（共 3 次）与其余读数不符：0.02 Ω，其余为 0.032、0.0321 Ω"),
+    ],
+)
+def test_a_slip_is_told_and_typed_again_in_chinese(typed: Typed, slip: str, said: str) -> None:
+    lines = ("32 毫欧", slip, "0,0321", "", "３１．９ｍΩ")
+    status, _, told, events = typed(BEGIN, CONNECT, *lines, *(CONNECT, *GOOD) * 3, language="zh")
+    assert status == 0
+    # Lines are broken anywhere in Chinese.
+    assert "".join(said.split()) in "".join(told.split())
+    assert of(events, "repeats_taken")[0]["taken"] == [0.032, 0.0319, 0.0321]
+
+
 def test_a_confirmed_one_is_kept_and_told(typed: Typed) -> None:
     odd = ("32 mΩ", "34 mΩ", "0,0321", "y")
     status, result, _, events = typed(BEGIN, CONNECT, *odd, *(CONNECT, *GOOD) * 3)
@@ -152,6 +169,36 @@ def test_any_reading_is_corrected_and_a_wrong_unit_refused(typed: Typed, call: C
     shown = [each.event for each in corrected(read_journal(folder / "journal.jsonl").events)]
     values = [each.value["resistance"] for each in shown if isinstance(each, ReadingTaken)]
     assert values[:3] == [0.032, 0.0319, 0.0321]
+
+
+BY_HAND = """
+[station]
+name = "a supply read by hand"
+[instruments.supply]
+driver = "manual"
+maximum_voltage = 30.0
+maximum_current = 30.0
+current_accuracy = { gain = 0.01, source = "assumed for the example" }
+voltage_accuracy = { gain = 0.01, source = "assumed for the example" }
+"""
+
+
+def test_a_reading_is_corrected_where_angles_are_asked_for(
+    call: Call, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "station.toml").write_text(BY_HAND, encoding="utf-8")
+    typed = ("", "", "", "2.8", "cc", "1.2", "", "<", "1", "2.85", "", "0 90 180 270 360", "")
+    monkeypatch.setattr(sys, "stdin", io.StringIO("\n".join(typed) + "\n"))
+    words = ("--station", "station.toml", "--motor", str(NOTE / "lg-400w.toml"), "--language", "en", "--json")
+    status, out, err = call("run", "pole-pairs-static", *words)
+    assert status == 0, err
+    assert "angles in degrees, separated by spaces; < corrects an earlier reading" in " ".join(err.split())
+    result = json.loads(out)
+    assert result["parameters"]["pole_pairs"]["value"] == 4.0
+    assert len(result["procedures"]["pole-pairs-static"]["findings"]["marked_angles"]) == 4
+    (folder,) = (tmp_path / "runs").iterdir()
+    (one,) = [each.event for each in read_journal(folder / "journal.jsonl").events if each.kind == "reading_corrected"]
+    assert (one.was, one.value, one.typed) == (2.8, 2.85, "2.85")
 
 
 def test_a_corrected_one_that_contradicts_its_siblings_is_asked_for_again(typed: Typed) -> None:

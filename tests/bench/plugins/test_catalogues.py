@@ -191,6 +191,54 @@ def test_a_station_is_told_of_the_broken_plug_in_whose_driver_it_asks_for(tmp_pa
     assert load_station(station).entries[Role.SUPPLY].driver.name == "keysight-e36300"
 
 
+METER = """from drivers.interfaces import Role, Voltmeter
+
+
+class Meter(Voltmeter):
+    def measure_volts(self):
+        return 1.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("code", "english", "chinese"),
+    [
+        ("x = (", "SyntaxError: '(' was never closed (plugin.py, line 1)", "SyntaxError：'(' was never closed"),
+        (
+            "\nimport no_such_library",
+            "ModuleNotFoundError: No module named 'no_such_library' (plugin.py, line 2)",
+            "ModuleNotFoundError：No module named 'no_such_library'（plugin.py 第 2 行）",
+        ),
+        (
+            "from drivers.interfaces import Role\n\nROLE = Role.VOLTMETRE",
+            "AttributeError: Role has no VOLTMETRE; did you mean VOLTMETER? (plugin.py, line 3)",
+            "AttributeError：Role 没有 VOLTMETRE；是否指 VOLTMETER？（plugin.py 第 3 行）",
+        ),
+        (
+            METER,
+            "DeclarationError: Meter.measure_volts does not declare what it does; did you mean measure_voltage?; declare it in",
+            "DeclarationError：Meter.measure_volts 未声明其作用；是否指 measure_voltage？；请在接口中声明",
+        ),
+        (METER, "or begin its name with an underscore (plugin.py, line 4)", "（plugin.py 第 4 行）"),
+        ("x = 1", "it declares nothing", "没有声明"),
+    ],
+)
+@pytest.mark.parametrize("command", [("station", "check"), ("run", "stator-resistance-dc", "--motor", "lg-400w")])
+def test_why_a_file_cannot_be_used_is_said_once_and_with_its_line(
+    call: Call, tmp_path: Path, code: str, english: str, chinese: str, command: tuple[str, ...]
+) -> None:
+    (tmp_path / "plugin.py").write_text(code, encoding="utf-8")
+    (tmp_path / "s.toml").write_text(STATION.format(role="voltmeter", driver="my-meter"), encoding="utf-8")
+    station = ("s.toml",) if command[0] == "station" else ("--station", "s.toml", "--rehearse")
+    for language, said in (("en", english), ("zh", chinese)):
+        status, _, err = call(*command, *station, "--language", language)
+        assert status == 2
+        assert err.count(said) == 1
+        assert "motorbench_plugin" not in err
+        # Those of the role, and those once.
+        assert (err.count("keysight-34461a"), err.count("keysight-e36300"), len(err.splitlines())) == (1, 0, 1)
+
+
 def test_an_unknown_driver_is_told_those_there_are_and_where_from(tmp_path: Path) -> None:
     (tmp_path / "plugin.py").write_text(DRIVER, encoding="utf-8")
     station = tmp_path / "station.toml"

@@ -23,6 +23,7 @@ from drivers.bases.scpi_oscilloscope import Probe
 from drivers.interfaces import ProbeKind
 from sim_instruments.server.served_bench import ServedBench
 from tests.command_line import Call
+from tests.studies.forked import Forked, motorbench
 
 PAGES = Path(__file__).parents[3] / "docs" / "how-to"
 #: The pages' files, and the most lines that each may have.
@@ -223,6 +224,43 @@ def served(folder: Path) -> Iterator[ServedBench]:
         station = {**own.file(describe(bench.preferred(), bench.control)), "guardian": {"heartbeat": 5.0}}
         (folder / "station.toml").write_text(toml_text(station), encoding="utf-8")
         yield bench
+
+
+def test_the_page_s_own_test_of_the_drivers(
+    folder: Path, run_procedure: Any, assert_holds_truth: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    (folder / "station.toml").rename("my_station.toml")
+    names: dict[str, Any] = {}
+    exec(compile(codes("add-a-driver.md")["test_acme.py"], "test_acme.py", "exec"), names)  # noqa: S102
+    names["test_the_drivers_read_what_is_there"](run_procedure, assert_holds_truth)
+    # A meter that reads 2 % more than there is is found out.
+    meter = Path("acme_meter.py")
+    code = meter.read_text(encoding="utf-8")
+    assert "return Reading(value," in code
+    meter.write_text(code.replace("return Reading(value,", "return Reading(1.02 * value,"), encoding="utf-8")
+    with pytest.raises(AssertionError, match="stator_resistance"):
+        names["test_the_drivers_read_what_is_there"](run_procedure, assert_holds_truth)
+
+
+@pytest.mark.slow
+def test_a_virtual_run_by_the_page_s_two_lines(call: Call, folder: Path) -> None:
+    page = (PAGES / "add-a-driver.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"^```\n(motorbench sim serve.*?)```", page, re.DOTALL | re.MULTILINE)
+    serve, run = (line.split()[1:] for line in block.splitlines())
+    (folder / "station.toml").rename("my_station.toml")
+    serving = Forked(motorbench, *serve)
+    try:
+        while "station file" not in (told := serving.stdout.readline()):
+            assert told, serving.communicate(10.0)
+        _, out, err = call(*run, "--json")
+    finally:
+        serving.close()
+    told = json.loads(out)
+    assert told["status"] == "completed", err
+    resistance = told["parameters"]["stator_resistance"]
+    assert abs(resistance["value"] - 0.016) < 4.0 * resistance["standard_uncertainty"]
+    assert "acme-dm5" in (folder / "served.toml").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

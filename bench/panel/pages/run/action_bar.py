@@ -6,6 +6,7 @@ from typing import Any
 
 from nicegui import ui
 
+from bench.operators.typed import parted
 from bench.panel.bench_state import ShownState, StateKind
 from bench.panel.live_run import LiveRun
 from bench.panel.pages.icons import icon
@@ -175,7 +176,7 @@ class ActionBar:
 
     async def _answer(self, question: Mapping[str, Any], value: object = None) -> None:
         if question["kind"] == "angles" and value is None and self._card.angles is not None:
-            value = str(self._card.angles.value or "").replace(";", " ").split()
+            value = parted(str(self._card.angles.value or ""))
         await self.send(question, value)
 
     async def send(self, question: Mapping[str, Any], value: object) -> None:
