@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.captures.capture import Capture, CaptureChannel, CaptureError, converter_step
+from bench.captures.decimal_marks import doubtful_number
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si, split_heading
 from drivers.interfaces.text import Text, text
@@ -76,6 +77,7 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_col
     if width < 2:
         raise CaptureError(str(path), text("has one column only; export time and values side by side"), first + 1)
     if delimiter != "," and any("," in line for line in lines[first : first + 50]):
+        _refuse_doubtful(path, lines, first, delimiter)
         lines = [*lines[:first], *(line.replace(",", ".") for line in lines[first:])]
     if delimiter == ",":
         lines = [*lines[:first], *(line.rstrip().rstrip(",") for line in lines[first:])]
@@ -126,6 +128,16 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_col
         tuple(assumptions),
         first_line=first + 1,
     )
+
+
+def _refuse_doubtful(path: Path, lines: list[str], first: int, delimiter: str | None) -> None:
+    """Raise CaptureError for a number that may be thousands or decimals, in a record with commas."""
+    if not any("." in line for line in lines[first:]):
+        return
+    cells = [(place, cell) for place, line in enumerate(lines[first:], first + 1) for cell in line.split(delimiter)]
+    doubtful = doubtful_number(cell for _, cell in cells)
+    if doubtful is not None:
+        raise CaptureError(str(path), doubtful[1], cells[doubtful[0]][0])
 
 
 #: What a first column without a heading is taken for.
