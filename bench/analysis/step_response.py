@@ -11,7 +11,7 @@ from bench.analysis.outcome import AnalysisOutcome, estimated, named, paths_of, 
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
-from bench.analysis.time_base import warn_of_time_constant
+from bench.analysis.time_base import judge_open_time, warn_of_time_constant
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_captures
 from drivers.interfaces import Accuracy
 from drivers.interfaces.text import Translate, english, text, text_of, word
@@ -136,6 +136,8 @@ def analyze_step_response(
             seconds=seconds,
         )
     )
+    tau = fit.value("inductance") / fit.value("resistance")
+    judge_open_time(outcome, capture, "time constant", tau, ("loop_inductance", name))
     _resistance(outcome, loops["resistance"], temperature, fit.misfit.of("resistance", "loop_resistance"))
     outcome.parameter(
         "loop_inductance",
@@ -164,7 +166,6 @@ def analyze_step_response(
         ),
         "E10",
     )
-    tau = fit.value("inductance") / fit.value("resistance")
     warn_of_time_constant(outcome, tau)
     outcome.detail(
         time_constant=tau,
