@@ -95,6 +95,7 @@ def analyze_step_response(
         fit = estimated(capture, lambda: _fit(time, v, i))
     except CaptureError as error:
         if not isinstance(error.__cause__, WithheldError):
+            _suggest_exchange(capture, time, v, i)
             raise
         for parameter in ("loop_resistance", "loop_inductance", name):
             outcome.parameter(
@@ -190,6 +191,26 @@ def _fit(time: FloatArray, v: CaptureChannel, i: CaptureChannel, shift: float = 
         current_resolution=i.resolution,
         voltage_ends=(ends[0] + shift, ends[1] + shift) if ends else None,
         current_ends=i.ends,
+    )
+
+
+def _suggest_exchange(capture: Capture, time: FloatArray, v: CaptureChannel, i: CaptureChannel) -> None:
+    """Raise CaptureError where a record that is no step is one with its two columns exchanged."""
+    try:
+        fit = _fit(time, i, v)
+    except EstimationError:
+        return
+    raise CaptureError(
+        capture.source,
+        text(
+            "'{voltage}' as voltage and '{current}' as current are no step of a winding, the other way round they are ({resistance:.3g} Ω, "
+            "{inductance:.3g} H, if the numbers are in V and A): are the two columns exchanged? Correct the "
+            "headings' units, or check the probes",
+            voltage=v.name,
+            current=i.name,
+            resistance=fit.value("resistance"),
+            inductance=fit.value("inductance"),
+        ),
     )
 
 

@@ -4,8 +4,11 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from bench.analysis import analyze_step_response
+from bench.captures import CaptureError
 from bench.cli.analyze.maps import efficiency, flux_map, short_circuit
 from bench.i18n.errors import InputError
 
@@ -73,3 +76,16 @@ def test_peak_values_are_said_where_nothing_shows_rms(tmp_path: Path, capsys: py
     for rms, words in ((False, "currents are taken as peak values"), (True, "currents are rms, as --rms says")):
         short_circuit(path, pole_pairs=4.0, flux_linkage=0.3, rms=rms)
         assert words in " ".join(capsys.readouterr().out.split())
+
+
+def test_exchanged_columns_of_a_step_are_named(tmp_path: Path) -> None:
+    random = np.random.default_rng(4)
+    time = np.linspace(-0.002, 0.008, 2001)
+    volts = np.where(time > 0.0, 2.0, 0.0) + random.normal(0.0, 0.004, time.size)
+    amperes = 4.0 * -np.expm1(-np.maximum(time, 0.0) / 1e-3) + random.normal(0.0, 0.004, time.size)
+    rows = np.column_stack((time, amperes, volts)).tolist()
+    path = loads(tmp_path / "step.csv", rows, "time (s),CH1 (V),CH2 (A)")
+    with pytest.raises(
+        CaptureError, match=r"the other way round they are \(0\.5 Ω, 0\.0005 H.*are the two columns exchanged"
+    ):
+        analyze_step_response(path)
