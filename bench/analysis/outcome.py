@@ -167,7 +167,7 @@ def beyond_words(name: str, value: float, sizes: tuple[float, float]) -> Text:
 def unusual_words(name: str, value: float, sizes: tuple[float, float]) -> Text:
     """Return what is said of a parameter whose value (SI) motors on a bench hardly have."""
     return text(
-        "{label} is {value:.3g} {unit}, where motors on a bench have {least:.0e} to {most:.0e}: are the units in the headings, the probes' "
+        "{label} is {value:.3g} {unit}, where motors on a bench have {least:g} to {most:g}: are the units in the headings, the probes' "
         "factors and what was typed right? A unit off by a thousand shows in nothing else",
         label=PARAMETERS[name].label,
         value=value,
