@@ -13,7 +13,7 @@ from bench.analysis.outcome import AnalysisOutcome, named, paths_of, refuse_copi
 from bench.analysis.probe_connection import PROBES, ProbeConnection, by_name, judge_connection
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
-from bench.analysis.time_base import judge_frequency
+from bench.analysis.time_base import CONFIRMED, judge_frequency, judge_open_time
 from bench.captures import WHOLE, CaptureError, CapturePart
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Translate, english, text, text_of
@@ -101,6 +101,10 @@ def analyze_back_emf(
         )
         warn_of_record(outcome, record)
         judge_frequency(outcome, record.fit.frequency, turning, ("electrical_frequency", *hanging))
+        if turning is None or abs(record.fit.frequency / turning - 1.0) >= CONFIRMED:
+            judge_open_time(
+                outcome, record.capture, "frequency", record.fit.frequency, ("electrical_frequency", *hanging)
+            )
     judge_connection(outcome, records, connection, hanging, typed=typed)
     pole_pairs = _pole_pairs(outcome, fit, pole_pairs, speed_rpm, speed_uncertainty_rpm)
     over = _over_speeds(records)

@@ -14,7 +14,7 @@ from bench.analysis.applied import Applied, ErrorInput
 from bench.analysis.outcome import AnalysisOutcome, estimated, in_units, open_unit, paths_of, pick, refuse_copies
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
-from bench.analysis.time_base import warn_of_coast
+from bench.analysis.time_base import judge_open_time, warn_of_coast
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_capture
 from bench.captures.capture import FloatArray
 from drivers.interfaces.text import Text, Translate, english, text
@@ -30,6 +30,7 @@ _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 _AT_ENDS = 5
 #: A coast-down that ends above this share of its top speed does not show what low speeds do.
 _LOW_ENOUGH = 0.1
+_FRICTIONS = ("coulomb_friction", "viscous_friction")
 _RATES = ("coulomb_deceleration", "viscous_rate")
 #: What stands for the channel of a torque that no column has.
 _GIVEN = "as given"
@@ -127,13 +128,18 @@ def analyze_coast_down(
     for error in applied.inputs():
         moved = half_differences(fit, names, partial(_fit, records, error, driven=driven), str(error))
         found = {n: applied.change(outcome.uncertainties, q, error, moved[n]) for n, q in found.items()}
+    seconds = max(float(np.ptp(part.time)) for part in parts)
+    for capture in captures:
+        judge_open_time(
+            outcome, capture, "coast", seconds, (*names, *(_FRICTIONS if inertia is not None and not driven else ()))
+        )
     estimator = "fit of whole ramps together" if driven else "fit of the whole coast-down"
     for name, quantity in found.items():
         outcome.parameter(name, quantity, estimator=estimator, misfit=fit.misfit.of(name))
     square = QUADRATIC if driven else "quadratic_rate"
     low, high = fit.interval(square)
     outcome.detail(**{square: {"value": fit.value(square), "low": low, "high": high}})
-    warn_of_coast(outcome, max(float(np.ptp(part.time)) for part in parts))
+    warn_of_coast(outcome, seconds, None if driven else inertia)
     if driven:
         outcome.assume(
             text("torque of a record without a torque column is 0"),

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from bench.analysis.efficiency_doubts import doubts
 from bench.analysis.map_table import SPEED, TORQUE, KnownColumn, read_table
 from bench.analysis.table_outcome import told
 from bench.i18n.errors import InputError, at
@@ -21,6 +22,7 @@ _LOAD = {
     "speed": KnownColumn("rad/s", SPEED),
     "power": KnownColumn("W", ("power", "p", "pin", "pel", "inputpower", "electricalpower")),
 }
+_NAMES = {"torque": text("torque"), "speed": text("speed"), "power": text("power")}
 
 
 def analyze_efficiency(
@@ -34,6 +36,7 @@ def analyze_efficiency(
     columns = read_table(path, _LOAD, ("torque", "speed", "power"), mapped)
     result = told(path, Misfit(), translate)
     limits, uncertainties, rows = accuracies or {}, Uncertainties(), []
+    used: list[int] = []
     for number, (torque, speed, power) in enumerate(
         zip(*(columns[n] for n in ("torque", "speed", "power")), strict=True), 1
     ):
@@ -49,11 +52,20 @@ def analyze_efficiency(
         except EstimationError as error:
             rows.append({"row": number, "refused": text_of(error).render(translate)})
             continue
+        used.append(number - 1)
         rows.append({
             "row": number, "torque": torque, "speed": speed, "generating": point.generating,
             "efficiency": _quantity(uncertainties, point.efficiency), "loss": _quantity(uncertainties, point.loss),
         })  # fmt: skip
     result["details"]["load_points"] = rows
+    unstated = [name for name in _LOAD if not (limits.get(name) and (limits[name].gain or limits[name].offset))]
+    if unstated:
+        result["assumptions"].append(
+            text(
+                "errors of {names} are not stated and not included; there are --torque-gain, --torque-zero, --speed-gain, --power-gain",
+                names=[_NAMES[name] for name in unstated],
+            ).render(translate)
+        )
     refused = [row for row in rows if "refused" in row]
     if len(refused) == len(rows):
         raise InputError(
@@ -63,6 +75,8 @@ def analyze_efficiency(
         {"id": "", "text": text("row {row}: {why}", row=row["row"], why=row["refused"]).render(translate)}
         for row in refused
     ]
+    given = [(columns["torque"][k], columns["speed"][k], columns["power"][k]) for k in used]
+    result["warnings"] += [{"id": name, "text": said.render(translate)} for name, said in doubts(given)]
     return result
 
 

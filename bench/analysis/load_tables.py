@@ -83,6 +83,11 @@ def analyze_flux_map(
         _of_map(found.map, result, pole_pairs, voltage, current, resistance, translate)
     except EstimationError as error:
         raise InputError(at(str(path), text_of(error))) from error
+    result["assumptions"].append(
+        text(
+            "currents and flux linkages are taken as peak values where their headings do not say rms; nothing else shows it"
+        ).render(translate)
+    )
     if spread is None:
         result["assumptions"].append(
             text(
@@ -237,6 +242,15 @@ def analyze_short_circuit(
             give(result, name, unit, figure, "short-circuit", translate)
         else:
             result["withheld"] |= withheld_rows((name,), reason.cause.value, sentence(reason).render(translate))
+    result["assumptions"].append(
+        (
+            text("currents are rms, as --rms says; the flux linkage is a peak value")
+            if rms
+            else text(
+                "currents are taken as peak values where their heading does not say rms, as the flux linkage is; --rms says otherwise"
+            )
+        ).render(translate)
+    )
     result["assumptions"].append(
         text("L_d is the chord from zero to the short-circuit current, not the slope at zero").render(translate)
     )

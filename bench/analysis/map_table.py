@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.captures.decimal_marks import doubtful_number
 from bench.captures.text import BEYOND, number
 from bench.captures.units import si
 from bench.i18n.errors import InputError, UsageError, at
@@ -129,6 +130,7 @@ def read_table(
                     ),
                 )
             )
+    _refuse_doubtful(path, rows, [each for each, _ in numbered], first, heading, comma_between=mark == ",")
     return {
         name: _numbers(path, rows, [each for each, _ in numbered], first, place, heading[place])
         * said.factor
@@ -239,6 +241,33 @@ def _plain(name: str) -> str:
         .replace("lambda", "psi")
         .replace("fluxlinkage", "flux")
     )
+
+
+def _refuse_doubtful(
+    path: Path,
+    rows: Sequence[Sequence[str]],
+    lines: Sequence[int],
+    first: int,
+    heading: Sequence[str],
+    *,
+    comma_between: bool,
+) -> None:
+    """Raise InputError for a number that may be thousands or decimals."""
+    cells = [(place, column, cell) for place, row in enumerate(rows[first:], first) for column, cell in enumerate(row)]
+    doubtful = doubtful_number((cell for _, _, cell in cells), comma_between=comma_between)
+    if doubtful is not None:
+        place, column, _ = cells[doubtful[0]]
+        raise InputError(
+            at(
+                str(path),
+                text(
+                    "line {line}, column {column}: {said}",
+                    line=lines[min(place, len(lines) - 1)],
+                    column=heading[column] if column < len(heading) else str(column + 1),
+                    said=doubtful[1],
+                ),
+            )
+        )
 
 
 def _numbers(

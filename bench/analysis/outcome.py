@@ -17,11 +17,13 @@ from procedures.core.parameters import PARAMETERS
 from procedures.core.result import Withheld
 from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
-from procedures.plausibility.sizes import size_beyond
+from procedures.plausibility.sizes import size_beyond, size_unusual
 
 _Result = TypeVar("_Result")
 #: The cause that a figure is not given for where no motor has such a size.
 IMPLAUSIBLE = "implausible-size"
+#: The warning's that hardly any has it.
+UNUSUAL = "unusual-size"
 TYPE_A_ONLY = text(
     "uncertainties are statistical (Type A), apart from what was entered: gain and offset of scope, probes and sensors are not in "
     "the file and not included; state them with --accuracy"
@@ -90,6 +92,9 @@ class AnalysisOutcome:
         if beyond is not None:
             self.withhold((name,), IMPLAUSIBLE, beyond_words(name, float(quantity.x), beyond))
             return
+        unusual = size_unusual(name, float(quantity.x))
+        if unusual is not None:
+            self.warn(unusual_words(name, float(quantity.x), unusual), UNUSUAL)
         made = self.uncertainties.parameter(
             name,
             PARAMETERS[name].unit,
@@ -151,6 +156,19 @@ def beyond_words(name: str, value: float, sizes: tuple[float, float]) -> Text:
     return text(
         "{label} would be {value:.3g} {unit}, where motors have {least:.0e} to {most:.0e}: look at the units in the headings, at the "
         "probes' factors, and at --scale",
+        label=PARAMETERS[name].label,
+        value=value,
+        unit=PARAMETERS[name].unit,
+        least=sizes[0],
+        most=sizes[1],
+    )
+
+
+def unusual_words(name: str, value: float, sizes: tuple[float, float]) -> Text:
+    """Return what is said of a parameter whose value (SI) motors on a bench hardly have."""
+    return text(
+        "{label} is {value:.3g} {unit}, where motors on a bench have {least:g} to {most:g}: are the units in the headings, the probes' "
+        "factors and what was typed right? A unit off by a thousand shows in nothing else",
         label=PARAMETERS[name].label,
         value=value,
         unit=PARAMETERS[name].unit,

@@ -11,7 +11,7 @@ from bench.analysis.outcome import AnalysisOutcome, estimated, named, paths_of, 
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
-from bench.analysis.time_base import warn_of_time_constant
+from bench.analysis.time_base import judge_open_time, warn_of_time_constant
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_captures
 from drivers.interfaces import Accuracy
 from drivers.interfaces.text import Translate, english, text, text_of, word
@@ -95,6 +95,7 @@ def analyze_step_response(
         fit = estimated(capture, lambda: _fit(time, v, i))
     except CaptureError as error:
         if not isinstance(error.__cause__, WithheldError):
+            _suggest_exchange(capture, time, v, i)
             raise
         for parameter in ("loop_resistance", "loop_inductance", name):
             outcome.parameter(
@@ -136,6 +137,8 @@ def analyze_step_response(
             seconds=seconds,
         )
     )
+    tau = fit.value("inductance") / fit.value("resistance")
+    judge_open_time(outcome, capture, "time constant", tau, ("loop_inductance", name))
     _resistance(outcome, loops["resistance"], temperature, fit.misfit.of("resistance", "loop_resistance"))
     outcome.parameter(
         "loop_inductance",
@@ -164,7 +167,6 @@ def analyze_step_response(
         ),
         "E10",
     )
-    tau = fit.value("inductance") / fit.value("resistance")
     warn_of_time_constant(outcome, tau)
     outcome.detail(
         time_constant=tau,
@@ -189,6 +191,26 @@ def _fit(time: FloatArray, v: CaptureChannel, i: CaptureChannel, shift: float = 
         current_resolution=i.resolution,
         voltage_ends=(ends[0] + shift, ends[1] + shift) if ends else None,
         current_ends=i.ends,
+    )
+
+
+def _suggest_exchange(capture: Capture, time: FloatArray, v: CaptureChannel, i: CaptureChannel) -> None:
+    """Raise CaptureError where a record that is no step is one with its two columns exchanged."""
+    try:
+        fit = _fit(time, i, v)
+    except EstimationError:
+        return
+    raise CaptureError(
+        capture.source,
+        text(
+            "'{voltage}' as voltage and '{current}' as current are no step of a winding, the other way round they are ({resistance:.3g} Ω, "
+            "{inductance:.3g} H, if the numbers are in V and A): are the two columns exchanged? Correct the "
+            "headings' units, or check the probes",
+            voltage=v.name,
+            current=i.name,
+            resistance=fit.value("resistance"),
+            inductance=fit.value("inductance"),
+        ),
     )
 
 

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from bench.analysis.outcome import IMPLAUSIBLE, beyond_words
+from bench.analysis.outcome import IMPLAUSIBLE, UNUSUAL, beyond_words, unusual_words
 from drivers.interfaces.text import Translate, text
 from procedures.core.budget import Uncertainties
 from procedures.core.misfit_text import misfit_row, sentence
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.flux.flux_map import MapFigure
-from procedures.plausibility.sizes import size_beyond
+from procedures.plausibility.sizes import size_beyond, size_unusual
 
 
 def told(path: Path, misfit: Misfit, translate: Translate) -> dict[str, Any]:
@@ -31,6 +31,10 @@ def give(made: dict[str, Any], name: str, unit: str, figure: MapFigure, procedur
     beyond = size_beyond(name, figure.value)
     if beyond is None:
         made["parameters"][name] = _parameter(name, unit, figure, procedure)
+        unusual = size_unusual(name, figure.value)
+        if unusual is not None:
+            message = unusual_words(name, figure.value, unusual).render(translate)
+            made["warnings"].append({"id": UNUSUAL, "text": message})
     else:
         message = beyond_words(name, figure.value, beyond).render(translate)
         made["withheld"] |= withheld_rows((name,), IMPLAUSIBLE, message)

@@ -1,18 +1,54 @@
 """Records whose times are in another unit than the file says: told where physics knows what they cannot be."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Literal
 
 from bench.analysis.outcome import AnalysisOutcome
-from drivers.interfaces.text import text
+from bench.captures import Capture
+from drivers.interfaces.text import Text, text
 
 #: Time constants of windings (s): 0.1 ms to 100 ms, a toy's some 10 µs; large machines' some more.
 _TIME_CONSTANTS = (5e-6, 0.1)
 #: Electrical frequencies (Hz) at which a back-EMF is recorded: below, it is turned slower than a hand does; above, faster than motors go.
 _FREQUENCIES = (1.0, 20e3)
 #: A tachometer's speed that agrees to this share confirms a frequency: units are wrong by more.
-_CONFIRMED = 0.1
+CONFIRMED = 0.1
 #: How long (s) a shaft takes to come to rest.
 _COASTS = (0.05, 1800.0)
+#: What a record shows of its time: what it is called, its unit and limits, and the power of the time's unit that it goes with.
+_SHOWN: Mapping[str, tuple[Text, str, tuple[float, float], int]] = {
+    "frequency": (text("the electrical frequency"), "Hz", _FREQUENCIES, -1),
+    "time constant": (text("the time constant"), "s", _TIME_CONSTANTS, 1),
+    "coast": (text("the length of the coast-down"), "s", _COASTS, 1),
+}
+
+
+def judge_open_time(
+    outcome: AnalysisOutcome,
+    capture: Capture,
+    kind: Literal["frequency", "time constant", "coast"],
+    shown: float,
+    names: Iterable[str],
+) -> None:
+    """Give none of these parameters where nobody said the unit of time, and what the record shows (Hz or s, its times read in s) is what
+    motors have with times in ms as well.
+    """
+    what, unit, (least, most), power = _SHOWN[kind]
+    in_ms = shown * 1e-3**power
+    if not capture.time_unit_open or not least <= in_ms <= most:
+        return
+    outcome.withhold(
+        names,
+        "time-unit-open",
+        text(
+            "nothing says the unit of time: {what} is {in_s:.3g} {unit} with times in s, {in_ms:.3g} {unit} with times in ms, and motors "
+            "have that. Type --time-unit s or --time-unit ms, or write it into the heading, as in 'time (s)'",
+            what=what,
+            in_s=shown,
+            in_ms=in_ms,
+            unit=unit,
+        ),
+    )
 
 
 def warn_of_time_constant(outcome: AnalysisOutcome, seconds: float) -> None:
@@ -43,7 +79,7 @@ def judge_frequency(outcome: AnalysisOutcome, frequency: float, speed: float | N
     electrical turns a second (None where it is not known), says that it is so.
     """
     least, most = _FREQUENCIES
-    if least <= frequency <= most or (speed is not None and abs(frequency / speed - 1.0) < _CONFIRMED):
+    if least <= frequency <= most or (speed is not None and abs(frequency / speed - 1.0) < CONFIRMED):
         return
     outcome.withhold(
         withheld,
@@ -57,9 +93,20 @@ def judge_frequency(outcome: AnalysisOutcome, frequency: float, speed: float | N
     )
 
 
-def warn_of_coast(outcome: AnalysisOutcome, seconds: float) -> None:
-    """Ask about a coast-down of a length (s) that no motor's shaft takes."""
+def warn_of_coast(outcome: AnalysisOutcome, seconds: float, inertia: float | None = None) -> None:
+    """Ask about a coast-down of a length (s) that no motor's shaft takes, where it is known one of such an inertia (kg·m²)."""
     least, most = _COASTS
+    if inertia is not None and seconds > most * min(1.0, inertia ** (1.0 / 3.0)) and seconds <= most:
+        outcome.warn(
+            text(
+                "the coast-down lasts {seconds:.3g} s, where a shaft of {inertia:.3g} kg·m² comes to rest within {most:.3g} s: is the time "
+                "column in its heading's unit, and the inertia in kg·m²? A unit off by a thousand makes the friction wrong by as much",
+                seconds=seconds,
+                inertia=inertia,
+                most=most * inertia ** (1.0 / 3.0),
+            ),
+            "unlikely-coast",
+        )
     if not least <= seconds <= most:
         outcome.warn(
             text(

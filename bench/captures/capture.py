@@ -49,7 +49,8 @@ class Capture:
     """Channels on a common time axis (s, shape (n,)); `time` is None for a table without one, as angle and inductance.
 
     `source` names the file(s), `description` format and instrument, `assumptions` what the file left open.
-    `first_line` is the file's line of the first sample, 0 where it has no lines.
+    `first_line` is the file's line of the first sample, 0 where it has no lines; `time_unit_open` tells that nobody said the time's unit,
+    which is taken to be s.
     """
 
     channels: tuple[CaptureChannel, ...]
@@ -58,6 +59,7 @@ class Capture:
     description: str
     assumptions: tuple[Text, ...] = ()
     first_line: int = 0
+    time_unit_open: bool = False
 
     def line_of(self, sample: int) -> int | None:
         """Return the file's line of a sample, None where it has none."""

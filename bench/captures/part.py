@@ -15,13 +15,15 @@ _LEAST = 2
 
 @dataclass(frozen=True)
 class CapturePart:
-    """What the user chose: samples from `begin` to `end` (s, of the file's own time), and the name or the number, from 1, of the column
-    that is the time. Raises UsageError for a begin that is not before the end.
+    """What the user chose: samples from `begin` to `end` (s, of the file's own time), the name or the number, from 1, of the column that is
+    the time, and `time_unit` ("s", "ms", "us" or "ns"), its unit where it says none. Raises UsageError for a begin that is not before the
+    end.
     """
 
     begin: float | None = None
     end: float | None = None
     time_column: str | None = None
+    time_unit: str | None = None
 
     def __post_init__(self) -> None:
         for option, value in (("from", self.begin), ("to", self.end)):

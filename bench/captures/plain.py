@@ -2,11 +2,13 @@
 
 import csv
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from bench.captures.capture import Capture, CaptureChannel, CaptureError, converter_step
+from bench.captures.decimal_marks import doubtful_number
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si, split_heading
 from drivers.interfaces.text import Text, text
@@ -54,11 +56,18 @@ def _numeric(line: str, delimiter: str | None) -> bool:
     return bool(cells) and number(cells[0].replace(",", ".") if delimiter != "," else cells[0]) is not None
 
 
-def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_column: str | None = None) -> Capture:
+def read_plain(
+    path: Path,
+    lines: list[str],
+    *,
+    abscissa: str = "time",
+    time_column: str | None = None,
+    time_unit: str | None = None,
+) -> Capture:
     """Return the capture; comma, semicolon, tab or blanks between columns, decimal comma or point.
 
     `abscissa` says what the first column is where no heading does: "time" (s) or "angle" (rad); `time_column` is the name of the column
-    of time, or its number from 1, where it is not the first. Raises CaptureError.
+    of time, or its number from 1, where it is not the first; `time_unit` is its unit where it says none. Raises CaptureError.
     """
     lines = [line if not line.lstrip().startswith(("#", "%")) else "" for line in lines]
     lines = _without_quoted_commas(lines)
@@ -76,13 +85,16 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_col
     if width < 2:
         raise CaptureError(str(path), text("has one column only; export time and values side by side"), first + 1)
     if delimiter != "," and any("," in line for line in lines[first : first + 50]):
+        _refuse_doubtful(path, lines, first, delimiter)
         lines = [*lines[:first], *(line.replace(",", ".") for line in lines[first:])]
     if delimiter == ",":
+        _refuse_decimal_commas(path, lines, first)
         lines = [*lines[:first], *(line.rstrip().rstrip(",") for line in lines[first:])]
     table = read_numbers(path, lines, first, tuple(range(width)), delimiter)
     if table.shape[0] < 2:
         raise CaptureError(str(path), text("holds one row of numbers only; export the whole record"), first + 1)
     headings, assumptions = _headings(lines[:first], width, abscissa)
+    no_heading = bool(assumptions)
     columns = []
     for k, (name, unit) in enumerate(headings):
         known = si(unit) if unit else None
@@ -103,6 +115,9 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_col
                     unit=columns[0].unit,
                 ),
             )
+    else:
+        _time_to_the_front(columns, assumptions)
+    unit_open = False
     is_time = time_column is not None or columns[0].unit == "s" or columns[0].name.lower() in _TIME
     if is_time:
         if columns[0].unit not in ("", "s"):
@@ -115,7 +130,12 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_col
                 ),
                 first,
             )
-        if not columns[0].unit:
+        unit_open = not columns[0].unit or no_heading
+        if time_unit is not None:
+            columns[0] = _in_unit(path, columns[0], time_unit, unit_open=unit_open)
+            assumptions.append(text("time is in {unit}, as --time-unit says", unit=time_unit))
+            unit_open = False
+        elif not columns[0].unit:
             assumptions.append(text("time taken to be in s"))
         check_increasing(path, columns[0].values, first)
     return Capture(
@@ -125,7 +145,60 @@ def read_plain(path: Path, lines: list[str], *, abscissa: str = "time", time_col
         "plain table",
         tuple(assumptions),
         first_line=first + 1,
+        time_unit_open=unit_open,
     )
+
+
+def _time_to_the_front(columns: list[CaptureChannel], assumptions: list[Text]) -> None:
+    """Put the one column that is a time to the front, where the first is none."""
+    named = [k for k, each in enumerate(columns) if each.unit == "s" or (each.name.lower() in _TIME and not each.unit)]
+    if len(named) == 1 and named[0] and columns[0].unit != "rad" and np.all(np.diff(columns[named[0]].values) > 0.0):
+        columns.insert(0, columns.pop(named[0]))
+        assumptions.append(text("time is column '{name}'", name=columns[0].name))
+
+
+def _in_unit(path: Path, time: CaptureChannel, unit: str, *, unit_open: bool) -> CaptureChannel:
+    """Return the column of time in s, from the unit that was typed. Raises CaptureError where the file says one."""
+    known = si(unit)
+    if not unit_open or known is None:
+        raise CaptureError(
+            str(path),
+            text(
+                "--time-unit {unit}: column '{name}' says its unit itself; where that is wrong, correct the heading",
+                unit=unit,
+                name=time.name,
+            ),
+        )
+    return replace(time, unit="s", values=time.values * known[1])
+
+
+def _refuse_doubtful(path: Path, lines: list[str], first: int, delimiter: str | None) -> None:
+    """Raise CaptureError for a number that may be thousands or decimals, in a record with commas."""
+    if not any("." in line for line in lines[first:]):
+        return
+    cells = [(place, cell) for place, line in enumerate(lines[first:], first + 1) for cell in line.split(delimiter)]
+    doubtful = doubtful_number(cell for _, cell in cells)
+    if doubtful is not None:
+        raise CaptureError(str(path), doubtful[1], cells[doubtful[0]][0])
+
+
+def _refuse_decimal_commas(path: Path, lines: list[str], first: int) -> None:
+    """Raise CaptureError where commas are between the columns and decimal marks: more cells than headings, all of them whole numbers."""
+    above = next((line for line in reversed(lines[:first]) if line.strip()), "")
+    rows = [_cells(line, ",") for line in lines[first : first + 50] if line.strip()]
+    headings, most = len(_cells(above, ",")), max(len(row) for row in rows)
+    whole = all(cell.removeprefix("-").isdecimal() for row in rows for cell in row)
+    if headings > 1 and headings < most <= 2 * headings and whole:
+        raise CaptureError(
+            str(path),
+            text(
+                "rows have up to {most} numbers under {headings} headings, all without a dot: the comma is the decimal mark and stands "
+                "between the columns too. Export again with semicolons or tabs between the columns, or with decimal dots",
+                most=most,
+                headings=headings,
+            ),
+            first + 1,
+        )
 
 
 #: What a first column without a heading is taken for.

@@ -34,38 +34,48 @@ def read_capture(path: Path | str, *, abscissa: str = "time", selection: Capture
     `abscissa` ("time" or "angle") says what the first column of a table without headings is, `selection` which part is wanted. Raises
     CaptureError with file and line.
     """
-    return selection.cut(_read(path, abscissa, selection.time_column))
+    return selection.cut(_read(path, abscissa, selection))
 
 
-def _read(path: Path | str, abscissa: str, time_column: str | None) -> Capture:
+def _read(path: Path | str, abscissa: str, selection: CapturePart) -> Capture:
     where, _, selected = str(path).partition("#")
     file = Path(path) if os.path.exists(path) else Path(where)
     if not os.path.isfile(file):
         raise CaptureError(str(file), text("is not there, or is not a file; check the path"))
     with file.open("rb") as stream:
         if stream.read(8) == _HDF5_SIGNATURE:
-            _refuse_column(file, time_column)
+            _refuse_column(file, selection)
             return read_hdf5(file, selected)
     lines = read_lines(file)
     for written_by, read in _SCOPES:
         if written_by(lines):
-            _refuse_column(file, time_column)
+            _refuse_column(file, selection)
             capture = read(file, lines)
             break
     else:
-        capture = read_plain(file, lines, abscissa=abscissa, time_column=time_column)
+        capture = read_plain(
+            file, lines, abscissa=abscissa, time_column=selection.time_column, time_unit=selection.time_unit
+        )
     check_interval(lines, capture)
     return capture
 
 
-def _refuse_column(file: Path, time_column: str | None) -> None:
+def _refuse_column(file: Path, selection: CapturePart) -> None:
     """Raise CaptureError where the format has its own column of time."""
-    if time_column is not None:
+    if selection.time_unit is not None:
+        raise CaptureError(
+            str(file),
+            text(
+                "--time-unit {unit}: this format says itself what its time is; the option is allowed for plain tables only",
+                unit=selection.time_unit,
+            ),
+        )
+    if selection.time_column is not None:
         raise CaptureError(
             str(file),
             text(
                 "--time-column {name}: this format says itself what its time is; the option is allowed for plain tables only",
-                name=time_column,
+                name=selection.time_column,
             ),
         )
 
@@ -112,4 +122,5 @@ def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time", select
     assumptions = tuple({str(note): note for capture in captures for note in capture.assumptions}.values())
     source = ", ".join(capture.source for capture in captures)
     description = ", ".join(dict.fromkeys(capture.description for capture in captures))
-    return Capture(channels, time, source, description, assumptions, first.first_line)
+    unit_open = any(capture.time_unit_open for capture in captures)
+    return Capture(channels, time, source, description, assumptions, first.first_line, unit_open)

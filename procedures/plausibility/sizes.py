@@ -1,4 +1,4 @@
-"""Sizes that no motor has: a figure outside them is of another unit or factor than its record says."""
+"""Sizes that no motor has, or hardly any: a figure outside them is of another unit or factor than its record says, or may be."""
 
 from collections.abc import Mapping
 
@@ -21,9 +21,28 @@ _SIZES: Mapping[str, tuple[float, float]] = {
     "coulomb_deceleration": (0.0, 1e6),
     "viscous_rate": (0.0, 1e4),
 }
+#: What motors on a bench have, from micro motors to direct drives of some 100 kW: outside it, a unit is as likely off by a thousand.
+_USUAL: Mapping[str, tuple[float, float]] = {
+    "stator_resistance": (1e-4, 1e3),
+    "loop_resistance": (1e-4, 2e3),
+    "d_axis_inductance": (3e-7, 0.5),
+    "q_axis_inductance": (3e-7, 0.5),
+    "loop_inductance": (3e-7, 1.0),
+    "inductance": (3e-7, 0.5),
+    "flux_linkage": (5e-6, 5.0),
+    "inertia": (1e-10, 1e2),
+    "coulomb_friction": (0.0, 1e2),
+    "viscous_friction": (0.0, 1e1),
+}
 
 
 def size_beyond(name: str, value: float) -> tuple[float, float] | None:
     """Return the least and the largest size (SI) that a motor's parameter has, where a value above 0 lies outside; else None."""
     least, most = _SIZES.get(name, (0.0, float("inf")))
+    return (least, most) if value > most or 0.0 < value < least else None
+
+
+def size_unusual(name: str, value: float) -> tuple[float, float] | None:
+    """Return the least and the largest size (SI) that a motor on a bench usually has, where a value above 0 lies outside; else None."""
+    least, most = _USUAL.get(name, (0.0, float("inf")))
     return (least, most) if value > most or 0.0 < value < least else None

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bench.cli.analyze.output import print_analysis
+from bench.cli.analyze.output import print_analysis, print_sentences
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import Text, Translate, text, word
@@ -214,8 +214,7 @@ def efficiency(
         rows, translate,
         (("N·m", "torque", 1.0), ("rad/s", "speed", 1.0), (text("efficiency, %"), "efficiency", 100.0), (text("loss, W"), "loss", 1.0)),
     )  # fmt: skip
-    for each in outcome["warnings"]:
-        print(each["text"])
+    print_sentences(outcome, translate)
     return 0
 
 
@@ -242,7 +241,8 @@ def _cell(value: Any, factor: float) -> str:
         return value
     if isinstance(value, Mapping):
         low, high = (factor * end for end in value["coverage_interval"])
-        return f"{factor * value['value']:.4g} ± {0.5 * (high - low):.2g}"
+        # Where no error was stated there is no interval, not one of no width.
+        return f"{factor * value['value']:.4g}" + (f" ± {0.5 * (high - low):.2g}" if high > low else "")
     return f"{factor * value:.4g}"
 
 

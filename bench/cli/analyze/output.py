@@ -1,7 +1,7 @@
 """What `motorbench analyze` prints: the table, or one JSON object; the budgets where they are asked for."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bench.cli.analyze.speeds import speeds_table
@@ -53,14 +53,25 @@ def _print_table(made: Mapping[str, Any], translate: Translate, *, budget: bool)
     withheld = {name: restore_withheld({"name": name, **entry}) for name, entry in made["withheld"].items()}
     not_given = text("not given").render(translate)
     rows += [(r.label.render(translate), not_given, "", "–", "–", "–", r.section) for r in withheld.values()]
-    told = {(entry["cause"], entry["message"]) for entry in made["withheld"].values()}
-    warnings = [w for w in made["warnings"] if (w["id"], w["text"]) not in told]
     console = console_on(sys.stdout)
     console.print(fitted(columns, rows, console.width))
     if speeds := made["details"].get("speeds"):
         console.print(speeds_table(speeds, translate))
+    print_sentences(made, translate, [sentence.render(translate) for sentence in said_of(withheld.values())])
+    if budget:
+        from reports.tables.budget import budgets
+
+        console.print()
+        console.print(budgets(parameters, translate, console.width))
+
+
+def print_sentences(made: Mapping[str, Any], translate: Translate, not_given: Sequence[str] = ()) -> None:
+    """Print why figures are not given, what was assumed, and the warnings that this does not say already."""
+    console = console_on(sys.stdout)
+    told = {(entry["cause"], entry["message"]) for entry in made["withheld"].values()}
+    warnings = [w for w in made["warnings"] if (w["id"], w["text"]) not in told]
     for title, lines in (
-        (text("Not given"), [sentence.render(translate) for sentence in said_of(withheld.values())]),
+        (text("Not given"), not_given),
         (text("Assumed"), made["assumptions"]),
         (text("Warnings"), [f"{translate(w['id'])}: {w['text']}" if w["id"] else w["text"] for w in warnings]),
     ):
@@ -68,8 +79,3 @@ def _print_table(made: Mapping[str, Any], translate: Translate, *, budget: bool)
             console.print(title.render(translate), style="bold")
             for line in lines:
                 console.print(f"  {line}", markup=False)
-    if budget:
-        from reports.tables.budget import budgets
-
-        console.print()
-        console.print(budgets(parameters, translate, console.width))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -28,6 +28,8 @@ class RecordOptions:
         Last instant of the record to take, s.
     time_column
         Column of the time in a plain table, by its name or its number from 1, where it is not the first.
+    time_unit
+        Unit of that column, where its heading says none.
     accuracy
         Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, current, speed, torque,
         inductance, time.
@@ -45,6 +47,7 @@ class RecordOptions:
     from_: Annotated[float | None, Parameter(name="--from")] = None
     to: float | None = None
     time_column: str | None = None
+    time_unit: Literal["s", "ms", "us", "ns"] | None = None
     accuracy: Sequence[str] = ()
     accuracy_file: Path | None = None
     budget: bool = False
@@ -61,7 +64,7 @@ class RecordOptions:
         """The part of the capture that is taken."""
         from bench.captures import CapturePart
 
-        return CapturePart(self.from_, self.to, self.time_column)
+        return CapturePart(self.from_, self.to, self.time_column, self.time_unit)
 
     def statements(self, full_scale: Sequence[str] = ()) -> Any:
         """Return the limits of error, with the ranges that channels were set to."""

@@ -74,3 +74,17 @@ def test_a_record_without_a_time_says_how_to_name_it(tmp_path: Path) -> None:
     path.write_text("n,u,i\n0,1,2\n1,1,2\n", encoding="utf-8")
     with pytest.raises(CaptureError, match="say which one it is with --time-column"):
         read_capture(path).times()
+
+
+def test_the_column_that_is_named_time_is_taken_wherever_it_stands(table: Path) -> None:
+    capture = read_capture(table)
+    assert capture.times()[-1] == pytest.approx(0.099)
+    assert [c.name for c in capture.channels] == ["CH1"]
+    assert "time is column 'clock'" in map(str, capture.assumptions)
+
+
+def test_a_unit_of_time_is_for_tables_that_say_none(tmp_path: Path) -> None:
+    path = tmp_path / "rs.csv"
+    path.write_text("in s,C1 in V\n0,1\n1,2\n2,1\n", encoding="utf-8")
+    with pytest.raises(CaptureError, match="--time-unit ms: this format says itself"):
+        read_capture(path, selection=CapturePart(time_unit="ms"))

@@ -1,0 +1,55 @@
+"""What a table of load points shows that no measurement does: another unit, exchanged columns, a power that was computed."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+from drivers.interfaces.text import Text, text
+
+#: From rpm to rad/s: what a speed in rad/s under a heading in rpm is too small by.
+_RPM = 30.0 / math.pi
+#: Motors under load are not below this efficiency at every point.
+_LOW = 0.105
+#: So near to one at every point, the output was taken from the input, or the other way round: rounding to four digits.
+_SAME = 5e-4
+#: Torques (N·m) and speeds (rad/s) that belong together in no test of a motor, unless the columns are exchanged.
+_LARGE_TORQUE, _SLOW = 50.0, 0.5
+
+
+def doubts(points: Sequence[tuple[float, float, float]]) -> Iterator[tuple[str, Text]]:
+    """Give the id and the words of each doubt about load points of torque (N·m), speed (rad/s) and electrical power (W) with an
+    efficiency.
+    """
+    if not points:
+        return
+    ratios = [torque * speed / power for torque, speed, power in points]
+    efficiencies = [ratio if power > 0.0 else 1.0 / ratio for ratio, (_, _, power) in zip(ratios, points, strict=True)]
+    if all(abs(ratio - 1.0) < _SAME for ratio in ratios):
+        yield (
+            "power-computed",
+            text(
+                "input and output power are equal at every point: one was computed from the other, or the power is that of the shaft. "
+                "That is no measured efficiency; the electrical power into the terminals is needed"
+            ),
+        )
+    if all(efficiency < _LOW for efficiency in efficiencies):
+        yield (
+            "low-efficiency",
+            text(
+                "the efficiency is {most:.3g} % at most: no usual motor at load has so little. A speed in rad/s under a heading in rpm "
+                "makes it 9.549 times too small; it would be {low:.3g} to {high:.3g} %. Look at the units of speed, torque and power",
+                most=100.0 * max(efficiencies),
+                low=100.0 * _RPM * min(efficiencies),
+                high=100.0 * _RPM * max(efficiencies),
+            ),
+        )
+    torque, speed = (max(abs(point[k]) for point in points) for k in (0, 1))
+    if torque > _LARGE_TORQUE and speed < _SLOW:
+        yield (
+            "columns-exchanged",
+            text(
+                "{torque:.4g} N·m at {speed:.3g} rad/s: are the columns of torque and speed exchanged? Their product, and so the "
+                "efficiency, does not show it; --column names what is what",
+                torque=torque,
+                speed=speed,
+            ),
+        )
