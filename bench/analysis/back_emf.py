@@ -240,6 +240,8 @@ def _flux_linkage(
     most = max(record.shortfall for record in records)
     if most:
         mean = mean * outcome.uncertainties.one_sided("coupling not known to be DC", 1.0, most)
+    # Where no figure is given, there is no interval that holds it, and the finding says why.
+    if most and not any(record.misfit.withholding("flux_linkage") for record in records):
         outcome.assume(
             text(
                 "coupling of the channels not known to be DC: AC coupling below 10 Hz takes up to {most:.2%} away, which the interval "

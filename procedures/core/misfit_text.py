@@ -239,6 +239,13 @@ _SEEN_IN_EMF_JUMPS = {
         "gap; only the longest whole part counts, {used:.0%} of the record. Export the record whole"
     ),
 }
+#: What is said of a current step whose voltage picks mains hum up, too.
+_SEEN_IN_STEP_BOTH = {
+    Cause.HUM: text(
+        "mains hum of {frequency:.0f} Hz, {voltage:.3g} V on the voltage and {amplitude:.3g} A on the current: twist and shield the leads, "
+        "ground at one point only, and record at least 20 ms after the step"
+    ),
+}
 #: What is said of a slow turn's torque.
 _SEEN_IN_COGGING = {
     Cause.TOO_COARSE: text(
@@ -359,6 +366,7 @@ _SEEN_IN = {
     "six-step-current": _SEEN_IN_SIX_STEP_CURRENT,
     "six-step-torque": _SEEN_IN_SIX_STEP_TORQUE,
     "step": _SEEN_IN_STEP,
+    "step-both": _SEEN_IN_STEP_BOTH,
     "sweep": _SEEN_IN_SWEEP,
     "emf": _SEEN_IN_EMF,
     "emf-dead-zone": _SEEN_IN_EMF_DEAD_ZONE,

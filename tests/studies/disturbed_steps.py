@@ -29,6 +29,7 @@ class Batch:
     corner: np.ndarray = field(init=False)
     voltage_corner: np.ndarray = field(init=False)
     hum: np.ndarray = field(init=False)
+    voltage_hum: np.ndarray = field(init=False)
     slope: np.ndarray = field(init=False)
     limit: np.ndarray = field(init=False)
     cut: np.ndarray = field(init=False)
@@ -51,7 +52,7 @@ class Batch:
         self.window = r.uniform(5.0, 9.0, n)
         self.rise = np.where(r.uniform(size=n) < 0.5, 0.0, self.spread(0.01, 0.1))
         self.source = r.uniform(0.0, 0.2, n)
-        zero = ("skew", "pole", "coupling", "corner", "voltage_corner", "hum", "slope", "odd", "begin")
+        zero = ("skew", "pole", "coupling", "corner", "voltage_corner", "hum", "voltage_hum", "slope", "odd", "begin")
         for name in (*zero, "resonance", "voltage_resonance"):
             setattr(self, name, np.zeros(n))
         self.damping = np.full(n, 0.2)
@@ -175,15 +176,20 @@ def sampled(batch: Batch, *, bits: int | None = None, noise: tuple[float, float]
     result = []
     for k in range(batch.count):
         seconds = time[k] * batch.tau[k]
-        angle = 2 * np.pi * random.choice([50.0, 60.0]) * seconds + random.uniform(0, 6.3)
+        turned = 2 * np.pi * random.choice([50.0, 60.0]) * seconds
+        angle = turned + random.uniform(0, 6.3)
         i = current[k] + batch.hum[k] * np.sin(angle) + batch.slope[k] * time[k] / (time[k, -1] - time[k, 0])
         # What a lead picks up of the edge, ringing.
         i = i + batch.odd[k] * np.exp(-np.maximum(time[k], 0) / 0.7) * np.sin(9.0 * np.maximum(time[k], 0))
+        v = voltage[k]
+        if batch.voltage_hum[k]:
+            # Drawn only here, so that records without it stay what they were.
+            v = v + batch.voltage_hum[k] * np.sin(turned + random.uniform(0, 6.3))
         b = bits or int(random.choice([8, 12]))
         code = 1.0 / (0.8 * 2**b)
         share = float(np.exp(random.uniform(*np.log(noise))))
         channels, ends = [], []
-        for signal, cut in ((voltage[k], batch.voltage_cut[k]), (i, batch.cut[k])):
+        for signal, cut in ((v, batch.voltage_cut[k]), (i, batch.cut[k])):
             offset = random.uniform(-0.05, 0.05)
             read = np.round((signal + offset + random.normal(0, share * code, signal.size)) / code) * code
             last = np.round((cut + offset) / code) * code if np.isfinite(cut) else np.inf
@@ -215,6 +221,8 @@ def row(name: str, count: int, *seed: int) -> Batch:
                 batch.coupling, batch.closed = batch.spread(0.03, 0.5), batch.spread(2.0, 30.0)
             case "hum":
                 batch.hum = batch.spread(1e-4, 0.03)
+            case "voltage hum":
+                batch.voltage_hum = batch.spread(1e-4, 0.03)
             case "slope":
                 batch.slope = signs * batch.spread(1e-4, 0.03)
             case "high-pass":
@@ -249,6 +257,8 @@ ROWS = (
     "saturation, tanh",
     "eddy",
     "hum",
+    "voltage hum",
+    "hum + voltage hum",
     "slope",
     "high-pass",
     "voltage high-pass",

@@ -18,6 +18,7 @@ import numpy as np
 from procedures.estimation.fitting.fit import EstimationError, WithheldError
 from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.winding import step_misfit, step_terms
+from procedures.estimation.winding.step_hum import HumOfVoltage
 from procedures.estimation.winding.step_response import StepFit, fit_step_response
 from tests.studies.disturbed_steps import ROWS, Sampled, row, sampled
 
@@ -35,6 +36,7 @@ CAUSES = {
     "saturation": Cause.SATURATION,
     "eddy": Cause.SECOND_TIME_CONSTANT,
     "hum": Cause.HUM,
+    "voltage hum": Cause.HUM,
     "slope": Cause.SLOPE,
     "high-pass": Cause.AC_COUPLED,
     "voltage high-pass": Cause.AC_COUPLED,
@@ -116,6 +118,8 @@ def forget(causes: Collection[Cause]) -> None:
         return [named[k] for k in kept], rows[kept]
 
     step_misfit.TERMS, step_misfit.directions = terms, directions  # type: ignore[attr-defined]
+    if Cause.HUM in causes:
+        step_misfit.hum_of_voltage = lambda *_: HumOfVoltage((), 0.0)  # type: ignore[attr-defined]
     if Cause.RINGING in causes:
         step_misfit.ringing_in = lambda *_, **__: None  # type: ignore[attr-defined]
 

@@ -1,19 +1,20 @@
 """What a current step shows beside resistance and inductance: found by a score test, put into the model, or told."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import special
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, score_test
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
+from procedures.estimation.winding.step_hum import HumOfBoth, hum_of_voltage
 from procedures.estimation.winding.step_lost import LostSamples, elsewhere, lost_in
 from procedures.estimation.winding.step_record import StepRecord
 from procedures.estimation.winding.step_ringing import Resonance, RingingEdge, ringing_in
 from procedures.estimation.winding.step_term import StepModel, StepScale, Term, figures_of
-from procedures.estimation.winding.step_terms import TERMS, Direction, directions
+from procedures.estimation.winding.step_terms import TERMS, Direction, directions, hum_on_current
+from procedures.estimation.winding.step_unexplained import of_parts, structured
 from procedures.estimation.winding.step_variance import StepVariance
 
 #: A term is accepted where χ² falls by so much; what is within so much of the best is as likely. In units of the noise's variance.
@@ -33,11 +34,8 @@ _CHANCE, _CHANCE_OF_NONE = 1.0, 2.0
 _LATE, _DAMPED = 0.005, 0.6
 #: Dampings that are tried for a channel that is late and rings.
 _RINGING = (0.2, 0.6)
-_BLOCKS, _BY_CHANCE = 32, 1e-6
-#: Parts of a record after the step, in time constants: what is explained gives the same on all.
-_PARTS = ((0.0, 1.0), (0.0, 2.0), (0.5, np.inf), (1.0, np.inf), (0.5, 2.0))
-#: How much of the parts' excess is added; an expanded uncertainty above this share of the value is no figure.
-_EXCESS, _NO_FIGURE = 1.5, 0.2
+#: An expanded uncertainty above this share of the value is no figure.
+_NO_FIGURE = 0.2
 
 
 @dataclass(frozen=True)
@@ -97,19 +95,25 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     scale = scale_of(step.record, plain)
     accepted = min(_ACCEPTED, _ACCEPTED * (alarm / ALARM) ** 2)
     fitted, seen, rounds = plain, {}, [[plain]]
-    named, score = tested(step, plain, scale)
+    hums = hum_of_voltage(step, plain, scale)
+    if hums.certain and (found := list(_possible(step, [(hum,) for hum in hums.terms], fitted, scale, np.inf))):
+        # What the voltage shows before the step is there, whatever else is.
+        rounds.append(found)
+        fitted = min(found, key=lambda f: f.cost)
+        seen[fitted.terms[0]] = hums.score
+    named, score = tested(step, fitted, scale)
     ring, lost = ringing_in(step, fitted, scale, alarm=alarm), lost_in(step, fitted, scale, alarm=alarm)
     while len(fitted.terms) < _MOST_TERMS:
         if ring is None and lost is None and not any(abs(z) > alarm for z in _left(fitted, named, score)):
             break
         gaps = list(_possible(step, [(*fitted.terms, lost)] if lost else [], fitted, scale, fitted.cost + _AS_LIKELY))
         gaps = [other for gap in gaps for other in elsewhere(step, gap, scale, _AS_LIKELY)]
-        found = [*gaps, *_candidates(step, fitted, named, score, scale, ring)]
+        found = [*gaps, *_candidates(step, fitted, named, score, scale, ring, hums.terms)]
         rounds.append(found)
         if not found:
             break
-        best = min(found, key=lambda f: f.cost + f.terms[-1].price)
-        if fitted.cost - best.cost < accepted + best.terms[-1].price:
+        best = min(found, key=lambda f: f.cost + f.terms[-1].asked)
+        if fitted.cost - best.cost < accepted + best.terms[-1].asked:
             break
         fell = float(np.sqrt(fitted.cost - best.cost))
         of_search = best.terms[-1].cause in (Cause.RINGING, Cause.DROPOUTS)
@@ -122,6 +126,10 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     # What was accepted first was so without knowing of what came later.
     tried = [f for found in rounds for f in found] + list(_exchanged(step, fitted, rounds[1:], scale))
     tried += elsewhere(step, fitted, scale, _AS_LIKELY)
+    if of_both := [t for t in fitted.terms if isinstance(t, HumOfBoth)]:
+        kept = [t for t in fitted.terms if t not in of_both]
+        others = [(hum, *kept) for hum in hums.terms if hum not in of_both]
+        tried += _possible(step, others, fitted, scale, fitted.cost + _AS_LIKELY)
     findings = [Finding(t.cause, Answer.MODELLED, (), seen[t], _figures(fitted, t, scale)) for t in fitted.terms]
     modelled = {t.family for t in fitted.terms}
     # A model that holds the accepted one and is hardly better explains nothing else.
@@ -131,7 +139,7 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         for f in tried
         if fitted.terms
         and (LostSamples.family in modelled or not any(isinstance(t, LostSamples) for t in f.terms))
-        and not set(f.terms) >= set(fitted.terms)
+        and not _held_by(f.terms, fitted.terms)
         and f.cost <= fitted.cost + _AS_LIKELY
     ]
     values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
@@ -139,15 +147,33 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     chance = _CHANCE if fitted.terms else _CHANCE_OF_NONE
     within = [k for k, d in enumerate(named) if d.family in modelled]
     growth = score.growth(within, chance=chance)[: len(step.names)]
+    if of_both:
+        beyond = _open(fitted, values, growth, apart)
+        if any(beyond):
+            place = fitted.terms.index(of_both[0])
+            answers = [Answer.WITHHELD if b else Answer.MODELLED for b in beyond]
+            each = zip(answers, step.names, strict=False)
+            findings[place : place + 1] = [replace(findings[place], answer=a, estimates=(n,)) for a, n in each]
     unexplained = max((abs(z) for z in _left(fitted, named, score)), default=0.0)
-    if unexplained > alarm or (alarm < COARSE_ALARM and _structured(step, fitted)):
-        extra = _of_parts(step, fitted, scale)
+    if unexplained > alarm or (alarm < COARSE_ALARM and structured(step, fitted)):
+        extra = of_parts(step, fitted, scale)
         apart = apart + extra
-        share = 2.0 * (apart + np.sqrt(growth * np.diag(fitted.covariance)[: apart.size]))[:2] / np.abs(values[:2])
-        for name, beyond in zip(step.names[:2], share > _NO_FIGURE, strict=True):
+        for name, beyond in zip(step.names[:2], _open(fitted, values, growth, apart), strict=True):
             answer = Answer.WITHHELD if beyond else Answer.WIDENED
             findings.append(Finding(Cause.UNEXPLAINED, answer, (name,), unexplained))
     return StepJudgement(fitted, values, growth, apart, tuple(findings), tuple(named), score)
+
+
+def _held_by(terms: Sequence[Term], others: Sequence[Term]) -> bool:
+    """Tell whether a model with `terms` holds that with `others`; hum on both channels holds that of the same frequency on one."""
+    own = {*terms, *(hum_on_current(t.frequency) for t in terms if isinstance(t, HumOfBoth))}
+    return own >= set(others)
+
+
+def _open(fitted: Fitted, values: FloatArray, growth: FloatArray, apart: FloatArray) -> FloatArray:
+    """Tell of resistance and inductance (2,) whether so little is known of them that there is no figure."""
+    uncertainty = apart + np.sqrt(growth * np.diag(fitted.covariance)[: apart.size])
+    return np.asarray(2.0 * uncertainty[:2] / np.abs(values[:2]) > _NO_FIGURE)
 
 
 def _figures(fitted: Fitted, term: Term, scale: StepScale) -> dict[str, float | str]:
@@ -165,7 +191,13 @@ def _clearest(family: str, named: list[Direction], score: Score) -> float:
 
 
 def _candidates(
-    step: Problem, fitted: Fitted, named: list[Direction], score: Score, scale: StepScale, ring: RingingEdge | None
+    step: Problem,
+    fitted: Fitted,
+    named: list[Direction],
+    score: Score,
+    scale: StepScale,
+    ring: RingingEdge | None,
+    hums: Sequence[HumOfBoth],
 ) -> Iterator[Fitted]:
     """Give the fits with one term more, as far as they are possible."""
     modelled = {t.family for t in fitted.terms}
@@ -192,7 +224,7 @@ def _candidates(
             continue
         terms = [t for t in TERMS if t.family == family] if family in _SEVERAL else [first[family]]
         if family == "hum":
-            terms = [t for t in TERMS if t.family == family and t in {d.term for d in named}]
+            terms = [t for t in TERMS if t.family == family and t in {d.term for d in named}] + list(hums)
         for found in _possible(step, [(*fitted.terms, t) for t in terms], fitted, scale, enough):
             enough = min(enough, found.cost + _AS_LIKELY)
             yield found
@@ -231,6 +263,10 @@ def _possible(
     for terms in models:
         try:
             fit = fit_with(step, terms, start, scale, enough)
+            circuit = fit.full[:2]
+            if any(isinstance(t, HumOfBoth) and not t.fits(*circuit) for t in fit.terms):
+                again = [t.renewed(*circuit) if isinstance(t, HumOfBoth) else t for t in fit.terms]
+                fit = fit_with(step, again, fit, scale, enough)
         except EstimationError:
             continue
         if all(t.possible(figures_of(fit.terms, fit.figures, t)) for t in fit.terms):
@@ -255,38 +291,3 @@ def _spanned(
                 findings.append(Finding(term.cause, Answer.WIDENED, (), 0.0, _figures(rival, term, scale)))
     apart = np.maximum(0.25 * (high - low) - 0.5 * spread, 0.0)
     return 0.5 * (low + high), apart, findings
-
-
-def _structured(step: Problem, fitted: Fitted) -> bool:
-    """Whether sums over blocks of the residuals are larger than noise and rounding make them."""
-    size = step.record.time.size
-    length = max(size // _BLOCKS, 2)
-    starts = np.arange(0, size - length + 1, length)
-    sums = np.add.reduceat(fitted.residuals[:size], starts)
-    limit = float(special.chdtri(starts.size, _BY_CHANCE))
-    if float(sums @ sums) / length <= limit:
-        return False
-    rows = np.zeros((starts.size, fitted.residuals.size))
-    for row, begin in zip(rows, starts, strict=True):
-        row[begin : begin + length] = 1.0
-    z = score_test(fitted.residuals, fitted.slopes, rows, StepVariance(step, fitted)).z
-    return bool(z @ z > limit)
-
-
-def _of_parts(step: Problem, fitted: Fitted, scale: StepScale) -> FloatArray:
-    """Return a standard uncertainty (k,) from how far fits of parts of the record lie apart beyond their own uncertainties."""
-    record, count = step.record, len(step.names)
-    since = (record.time - scale.begin) / scale.time_constant
-    size = record.time.size
-    worst = np.zeros(count)
-    sizes = np.sqrt(np.diag(fitted.covariance))
-    for begin, end in _PARTS:
-        chosen = np.append(
-            (since < 0.0) | ((since >= begin) & (since <= end)), np.ones(fitted.residuals.size - size, bool)
-        )
-        rows = (fitted.slopes * sizes[:, None])[:, chosen]
-        inverse = np.linalg.pinv(rows @ rows.T, hermitian=True)
-        change = np.abs(inverse @ (rows @ fitted.residuals[chosen]))[:count]
-        chance = 2.0 * np.sqrt(np.maximum(np.diag(inverse)[:count] - 1.0, 0.0))
-        worst = np.maximum(worst, np.maximum(change - chance, 0.0))
-    return np.asarray(0.5 * _EXCESS * worst * sizes[:count])

@@ -42,7 +42,14 @@ class Term(ABC):
     start: tuple[float, ...] = (0.0,)
     #: How much lower χ² must be with it than with another.
     price: ClassVar[float] = 0.0
+    #: By how much it lowers χ² of readings that are not fitted.
+    evidence: float = 0.0
     known: tuple[float, ...] = (np.inf,)
+
+    @property
+    def asked(self) -> float:
+        """How much lower χ² must be with it than with another, after what else speaks for it."""
+        return self.price - self.evidence
 
     def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:
         """Return the flux linkage that is missing beside L·i, over L (A); None where the term is not the circuit's."""

@@ -232,6 +232,11 @@ class _Hum(Term):
         return {"frequency": self.frequency, "amplitude": abs(scale.current) * float(np.hypot(*figures))}
 
 
+def hum_on_current(frequency: float) -> Term:
+    """Return the term of mains hum of a frequency (Hz) on the current's channel alone."""
+    return _Hum(frequency)
+
+
 #: All that is looked for. Skew and pole, the laws of saturation, and the couplings of both channels, are one direction each.
 TERMS: tuple[Term, ...] = (
     _Skew(),

@@ -58,6 +58,7 @@ def off(fit: StepFit, record: Sampled, name: str) -> float:
         ("voltage_corner", 0.1, Cause.AC_COUPLED),
         ("voltage_corner", 0.02, Cause.AC_COUPLED),
         ("hum", 0.02, Cause.HUM),
+        ("voltage_hum", 0.02, Cause.HUM),
         ("slope", 0.02, Cause.SLOPE),
         ("odd", 0.02, Cause.RINGING),
         ("resonance", 20.0, Cause.RINGING),
@@ -70,6 +71,34 @@ def test_a_gross_disturbance_is_named_modelled_and_its_interval_holds(name: str,
         assert all(sentence(f).render() for f in fit.misfit.findings)
         for estimate in ("resistance", "inductance"):
             assert off(fit, record, estimate) < 4.0
+
+
+@pytest.mark.parametrize("on_current", [0.0, 0.03])
+def test_hum_on_the_voltage_is_told_in_a_record_shorter_than_its_period(on_current: float) -> None:
+    batch = alike(8, seed=3)
+    batch.tau[:], batch.window[:], batch.hum[:], batch.voltage_hum[:] = 1.5e-3, 8.0, on_current, 0.03
+    for record in sampled(batch, bits=8, noise=(0.5, 1.0)):
+        fit = fitted(record)
+        (hum,) = (f for f in fit.misfit.findings if f.cause is Cause.HUM)
+        assert hum.figures["voltage"] == pytest.approx(0.03, rel=0.5)
+        assert "on the voltage" in sentence(hum).render()
+        for estimate in ("resistance", "inductance"):
+            assert off(fit, record, estimate) < 4.0
+
+
+def test_hum_that_a_short_record_leaves_open_gives_no_resistance() -> None:
+    batch = alike(6, seed=4)
+    batch.tau[:], batch.window[:], batch.voltage_hum[:] = 1e-3, 2.0, 0.3
+    withheld = 0
+    for record in sampled(batch, bits=8, noise=(1.0, 2.0)):
+        fit = fitted(record)
+        if cause := fit.misfit.withholding("resistance"):
+            withheld += 1
+            assert cause.cause is Cause.HUM
+            assert not any(f.answer is Answer.MODELLED and f.concerns("resistance") for f in fit.misfit.findings)
+        else:
+            assert off(fit, record, "resistance") < 4.0
+    assert withheld
 
 
 def test_eddy_currents_are_a_second_time_constant() -> None:
