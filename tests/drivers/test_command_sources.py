@@ -187,7 +187,7 @@ def test_every_driver_that_is_spoken_to_has_a_table() -> None:
 
 
 #: Whose procedures take more than three seconds of a processor.
-_LONG = ("mjbots-moteus",)
+_LONG = ("keysight-infiniivision", "mjbots-moteus")
 
 
 @pytest.mark.parametrize(
