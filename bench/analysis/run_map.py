@@ -14,7 +14,7 @@ from bench.journal.run_folder import RunFolder
 from drivers.interfaces.text import text
 from procedures.core.events import StepStarted
 from procedures.estimation.flux.estimator import FluxMapEstimate, estimate_flux_map
-from procedures.estimation.flux.flux_map import GainLimits
+from procedures.estimation.flux.flux_map import TRUSTED_DELAY, GainLimits
 from procedures.estimation.flux.readings import FluxReadings
 
 #: The step of `flux-map` in which its readings are taken.
@@ -50,7 +50,8 @@ def map_of_run(path: Path) -> FluxMapEstimate:
         column("electrical_speed"),
     )  # fmt: skip
     last = taken.readings[-1]
-    gains = GainLimits(*(float(last[name].get("gain", 0.0)) for name in ("voltage_accuracy", "current_accuracy")))
+    voltage, current = (float(last[name].get("gain", 0.0)) for name in ("voltage_accuracy", "current_accuracy"))
+    gains = GainLimits(voltage, current, delay=TRUSTED_DELAY)
     return estimate_flux_map(readings, gains=gains, wanted=np.array(taken.wanted))
 
 

@@ -63,7 +63,7 @@ def off_by(folder, motor):
 STANDSTILL = ("locations=16", "lock=true")
 ROTATION = ("locations=20",)
 PLACES = (
-    ("flux-map-standstill", STANDSTILL, MjbotsMoteus, "alternate_dq_current", 16),
+    ("flux-map-standstill", STANDSTILL, MjbotsMoteus, "alternate_dq_current", 20),
     ("flux-map-standstill", STANDSTILL, MjbotsMoteus, "alternate_dq_current", 22),
     ("flux-map-standstill", STANDSTILL, flux_map_standstill, "fit_standstill", 1),
     ("flux-map-standstill", STANDSTILL, flux_map_standstill, "report_mtpa", 1),

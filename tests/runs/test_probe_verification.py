@@ -96,4 +96,4 @@ def test_what_follows_is_corrected_in_this_run_and_in_another(motorbench, tmp_pa
     with pytest.raises(SystemExit) as stopped:
         main([*arguments, "--probe-verification", without["run"], "--runs", str(tmp_path / "runs")])
     assert stopped.value.code == 1
-    assert "no finished probe-verification" in capsys.readouterr().err
+    assert "no finished Verification of the probes" in capsys.readouterr().err

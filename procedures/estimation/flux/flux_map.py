@@ -10,6 +10,9 @@ from procedures.estimation.fitting.expanded import half_width
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.flux.surface import FluxSurface, fit_surface
 
+#: A drive's delay between voltage and current, which a fit finds, is trusted to this (s), a third of a usual switching period.
+TRUSTED_DELAY = 1.0e-5
+
 
 @dataclass(frozen=True)
 class GainLimits:

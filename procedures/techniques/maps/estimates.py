@@ -1,12 +1,10 @@
 """From a map's readings to its estimate."""
 
 from procedures.estimation.flux.estimator import FluxMapEstimate, estimate_flux_map
-from procedures.estimation.flux.flux_map import GainLimits
+from procedures.estimation.flux.flux_map import TRUSTED_DELAY, GainLimits
 from procedures.estimation.flux.readings import FluxReadings
 from procedures.techniques.maps.readings import MapReadings
 
-#: A fit's delay between voltage and current is trusted to this (s), a third of a usual switching period.
-_DELAY = 1.0e-5
 _COLUMNS = {
     "time": "time",
     "i_d": "d_current",
@@ -29,4 +27,4 @@ def estimate_of(taken: MapReadings, *, symmetric: bool | None) -> FluxMapEstimat
 def gains_of(taken: MapReadings) -> GainLimits:
     """Return the limits of the gains and of the delay that all readings share."""
     last = taken.points[-1].reading
-    return GainLimits(last.voltage_accuracy.gain, last.current_accuracy.gain, delay=_DELAY)
+    return GainLimits(last.voltage_accuracy.gain, last.current_accuracy.gain, delay=TRUSTED_DELAY)
