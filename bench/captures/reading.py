@@ -62,22 +62,16 @@ def _read(path: Path | str, abscissa: str, selection: CapturePart) -> Capture:
 
 def _refuse_column(file: Path, selection: CapturePart) -> None:
     """Raise CaptureError where the format has its own column of time."""
-    if selection.time_unit is not None:
-        raise CaptureError(
-            str(file),
-            text(
-                "--time-unit {unit}: this format says itself what its time is; the option is allowed for plain tables only",
-                unit=selection.time_unit,
-            ),
-        )
-    if selection.time_column is not None:
-        raise CaptureError(
-            str(file),
-            text(
-                "--time-column {name}: this format says itself what its time is; the option is allowed for plain tables only",
-                name=selection.time_column,
-            ),
-        )
+    for option, given in (("--time-unit", selection.time_unit), ("--time-column", selection.time_column)):
+        if given is not None:
+            raise CaptureError(
+                str(file),
+                text(
+                    "{option} {given}: this format says itself what its time is; the option is allowed for plain tables only",
+                    option=option,
+                    given=given,
+                ),
+            )
 
 
 def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time", selection: CapturePart = WHOLE) -> Capture:
