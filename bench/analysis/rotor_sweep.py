@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bench.analysis.applied import Applied
-from bench.analysis.outcome import AnalysisOutcome, estimated, named, open_unit, pick
+from bench.analysis.outcome import AnalysisOutcome, estimated, named, open_unit, pick, refuse_over_range
 from bench.analysis.statements import Statement
 from bench.captures import WHOLE, CaptureError, CapturePart, read_capture
 from drivers.interfaces.text import Translate, english, text, word
@@ -29,6 +29,7 @@ def analyze_rotor_sweep(
     connection: Connection = "wye",
     pole_pairs: int | None = None,
     electrical: bool = False,
+    column: str | None = None,
     threshold: float = 0.10,
     scale: Mapping[str, float] | None = None,
     accuracy: Sequence[Statement] = (),
@@ -39,7 +40,7 @@ def analyze_rotor_sweep(
 
     The first column is the angle (rad, or degrees by its heading; mechanical unless `electrical`), or time, while the shaft was
     turned slowly one way. `pole_pairs` are searched where not given. `threshold` is the note's limit between the classes.
-    `accuracy` states the errors of the meter.
+    `accuracy` states the errors of the meter. `column` names the inductance's column where several may be it.
     `selection` is the part of the record to take. `translate` gives sentences in the reader's language. Raises
     CaptureError naming file and line.
     """
@@ -48,13 +49,18 @@ def analyze_rotor_sweep(
             "connection", text("'{connection}' is not known; it is 'wye' or 'delta'", connection=connection)
         )
     capture = read_capture(file, abscissa="angle", selection=selection).scaled(named(scale))
-    rest = [c for c in capture.channels if c.unit not in ("rad", "Ω")]
+    rest = [c for c in capture.channels if c.unit not in ("rad", "Ω") and column in (None, c.name)]
     if capture.time is None:
         angle = pick(capture, None, ("rad",), "angle", ("angle", "theta", "winkel", "position"))
         if not angle.unit:
             raise open_unit(capture, angle.name, "angle", ("deg", "rad"))
         rest = [c for c in rest if c.name != angle.name]
-    inductance = rest[0] if len(rest) == 1 else pick(capture, None, ("H",), "inductance", ("induct", "ls", "l"))
+    inductance = (
+        rest[0]
+        if len(rest) == 1
+        else pick(capture, column, ("H", ""), "inductance", ("induct", "ls", "l"), "--inductance")
+    )
+    refuse_over_range(capture, inductance)
     if inductance.unit not in ("H", ""):
         raise CaptureError(
             capture.source,

@@ -77,9 +77,17 @@ def number(cell: str) -> float | None:
 
 
 def read_numbers(
-    path: Path, lines: list[str], first: int, columns: tuple[int, ...], delimiter: str | None
+    path: Path,
+    lines: list[str],
+    first: int,
+    columns: tuple[int, ...],
+    delimiter: str | None,
+    *,
+    allowed: float | None = None,
 ) -> FloatArray:
-    """Return the columns (n, k) of the lines from index `first`. Raises CaptureError with the line that has no number."""
+    """Return the columns (n, k) of the lines from index `first`, ± `allowed` as it stands. Raises CaptureError with the line that has
+    no number.
+    """
     try:
         table = np.loadtxt(
             lines[first:], delimiter=delimiter, usecols=columns, comments=None, ndmin=2, dtype=np.float64
@@ -90,7 +98,8 @@ def read_numbers(
     if table is None or table.shape[0] != len(lines) - first:
         table = np.array([_row(path, line, first + k + 1, columns, delimiter) for k, line in enumerate(lines[first:])])
     bad = np.argwhere(~np.isfinite(table))
-    beyond = np.argwhere(~(np.abs(table) < BEYOND))
+    size = np.abs(table)
+    beyond = np.argwhere(~((size < BEYOND) | (size == allowed)))
     if beyond.size and not bad.size:
         line = first + 1 + int(beyond[0][0])
         raise CaptureError(
@@ -133,9 +142,22 @@ def _row(path: Path, line: str, at: int, columns: tuple[int, ...], delimiter: st
 
 def check_increasing(path: Path, time: FloatArray, first: int) -> None:
     """Raise CaptureError where the time column (line index `first` its first) does not increase."""
-    back = np.flatnonzero(np.diff(time) <= 0)
+    steps = np.diff(time)
+    back = np.flatnonzero(steps <= 0)
     if back.size:
         line = first + 2 + int(back[0])
+        if not np.any(steps < 0) and np.any(steps > 0):
+            raise CaptureError(
+                str(path),
+                text(
+                    "time stands still at {time:g} s: it is written in steps of {step:.3g} s, and {share:.0%} of the samples bear the "
+                    "instant of the one before; export the time with more digits",
+                    time=time[back[0]],
+                    step=float(np.min(steps[steps > 0])),
+                    share=back.size / steps.size,
+                ),
+                line,
+            )
         raise CaptureError(
             str(path),
             text(

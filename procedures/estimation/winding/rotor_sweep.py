@@ -140,6 +140,10 @@ def fit_rotor_sweep(
     """
     theta, values = series("angle", angle, least=4), series("inductance", inductance, least=4)
     same_length(angle=theta, inductance=values)
+    if float(np.mean(values)) <= 0.0:
+        raise EstimationError(
+            f"the readings' mean is {np.mean(values):g} H, and an inductance is above zero; check the column and the meter's function"
+        )
     if np.ptp(theta) <= 0:
         raise EstimationError("all readings were taken at one angle; turn the rotor between readings")
     tried = 1.0
@@ -219,6 +223,8 @@ def _rates(theta: FloatArray, largest_pole_pairs: int) -> list[float]:
 
 def _wrong_period(theta: FloatArray, values: FloatArray, fit: SweepFit, resolution: float) -> tuple[Finding, ...]:
     """Return the finding of readings that swing, by their course from angle to angle or by another period, but not at the one given."""
+    if not np.ptp(values) > 0.0:
+        return ()
     if values.size < _LEAST_SWING or 2.0 * float(fit.residuals @ fit.residuals) < fit.constant_squares:
         return ()
     noise = white_noise(values[np.argsort(theta, kind="stable")], resolution)
