@@ -136,6 +136,15 @@ def check_increasing(path: Path, time: FloatArray, first: int) -> None:
     back = np.flatnonzero(np.diff(time) <= 0)
     if back.size:
         line = first + 2 + int(back[0])
+        if time[back[0]] == time[back[0] + 1]:
+            raise CaptureError(
+                str(path),
+                text(
+                    "the time {time:.12g} s stands in two rows, as where times are written with too few digits: export them with more",
+                    time=time[back[0]],
+                ),
+                line,
+            )
         raise CaptureError(
             str(path),
             text(

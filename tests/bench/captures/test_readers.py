@@ -178,6 +178,7 @@ def test_speed_and_angle_units_become_si(tmp_path: Path) -> None:
         ("t (s),u (V)\n0,1\n1,\n2,1\n", r"line 3: .* is not a row of 2 numbers"),
         ("t (s),u (V)\n0,1\n\n2,1\n", r"line 3: .* is not a row of 2 numbers"),
         ("t (s),u (V)\n0,1\n2,1\n1,1\n", r"line 4: time does not increase \(2 s, then 1 s\)"),
+        ("t (s),u (V)\n0,1\n1,1\n1,2\n", r"line 4: the time 1 s stands in two rows"),
         ("u (V)\n1\n2\n", r"line 2: has one column only"),
         ("hello\nworld\n", r"line 1: no row of numbers"),
         ("t (s),u (V)\n0,1\n", r"line 2: holds one row of numbers only"),
