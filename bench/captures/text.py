@@ -142,19 +142,15 @@ def _row(path: Path, line: str, at: int, columns: tuple[int, ...], delimiter: st
 
 def check_increasing(path: Path, time: FloatArray, first: int) -> None:
     """Raise CaptureError where the time column (line index `first` its first) does not increase."""
-    steps = np.diff(time)
-    back = np.flatnonzero(steps <= 0)
+    back = np.flatnonzero(np.diff(time) <= 0)
     if back.size:
         line = first + 2 + int(back[0])
-        if not np.any(steps < 0) and np.any(steps > 0):
+        if time[back[0]] == time[back[0] + 1]:
             raise CaptureError(
                 str(path),
                 text(
-                    "time stands still at {time:g} s: it is written in steps of {step:.3g} s, and {share:.0%} of the samples bear the "
-                    "instant of the one before; export the time with more digits",
+                    "the time {time:.12g} s stands in two rows, as where times are written with too few digits: export them with more",
                     time=time[back[0]],
-                    step=float(np.min(steps[steps > 0])),
-                    share=back.size / steps.size,
                 ),
                 line,
             )

@@ -50,29 +50,6 @@ def test_two_voltages_become_a_step_by_the_probe_s_factor(call: Call, tmp_path: 
         assert low < true < high
 
 
-@pytest.mark.parametrize(
-    ("readings", "status", "message"),
-    [
-        (np.zeros(72), 2, "an inductance is above zero"),
-        (np.full(72, 100.0), 0, ""),
-        (-100.0 + np.arange(72), 2, "an inductance is above zero"),
-    ],
-)
-def test_a_sweep_without_a_swing(
-    call: Call, tmp_path: Path, readings: np.ndarray[tuple[int], np.dtype[np.float64]], status: int, message: str
-) -> None:
-    file = tmp_path / "sweep.csv"
-    table = np.column_stack((np.arange(72) * 5.0, readings))
-    np.savetxt(file, table, delimiter=",", header="angle (deg),L (uH)", comments="", fmt="%g")
-    found, out, err = call("analyze", "rotor-sweep", str(file), "--pole-pairs", "4", "--json")
-    assert found == status
-    assert message in err + out
-    if not status:
-        parameters = json.loads(out)["parameters"]
-        for name in ("d_axis_inductance", "q_axis_inductance"):
-            assert parameters[name]["value"] == pytest.approx(50e-6)
-
-
 def test_three_lines_of_inductance_are_named_one_by_one(call: Call, tmp_path: Path) -> None:
     angle = np.arange(72) * 5.0
     lines = [100.0 - 10.0 * np.cos(8.0 * np.radians(angle) + k * 2.1) for k in range(3)]
