@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bench.analysis.applied import Applied
 from bench.analysis.outcome import estimated
 from bench.analysis.statements import Statement
-from bench.captures import Capture, CaptureError, CapturePart, read_captures
+from bench.captures import Capture, CaptureError, CapturePart, ProbeFactor, read_captures
 from bench.captures.capture import same_name
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text
@@ -94,7 +94,7 @@ class BackEmfRecord:
 def read_record(
     files: Sequence[Path | str],
     *,
-    scale: Mapping[str, float],
+    scale: Mapping[str, float | ProbeFactor],
     coupling: Mapping[str, str],
     harmonics: Sequence[int],
     accuracy: Sequence[Statement],

@@ -11,7 +11,16 @@ import numpy as np
 from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied, ErrorInput
-from bench.analysis.outcome import AnalysisOutcome, estimated, in_units, open_unit, paths_of, pick, refuse_copies
+from bench.analysis.outcome import (
+    AnalysisOutcome,
+    estimated,
+    in_units,
+    open_unit,
+    paths_of,
+    pick,
+    refuse_copies,
+    refuse_over_range,
+)
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.time_base import judge_open_time, warn_of_coast
@@ -25,6 +34,8 @@ from reports.labels import ParameterLabels
 
 #: Of controllers' logs.
 _ELECTRICAL = re.compile(r"e[_ -]?rpm|elec", re.IGNORECASE)
+#: Units that are turns of the shaft, or periods of its EMF.
+_PER_SECOND = ("hz", "khz", "1/s", "s-1", "s^-1")
 _SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 #: Readings at an end that are looked at together.
 _AT_ENDS = 5
@@ -235,7 +246,19 @@ def _speed(capture: Capture, wanted: str | None, in_rpm: bool | None) -> tuple[C
     only = [c for c in capture.channels if not _is_torque(c)]
     if wanted is None and len(only) == 1:
         wanted = only[0].name
-    channel = pick(capture, wanted, ("rad/s",), "speed", _SPEED_WORDS)
+    for channel in [capture.channel(wanted)] if wanted else only:
+        if channel.unit.lower() in _PER_SECOND:
+            raise CaptureError(
+                capture.source,
+                text(
+                    "column '{name}' is in {unit}, which may be turns or electrical periods a second: write rps where it is turns, and "
+                    "divide electrical periods by the pole pairs",
+                    name=channel.name,
+                    unit=channel.unit,
+                ),
+            )
+    channel = pick(capture, wanted, ("rad/s",), "speed", _SPEED_WORDS, "--speed")
+    refuse_over_range(capture, channel)
     if _ELECTRICAL.search(channel.name):
         raise CaptureError(
             capture.source,

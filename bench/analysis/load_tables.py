@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,8 @@ _SHORT = {
     "torque": KnownColumn("N·m", TORQUE),
     "friction": KnownColumn("N·m", ("friction", "topen", "openl")),
 }
+#: What is said of a table without zero current; of a normal error 95 % lie within so many standard deviations.
+BEYOND_TABLE, _NORMAL = "beyond-table", 1.96
 _SHARES = (0.25, 0.5, 0.75, 1.0)
 #: Where the last of them lies at the map's edge, the first of these that does not.
 _LOWER = (0.98, 0.96, 0.94, 0.92, 0.9, 0.88, 0.86, 0.84, 0.82, 0.8)
@@ -143,7 +146,16 @@ def _of_map(
     zero = inductances_at(measured, 0.0, 0.0)
     surface, at_zero = measured.surface, np.zeros((1, 2))
     between = float(surface.spread(at_zero, np.array([[1.0, 0.0]]), np.zeros((1, 2, 2)))[0])
+    beyond_table = _beyond(measured)
+    between = float(np.hypot(between, beyond_table[0]))
     flux = measured.figure(float(surface(at_zero)[0, 0]), surface.weights(at_zero)[0, 0], between=between)
+    if np.any(beyond_table):
+        zero = replace(zero, dd=_wider(zero.dd, beyond_table[1]), qq=_wider(zero.qq, beyond_table[2]))
+        message = text(
+            "the table does not reach zero current: flux linkage and inductances there are carried on from its edge, and their intervals "
+            "are wider by what the inductance changes as far within it. Add rows at zero current"
+        ).render(translate)
+        made["warnings"].append({"id": BEYOND_TABLE, "text": message})
     for name, unit, figure in (
         ("flux_linkage", "V·s", flux), ("d_axis_inductance", "H", zero.dd), ("q_axis_inductance", "H", zero.qq),
     ):  # fmt: skip
@@ -180,6 +192,27 @@ def _of_map(
              "voltage": each.voltage, "limit": each.limit.value}
             for each in points
         ]  # fmt: skip
+
+
+def _beyond(measured: MeasuredFluxMap) -> tuple[float, float, float]:
+    """Return what carrying a map on to zero current may do to ψ_d (V·s), ∂ψ_d/∂i_d and ∂ψ_q/∂i_q (H); zeros where it reaches it."""
+    low, high = np.min(measured.points, axis=0), np.max(measured.points, axis=0)
+    edge = np.clip(np.zeros(2), low, high)
+    if float(np.hypot(*edge)) <= 1e-6 * measured.largest_current:
+        return 0.0, 0.0, 0.0
+    # As much as the slopes change over the same way within the table they may change beyond it.
+    outer, inner = measured.surface.slopes(np.stack((edge, np.clip(2.0 * edge, low, high))))
+    change = np.abs(outer - inner)
+    return float(change[0] @ np.abs(edge)), float(change[0, 0]), float(change[1, 1])
+
+
+def _wider(figure: MapFigure, standard: float) -> MapFigure:
+    """Return a figure with a standard uncertainty more."""
+    low, high = figure.coverage_interval
+    half = math.hypot(0.5 * (high - low), _NORMAL * standard)
+    together = math.hypot(figure.standard_uncertainty, standard)
+    around = (figure.value - half, figure.value + half)
+    return replace(figure, standard_uncertainty=together, coverage_interval=around)
 
 
 def _mtpa(measured: MeasuredFluxMap, most: float, poles: float) -> tuple[list[MtpaPoint], list[float]]:

@@ -8,7 +8,7 @@ import numpy as np
 from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied
-from bench.captures import Capture, CaptureChannel, CaptureError
+from bench.captures import Capture, CaptureChannel, CaptureError, ProbeFactor
 from bench.captures.capture import FloatArray
 from drivers.interfaces.text import Text, Translate, english, text, text_of, word
 from procedures.core.budget import Uncertainties
@@ -186,9 +186,11 @@ def estimated(capture: Capture, estimate: Callable[[], _Result]) -> _Result:
 
 
 def pick(
-    capture: Capture, wanted: str | None, units: Iterable[str], what: str, words: Iterable[str] = ()
+    capture: Capture, wanted: str | None, units: Iterable[str], what: str, words: Iterable[str] = (), option: str = ""
 ) -> CaptureChannel:
     """Return the channel of a given name, or the only one with one of these units, or named by one of these words.
+
+    `option` is what names the channel on the command line.
 
     Raises CaptureError where none or several qualify.
     """
@@ -200,19 +202,37 @@ def pick(
         c for c in capture.channels if any(part in c.name.lower() for part in lowered)
     ]
     if len(fits) != 1:
-        there = ", ".join(f"{c.name}{f' ({c.unit})' if c.unit else ''}" for c in capture.channels)
+        there = ", ".join(f"{c.name}{f' ({c.unit})' if c.unit else ''}" for c in fits or capture.channels)
         message = text("none") if not fits else text("several")
         raise CaptureError(
             capture.source,
             text(
-                "{found} of the columns can be the {what}: {there}; name it, or give it the unit {unit}",
+                "{found} of the columns can be the {what}: {there}; {way}",
                 found=message,
+                way=text(
+                    "name it with {option}, or write its unit {unit} into the heading", option=option, unit=units[0]
+                )
+                if option
+                else text("write its unit {unit} into the heading", unit=units[0]),
                 what=word(what),
                 there=there,
-                unit=units[0],
             ),
         )
     return in_units(capture, fits[0], units, what)
+
+
+def refuse_over_range(capture: Capture, channel: CaptureChannel) -> CaptureChannel:
+    """Return a channel. Raises CaptureError where readings of it are marked as over range, for an evaluation that cannot leave them out."""
+    if channel.clipped:
+        raise CaptureError(
+            capture.source,
+            text(
+                "column {name} holds readings that are marked as over range: take a part without them (--from, --to), or record again in "
+                "a larger range",
+                name=channel.name,
+            ),
+        )
+    return channel
 
 
 def in_units(capture: Capture, channel: CaptureChannel, units: tuple[str, ...], what: str) -> CaptureChannel:
@@ -250,7 +270,7 @@ def open_unit(
     )
 
 
-def named(factors: Mapping[str, float] | None) -> Mapping[str, float]:
+def named(factors: Mapping[str, float | ProbeFactor] | None) -> Mapping[str, float | ProbeFactor]:
     """Return the factors, none where not given."""
     return factors or {}
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from bench.analysis.applied import Applied
-from bench.analysis.outcome import AnalysisOutcome, estimated, named, open_unit, pick
+from bench.analysis.outcome import AnalysisOutcome, estimated, named, open_unit, pick, refuse_over_range
 from bench.analysis.statements import Statement
-from bench.captures import WHOLE, CaptureError, CapturePart, read_capture
+from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_capture
 from drivers.interfaces.text import Translate, english, text, word
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.winding.rotor_sweep import (
@@ -22,6 +22,11 @@ from procedures.estimation.winding.rotor_sweep import (
 )
 from procedures.estimation.winding.timed_sweep import fit_timed_sweep
 
+#: Motors with more pole pairs are rare: angles that show so many settle that there is no saliency.
+_USUAL_POLE_PAIRS = 16
+#: Readings that differ by less than this share are one.
+_ROUNDING = 1e-9
+
 
 def analyze_rotor_sweep(
     file: str | Path,
@@ -29,6 +34,7 @@ def analyze_rotor_sweep(
     connection: Connection = "wye",
     pole_pairs: int | None = None,
     electrical: bool = False,
+    column: str | None = None,
     threshold: float = 0.10,
     scale: Mapping[str, float] | None = None,
     accuracy: Sequence[Statement] = (),
@@ -39,7 +45,7 @@ def analyze_rotor_sweep(
 
     The first column is the angle (rad, or degrees by its heading; mechanical unless `electrical`), or time, while the shaft was
     turned slowly one way. `pole_pairs` are searched where not given. `threshold` is the note's limit between the classes.
-    `accuracy` states the errors of the meter.
+    `accuracy` states the errors of the meter. `column` names the inductance's column where several may be it.
     `selection` is the part of the record to take. `translate` gives sentences in the reader's language. Raises
     CaptureError naming file and line.
     """
@@ -48,13 +54,18 @@ def analyze_rotor_sweep(
             "connection", text("'{connection}' is not known; it is 'wye' or 'delta'", connection=connection)
         )
     capture = read_capture(file, abscissa="angle", selection=selection).scaled(named(scale))
-    rest = [c for c in capture.channels if c.unit not in ("rad", "Ω")]
+    rest = [c for c in capture.channels if c.unit not in ("rad", "Ω") and column in (None, c.name)]
     if capture.time is None:
         angle = pick(capture, None, ("rad",), "angle", ("angle", "theta", "winkel", "position"))
         if not angle.unit:
             raise open_unit(capture, angle.name, "angle", ("deg", "rad"))
         rest = [c for c in rest if c.name != angle.name]
-    inductance = rest[0] if len(rest) == 1 else pick(capture, None, ("H",), "inductance", ("induct", "ls", "l"))
+    inductance = (
+        rest[0]
+        if len(rest) == 1
+        else pick(capture, column, ("H", ""), "inductance", ("induct", "ls", "l"), "--inductance")
+    )
+    refuse_over_range(capture, inductance)
     if inductance.unit not in ("H", ""):
         raise CaptureError(
             capture.source,
@@ -62,6 +73,7 @@ def analyze_rotor_sweep(
         )
     if not inductance.unit:
         raise open_unit(capture, inductance.name, "inductance", ("uH", "mH", "H"))
+    _check_readings(capture, inductance)
     applied = Applied(accuracy, {"inductance": (inductance.name,)}, (capture,))
     outcome = AnalysisOutcome("dq_inductance_extremes", "3.3.2", capture, applied, translate)
     if capture.time is not None:
@@ -86,6 +98,8 @@ def analyze_rotor_sweep(
         )
     )
     significant, p_value = saliency_significant(fit)
+    if capture.time is None and known is None and not significant and not fit.misfit:
+        _judge_open_pole_pairs(outcome, angle)
     axes = estimated(capture, lambda: axis_inductances(fit))
     lost = None
     if capture.time is not None and significant:
@@ -125,16 +139,6 @@ def analyze_rotor_sweep(
             ),
             "E3",
         )
-        if capture.time is None and known is None:
-            steps = float(np.median(np.diff(np.unique(angle.values))))
-            outcome.warn(
-                text(
-                    "the pole pairs were not given: angles {steps:.3g}° apart show saliency up to {most:.0f} pole pairs, of more nothing; "
-                    "give --pole-pairs",
-                    steps=math.degrees(steps),
-                    most=max(1.0, math.floor(0.45 * math.pi / steps)),
-                )
-            )
     outcome.detail(
         motor_class=by_note,
         saliency_significant=significant,
@@ -149,3 +153,39 @@ def analyze_rotor_sweep(
         left_out=[number + 1 for number in fit.left_out],
     )
     return outcome.as_dict()
+
+
+def _check_readings(capture: Capture, inductance: CaptureChannel) -> None:
+    """Raise CaptureError for readings that are no inductances, or are all one."""
+    largest = float(np.max(inductance.values))
+    if not largest > 0.0:
+        raise CaptureError(
+            capture.source,
+            text("no reading of {name} is above zero; correct them, or name the unit", name=inductance.name),
+        )
+    if float(np.ptp(inductance.values)) <= _ROUNDING * largest:
+        raise CaptureError(
+            capture.source,
+            text(
+                "all {count} readings are {value:.4g} H: what the rotor's angle changes is within the meter's step, and how large that is "
+                "the file does not show. Read with more digits, or in a finer range",
+                count=inductance.values.size,
+                value=largest,
+            ),
+        )
+
+
+def _judge_open_pole_pairs(outcome: AnalysisOutcome, angle: CaptureChannel) -> None:
+    """Say what angles (rad) show no saliency of; give no figures where that includes usual motors."""
+    steps = float(np.median(np.diff(np.unique(angle.values))))
+    most = max(1.0, math.floor(0.45 * math.pi / steps))
+    why = text(
+        "the pole pairs were not given: angles {steps:.3g}° apart show saliency up to {most:.0f} pole pairs, of more nothing; "
+        "give --pole-pairs",
+        steps=math.degrees(steps),
+        most=most,
+    )
+    if most < _USUAL_POLE_PAIRS:
+        outcome.withhold(("d_axis_inductance", "q_axis_inductance"), "pole-pairs-open", why)
+    else:
+        outcome.warn(why)

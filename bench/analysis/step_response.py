@@ -12,7 +12,7 @@ from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
 from bench.analysis.time_base import judge_open_time, warn_of_time_constant
-from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_captures
+from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, ProbeFactor, read_captures
 from drivers.interfaces import Accuracy
 from drivers.interfaces.text import Translate, english, text, text_of, word
 from procedures.estimation.fitting.fit import EstimationError, FloatArray, WithheldError
@@ -48,7 +48,7 @@ def analyze_step_response(
     axis: Literal["d", "q"] | None = None,
     voltage: str | None = None,
     current: str | None = None,
-    scale: Mapping[str, float] | None = None,
+    scale: Mapping[str, float | ProbeFactor] | None = None,
     accuracy: Sequence[Statement] = (),
     selection: CapturePart = WHOLE,
     temperature: Temperature | None = None,
@@ -84,8 +84,9 @@ def analyze_step_response(
         turned = _named(first, _CURRENT_WORDS) or _named(second, _VOLTAGE_WORDS)
         voltage, current = (second, first) if turned else (first, second)
     _check_two(capture, voltage, current)
-    v = pick(capture, voltage, ("V",), "voltage", _VOLTAGE_WORDS)
-    i = pick(capture, current, ("A",), "current", _CURRENT_WORDS)
+    _refuse_two_voltages(capture, current)
+    v = pick(capture, voltage, ("V",), "voltage", _VOLTAGE_WORDS, "--voltage")
+    i = pick(capture, current, ("A",), "current", _CURRENT_WORDS, "--current")
     _check_two(capture, v.name, i.name)
     applied = Applied(accuracy, {"voltage": (v.name,), "current": (i.name,), "time": ("time",)}, (capture,))
     time = capture.times()
@@ -191,6 +192,23 @@ def _fit(time: FloatArray, v: CaptureChannel, i: CaptureChannel, shift: float = 
         current_resolution=i.resolution,
         voltage_ends=(ends[0] + shift, ends[1] + shift) if ends else None,
         current_ends=i.ends,
+    )
+
+
+def _refuse_two_voltages(capture: Capture, current: str | None) -> None:
+    """Raise CaptureError where every channel is in volts: one is that of a shunt or a current probe whose factor the file does not say."""
+    volts = [channel.name for channel in capture.channels if channel.unit == "V"]
+    if len(volts) < 2 or len(volts) < len(capture.channels):
+        return
+    name = current if current is not None else volts[-1]
+    raise CaptureError(
+        capture.source,
+        text(
+            "channels {names} are all in V, and one has to be the current: say what its probe or shunt makes of an ampere, as in --scale "
+            "{name}=10A/V, {name}=100mV/A or {name}=5mOhm",
+            names=volts,
+            name=name,
+        ),
     )
 
 

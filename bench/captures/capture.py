@@ -23,6 +23,14 @@ class CaptureError(InputError):
 
 
 @dataclass(frozen=True)
+class ProbeFactor:
+    """What a channel's readings are multiplied by, and the unit (SI) that they have then; "" where the unit stays."""
+
+    factor: float
+    unit: str = ""
+
+
+@dataclass(frozen=True)
 class CaptureChannel:
     """One column: `values` (n,) in `unit` (SI; empty where the file does not say); `resolution` one converter step, or 0.
 
@@ -75,9 +83,25 @@ class Capture:
             text("no channel '{name}'; there are {names}", name=name, names=[c.name for c in self.channels]),
         )
 
-    def scaled(self, factors: Mapping[str, float]) -> "Capture":
-        """Return the capture with channels multiplied by factors, by name. Raises CaptureError for an unknown name."""
-        wanted = {self.channel(name).name: factor for name, factor in factors.items()}
+    def scaled(self, factors: Mapping[str, float | ProbeFactor]) -> "Capture":
+        """Return the capture with channels multiplied by factors, by name.
+
+        Raises CaptureError for an unknown name, and for a current's factor of a channel that is not in volts.
+        """
+        given = [(self.channel(name), factor) for name, factor in factors.items()]
+        for channel, factor in given:
+            if isinstance(factor, ProbeFactor) and factor.unit and channel.unit not in ("V", ""):
+                raise CaptureError(
+                    self.source,
+                    text(
+                        "--scale of channel '{name}' makes amperes of volts, and the file says that it is in {unit}; give the factor "
+                        "without a unit",
+                        name=channel.name,
+                        unit=channel.unit,
+                    ),
+                )
+        units = {c.name: f.unit for c, f in given if isinstance(f, ProbeFactor) and f.unit}
+        wanted = {c.name: f.factor if isinstance(f, ProbeFactor) else f for c, f in given}
         for name, factor in wanted.items():
             if not 1e-12 <= abs(factor) <= 1e12:
                 raise CaptureError(
@@ -91,6 +115,7 @@ class Capture:
         changed = tuple(
             replace(
                 c,
+                unit=units.get(c.name, c.unit),
                 values=c.values * wanted[c.name],
                 resolution=c.resolution * abs(wanted[c.name]),
                 full_scale=c.full_scale * abs(wanted[c.name]),
@@ -100,7 +125,10 @@ class Capture:
             for c in self.channels
         )
         notes = tuple(
-            text("channel {name} multiplied by {factor:g}", name=name, factor=factor) for name, factor in wanted.items()
+            text("channel {name} in volts multiplied by {factor:g} A/V: it is a current", name=name, factor=factor)
+            if name in units
+            else text("channel {name} multiplied by {factor:g}", name=name, factor=factor)
+            for name, factor in wanted.items()
         )
         return replace(self, channels=changed, assumptions=self.assumptions + notes)
 

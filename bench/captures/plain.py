@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.captures.capture import Capture, CaptureChannel, CaptureError, converter_step
+from bench.captures.capture import Capture, CaptureChannel, CaptureError, FloatArray, converter_step
 from bench.captures.decimal_marks import doubtful_number
+from bench.captures.marks import OVER_RANGE, at_the_ends, over_range_marked, seconds_by_the_clock
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si, split_heading
 from drivers.interfaces.text import Text, text
 
-_TIME = {"t", "time", "zeit", "x-axis", "seconds", "second"}
+_TIME = {"t", "time", "timestamp", "zeit", "x-axis", "seconds", "second"}
 
 
 #: A decimal comma inside quotation marks, and what stands in quotation marks.
@@ -70,7 +71,7 @@ def read_plain(
     of time, or its number from 1, where it is not the first; `time_unit` is its unit where it says none. Raises CaptureError.
     """
     lines = [line if not line.lstrip().startswith(("#", "%")) else "" for line in lines]
-    lines = _without_quoted_commas(lines)
+    lines, by_clock = seconds_by_the_clock(_without_quoted_commas(lines))
     first, delimiter = 0, None
     for k, line in enumerate(lines[:100]):
         delimiter = _separator(line)
@@ -90,11 +91,17 @@ def read_plain(
     if delimiter == ",":
         _refuse_decimal_commas(path, lines, first)
         lines = [*lines[:first], *(line.rstrip().rstrip(",") for line in lines[first:])]
-    table = read_numbers(path, lines, first, tuple(range(width)), delimiter)
+    table = read_numbers(
+        path, over_range_marked(lines, first), first, tuple(range(width)), delimiter, allowed=OVER_RANGE
+    )
+    _refuse_over_range(path, table, first)
     if table.shape[0] < 2:
         raise CaptureError(str(path), text("holds one row of numbers only; export the whole record"), first + 1)
     headings, assumptions = _headings(lines[:first], width, abscissa)
-    no_heading = bool(assumptions)
+    no_heading = bool(assumptions) and not by_clock
+    if by_clock:
+        headings[0] = headings[0][0], "s"
+        assumptions = [text("time by the clock, counted in seconds from the first sample")]
     columns = []
     for k, (name, unit) in enumerate(headings):
         known = si(unit) if unit else None
@@ -102,8 +109,18 @@ def read_plain(
             assumptions.append(
                 text("unit '{unit}' of column '{name}' is not known; values taken as they stand", unit=unit, name=name)
             )
-        values = table[:, k] * (known[1] if known else 1.0)
-        columns.append(CaptureChannel(name, known[0] if known else unit, values, converter_step(values)))
+        column = at_the_ends(table[:, k]) if k else None
+        if column is not None:
+            assumptions.append(
+                text(
+                    "column '{name}': {count} readings are marked as over range; they are taken as cut off at its other readings' end",
+                    name=name,
+                    count=int(np.count_nonzero(np.abs(table[:, k]) >= OVER_RANGE)),
+                )
+            )
+        values = (table[:, k] if column is None else column) * (known[1] if known else 1.0)
+        clipped = None if column is None else True
+        columns.append(CaptureChannel(name, known[0] if known else unit, values, converter_step(values), clipped))
     if time_column is not None:
         columns.insert(0, columns.pop(_place(path, columns, time_column)))
         if columns[0].unit not in ("", "s"):
@@ -147,6 +164,20 @@ def read_plain(
         first_line=first + 1,
         time_unit_open=unit_open,
     )
+
+
+def _refuse_over_range(path: Path, table: FloatArray, first: int) -> None:
+    """Raise CaptureError where the first column is over range, or another one has no other reading."""
+    over = np.abs(table) >= OVER_RANGE
+    lost = [k for k in range(table.shape[1]) if (over[:, k].all() if k else over[:, k].any())]
+    if lost:
+        raise CaptureError(
+            str(path),
+            text("column {number} has no reading but over range; record again in a larger range", number=lost[0] + 1)
+            if lost[0]
+            else text("the first column holds what is no time and no angle (∞, OL); correct or remove the row"),
+            first + 1 + int(np.argmax(over[:, lost[0]])),
+        )
 
 
 def _time_to_the_front(columns: list[CaptureChannel], assumptions: list[Text]) -> None:

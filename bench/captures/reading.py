@@ -12,6 +12,7 @@ from bench.captures.hdf5 import read_hdf5
 from bench.captures.interval import check_interval
 from bench.captures.part import WHOLE, CapturePart
 from bench.captures.plain import read_plain
+from bench.captures.rigol import is_rigol, read_rigol
 from bench.captures.rohde_schwarz import is_rohde_schwarz, read_rohde_schwarz
 from bench.captures.siglent import is_siglent, read_siglent
 from bench.captures.tektronix import is_tektronix, read_tektronix
@@ -23,12 +24,13 @@ _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _SCOPES = (
     (is_rohde_schwarz, read_rohde_schwarz),
     (is_siglent, read_siglent),
+    (is_rigol, read_rigol),
     (is_tektronix, read_tektronix),
 )
 
 
 def read_capture(path: Path | str, *, abscissa: str = "time", selection: CapturePart = WHOLE) -> Capture:
-    """Return a stored capture: Rohde & Schwarz, Siglent or Tektronix CSV, a plain table, or motorbench HDF5 (`file.h5#name` for one
+    """Return a stored capture: Rohde & Schwarz, Siglent, Rigol or Tektronix CSV, a plain table, or motorbench HDF5 (`file.h5#name` for one
     record of several); text may be gzip'ed.
 
     `abscissa` ("time" or "angle") says what the first column of a table without headings is, `selection` which part is wanted. Raises

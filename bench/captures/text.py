@@ -77,9 +77,17 @@ def number(cell: str) -> float | None:
 
 
 def read_numbers(
-    path: Path, lines: list[str], first: int, columns: tuple[int, ...], delimiter: str | None
+    path: Path,
+    lines: list[str],
+    first: int,
+    columns: tuple[int, ...],
+    delimiter: str | None,
+    *,
+    allowed: float | None = None,
 ) -> FloatArray:
-    """Return the columns (n, k) of the lines from index `first`. Raises CaptureError with the line that has no number."""
+    """Return the columns (n, k) of the lines from index `first`, ± `allowed` as it stands. Raises CaptureError with the line that has
+    no number.
+    """
     try:
         table = np.loadtxt(
             lines[first:], delimiter=delimiter, usecols=columns, comments=None, ndmin=2, dtype=np.float64
@@ -90,7 +98,8 @@ def read_numbers(
     if table is None or table.shape[0] != len(lines) - first:
         table = np.array([_row(path, line, first + k + 1, columns, delimiter) for k, line in enumerate(lines[first:])])
     bad = np.argwhere(~np.isfinite(table))
-    beyond = np.argwhere(~(np.abs(table) < BEYOND))
+    size = np.abs(table)
+    beyond = np.argwhere(~((size < BEYOND) | (size == allowed)))
     if beyond.size and not bad.size:
         line = first + 1 + int(beyond[0][0])
         raise CaptureError(
@@ -136,6 +145,15 @@ def check_increasing(path: Path, time: FloatArray, first: int) -> None:
     back = np.flatnonzero(np.diff(time) <= 0)
     if back.size:
         line = first + 2 + int(back[0])
+        if time[back[0]] == time[back[0] + 1]:
+            raise CaptureError(
+                str(path),
+                text(
+                    "the time {time:.12g} s stands in two rows, as where times are written with too few digits: export them with more",
+                    time=time[back[0]],
+                ),
+                line,
+            )
         raise CaptureError(
             str(path),
             text(

@@ -47,7 +47,7 @@ def si(unit: str) -> tuple[str, float] | None:
 
 
 #: What stands in brackets and may be a unit that is not known; "(CH1)" and "(10:1)" are none.
-_LIKE_A_UNIT = re.compile(r"[^\W\d_]{1,8}(/[^\W\d_]{1,4})?")
+_LIKE_A_UNIT = re.compile(r"[^\W\d_]{1,8}(/[^\W\d_]{1,4}|-1|\^-1)?|1/[^\W\d_]{1,4}")
 
 
 def split_heading(heading: str) -> tuple[str, str]:

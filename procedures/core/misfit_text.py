@@ -214,6 +214,19 @@ _SEEN_IN_STEP = {
         "the shaft and the contacts, and measure again"
     ),
 }
+#: What is said otherwise of a map whose torque contradicts it: 2, where pole pairs may be half of what they are, and 2/3.
+_SEEN_IN_MAP_TWICE = {
+    Cause.RMS_FOR_PEAK: text(
+        "the torque is {ratio:.3g} times what the flux linkages give with peak values: currents and flux linkages are rms (multiply both "
+        "by √2), or the pole pairs given are half of the motor's"
+    ),
+}
+_SEEN_IN_MAP_POWER = {
+    Cause.RMS_FOR_PEAK: text(
+        "the torque is {ratio:.3g} times what the flux linkages give with peak values, which is 2/3: currents and flux linkages are scaled "
+        "for equal power. Multiply both by √(2/3); if the torque's formula lacks the factor 1.5, leave the torque out"
+    ),
+}
 #: What is said otherwise of voltages that do not follow the waveform: `record` = "emf", and "emf-jumps" of samples that are missing.
 _SEEN_IN_EMF = {
     Cause.DROPOUTS: text(
@@ -365,6 +378,8 @@ _SEEN_IN = {
     "six-step": _SEEN_IN_SIX_STEP,
     "six-step-current": _SEEN_IN_SIX_STEP_CURRENT,
     "six-step-torque": _SEEN_IN_SIX_STEP_TORQUE,
+    "map-power": _SEEN_IN_MAP_POWER,
+    "rms-both": _SEEN_IN_MAP_TWICE,
     "step": _SEEN_IN_STEP,
     "step-both": _SEEN_IN_STEP_BOTH,
     "sweep": _SEEN_IN_SWEEP,

@@ -2,24 +2,15 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from cyclopts import Parameter, Token
+from cyclopts import Parameter
 
 from bench.cli.analyze.record_options import RecordOptions
+from bench.cli.analyze.typed import Count, factors_of, seconds_of
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text
 
-
-def _whole(_: Any, tokens: Sequence[Token]) -> int:
-    typed = tokens[0].value
-    if not typed.isdecimal() or not int(typed):
-        raise UsageError(text("--pole-pairs {typed}: allowed is a whole number from 1 on", typed=typed))
-    return int(typed)
-
-
-#: A whole number: half a pole pair is none, and is not rounded to one.
-Count = Annotated[int, Parameter(converter=_whole)]
 _AS_USUAL = RecordOptions()
 
 
@@ -84,7 +75,7 @@ def back_emf(
         _some(files),
         connection=connection,
         pole_pairs=pole_pairs,
-        scale=_factors(scale),
+        scale=factors_of(scale),
         speed_rpm=speed_rpm,
         speed_uncertainty_rpm=speed_uncertainty_rpm,
         speeds=speeds,
@@ -157,7 +148,7 @@ def step_response(
         axis=axis,
         voltage=voltage,
         current=current,
-        scale=_factors(scale),
+        scale=factors_of(scale),
         accuracy=record.statements(full_scale),
         selection=record.selection,
         temperature=copper_temperature(temperature, temperature_uncertainty, copper_coefficient),
@@ -213,8 +204,8 @@ def coast_down(
         torque=torque,
         speed=speed,
         speed_in_rpm=speed_in_rpm,
-        speed_filter=_seconds("--speed-filter", speed_filter),
-        torque_filter=_seconds("--torque-filter", torque_filter),
+        speed_filter=seconds_of("--speed-filter", speed_filter),
+        torque_filter=seconds_of("--torque-filter", torque_filter),
         accuracy=record.statements(),
         selection=record.selection,
         translate=record.translate,
@@ -228,6 +219,7 @@ def rotor_sweep(
     connection: Literal["wye", "delta"] = "wye",
     pole_pairs: Count | None = None,
     electrical: bool = False,
+    inductance: str | None = None,
     threshold: float = 0.10,
     scale: Sequence[str] = (),
     record: RecordOptions = _AS_USUAL,
@@ -246,6 +238,8 @@ def rotor_sweep(
         Pole pairs; searched where not given.
     electrical
         The angle is electrical, not mechanical.
+    inductance
+        Name of the inductance's column, where several may be it.
     threshold
         Difference of smallest and largest below which the note speaks of a surface-magnet machine.
     scale
@@ -261,8 +255,9 @@ def rotor_sweep(
         connection=connection,
         pole_pairs=pole_pairs,
         electrical=electrical,
+        column=inductance,
         threshold=threshold,
-        scale=_factors(scale),
+        scale=factors_of(scale),
         accuracy=record.statements(),
         selection=record.selection,
         translate=record.translate,
@@ -274,29 +269,3 @@ def _some(files: Sequence[Path]) -> Sequence[Path]:
     if not files:
         raise UsageError(text("name at least one file"))
     return files
-
-
-def _seconds(option: str, given: str | None) -> float:
-    """Return a time (s) from a number with its unit: s, ms, us or µs."""
-    if given is None:
-        return 0.0
-    for unit, factor in (("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("s", 1.0)):
-        if given.endswith(unit):
-            try:
-                return float(given.removesuffix(unit)) * factor
-            except ValueError:
-                break
-    raise UsageError(text("{option} {word}: give a time, as in 20ms or 0.02s", option=option, word=given))
-
-
-def _factors(given: Sequence[str]) -> dict[str, float]:
-    factors = {}
-    for word in given:
-        name, _, factor = word.rpartition("=")
-        try:
-            factors[name] = float(factor)
-        except ValueError:
-            name = ""
-        if not name:
-            raise UsageError(text("--scale {word}: give NAME=FACTOR, as in CHAN3=10", word=word))
-    return factors

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.cli.analyze.output import print_analysis, print_sentences
+from bench.cli.analyze.typed import Count
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import Text, Translate, text, word
@@ -15,7 +16,7 @@ def flux_map(
     file: Path,
     *,
     column: Sequence[str] = (),
-    pole_pairs: float | None = None,
+    pole_pairs: Count | None = None,
     voltage: float | None = None,
     current: float | None = None,
     resistance: float = 0.0,
@@ -65,7 +66,7 @@ def flux_map(
     from procedures.estimation.flux.flux_map import GainLimits
 
     translate = translator(language_of(language))
-    _above_zero({"--pole-pairs": pole_pairs, "--voltage": voltage, "--current": current})
+    _above_zero({"--voltage": voltage, "--current": current})
     loss = _not_negative("--resistance", resistance)
     gains = GainLimits(_percent("--voltage-gain", voltage_gain), _percent("--current-gain", current_gain))
     if file.is_dir():
@@ -114,7 +115,7 @@ def flux_map(
 def short_circuit(
     file: Path,
     *,
-    pole_pairs: float,
+    pole_pairs: Count,
     column: Sequence[str] = (),
     flux_linkage: float | None = None,
     u_flux_linkage: float = 0.0,
@@ -152,7 +153,7 @@ def short_circuit(
     from bench.analysis.load_tables import analyze_short_circuit
 
     translate = translator(language_of(language))
-    _above_zero({"--pole-pairs": pole_pairs, "--flux-linkage": flux_linkage})
+    _above_zero({"--flux-linkage": flux_linkage})
     outcome = analyze_short_circuit(
         file, mapped=column, pole_pairs=pole_pairs, flux_linkage=flux_linkage,
         u_flux_linkage=_not_negative("--u-flux-linkage", u_flux_linkage), electrical=electrical, rms=rms, translate=translate,

@@ -188,7 +188,10 @@ def fit_harmonics(
             residuals -= change @ slopes
             break
     else:
-        raise EstimationError("the fit of the waveform does not converge; check that it is a back-EMF at steady speed")
+        raise EstimationError(
+            "the fit of the waveform does not converge; check that it is a back-EMF, and take a part of the record in which the speed "
+            "changes by less than a fifth"
+        )
     freedom = n - design.shape[0] - degree / channels.shape[0]
     noise = np.sqrt(np.sum(residuals**2, axis=1) / freedom)
     variance = np.maximum(noise**2, least)

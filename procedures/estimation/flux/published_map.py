@@ -1,14 +1,14 @@
 """Whether a table of flux linkages that others made is one: holes, exchanged axes, wrong signs, another d axis, rms, computed torque."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap
-from procedures.estimation.flux.surface import fit_surface
+from procedures.estimation.flux.surface import FluxSurface, fit_surface
 
 #: More rows are no measurement, and would take minutes.
 MOST_ROWS = 1200
@@ -32,6 +32,8 @@ _ODD, _ODD_SHARE, _NEIGHBOURS = 2.5, 0.03, 14
 #: A torque column this even over that of the fluxes (relative scatter) was computed.
 _COMPUTED = 2e-4
 _RATIO = 0.08
+#: By 95 % of its half-width a limit of error is in an interval; so much more holds what the turn does to a figure.
+_WHOLE_TURN = 1.1
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,8 @@ def read_map(
     if not contradictory and abs(math.degrees(turn)) > _TURN:
         answer = Answer.WIDENED if abs(math.degrees(turn)) < _TURNED_FAR else Answer.WITHHELD
         findings.append(_finding(Cause.MAP_TURNED, answer, {"angle": math.degrees(turn)}))
+        shared |= {"angle": _turned_back(turn, at, values, surface)}
+        result = replace(result, shared=shared)
     if not contradictory and abs(remainder) * result.largest_current > _REMAINDER * scale:
         share = abs(remainder) * result.largest_current / scale
         findings.append(_finding(Cause.RESISTANCE_LEFT, Answer.WIDENED, {"remainder": remainder, "share": share}))
@@ -263,6 +267,14 @@ def _shared(gains: GainLimits, at: FloatArray, values: FloatArray, slopes: Float
     return {name: each for name, each in made.items() if np.any(each)}
 
 
+def _turned_back(turn: float, at: FloatArray, values: FloatArray, surface: FluxSurface) -> FloatArray:
+    """Return what the flux linkages (2m,) are off where the angle's zero was, as a limit: those of d along the magnet less the table's."""
+    turning = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    # Along the magnet a current of the table's has these parts, and so has its flux linkage.
+    along = surface(at @ turning) @ turning.T
+    return np.asarray(_WHOLE_TURN * (along - values).ravel())
+
+
 def _torque(points: FloatArray, flux: FloatArray, torque: FloatArray, pole_pairs: float) -> tuple[float, list[Finding]]:
     """Return a torque column over 1.5·p·(ψ_d·i_q − ψ_q·i_d), and whether it was computed, or peak and rms were mixed."""
     ours = 1.5 * pole_pairs * (flux[:, 0] * points[:, 1] - flux[:, 1] * points[:, 0])
@@ -277,6 +289,9 @@ def _torque(points: FloatArray, flux: FloatArray, torque: FloatArray, pole_pairs
     for factor, what in ((math.sqrt(2.0), "one"), (2.0, "both")):
         if abs(ratio / factor - 1.0) < _RATIO:
             found.append(_finding(Cause.RMS_FOR_PEAK, Answer.WITHHELD, {"ratio": ratio, "record": f"rms-{what}"}))
+    if abs(1.5 * ratio - 1.0) < _RATIO:
+        figures: dict[str, float | str] = {"ratio": ratio, "record": "map-power"}
+        found.append(_finding(Cause.RMS_FOR_PEAK, Answer.WITHHELD, figures))
     if abs(ratio - 1.0) > _RATIO and not any(each.cause is Cause.RMS_FOR_PEAK for each in found):
         found.append(_finding(Cause.TORQUE_DIFFERS, Answer.WIDENED, {"ratio": ratio}))
     return ratio, found

@@ -24,6 +24,8 @@ _LEAST_SWING, _SWINGS = 12, 3.0
 _MOST_POLE_PAIRS, _EXPLAINED = 50, 0.2
 #: Places of a period that lie less apart tell no amplitude: singular values' ratio.
 _TOLD_APART = 0.02
+#: Readings that differ by less than this share are one.
+_ROUNDING = 1e-9
 NAMES = ("mean", "amplitude", "phase")
 
 
@@ -220,6 +222,9 @@ def _rates(theta: FloatArray, largest_pole_pairs: int) -> list[float]:
 def _wrong_period(theta: FloatArray, values: FloatArray, fit: SweepFit, resolution: float) -> tuple[Finding, ...]:
     """Return the finding of readings that swing, by their course from angle to angle or by another period, but not at the one given."""
     if values.size < _LEAST_SWING or 2.0 * float(fit.residuals @ fit.residuals) < fit.constant_squares:
+        return ()
+    if float(np.ptp(values)) <= max(_ROUNDING * float(np.max(np.abs(values))), 1.5 * resolution):
+        # One reading everywhere, or two neighbouring ones of the meter's, is no swing.
         return ()
     noise = white_noise(values[np.argsort(theta, kind="stable")], resolution)
     if fit.residual_rms <= _SWINGS * noise:

@@ -54,6 +54,35 @@ def test_siglent_with_its_channels_and_units(
     )
 
 
+RIGOL_NUMBERED = (
+    "X,CH1,CH2,Start,Increment,\nSequence,Volt,Ampere,-2.000000e-03,1.000000e-03\n"
+    "0,1.0e-01,1,,\n1,2.0e-01,2,,\n2,3.0e-01,3,,\n"
+)
+RIGOL_WITHOUT_TIME = "CH1V,CH2A,t0 =-2.000000e-03s, tInc = 1.000000e-03s,\n1.0e-01,1,,\n2.0e-01,2,,\n3.0e-01,3,,\n"
+
+
+@pytest.mark.parametrize("content", [RIGOL_NUMBERED, RIGOL_WITHOUT_TIME])
+def test_rigol_has_its_time_from_the_heading(tmp_path: Path, content: str) -> None:
+    capture = read_capture(put(tmp_path, content))
+    assert capture.description == "Rigol CSV"
+    assert [(c.name, c.unit) for c in capture.channels] == [("CH1", "V"), ("CH2", "A")]
+    assert capture.times() == pytest.approx([-2e-3, -1e-3, 0.0])
+    assert capture.channels[1].values == pytest.approx([1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (RIGOL_NUMBERED.replace(",Start,Increment", ""), "line 2: numbers its samples"),
+        (RIGOL_NUMBERED.replace("1.000000e-03", "0"), "line 2: numbers its samples"),
+        (RIGOL_NUMBERED.replace("\n2,", "\n7,"), "line 5: sample 1 is followed by 7"),
+    ],
+)
+def test_rigol_without_a_time_to_each_sample_is_refused(tmp_path: Path, content: str, said: str) -> None:
+    with pytest.raises(CaptureError, match=said):
+        read_capture(put(tmp_path, content))
+
+
 def test_siglent_with_a_broken_row_names_its_line(tmp_path: Path) -> None:
     with pytest.raises(CaptureError, match=r"line 5: '0\.1' is not a row of 2 numbers"):
         read_capture(put(tmp_path, SDS_SHORT.replace("0.1,0.6", "0.1,")))
@@ -149,6 +178,7 @@ def test_speed_and_angle_units_become_si(tmp_path: Path) -> None:
         ("t (s),u (V)\n0,1\n1,\n2,1\n", r"line 3: .* is not a row of 2 numbers"),
         ("t (s),u (V)\n0,1\n\n2,1\n", r"line 3: .* is not a row of 2 numbers"),
         ("t (s),u (V)\n0,1\n2,1\n1,1\n", r"line 4: time does not increase \(2 s, then 1 s\)"),
+        ("t (s),u (V)\n0,1\n1,1\n1,2\n", r"line 4: the time 1 s stands in two rows"),
         ("u (V)\n1\n2\n", r"line 2: has one column only"),
         ("hello\nworld\n", r"line 1: no row of numbers"),
         ("t (s),u (V)\n0,1\n", r"line 2: holds one row of numbers only"),

@@ -128,6 +128,46 @@ def test_torque_of_other_pole_pairs_or_sign_is_said(tmp_path: Path, capsys: pyte
         assert [row["cause"] for row in made["misfit"]] == ["torque-differs"]
 
 
+def test_the_intervals_of_a_turned_map_hold_the_motor(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    angle = np.radians(4.0)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    straight = analyzed(capsys, 0, flux_map(written(tmp_path / "straight.csv", rows_of()), json=True))
+    turned = rows_of(lambda i, psi: (i @ turn, psi @ turn))
+    made = analyzed(capsys, 0, flux_map(written(tmp_path / "turned.csv", turned), json=True))
+    assert "map-turned" in {row["cause"] for row in made["misfit"]}
+    for name, figure in made["parameters"].items():
+        low, high = figure["coverage_interval"]
+        assert low <= straight["parameters"][name]["value"] <= high
+
+
+def test_torque_of_values_for_equal_power_gives_no_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = rows_of()
+    torque = 3.0 * (rows[:, 2] * rows[:, 1] - rows[:, 3] * rows[:, 0])
+    path = written(
+        tmp_path / "power.csv",
+        np.column_stack((rows * np.sqrt(1.5), torque)),
+        "id_A,iq_A,psi_d_Vs,psi_q_Vs,torque_Nm",
+    )
+    made = analyzed(capsys, 1, flux_map(path, pole_pairs=2.0, json=True))
+    assert "equal power" in made["withheld"]["flux_linkage"]["message"]
+    made = analyzed(capsys, 1, flux_map(path, pole_pairs=2.0 / 3.0, json=True))
+    assert "pole pairs given are half" in made["withheld"]["flux_linkage"]["message"]
+
+
+def test_a_table_that_ends_before_zero_current_holds_what_lies_there(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # ψ_d bends most near zero current, where the table has no row.
+    i_d, i_q = (x.ravel() for x in np.meshgrid(np.linspace(-50.0, -6.25, 8), np.linspace(0.0, 50.0, 9), indexing="ij"))
+    psi_d = 0.1 + 1e-3 * i_d / (1.0 - i_d / 100.0)
+    rows = np.column_stack((i_d, i_q, psi_d, 3e-3 * i_q))
+    made = analyzed(capsys, 0, flux_map(written(tmp_path / "map.csv", rows), json=True))
+    assert "beyond-table" in {warning["id"] for warning in made["warnings"]}
+    for name, truth in (("flux_linkage", 0.1), ("d_axis_inductance", 1e-3), ("q_axis_inductance", 3e-3)):
+        low, high = made["parameters"][name]["coverage_interval"]
+        assert low <= truth <= high
+
+
 def test_a_row_that_is_off_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rows = rows_of()
     rows[51, 3] *= -1.0

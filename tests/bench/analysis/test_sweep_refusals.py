@@ -1,0 +1,53 @@
+"""Sweeps that tell no saliency, or nothing: no figure, or one with the truth in its interval."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.analysis import analyze_rotor_sweep
+from bench.i18n.errors import InputError
+
+#: A motor with four pole pairs, read between two lines (H), at angles (degrees).
+MEAN, SWING, PAIRS = 65e-6, 15e-6, 4
+
+
+def sweep(folder: Path, steps: float, swing: float = SWING) -> Path:
+    angle = np.arange(0.0, 360.0 + 0.5 * steps, steps)
+    noise = np.random.default_rng(3).normal(0.0, 0.2e-6, angle.size)
+    readings = 2.0 * (MEAN - swing * np.cos(2 * PAIRS * np.radians(angle) + 0.4)) + noise
+    path = folder / "sweep.csv"
+    np.savetxt(path, np.column_stack((angle, 1e6 * readings)), delimiter=",", header="angle (deg),L (uH)", comments="")
+    return path
+
+
+@pytest.mark.parametrize("steps", [40.0, 45.0])
+def test_angles_too_far_apart_for_usual_pole_pairs_give_no_figure(tmp_path: Path, steps: float) -> None:
+    found = analyze_rotor_sweep(sweep(tmp_path, steps))
+    assert not found["parameters"]
+    assert {row["cause"] for row in found["withheld"].values()} == {"pole-pairs-open"}
+    assert "give --pole-pairs" in found["withheld"]["d_axis_inductance"]["message"]
+
+
+def test_close_angles_show_no_saliency_without_pole_pairs(tmp_path: Path) -> None:
+    found = analyze_rotor_sweep(sweep(tmp_path, 5.0, swing=0.0))
+    low, high = found["parameters"]["q_axis_inductance"]["coverage_interval"]
+    assert low <= MEAN <= high
+    assert any("the pole pairs were not given" in warning["text"] for warning in found["warnings"])
+
+
+@pytest.mark.parametrize(("reading", "said"), [(100.0, "all 72 readings are 0.0001 H"), (0.0, "above zero")])
+def test_readings_that_are_all_one_are_refused_as_that(tmp_path: Path, reading: float, said: str) -> None:
+    path = tmp_path / "flat.csv"
+    path.write_text("angle (deg),L (uH)\n" + "".join(f"{5 * k},{reading}\n" for k in range(72)), encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        analyze_rotor_sweep(path, pole_pairs=PAIRS)
+
+
+def test_a_meter_that_shows_one_of_two_steps_has_a_figure(tmp_path: Path) -> None:
+    path = tmp_path / "steps.csv"
+    up = np.random.default_rng(5).random(72) < 0.5
+    path.write_text("angle (deg),L (uH)\n" + "".join(f"{5 * k},{129 + int(u) * 2}\n" for k, u in enumerate(up)))
+    found = analyze_rotor_sweep(path, pole_pairs=PAIRS)
+    low, high = found["parameters"]["d_axis_inductance"]["coverage_interval"]
+    assert low <= MEAN <= high
