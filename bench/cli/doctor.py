@@ -48,7 +48,8 @@ def doctor(
     Parameters
     ----------
     station
-        A station file: can this computer reach each of its addresses? Nothing is opened; `station check` does that.
+        A station file. Checks whether this computer can reach each of its addresses. Nothing is opened; `station check` opens
+        the instruments.
     json
         Print one JSON object and nothing else.
     language

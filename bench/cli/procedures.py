@@ -22,9 +22,9 @@ def procedures(
     Parameters
     ----------
     names
-        Procedures, as the list without a name shows them.
+        Names of procedures; the list without a name shows them.
     station
-        A station file, whose plug-ins are listed too.
+        A station file. Its plug-ins are listed too.
     json
         Print one JSON object and nothing else.
     markdown

@@ -43,9 +43,9 @@ def serve(
     station
         The station's file, or virtual for the virtual bench.
     virtual
-        The virtual bench in place of a station, as --station virtual.
+        Use the virtual bench instead of a station; the same as --station virtual.
     host
-        The address to listen on; any other than loopback asks for a login and needs --people.
+        The address to listen on. Any address other than loopback requires a login, and so --people.
     port
         The port to listen on.
     people
@@ -55,19 +55,20 @@ def serve(
     motors
         Folder of the motor files to choose from.
     plans
-        Folder of the end of line's plans to choose from.
+        Folder of the end-of-line plans to choose from.
     records
-        Where the end of line's records are kept, as motorbench eol run has it.
+        Where the end-of-line records are kept; the same as --records of motorbench eol run.
     allow_host
         A further name or address that browsers call the panel by; may be given several times.
     certificate
-        The server's certificate (PEM, with its chain) for TLS; --key belongs to it.
+        The server's certificate for TLS (PEM, with its chain). Give --key with it.
     key
         The certificate's private key (PEM, without a password).
     trusted_proxy
-        The address of a reverse proxy whose X-Forwarded-For and X-Forwarded-Proto hold; may be given several times.
+        The address of a reverse proxy whose X-Forwarded-For and X-Forwarded-Proto headers are trusted. May be given several
+        times.
     session_idle
-        Minutes after which a login ends that is not used.
+        Minutes without use after which a login ends.
     session_length
         Hours after which a login ends in any case.
 

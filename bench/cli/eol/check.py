@@ -53,23 +53,23 @@ def check(
     plan
         The plan's file.
     station
-        The line's station file, whose drivers are tried on simulated instruments and of which nothing is opened, or `virtual`.
+        The line's station file, or `virtual`. Its drivers run on simulated instruments; no instrument of the station is opened.
     sockets
-        How many sockets, where the station file does not say.
+        Number of sockets, if the station file does not state it.
     motors
-        How many motors are tried for the times; three a socket where none is given.
+        Number of motors from which the times are found. Default: three for each socket.
     operator
-        virtual: hands do what a fixture does otherwise.
+        virtual: simulated hands do the work of the fixture.
     each
-        How many motors with each defect at each severity; 0: none.
+        Number of motors with each defect at each severity; 0 for none.
     sound
-        How many motors without a defect, drawn from the type's spread.
+        Number of motors without a defect, drawn from the type's spread.
     jobs
-        How many processes measure them, as many as there are cores where none is given. The figures do not depend on it.
+        Number of processes. Default: one for each core. The figures do not depend on it.
     cluster
-        Address of a Dask scheduler whose workers measure them, or local for a cluster made here.
+        Address of a Dask scheduler whose workers do the work, or local for a cluster started here.
     output
-        Write the plan with limits and an order that follow from what was found to this file, which must not be there yet.
+        Write the plan to this file, with limits and an order that follow from the result. The file must not exist yet.
     seed
         Seed of the virtual motors and benches.
     json

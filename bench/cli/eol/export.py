@@ -34,7 +34,7 @@ def export(
     format_
         csv (one row a figure), parquet (the same, with types), junit (one test case a parameter), jsonl (one record a line).
     out
-        File to write; one that is there is replaced. Without it the records go to standard output.
+        File to write. An existing file is replaced. Without it, the records go to standard output.
     records
         The records: a SQLite file, or postgresql://USER@HOST/NAME.
     json

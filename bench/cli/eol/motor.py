@@ -25,7 +25,7 @@ def motor(serial_number: str, *, records: str = "records.sqlite", json: bool = F
     serial_number
         The motor's serial number.
     records
-        Where the records are kept, as for `eol run`.
+        Where the records are kept; the same as for `eol run`.
     json
         Print one JSON object and nothing else.
     language

@@ -33,19 +33,19 @@ def motors(
     Parameters
     ----------
     batches
-        The batches' names; all where none is named.
+        Names of the batches. Default: all.
     records
         The records: a SQLite file, or postgresql://USER@HOST/NAME.
     model
-        The type, where the records are of several.
+        The motor type, if the records are of several types.
     parameter
-        Those with a figure of this parameter, the least first: a bin of its histogram by --from and --to.
+        Motors with a figure of this parameter, smallest first. With --from and --to, those of one bin of its histogram.
     low
         Least figure, in the parameter's SI unit.
     high
         Greatest figure, in the parameter's SI unit.
     failed
-        Those that failed at this parameter or procedure, the latest first.
+        Motors that failed at this parameter or procedure, latest first.
     serial
         All tests of these motors, in any batch.
     most

@@ -60,29 +60,30 @@ def run(
     station
         A station file, or `virtual`.
     sockets
-        How many virtual benches work side by side.
+        Number of virtual benches that work in parallel.
     batch
-        The batch's name, the plan's where none is given; one that exists already goes on.
+        The batch's name. Default: the plan's name. A batch that already exists is continued.
     serials
-        A file of serial numbers, one a line; `-`: as they are scanned or typed, which is usual; or `panel`: at the
-        panel of motorbench serve.
+        Where the serial numbers come from: a file with one number a line, `-` (scanned or typed at the terminal, the default),
+        or `panel` (at the panel of motorbench serve).
     motors
-        The size of a batch of virtual motors whose serial numbers are made up.
+        Number of virtual motors in the batch. Their serial numbers are generated.
     first_serial
-        The number in the first of these made-up serial numbers.
+        Number in the first of the generated serial numbers.
     records
-        Where records are kept: a SQLite file, or postgresql://USER@HOST/NAME; a station whose server is away keeps them
-        in records.sqlite among its runs meanwhile.
+        Where the records are kept: a SQLite file, or postgresql://USER@HOST/NAME. While the server does not answer, the station
+        keeps them in records.sqlite in the folder of its runs.
     runs
-        Folder in which the batch's own folder is made.
+        Folder in which the batch's folder is created.
     person
-        The name of who runs it, for the records.
+        Name of the person who runs it, for the records.
     operator
-        Who does the hand work; the usual one of the station where none is given.
+        Who does the manual work. Default: the station's usual operator.
     again
-        Measure motors that the plan does not take again, too; --person NAME answers for it.
+        Measure motors again that the plan would refuse. Name the person responsible with --person NAME.
     warm
-        Begin at once: the instruments have been on long enough, --person NAME says so.
+        Start without warming up, because the instruments have been on long enough. Name the person responsible with --person
+        NAME.
     seed
         Seed of the virtual motors and benches.
     language

@@ -74,11 +74,11 @@ def check(
     station
         The station file.
     procedures
-        Procedures that must be possible; where none is named, one of `all` must.
+        Procedures that must be possible. Default: at least one of `all`.
     set_
-        A setting of them, as `motorbench run` takes it.
+        A setting of these procedures, as for `motorbench run`.
     language
-        en, zh, or auto by the locale; JSON is English where none is asked for.
+        en, zh, or auto (by the locale). Default for JSON: en.
     json
         Print one JSON object and nothing else.
 
@@ -154,7 +154,7 @@ def reset(station: Path, *, by: str, json: bool = False, language: str = "auto")
     station
         The station file.
     by
-        The name of the person who has seen to it, for the record.
+        Name of the person who removed the cause, for the record.
     json
         Print one JSON object and nothing else.
     language

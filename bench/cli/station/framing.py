@@ -48,23 +48,23 @@ def set_framing(
     Parameters
     ----------
     station
-        The station file; where the instrument has never been spoken to, its serial port is what counts in it.
+        The station file. For an instrument that was never in use, only its serial port is used.
     instrument
         The role, such as dynamometer.
     rate
-        The rate (bit/s), like 19200; the station file's where it is not given.
+        The bit rate (bit/s), like 19200. Default: that of the station file.
     format_
-        Data bits, parity and stop bits, like 8N2, as RTU frames; the station file's where it is not given.
+        Data bits, parity and stop bits, like 8N2, for RTU frames. Default: those of the station file.
     unit
-        The unit number on the line; the station file's where it is not given.
+        The unit number on the line. Default: that of the station file.
     yes
         Set without asking.
     dry_run
         Set nothing.
     language
-        en, zh, or auto by the locale; JSON is English where none is asked for.
+        en, zh, or auto (by the locale). Default for JSON: en.
     json
-        Print one JSON object and nothing else; without --yes nothing is set.
+        Print one JSON object and nothing else. Without --yes, nothing is set.
 
     """
     translate = english if json and language == "auto" else translator(language_of(language))

@@ -86,25 +86,25 @@ def new(
     file
         The station file to write.
     host
-        As for station scan, like serial, modbus, can, units, named-only, within and visa-library.
+        The same as for station scan; so are serial, modbus, can, units, named-only, within and visa-library.
     serial
-        Serial ports to listen on, and to ask where nobody talks by itself.
+        Serial ports to listen on. If nothing arrives by itself, the instrument is queried.
     modbus
-        Serial ports, or tcp://host:port, to look for Modbus units on.
+        Serial ports, or tcp://host:port, on which to look for Modbus units.
     can
-        CAN buses to look for CANopen nodes on.
+        CAN buses on which to look for CANopen nodes.
     units
         The Modbus unit numbers to try.
     force
         Overwrite the file.
     name
-        The station's name, which is asked for otherwise.
+        The station's name. Without it, you are asked.
     named_only
         Ask only what was named.
     within
-        How long the scan may take at most (s), 1 to 3600.
+        Longest time for the scan, s, 1 to 3600.
     visa_library
-        The VISA library, as the station file names it.
+        The VISA library, written as in a station file.
     language
         en, zh, or auto by the locale.
 

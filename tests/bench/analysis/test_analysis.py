@@ -125,15 +125,15 @@ def test_step_response_says_what_it_cannot_tell(tmp_path: Path) -> None:
     time, v, i, _, _ = sim.step_record(np.random.default_rng(1), 8)
     unnamed = analyze_step_response(table(tmp_path, "t,x,y", time, v, i))
     assert any("voltage is 'x'" in note for note in unnamed["assumptions"])
-    with pytest.raises(CaptureError, match="none of the columns can be the current"):
+    with pytest.raises(CaptureError, match="none of the columns could be the current"):
         analyze_step_response(table(tmp_path, "t (s),x (V),y (N·m)", time, v, i))
-    with pytest.raises(CaptureError, match="several of the columns can be the voltage"):
+    with pytest.raises(CaptureError, match="several of the columns could be the voltage"):
         analyze_step_response(table(tmp_path, "t (s),x (V),y (V),z (A)", time, v, v, i))
     with pytest.raises(CaptureError, match=r"record\.csv: .* reverse the current probe"):
         analyze_step_response(table(tmp_path, "t (s),x (V),y (A)", time, v, -i))
     with pytest.raises(CaptureError, match="no star point"):
         analyze_step_response(tmp_path / "record.csv", connection="delta", reading="phase")
-    with pytest.raises(CaptureError, match="'delta' is not known; it is one of line"):
+    with pytest.raises(CaptureError, match="connection 'delta' is not known; allowed are line"):
         analyze_step_response(tmp_path / "record.csv", reading="delta")
 
 

@@ -101,7 +101,7 @@ def test_speeds_that_agree_give_one_figure_as_do_files_of_one_channel_each(tmp_p
     low, high = flux(found)["coverage_interval"]
     assert low < SETUP.flux < high
     assert found["misfit"] == []
-    with pytest.raises(UsageError, match="--speeds 4: 6 files cannot be as many for each speed"):
+    with pytest.raises(UsageError, match="--speeds 4: 6 files cannot be divided equally among so many speeds"):
         analyze_back_emf(files, speeds=4)
 
 

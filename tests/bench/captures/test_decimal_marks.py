@@ -38,6 +38,6 @@ def test_commas_for_both_are_named(tmp_path: Path) -> None:
     path = tmp_path / "coast.csv"
     path.write_text("time (s),speed (rpm)\n0,2864,8\n0,002,2855,9\n0,004,2848,2\n", encoding="utf-8")
     with pytest.raises(
-        CaptureError, match="line 2: rows have up to 4 numbers under 2 headings, all without a dot: the comma"
+        CaptureError, match="line 2: rows have up to 4 numbers under 2 headings, and no number has a dot: the comma"
     ):
         read_capture(path)

@@ -79,7 +79,7 @@ def test_budgets_are_printed_where_asked_for(call: Call, emf: Path) -> None:
     ("arguments", "said"),
     [
         (["--accuracy", "CH1"], "--accuracy CH1: give NAME=LIMITS"),
-        (["--accuracy", "CH9=2%"], "--accuracy CH9=2%: 'CH9' is no channel of the capture; allowed are voltage, time"),
+        (["--accuracy", "CH9=2%"], "--accuracy CH9=2%: the capture has no channel 'CH9'; allowed are voltage, time"),
         (["--accuracy", "current=2%"], "--accuracy current=2%: this analysis uses no current"),
         (["--temperature", "400"], "--temperature 400: allowed is a number from -60 to 250 °C"),
         (["--temperature-uncertainty", "2"], "--temperature-uncertainty 2: give --temperature too"),
@@ -100,7 +100,7 @@ def test_a_bad_accuracy_file_is_one_clear_message(call: Call, emf: Path, tmp_pat
     (tmp_path / "scope.toml").write_text('CH7 = "2%"\n', encoding="utf-8")
     code, _, err = call("analyze", "back-emf", str(emf), "--accuracy-file", "scope.toml")
     assert code == 2
-    assert "scope.toml: CH7 = \"2%\": 'CH7' is no channel of the capture" in err
+    assert "scope.toml: CH7 = \"2%\": the capture has no channel 'CH7'" in err
 
 
 def test_one_column_is_not_taken_as_voltage_and_current(call: Call, emf: Path) -> None:
@@ -157,10 +157,10 @@ def table(path: Path, heading: str, *columns: np.ndarray) -> str:
     [
         ("coast-down", "time (s),speed (Hz)", "column speed is in Hz; the speed in rad/s is needed"),
         ("step-response", "time (s),V (V),I (dA)", "column I is in dA; the current in A is needed"),
-        ("coast-down", "time (s),erpm", "is an electrical speed by its name"),
-        ("coast-down", "time (s),electrical speed (rad/s)", "is an electrical speed by its name"),
-        ("coast-down", "time (hours),speed (rpm)", "'hours', which is no unit of time known here"),
-        ("back-emf", "time (h),CH1 (V)", "'h', which is no unit of time known here"),
+        ("coast-down", "time (s),erpm", "is an electrical speed, according to its name"),
+        ("coast-down", "time (s),electrical speed (rad/s)", "is an electrical speed, according to its name"),
+        ("coast-down", "time (hours),speed (rpm)", "'hours', which is not a known unit of time"),
+        ("back-emf", "time (h),CH1 (V)", "'h', which is not a known unit of time"),
         ("back-emf", "time (s),CH1 (dBV)", "channel CH1 is in dBV; a back-EMF needs voltages only"),
     ],
 )

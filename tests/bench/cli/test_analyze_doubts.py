@@ -57,7 +57,7 @@ def test_right_load_points_bear_no_doubt_and_no_interval_of_nothing(
     shown = " ".join(capsys.readouterr().out.split())
     assert "±" not in shown
     assert "Warnings" not in shown
-    assert "errors of torque, speed, power are not stated and not included" in shown
+    assert "errors of torque, speed, power are not stated and therefore not included" in shown
     efficiency(path, torque_gain=0.2, speed_gain=0.1, power_gain=0.2)
     shown = capsys.readouterr().out
     assert "±" in shown
@@ -86,6 +86,6 @@ def test_exchanged_columns_of_a_step_are_named(tmp_path: Path) -> None:
     rows = np.column_stack((time, amperes, volts)).tolist()
     path = loads(tmp_path / "step.csv", rows, "time (s),CH1 (V),CH2 (A)")
     with pytest.raises(
-        CaptureError, match=r"the other way round they are \(0\.5 Ω, 0\.0005 H.*are the two columns exchanged"
+        CaptureError, match=r"Interchanged they do \(0\.5 Ω, 0\.0005 H.*are the two columns interchanged"
     ):
         analyze_step_response(path)

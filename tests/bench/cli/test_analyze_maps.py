@@ -140,7 +140,7 @@ def test_a_row_that_is_off_is_named(tmp_path: Path, capsys: pytest.CaptureFixtur
     ("change", "words"),
     [
         (lambda rows: rows[rows[:, 0] == 0.0].repeat(2, axis=0) + np.linspace(0.0, 1e-3, 18)[:, None] * [0, 1, 0, 0], "on one line"),
-        (lambda rows: rows * 1e9, "look at the units"),
+        (lambda rows: rows * 1e9, "check the units"),
         (lambda rows: rows[(rows[:, 0] <= -8.0) & (rows[:, 1] >= 4.0)], "add rows near zero current"),
     ],
 )  # fmt: skip
@@ -265,7 +265,7 @@ def test_a_speed_in_rpm_is_understood_however_it_is_headed(
 def test_two_columns_for_one_are_asked_about(tmp_path: Path) -> None:
     rows = np.geomspace(1.0, 100.0, 10)[:, None] * np.ones(3)
     path = written(tmp_path / "table.csv", rows, "speed_rpm,current_A,i_A")
-    with pytest.raises(InputError, match="two columns may be the current: current_A and i_A"):
+    with pytest.raises(InputError, match="two columns could be the current: current_A and i_A"):
         short_circuit(path, pole_pairs=4.0)
 
 

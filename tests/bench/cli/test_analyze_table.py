@@ -48,13 +48,13 @@ def test_columns_take_their_units(tmp_path: Path, capsys: pytest.CaptureFixture[
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ("{}", "no figures in it"),
-        ('{"ld": 3}', "no figures in it"),
-        ("<a></a>", "no figures in it"),
+        ("{}", "contains no figures in a known form"),
+        ('{"ld": 3}', "contains no figures in a known form"),
+        ("<a></a>", "contains no figures in a known form"),
         ("<foc_motor_r>x</foc_motor_r>", "no number"),
         ("id (A),Ld (H)\n1\n", "line 2"),
         ('{"ld": [{"d_A": 0, "L_d_H": NaN}]}', "no number"),
-        ("", "no figures in it"),
+        ("", "contains no figures in a known form"),
         ("id (A),Ld\n0,60\n", r"column 'Ld' has no unit of H"),
         ("id (A),Ld (Ohm)\n0,60e-6\n", r"column 'Ld \(Ohm\)' has no unit of H"),
         ("id (V),Ld (H)\n0,60e-6\n", r"column 'id \(V\)' has no unit of A"),
