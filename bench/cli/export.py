@@ -113,8 +113,9 @@ def export(
     if loop_rate is not None and not max(asked, 1.0) <= LARGEST_SHARE * loop_rate < math.inf:
         raise UsageError(
             text(
-                "--loop-rate {loop_rate:g}: a loop of {bandwidth:.4g} Hz needs at least {least:.6g} samples a second, for its delay not to "
-                "make it overshoot; lower --bandwidth, or leave --loop-rate out",
+                "--loop-rate {loop_rate:g}: a current loop of {bandwidth:.4g} Hz needs at least {least:.6g} "
+                "samples a second, otherwise its delay makes it overshoot; lower --bandwidth, or leave "
+                "--loop-rate out",
                 loop_rate=loop_rate,
                 bandwidth=asked,
                 least=max(asked, 1.0) / LARGEST_SHARE,
@@ -127,7 +128,7 @@ def export(
     if target.write_records is not None and output is None and (json or sys.stdout.isatty()):
         raise UsageError(
             text(
-                "--for {name}: the file is binary; say where it goes with --output FILE{suffix}",
+                "--for {name}: the file is binary, so it must go to a file; give --output FILE{suffix}",
                 name=target.name,
                 suffix=target.suffix,
             )
@@ -135,7 +136,8 @@ def export(
     if as_detected and not target.as_detected:
         raise UsageError(
             text(
-                "--as-detected: {title} stores what it detects as it is; leave it out, or name vesc", title=target.title
+                "--as-detected: {title} stores the detected values unchanged; leave the option out, or choose vesc",
+                title=target.title,
             )
         )
     subject = subject_of(read)

@@ -193,7 +193,9 @@ def _unexpected(given: list[str], error: Exception) -> int:
 
     if isinstance(error, InstrumentError | ProcedureError):
         return _refuse(given, error, FAILED)
-    sentence = text("a fault of the program: {fault}; please report it with what you typed", fault=fault(error))
+    sentence = text(
+        "program error: {fault}; please report it together with the command that you typed", fault=fault(error)
+    )
     return _refuse(given, InputError(sentence), FAILED)
 
 

@@ -125,7 +125,7 @@ def run(
     if unknown:
         raise UsageError(
             text(
-                "--repeat {unknown}: it is not among the procedures of this run: {names}",
+                "--repeat {unknown}: not a procedure of this run; its procedures are: {names}",
                 unknown=unknown[0],
                 names=procedures,
             )

@@ -82,8 +82,8 @@ def serve(
     if not _is_loopback(host) and people is None:
         raise UsageError(
             text(
-                "--host {host} opens the panel to a network, where everyone could start the motor; "
-                "add --people FILE (motorbench user add makes it)",
+                "--host {host} opens the panel to the network, where anyone could start the motor; add --people "
+                "FILE (motorbench user add creates the file)",
                 host=host,
             )
         )
@@ -110,7 +110,7 @@ def serve(
     build(panel, AllowedHosts(host, allow_host))
     quieten_server()
     scheme, name = "https" if certificate else "http", _reached_by(host)
-    where = text("The panel: {address} (Ctrl-C ends it; a run goes on)", address=f"{scheme}://{name}:{port}")
+    where = text("The panel: {address} (Ctrl-C ends the panel; a run continues)", address=f"{scheme}://{name}:{port}")
     message = where.render(translator(language_of("auto")))
     app.on_startup(lambda: print(message, flush=True))
     ui.run(
@@ -143,7 +143,7 @@ def _say_what_is_wrong(station: str) -> None:
     try:
         load_line(station, None)
     except InputError as error:
-        after = text("Nothing can be run on this station until its file is mended; the panel reads it anew then")
+        after = text("Nothing can be run on this station until its file is corrected; the panel then reads it again")
         message = lines((error.text, after)).render(translator(language_of("auto")))
         print(f"motorbench: {message}", file=sys.stderr, flush=True)
 
@@ -208,7 +208,7 @@ def _check_free(host: str, port: int) -> None:
     except OSError as error:
         raise InputError(
             text(
-                "{host}:{port} cannot be listened on: {strerror}; choose another with --port or --host",
+                "the panel cannot listen on {host}:{port}: {strerror}; choose another address with --port or --host",
                 host=host,
                 port=port,
                 strerror=reason_of(error),

@@ -140,7 +140,7 @@ def _print(done: Studied, translate: Translate) -> None:
     for procedure, why, count in worth.refused:
         say(text("{procedure} refused {count} motors: {why}", procedure=word(procedure), count=count, why=why))
     if done.assumed:
-        say(text("Assumed of the motor, for its file has no [virtual]: {names}", names=list(done.assumed)))
+        say(text("Assumed for the motor, because its file has no [virtual]: {names}", names=list(done.assumed)))
     for difference in done.differences:
         say(Text("! {difference}", {"difference": difference}))
 

@@ -113,7 +113,7 @@ def _assign(assignment: str, given: dict[str, dict[str, Any]], catalogue: Catalo
     if dot and owner not in given:
         raise UsageError(
             text(
-                "--set {assignment}: {owner} is not among the procedures of this run: {names}",
+                "--set {assignment}: {owner} is not a procedure of this run; its procedures are: {names}",
                 assignment=assignment,
                 owner=owner,
                 names=list(given),

@@ -50,7 +50,7 @@ def _fd_bitrate(driver: Driver) -> int:
 def _judged(address: str, visa_library: str, computer: Computer, fd_bitrate: int) -> Iterator[Text]:
     scheme = address.partition("://")[0].casefold() if "://" in address else ""
     if is_in_process(address) or f"://{IN_PROCESS}/" in address:
-        yield text("only the virtual bench has such an address; give the instrument's own")
+        yield text("only the virtual bench has such an address; give the address of the instrument")
     elif scheme == "can":
         yield from _can(address, computer, fd_bitrate)
     elif is_fdcanusb(address):

@@ -89,13 +89,13 @@ def check(
     )
     translate = translator(language_of(language))
     if output is not None and output.exists():
-        raise UsageError(text("{path}: is there already; choose another name, or remove it", path=output))
+        raise UsageError(text("{path}: already exists; choose another name, or remove it", path=output))
     if output is not None and (not each or sound < LEAST_SOUND):
         # Told now, and not when all have been measured.
         raise UsageError(
             text(
-                "--output: limits follow from motors with defects and from the spread of {least} sound ones; give --each 1 "
-                "and --sound {least} at least",
+                "--output: limits are calculated from motors with defects and from the spread of at least "
+                "{least} sound motors; give --each 1 and --sound {least} at least",
                 least=LEAST_SOUND,
             )
         )
@@ -151,8 +151,8 @@ def _print(console: "Console", done: DryRun, translate: Translate) -> None:
         )
     console.print(limits)
     cycle = text(
-        "Cycle {cycle:.1f} s a motor, {times:.2f} × its physical floor of {floor:.1f} s: {waits:.1f} s of waiting for other sockets, "
-        "software {overhead:.1f} %",
+        "Cycle time {cycle:.1f} s a motor, {times:.2f} × the physical minimum of {floor:.1f} s: {waits:.1f} s of "
+        "waiting for other sockets, software {overhead:.1f} %",
         cycle=done.cycle,
         times=done.over_floor,
         floor=done.floor,
@@ -164,7 +164,7 @@ def _print(console: "Console", done: DryRun, translate: Translate) -> None:
     rate = text("Sockets: {sockets}; {rate:.0f} motors an hour", sockets=done.sockets, rate=done.per_hour)
     console.print(say(rate), markup=False)
     if done.assumed:
-        assumed = text("Assumed of the motor, for its file has no [virtual]: {names}", names=list(done.assumed))
+        assumed = text("Assumed for the motor, because its file has no [virtual]: {names}", names=list(done.assumed))
         console.print(say(assumed), markup=False)
     for difference in done.differences:
         console.print(f"! {difference}", markup=False)

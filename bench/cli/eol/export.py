@@ -53,7 +53,11 @@ def export(
         for name in batches:
             if name not in there:
                 raise UsageError(
-                    text("there is no batch {name!r}; there are: {names}", name=name, names=there[:20] or text("none"))
+                    text(
+                        "no batch is named {name!r}; the batches are: {names}",
+                        name=name,
+                        names=there[:20] or text("none"),
+                    )
                 )
         found = (record for name in (dict.fromkeys(batches) or [None]) for record in kept.read(name))
         if out is None:

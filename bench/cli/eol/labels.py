@@ -25,7 +25,7 @@ def labels(*, batch: str, records: str = "records.sqlite") -> None:
     if not lines:
         raise UsageError(
             text(
-                "{records}: has no motor of a batch {batch}; motorbench eol stats names the batches",
+                "{records}: contains no motor of a batch {batch}; motorbench eol stats lists the batches",
                 records=records,
                 batch=batch,
             )

@@ -58,7 +58,7 @@ def motors(
     """
     asked = [name for name, given in (("--parameter", parameter), ("--failed", failed), ("--serial", serial)) if given]
     if len(asked) > 1:
-        raise UsageError(text("{names} ask for different motors; give one of them", names=" ".join(asked)))
+        raise UsageError(text("{names} select different motors; give only one of them", names=" ".join(asked)))
     if not parameter and (low is not None or high is not None):
         raise UsageError(text("--from and --to go with --parameter"))
     if not 1 <= most <= 100_000:

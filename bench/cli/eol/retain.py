@@ -59,7 +59,8 @@ def retain(
         return
     words = (
         text(
-            "would be removed: runs: {runs}, waveforms of other runs: {waveforms}; {size:.1f} MB",
+            "a retention without a trial would remove: runs: {runs}, waveforms of other runs: {waveforms}; "
+            "{size:.1f} MB",
             size=size / 1e6,
             **counts,
         )

@@ -123,17 +123,20 @@ def run(
         _print(console_on(sys.stdout), summary, translate)
     if not (counts.motors or counts.refused or counts.unfinished or stopped):
         nothing = text(
-            "nothing is left to test: this batch has all its motors on record. Give another --batch, more --motors, or "
-            "--first-serial N"
+            "nothing is left to test: all motors of this batch are on record. Give another --batch, more "
+            "--motors, or --first-serial N"
         )
         print(f"motorbench: {nothing.render(translate)}", file=sys.stderr)
     if counts.waits.anything:
-        for sentence in (*counts.waits.sentences(), text("what waits is brought on with the next batch of these runs")):
+        for sentence in (
+            *counts.waits.sentences(),
+            text("waiting records are forwarded with the next batch in this folder of runs"),
+        ):
             print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
     for note in counts.undecidable:
         print(f"motorbench: {note.render(translate)}", file=sys.stderr)
     if stopped:
-        sentence = text("the batch was stopped by {person}; the same command goes on with it", person=stopped)
+        sentence = text("the batch was stopped by {person}; the same command continues it", person=stopped)
         print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
     if counts.held_up is not None:
         print(f"motorbench: {counts.held_up.render(translate)}", file=sys.stderr)
@@ -227,7 +230,7 @@ def _print(console: "Console", summary: dict[str, Any], translate: Translate) ->
     counts = {verdict.value: summary[verdict.value] for verdict in Verdict.of_motors()}
     sentences = [
         text(
-            "tests: {motors}; {pass} pass, {fail} fail, {error} error, {aborted} aborted",
+            "tests: {motors}; {pass} passed, {fail} failed, {error} with an error, {aborted} aborted",
             motors=summary["motors"],
             **counts,
         ),
@@ -236,7 +239,7 @@ def _print(console: "Console", summary: dict[str, Any], translate: Translate) ->
     judged = summary["yield"]["motors"]
     if judged:
         share = text(
-            "motors judged: {motors}, yield {first:.1f} % at once, {last:.1f} % in the end",
+            "motors judged: {motors}, yield {first:.1f} % at the first test, {last:.1f} % at the last",
             motors=judged,
             first=100.0 * summary["yield"]["first_pass"] / judged,
             last=100.0 * summary["yield"]["final"] / judged,

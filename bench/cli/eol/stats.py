@@ -80,7 +80,7 @@ def stats(
     if not 2 <= last <= 10_000:
         raise UsageError(text("--last {last}: 2 to 10000 is allowed", last=last))
     if not shifts:
-        raise UsageError(text("--shifts: give the times of day at which shifts begin"))
+        raise UsageError(text("--shifts: give the times of day at which the shifts begin"))
     if not set(rule) <= set(_RULES):
         raise UsageError(text("--rule {names}: Nelson's rules are 1 to 8", names=" ".join(map(str, rule))))
     from bench.cli.eol.gauge import GaugeRequest, references, show_study

@@ -133,14 +133,12 @@ def serve(
         raise UsageError(text("--fixture and --station: the station file says whether there is a fixture"))
     if station is not None and station_file is not None and station.resolve() == station_file.resolve():
         raise UsageError(
-            text("--station-file {file}: that is the station itself; name another file", file=station_file)
+            text("--station-file {file}: this is the file given with --station; choose another file", file=station_file)
         )
     if motor is None:
         if commands is None:
             raise UsageError(
-                text(
-                    "--motor: which motor is on the bench? Give a file with a table [virtual], or a shipped one's name"
-                )
+                text("--motor is missing: give a motor file with a table [virtual], or the name of a shipped motor")
             )
         motor = WITH_EVERY_ROLE
     given = given_faults(faults, fault)
@@ -236,7 +234,7 @@ def _opened(
     except UnknownEndpointError as error:
         raise UsageError(
             text(
-                "{file}: {name}.{way} is no endpoint of this bench; there are {known}",
+                "{file}: this bench has no endpoint {name}.{way}; its endpoints are {known}",
                 file=ports,
                 name=error.name,
                 way=error.way,

@@ -122,7 +122,7 @@ def _declared(name: str, catalogues: Catalogues) -> tuple[SourcedCommand, ...]:
     if name not in packages:
         raise UsageError(
             text(
-                "{name}: no driver that names the sources of its commands; known are: {known}",
+                "{name}: no driver of this name states the sources of its commands; those that do are: {known}",
                 name=name,
                 known=", ".join(packages),
             )

@@ -60,7 +60,7 @@ class _Dialogue:
                 return _parsed(reply)
             if optional:
                 return None
-            self.say(text("this one has no default; a value is needed"))
+            self.say(text("this question has no default; enter a value"))
 
 
 def new(
@@ -168,7 +168,7 @@ def _chosen(talk: _Dialogue, found: Iterable[Candidate]) -> list[Candidate]:
 def _by_hand(talk: _Dialogue, taken: Mapping[str, Any]) -> list[Driver]:
     drivers = {driver.role.value: driver for driver in catalogues_at("virtual").drivers[MANUAL]}
     free = [role for role in drivers if role not in taken]
-    question = text("Which of {roles} does a person set and read (names, or nothing):", roles=free)
+    question = text("Which of {roles} are set and read by a person (names, or nothing):", roles=free)
     while free:
         given = talk.ask(question).replace(",", " ").split()
         if all(role in free for role in given):

@@ -222,7 +222,7 @@ def print_report(report: ScanReport, station: Station | None, translate: Transla
             words = (
                 text("answers")
                 if told["fits"]
-                else text("another instrument answers than its driver is for")
+                else text("the instrument that answers is not one for this driver")
                 if told["answers"]
                 else text("does not answer")
             )

@@ -67,8 +67,8 @@ def test_one_channel_may_be_said_to_be_otherwise_coupled(tmp_path: Path) -> None
     with pytest.raises(UsageError, match="--coupling CH1=yes: allowed is dc or ac"):
         read_couplings(["CH1=yes"])
     for words, said in (
-        (["dc", "ac"], "all channels said to be dc before"),
-        (["CH1=ac", "chan1=dc"], "chan1 said to be ac"),
+        (["dc", "ac"], "all channels stated as dc before"),
+        (["CH1=ac", "chan1=dc"], "chan1 stated as ac"),
     ):
         with pytest.raises(UsageError, match=said):
             read_couplings(words)

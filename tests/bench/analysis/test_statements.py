@@ -158,9 +158,9 @@ def test_per_cent_of_full_scale_grows_as_the_reading_falls(tmp_path):
     file.write_text("[CH1]\nfull_scale_gain = 0.015\nfull_scale = 8.0\n", encoding="utf-8")
     assert share(file=file) == pytest.approx(0.015 / np.sqrt(3.0), rel=0.01)
     for word, said in (
-        ("CH1=0%fs", "no full scale"),
+        ("CH1=0%fs", "not a full scale"),
         ("CH1=1.5%fs@2V", "beyond the full scale of 2 V"),
-        ("CH1=1.5%fs@8furlong", "no full scale"),
+        ("CH1=1.5%fs@8furlong", "not a full scale"),
         ("CH1=1.5%fs@8V+1A", "an offset in A and a full scale in V"),
         ("CH1=1.5%fs@8A", "an offset in A"),
     ):
@@ -169,7 +169,7 @@ def test_per_cent_of_full_scale_grows_as_the_reading_falls(tmp_path):
     for word, said in (
         ("CH1", "give NAME=RANGE"),
         ("CH1=0V", "give NAME=RANGE"),
-        ("CH2=8V", "no channel of this analysis"),
+        ("CH2=8V", "this analysis has no channel"),
         ("CH1=8A", "a full scale in A"),
         ("CH1=2V", "beyond the full scale of 2 V"),
     ):

@@ -92,7 +92,7 @@ def test_what_may_be_switched_on_follows_from_what_hands_have_connected() -> Non
 def test_nothing_else_is_on_the_motor_at_the_insulation_tester_s_voltage() -> None:
     joined = [Socket.INSULATION_HIGH] * 3
     assert refusal(Role.INSULATION_TESTER, on(*joined)) is None
-    assert "take it off before supply" in str(refusal(Role.SUPPLY, on(*joined)))
+    assert "disconnect it before supply" in str(refusal(Role.SUPPLY, on(*joined)))
     beside = {*metered(Terminal.A, Terminal.B), *probed([VoltageProbe(1, Node.A, Node.B)])}
     assert str(refusal(Role.INSULATION_TESTER, on(*joined, beside=beside))).endswith(": oscilloscope, voltmeter")
 

@@ -56,7 +56,7 @@ def test_instants_are_numbers(bad: float) -> None:
 def test_a_format_with_a_time_of_its_own_takes_no_other(tmp_path: Path) -> None:
     path = tmp_path / "rs.csv"
     path.write_text("in s,C1 in V\n0,1\n1,2\n2,1\n", encoding="utf-8")
-    with pytest.raises(CaptureError, match="says itself what its time is"):
+    with pytest.raises(CaptureError, match="states its time itself"):
         read_capture(path, selection=CapturePart(time_column="C1"))
 
 

@@ -176,7 +176,7 @@ def test_slowly_creeping_samples_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(CaptureError, match=r"absent\.csv: is not there"):
+    with pytest.raises(CaptureError, match=r"absent\.csv: does not exist"):
         read_capture(tmp_path / "absent.csv")
 
 
@@ -190,7 +190,7 @@ def test_files_of_one_record_are_joined_and_others_are_not(tmp_path: Path) -> No
     other = put(tmp_path, RTB.replace("-9.900090E-04", "-9.950090E-04"), "other.csv")
     longer = put(tmp_path, RTB + "-9.700070E-04,1.0E-01\n", "longer.csv")
     for path in (other, longer):
-        with pytest.raises(CaptureError, match=rf"{path.name}: its time axis .* is not that of .*one\.csv"):
+        with pytest.raises(CaptureError, match=rf"{path.name}: its time axis .* differs from that of .*one\.csv"):
             read_captures([one, path])
     with pytest.raises(CaptureError, match="no file given"):
         read_captures([])

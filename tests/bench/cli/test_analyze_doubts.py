@@ -28,7 +28,7 @@ def loads(path: Path, rows: Sequence[Sequence[float]], heading: str = "torque_Nm
 def test_thousands_beside_decimal_commas_are_refused_with_their_cell(tmp_path: Path) -> None:
     path = tmp_path / "load.csv"
     path.write_text("torque_Nm;speed_rpm;power_W\n1,0;500;70\n1,0;1.000;130\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"line 3, column speed_rpm: '1\.000' may be 1000 or 1: .* is '1,0'"):
+    with pytest.raises(InputError, match=r"line 3, column speed_rpm: '1\.000' may mean 1000 or 1, .* '1,0'"):
         efficiency(path)
     path.write_text("torque_Nm;speed_rpm;power_W\n1,0;500;70\n1,0;1000;130\n", encoding="utf-8")
     assert efficiency(path) == 0
@@ -39,7 +39,7 @@ def test_thousands_beside_decimal_commas_are_refused_with_their_cell(tmp_path: P
     [
         ([(t, n * math.pi / 30.0, power_of(t, n)) for t, n in LOADS], "rad/s under a heading in rpm makes it 9.549 times"),
         ([(t, n, t * n * math.pi / 30.0) for t, n in LOADS], "input and output power are equal at every point"),
-        ([(n, t, power_of(t, n)) for t, n in LOADS], "are the columns of torque and speed exchanged"),
+        ([(n, t, power_of(t, n)) for t, n in LOADS], "are the columns of torque and speed interchanged"),
     ],
 )  # fmt: skip
 def test_load_points_that_no_motor_has_are_asked_about(

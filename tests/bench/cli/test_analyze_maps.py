@@ -140,7 +140,7 @@ def test_a_row_that_is_off_is_named(tmp_path: Path, capsys: pytest.CaptureFixtur
     ("change", "words"),
     [
         (lambda rows: rows[rows[:, 0] == 0.0].repeat(2, axis=0) + np.linspace(0.0, 1e-3, 18)[:, None] * [0, 1, 0, 0], "on one line"),
-        (lambda rows: rows * 1e9, "check the units"),
+        (lambda rows: rows * 1e9, "look at the units"),
         (lambda rows: rows[(rows[:, 0] <= -8.0) & (rows[:, 1] >= 4.0)], "add rows near zero current"),
     ],
 )  # fmt: skip
@@ -201,7 +201,7 @@ def test_columns_are_mapped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     mapped = ["i_d=Strom1 (A)", "i_q=Strom2 (A)", "psi_d=F1 [mVs]", "psi_q=F2 [mVs]"]
     made = analyzed(capsys, 0, flux_map(path, column=mapped, json=True))
     assert made["parameters"]["flux_linkage"]["value"] == pytest.approx(0.06, rel=0.01)
-    with pytest.raises(InputError, match="no column for"):
+    with pytest.raises(InputError, match="no column found for"):
         flux_map(path)
     with pytest.raises(UsageError, match="no column F3"):
         flux_map(path, column=["psi_d=F3"])
@@ -237,7 +237,7 @@ def test_a_unit_that_is_left_open_is_refused_with_advice(
     }
     with pytest.raises(InputError) as refused:
         typed[command]()
-    assert f"column '{column}' says no unit" in str(refused.value)
+    assert f"column '{column}' states no unit" in str(refused.value)
     assert f"={column} (" in str(refused.value)
 
 

@@ -168,7 +168,7 @@ def test_new_asks_for_the_rest_and_ends_with_the_check(
     assert data["instruments"]["dynamometer"]["maximum_speed"] == 630
     assert data["instruments"]["voltmeter"] == {"driver": "manual"}
     assert "allowed is 0 to 1" in out
-    assert "this one has no default; a value is needed" in out
+    assert "this question has no default; enter a value" in out
     assert "is text, not a number" in out
     # The check's own lines.
     assert "✓ dynamometer" in out

@@ -101,7 +101,7 @@ def test_one_side_may_stay_open(write) -> None:
             'inertia = "60 furlongs"',
             "golden.inertia: '60 furlongs': the unit furlongs is not known",
         ),
-        ("low = 0.014", "low = -0.014", "low: -0.014 cannot be; figures of this parameter are above 0"),
+        ("low = 0.014", "low = -0.014", "low: -0.014 is not possible; figures of this parameter are above 0"),
         ("low = 0.014\nhigh = 0.018", "high = 0", "high: 0 cannot be"),
         ("inertia = 6.0e-5", "inertia = -6.0e-5", "limit on inertia: golden.inertia: -6e-05 cannot be"),
         ("low = 0.014", "low = nan", "limit"),

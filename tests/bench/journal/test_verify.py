@@ -138,7 +138,7 @@ def test_a_guardians_record_that_the_journal_knows_nothing_of_is_named(run: RunF
 def test_a_result_that_was_written_in_another_form_is_named(run: RunFolder) -> None:
     run.result.write_bytes(run.result.read_bytes() + b"\n")
     (finding,) = verify(run).findings
-    assert "was written anew: its content is the same" in str(finding.what)
+    assert "was rewritten: its content is the same" in str(finding.what)
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,7 @@ def test_a_technician_uses_the_supply_by_hand(panel: Panel, new_page: NewPage) -
     choose(page, "what the output holds, may be left out", "current")
     do.click()
     card = page.get_by_role("region", name="The present step")
-    expect(card).to_contain_text("supply stays off until it is said")
+    expect(card).to_contain_text("supply stays off until you have stated")
     choose(page, "A", "supply, plus")
     choose(page, "B", "supply, minus")
     page.get_by_role("button", name="Connect it so").click()
