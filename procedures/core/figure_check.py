@@ -1,4 +1,4 @@
-"""Whether what a procedure gives can be: a number, and within the bounds of its parameter."""
+"""Checks that the results of a procedure are numbers within the bounds of their parameters."""
 
 import math
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""What is said of a record that does not look like its model: what was seen, what was done about it, what to do."""
+"""Messages about a record that differs from its model: what was seen, what was done about it, what to do."""
 
 from collections.abc import Mapping
 from typing import Any

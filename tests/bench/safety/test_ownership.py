@@ -345,7 +345,7 @@ def test_a_trip_is_seen_through_whatever_file_names_the_contact(folder: StateFol
     with pytest.raises(InputError, match="nobody has reset it"), ready(load_station(without), folder):
         pass
     with pytest.raises(
-        InputError, match="this station file has no \\[interlocks\\]. Reset it with the station file that names"
+        InputError, match=r"this station file has no \[interlocks\]\. Reset it with the station file that names"
     ):
         reset(without, by="Li Wei")
     elsewhere = interlocked(tmp_path / "elsewhere.toml", "Bench 7", address="tcp://127.0.0.1:1503")
