@@ -101,7 +101,7 @@ def run(
     runs
         Folder in which the run's folder is created.
     continue_on_error
-        Go on with the next procedure where one fails.
+        If a procedure fails, continue with the next one.
     rehearse
         Rehearse on a virtual twin of the station and list every set point and action. No instrument of the station is opened.
 

@@ -120,7 +120,7 @@ class Bench:
         """Raise ProcedureError if an instrument still feeds the motor or drives its shaft."""
         if roles := sorted(role.value for role in self._feeding.roles):
             raise ProcedureError(
-                text("{roles} was still on when the procedure ended: a fault of the procedure", roles=roles)
+                text("{roles} was still on when the procedure ended: this is an error of the procedure", roles=roles)
             )
 
     def without_instruments(self) -> "Bench":
@@ -268,7 +268,7 @@ class Bench:
         if self._feeding.roles:
             raise ProcedureError(
                 text(
-                    "{roles} is on: no lead and no coupling is touched before it is off",
+                    "{roles} is on: switch it off before any lead or coupling is touched",
                     roles=sorted(role.value for role in self._feeding.roles),
                 )
             )

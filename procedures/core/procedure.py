@@ -158,7 +158,8 @@ class Procedure(ABC, Generic[C]):
         if self.parameters and not kept and not withheld and not self._notices:
             raise ProcedureError(
                 text(
-                    "it ended without a figure and without saying why, though it gives {names}: a fault of the procedure",
+                    "it ended without a figure and without a reason, although it gives {names}: this is an error "
+                    "of the procedure",
                     names=[*self.parameters],
                 )
             )

@@ -155,8 +155,8 @@ def table(path: Path, heading: str, *columns: np.ndarray) -> str:
 @pytest.mark.parametrize(
     ("command", "heading", "said"),
     [
-        ("coast-down", "time (s),speed (Hz)", "column speed is in Hz; the speed in rad/s is needed"),
-        ("step-response", "time (s),V (V),I (dA)", "column I is in dA; the current in A is needed"),
+        ("coast-down", "time (s),speed (Hz)", "column speed is in Hz, but the speed must be in rad/s"),
+        ("step-response", "time (s),V (V),I (dA)", "column I is in dA, but the current must be in A"),
         ("coast-down", "time (s),erpm", "is an electrical speed, according to its name"),
         ("coast-down", "time (s),electrical speed (rad/s)", "is an electrical speed, according to its name"),
         ("coast-down", "time (hours),speed (rpm)", "'hours', which is not a known unit of time"),

@@ -294,7 +294,7 @@ def test_a_drive_that_is_busy_after_a_change_is_asked_again(
 
     monkeypatch.setattr(delivered.drive, "write", written)
     code, out, _ = call("station", "set-framing", str(delivered.file), "dynamometer", "--yes")
-    assert (code, "read back there" in out) == (0, True)
+    assert (code, "The instrument now answers at" in out) == (0, True)
     assert delivered.stored() == [1, 192, 13]
 
 

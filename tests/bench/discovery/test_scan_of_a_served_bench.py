@@ -107,7 +107,7 @@ def test_what_is_found_makes_a_station_file_that_holds(served: ServedBench, call
     assert "# maximum_speed =    # rad/s" in content
     assert "# drive_unit = 1\n# transducer_unit = 2" in content
     # A node fits three roles: a person says which.
-    assert content.count("of several roles") == 6
+    assert content.count("can have several roles") == 6
     status, out, _ = call("station", "check", str(file), "--json")
     assert (status, json.loads(out)["good"]) == (0, True)
     assert call("station", "scan", "--named-only", "--output", str(file))[0] == 2

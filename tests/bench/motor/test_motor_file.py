@@ -324,7 +324,7 @@ def test_magnets_of_their_own_temperature(tmp_path: Path) -> None:
         ("", "", MAP.replace("id_A,iq_A", "iq_A,id_A"), ["virtual.flux_map.file", "two columns are swapped"]),
         ("pole_pairs = 4", "d_axis_inductance = 1e-4\npole_pairs = 4", MAP,
          ["virtual: d_axis_inductance follows from the table of flux_map", "leave flux_map out"]),
-        ("pole_pairs = 4", "q_axis_saturation_current = 60.0\npole_pairs = 4", MAP, ["q_axis_saturation_current is what"]),
+        ("pole_pairs = 4", "q_axis_saturation_current = 60.0\npole_pairs = 4", MAP, ["q_axis_saturation_current follows from"]),
         ('file = "ipmsm-map.csv"', "files = 3", MAP, ["unknown key virtual.flux_map.files; did you mean file?"]),
         ('file = "ipmsm-map.csv"          # beside this file\n', "", MAP, ["virtual.flux_map.file is missing"]),
         ("magnet_temperature = 25.0", "magnet_temperature = 500.0", MAP, ["virtual.flux_map.magnet_temperature = 500.0"]),

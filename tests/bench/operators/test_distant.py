@@ -239,7 +239,7 @@ def test_an_empty_chair_ends_the_run(interrupts: Interrupts) -> None:
         deadline = time.monotonic() + PATIENCE
         while not interrupts.requested_by and time.monotonic() < deadline:
             threading.Event().wait(0.01)
-    assert "no panel has watched" in str(interrupts.requested_by)
+    assert "no panel has been open" in str(interrupts.requested_by)
 
 
 def start(runs: Path, *procedures: str) -> "closing[Forked]":

@@ -85,7 +85,11 @@ def test_a_comment_may_change(tmp_path: Path, began: RunStarted, motor: MotorFil
             "",
             "instruments.tachometer.driver was manual and is not there",
         ),
-        (":8000", ":8001", "station.control was http://127.0.0.1:8000 .* A bench served anew has other ports"),
+        (
+            ":8000",
+            ":8001",
+            "station.control was http://127.0.0.1:8000 .* A bench that was started again has other ports",
+        ),
     ],
 )
 def test_a_station_that_changed_is_refused_with_what_changed(

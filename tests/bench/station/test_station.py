@@ -200,7 +200,7 @@ def test_a_station_has_its_way_down(tmp_path: Path) -> None:
     ("old", "new", "parts"),
     [
         ('do = "output_off"', 'do = "output_of"', ["way_down[1].do = 'output_of'", "'output_off'"]),
-        ('do = "output_off"', 'do = "disable"', ["way_down[1]: disable cannot be done to supply", "inverter, drive"]),
+        ('do = "output_off"', 'do = "disable"', ["way_down[1]: disable is not possible for supply", "inverter, drive"]),
         ('[[way_down]]\ndo = "output_off"\nrole = "supply"', "", ["leaves [instruments.supply] energised"]),
         ("below = 2.5", "below = -1", ["way_down[0].below = -1", "above 0"]),
         ("below = 2.5", "belw = 1", ["way_down[0].belw", "did you mean below"]),
