@@ -148,7 +148,7 @@ def test_what_is_beyond_a_limit_or_unsafe_is_refused_before_anything_is_sent(do:
         "current = 500 A is outside",
         "disconnect supply first",
         "switch everything off before working by hand",
-        "supply is on already",
+        "supply is already on",
     ]
     told = refusals(done)
     assert len(told) == len(whys)
@@ -259,7 +259,7 @@ def test_it_is_a_run_of_its_own_and_nothing_to_rehearse_or_to_go_on_with(do: Do,
     done = do("supply measure_voltage")
     with pytest.raises(UsageError, match="begin a new one"):
         run(replace(wishes(tmp_path), resume=done.folder), known, quiet)
-    with pytest.raises(UsageError, match="nothing to rehearse"):
+    with pytest.raises(UsageError, match="cannot be rehearsed"):
         rehearse(wishes(tmp_path), known, quiet)
     with pytest.raises(UsageError, match="a run of its own"):
         make_plan(["by-hand", "stator-resistance"], [], known)

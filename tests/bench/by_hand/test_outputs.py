@@ -84,7 +84,7 @@ def test_what_may_be_switched_on_follows_from_what_hands_have_connected() -> Non
     supply = on(Socket.SUPPLY_POSITIVE, Socket.SUPPLY_NEGATIVE)
     assert refusal(Role.SUPPLY, supply) is None
     assert "disconnect supply first" in str(refusal(Role.DYNAMOMETER, supply))
-    assert "take lcr_meter off first" in str(refusal(Role.DYNAMOMETER, on(Socket.METER_HIGH, Socket.METER_LOW)))
+    assert "disconnect lcr_meter first" in str(refusal(Role.DYNAMOMETER, on(Socket.METER_HIGH, Socket.METER_LOW)))
     inverter = on(Socket.INVERTER_U, Socket.INVERTER_V, Socket.INVERTER_W)
     assert refusal(Role.DYNAMOMETER, inverter) is None
 

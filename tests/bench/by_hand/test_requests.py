@@ -96,7 +96,7 @@ def test_a_command_takes_its_values_in_the_reader_s_units(line: str, method: str
         ("supply energised 5 V 1 A power", "is not known; allowed are"),
         ("supply energised 5 V 1 A voltage voltage", "no more than 3 values"),
         ("supply energised 5 V 1 A voltage=3 V", "voltage is given twice"),
-        ("supply energised 1,234 V 1 A", "may be 1234 or 1.234"),
+        ("supply energised 1,234 V 1 A", "could mean 1234 or 1.234"),
         ("supply energised nan 1 A", "is not a number"),
         ("dynamometer driving_speed 300", "type it with its unit, like 300 rpm"),
         ("oscilloscope configure_channel 1.5 20 V", "no whole number"),

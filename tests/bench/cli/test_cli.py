@@ -293,7 +293,7 @@ address = "/dev/nowhere"
     )
     code, out, _ = call("doctor", str(file))
     assert code == 1
-    assert "✗ tachometer at /dev/nowhere: /dev/nowhere is not there" in out.replace("\n", " ")
+    assert "✗ tachometer at /dev/nowhere: /dev/nowhere does not exist" in out.replace("\n", " ")
     assert "✗ supply at USB0::" in out
     assert "Nothing is missing" not in out
     code, out, _ = call("doctor", str(file), "--json")

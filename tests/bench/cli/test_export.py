@@ -301,7 +301,7 @@ def test_a_plug_in_s_writer_that_fails_is_named(
     WaveformFolder(folder / "waveforms").store("step", {"A": StoredWaveform(samples, samples, "V", 0.0)})
     code, out, err = call("export", "a-run", "--for", target, "--output", "out.file")
     assert (code, out, (tmp_path / "out.file").exists()) == (1, "", False)
-    assert f"a fault in export target {target} from {plugin}" in err
+    assert f"an error in export target {target} from {plugin}" in err
     assert said in err
     assert "program error" not in err
     code, out, err = call("export", "a-run", "--for", target, "--language", "zh", "--output", "out.file")

@@ -49,7 +49,7 @@ def test_a_finished_run_is_untouched(run: RunFolder) -> None:
     assert found.waveforms >= 1
     assert json.loads(run.result.read_bytes())["journal"] == {"events": found.events, "sha256": found.last_hash}
     assert verify(run, found.last_hash.upper()).verdict is Integrity.UNTOUCHED
-    assert "as it was noted" in str(verify(run, "00").findings[0])
+    assert "the hash noted was" in str(verify(run, "00").findings[0])
 
 
 def change(lines: list[bytes], index: int) -> None:
@@ -103,7 +103,7 @@ def test_a_run_that_was_cut_off_is_not_proven(run: RunFolder) -> None:
     run.result.unlink()
     found = verify(run)
     assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
-    assert "no result.json" in found.unproven
+    assert "result.json is missing" in found.unproven
     assert verify(run, found.last_hash).verdict is Integrity.UNTOUCHED
     found = edited(run, lambda lines: lines.pop())
     assert "has no end" in found.unproven

@@ -303,7 +303,7 @@ def test_one_of_fixed_answers_is_chosen_and_told_with_its_words(operator: Distan
         assert [(one["number"], one["sign"]) for one in question["options"]] == [(0, ""), (1, "CC"), (2, "CV"), (3, "")]
         assert "Choose one of the answers first" in panel.answer(question, "")["refused"]
         for none in ("4", "0.5", "regulation"):
-            assert f"'{none}' is none of the answers" in panel.answer(question, none)["refused"]
+            assert f"'{none}' is not one of the answers" in panel.answer(question, none)["refused"]
         assert panel.answer(question, "CV") == {"heard": question["id"]}
         thread.join(PATIENCE)
     assert given == [2.0]

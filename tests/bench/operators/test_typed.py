@@ -84,7 +84,7 @@ def test_a_number_is_taken_in_the_unit_asked_for(typed: str, unit: str, value: f
         ("30 毫", "Ω", "the unit 毫 is not known here"),
         # No hundred and two.
         ("10²", "Ω", "has more than one decimal sign or a gap"),
-        ("１，５００", "rpm", "may be 1500 or 1.500; type one of them"),
+        ("１，５００", "rpm", "could mean 1500 or 1.500; type one of these"),
     ],
 )
 def test_what_could_mean_something_else_is_refused_in_a_sentence(typed: str, unit: str, said: str) -> None:

@@ -161,11 +161,11 @@ def test_another_instrument_is_refused(fakes: Any) -> None:
 
 def test_a_journal_without_a_beginning_is_no_run_to_go_on_with(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
-    with pytest.raises(InputError, match="no beginning"):
+    with pytest.raises(InputError, match="first event is missing"):
         begun(RunFolder(tmp_path))
     journal.record(event("reading"))
     journal.close()
-    with pytest.raises(InputError, match="no beginning"):
+    with pytest.raises(InputError, match="first event is missing"):
         begun(RunFolder(tmp_path))
 
 
@@ -200,7 +200,7 @@ def test_a_run_whose_disk_fills_up_ends_safely_and_goes_on_later(
 
 
 def test_the_wrong_name_of_a_run_gets_a_hint(call: Call, tmp_path: Path) -> None:
-    assert "there is no run here" in call("run", "--resume", "latest")[2]
+    assert "no run was found here" in call("run", "--resume", "latest")[2]
     call("run", "nameplate", "--station", "virtual", "--motor", "lg-400w")
     (folder,) = (tmp_path / "runs").iterdir()
     code, _, err = call("results", folder.name[:-1])

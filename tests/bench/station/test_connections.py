@@ -108,7 +108,7 @@ def test_a_node_that_cannot_be_used(tmp_path, root):
         ("can://socketcan/can1?node=5&bitrate=250000", ["sudo ip link set can1 up type can bitrate 250000"]),
         ("can://socketcan/can7?node=5", ["no CAN interface can7 was found; the interfaces are can0, can1"]),
         ("can://socketcan/can0?node=5&bitrat=1", ["unknown key bitrat; is bitrate meant?"]),
-        ("can://slcan//dev/ttyACM7?node=5", ["/dev/ttyACM7 is not there"]),
+        ("can://slcan//dev/ttyACM7?node=5", ["/dev/ttyACM7 does not exist"]),
         ("can://in-process/1?node=5", ["only the virtual bench has such an address"]),
     ],
 )
@@ -125,7 +125,7 @@ def test_can(tmp_path, root, address, said):
         ("can://socketcan/can0?node=1", []),
         ("can://socketcan/can1?node=1", ["ip link set can1 up type can bitrate 1000000 dbitrate 5000000 fd on"]),
         ("can://socketcan/can0?node=1&fdd=true", ["unknown key fdd; is fd meant?"]),
-        ("fdcanusb:///dev/ttyACM7?node=1", ["/dev/ttyACM7 is not there"]),
+        ("fdcanusb:///dev/ttyACM7?node=1", ["/dev/ttyACM7 does not exist"]),
         ("fdcanusb:///dev/null?node=1&baudrat=9600", ["unknown key baudrat; is baudrate meant?"]),
         ("fdcanusb:///dev/null?node=1", []),
     ],

@@ -241,7 +241,7 @@ def test_limits_that_strict_guard_bands_close_are_the_station_s(bench: Any) -> N
     bench.run(motors=1)
     (record,) = bench.listener.records
     assert record.verdict is Verdict.ERROR
-    assert "too uncertain" in record.cause
+    assert "its uncertainty is too large" in record.cause
     assert "nothing was measured by this plan" in bench.listener.noticed[0]
     bench.run(motors=1, first_serial=2, batch="next")
     told = bench.listener.noticed[1:]

@@ -65,7 +65,7 @@ def test_a_serial_number_of_another_plan_s_type_is_named(tmp_path: Path) -> None
         check_serial(own, "F-1")
     with pytest.raises(InputError) as refused:
         check_serial(own, "X-1")
-    assert "it is one of" not in str(refused.value)
+    assert "it belongs to" not in str(refused.value)
 
 
 def test_the_records_know_a_plan_by_its_name(tmp_path: Path) -> None:

@@ -86,7 +86,7 @@ def test_ten_of_ten_that_cannot_be_measured_stop_the_line(bench: Any, capsys: py
     (brake,) = summary["brakes"]
     assert brake["socket"] == ""
     assert "the line takes no more motors: 3 motors in a row could not be measured, the last one was V" in brake["why"]
-    assert "too uncertain" in err
+    assert "its uncertainty is too large" in err
 
 
 @pytest.mark.slow

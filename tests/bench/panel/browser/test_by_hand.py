@@ -58,7 +58,7 @@ def test_a_technician_uses_the_supply_by_hand(panel: Panel, new_page: NewPage) -
     line = page.get_by_role("textbox", name="Or type a command; help lists them")
     line.fill("supply energised 500 V 1 A")
     page.keyboard.press("Enter")
-    expect(card).to_contain_text("supply is on already")
+    expect(card).to_contain_text("supply is already on")
     page.get_by_role("button", name="Switch off", exact=True).click()
     expect(card).to_contain_text("Everything is off")
     line.fill("connect B=supply+ C=supply-")
