@@ -59,8 +59,7 @@ def retain(
         return
     words = (
         text(
-            "a retention without a trial would remove: runs: {runs}, waveforms of other runs: {waveforms}; "
-            "{size:.1f} MB",
+            "without --dry-run this would remove: runs: {runs}, waveforms of other runs: {waveforms}; {size:.1f} MB",
             size=size / 1e6,
             **counts,
         )
