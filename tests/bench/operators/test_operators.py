@@ -206,7 +206,7 @@ def test_an_answer_out_of_range_is_refused(answers: Path) -> None:
     operator = AnswersOperator(load_answers(answers))
     with pytest.raises(ProcedureError, match=r"the answer 20 to winding_temperature is outside 0 … 10 °C"):
         operator.perform(EnterReading("winding_temperature", text("x"), "°C", 0.0, 10.0))
-    with pytest.raises(ProcedureError, match=r"21 °C to winding_temperature is unusual (usual are 22 … 45 °C)"):
+    with pytest.raises(ProcedureError, match=r"21 °C to winding_temperature is unusual \(usual are 22 … 45 °C\)"):
         operator.perform(EnterReading("winding_temperature", text("x"), "°C", -60.0, 250.0, (22.0, 45.0)))
 
 
