@@ -97,7 +97,7 @@ class Applied:
                         text("'{name}' is not used here; {allowed}", name=statement.name, allowed=allowed)
                     )
                 raise statement.error(
-                    text("'{name}' is no channel of the capture; {allowed}", name=statement.name, allowed=allowed)
+                    text("the capture has no channel '{name}'; {allowed}", name=statement.name, allowed=allowed)
                 )
             for kind, channel in meant:
                 self._take(kind, channel, statement)
@@ -187,7 +187,8 @@ class Applied:
             if len(channels) > 1:
                 messages.append(
                     text(
-                        "{instrument} ({channels}): errors taken as common, as of one instrument: averaging channels does not reduce them",
+                        "{instrument} ({channels}): errors assumed common to these channels, because one "
+                        "instrument reads them; averaging the channels does not reduce the errors",
                         instrument=word(instrument),
                         channels=channels,
                     )
@@ -195,8 +196,9 @@ class Applied:
         for channel, assumed in self._assumed_ranges.items():
             messages.append(
                 text(
-                    "the range of {channel} is not stated: taken as {assumed}, {finest:g} times what it spans, since otherwise the next "
-                    "finer step of 1, 2, 5 would have held it; state it with --full-scale {channel}=RANGE",
+                    "the range of {channel} is not stated. It is assumed to be {assumed}, {finest:g} times the "
+                    "span of the signal, because a finer step of 1, 2, 5 would have held the signal. State the "
+                    "range with --full-scale {channel}=RANGE",
                     channel=channel,
                     assumed=assumed,
                     finest=_FINEST,
@@ -205,7 +207,7 @@ class Applied:
         if self._missing:
             messages.append(
                 text(
-                    "accuracy of {kinds} not stated: taken as exact, apart from what the fit sees",
+                    "accuracy of {kinds} not stated: assumed exact, except for errors that the fit detects",
                     kinds=[_KINDS[kind].said for kind in self._missing],
                 )
             )
@@ -232,7 +234,9 @@ class Applied:
             return statement
         seen = [c for capture in self._captures for c in capture.channels if c.name == channel and c.values.size]
         if kind == "time" or not any(np.any(c.values) for c in seen):
-            raise statement.error(text("'{name}' has no readings to hold against a full scale", name=channel))
+            raise statement.error(
+                text("'{name}' has no readings that could be compared with a full scale", name=channel)
+            )
         low, high = min(float(c.values.min()) for c in seen), max(float(c.values.max()) for c in seen)
         stated, own = self._ranges.get((kind, channel)), max(c.full_scale for c in seen)
         full_scale = stated.full_scale if stated else statement.full_scale or own
@@ -269,7 +273,7 @@ def _stated_ranges(
         ]
         if not meant:
             raise statement.error(
-                text("'{name}' is no channel of this analysis; {allowed}", name=statement.name, allowed=_allowed(uses))
+                text("this analysis has no channel '{name}'; {allowed}", name=statement.name, allowed=_allowed(uses))
             )
         for kind, channel in meant:
             if statement.unit != _KINDS[kind].unit:
@@ -305,7 +309,7 @@ def _shown(statement: Statement, unit: str) -> Text | str:
             share=100 * statement.full_scale_share,
             full=statement.full_scale,
             unit=unit,
-            reading=text("a difference of any two points on the screen is off by that much at most"),
+            reading=text("a difference of any two points on the screen has at most this error"),
         )
     offset = f"±{statement.offset:g} {unit}"
     if statement.gain and statement.offset:

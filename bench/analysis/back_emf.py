@@ -62,7 +62,8 @@ def analyze_back_emf(
         raise CaptureError(
             "connection",
             text(
-                "'{connection}' is not known; it is 'line', 'phase' (artificial star point) or 'neutral'",
+                "connection '{connection}' is not known; allowed are 'line', 'phase' (artificial star point) and "
+                "'neutral'",
                 connection=connection,
             ),
         )
@@ -94,7 +95,7 @@ def analyze_back_emf(
         outcome.assume(*record.capture.assumptions)
         outcome.assume(
             *(
-                text("channel {name} taken to be in V", name=each.name)
+                text("channel {name} assumed to be in V", name=each.name)
                 for each in record.capture.channels
                 if not each.unit
             )
@@ -111,16 +112,24 @@ def analyze_back_emf(
     misfit = Misfit.together((*(record.misfit for record in records), over.misfit))
     quantity = _flux_linkage(outcome, records, over, factor)
     if any(first.applied.offset("voltage", name) for name in first.names):
-        outcome.assume(text("offsets of the voltage channels are fitted along: they do not reach the flux linkage"))
+        outcome.assume(
+            text("the fit includes the offsets of the voltage channels, so they do not affect the flux linkage")
+        )
     if temperature is None:
-        outcome.assume(text("flux linkage as at the record's temperature, which is not given: not referred to 25 °C"))
+        outcome.assume(
+            text(
+                "flux linkage at the temperature of the record. That temperature is not given, so the value is not "
+                "referred to 25 °C"
+            )
+        )
     else:
         known = outcome.uncertainties.limit("magnet temperature", temperature.celsius, temperature.half_width)
         quantity = quantity * magnet_factor(outcome.uncertainties, known, temperature.coefficient)
         outcome.assume(
             text(
-                "magnets at {celsius:g} °C ± {half_width:g} K with {coefficient:g} 1/K ± {magnet_spread:.0%}: flux linkage and what "
-                "follows from it referred to 25 °C; channels and details as recorded",
+                "magnets at {celsius:g} °C ± {half_width:g} K with {coefficient:g} 1/K ± {magnet_spread:.0%}: "
+                "flux linkage and values calculated from it are referred to 25 °C; channels and details are as "
+                "recorded",
                 celsius=temperature.celsius,
                 half_width=temperature.half_width,
                 coefficient=temperature.coefficient,
@@ -150,8 +159,8 @@ def _by_speed(files: Sequence[Path | str], speeds: int) -> list[Sequence[Path | 
     if speeds < 1 or len(files) % speeds:
         raise UsageError(
             text(
-                "--speeds {speeds}: {count} files cannot be as many for each speed; allowed is a number that divides them, the files of "
-                "one record following each other",
+                "--speeds {speeds}: {count} files cannot be divided equally among so many speeds. Give a number "
+                "of speeds that divides the number of files, and give the files of one record next to each other",
                 speeds=speeds,
                 count=len(files),
             )
@@ -178,7 +187,7 @@ def _pole_pairs(
         return given
     if u_speed is None:
         u_speed = 0.005 * abs(speed_rpm)
-        outcome.assume(text("speed taken as known to 0.5 %"))
+        outcome.assume(text("speed assumed known to 0.5 %"))
     try:
         count = from_frequency(fit.frequency, speed_rpm, fit.frequency_uncertainty, u_speed)
     except ValueError as error:
@@ -196,8 +205,8 @@ def _pole_pairs(
     if not count.certain or abs(count.ratio - count.pole_pairs) > 0.2:
         spread = 2.0 * u_speed / abs(speed_rpm)
         why = text(
-            "frequency and speed give {ratio:.3f} pole pairs: not certain which integer from {least} to {most}; measure the speed better, "
-            "or give --pole-pairs",
+            "frequency and speed give {ratio:.3f} pole pairs, which does not decide between the whole numbers "
+            "from {least} to {most}; measure the speed more accurately, or give --pole-pairs",
             ratio=count.ratio,
             least=max(1, math.floor(count.ratio * (1.0 - spread))),
             most=math.ceil(count.ratio * (1.0 + spread)),
@@ -210,8 +219,9 @@ def _pole_pairs(
     if abs(count.ratio / count.pole_pairs - 1.0) > _APART * u_speed / abs(speed_rpm):
         outcome.warn(
             text(
-                "{pairs} pole pairs at {frequency:.5g} Hz are {found:.5g} rpm, but {given:g} rpm was given: constants are those of the "
-                "record's frequency; look at the tachometer, or at the scope's time base",
+                "{pairs} pole pairs at {frequency:.5g} Hz mean {found:.5g} rpm, but {given:g} rpm was given. The "
+                "constants are calculated from the record's frequency; check the tachometer and the "
+                "oscilloscope's time base",
                 pairs=count.pole_pairs,
                 frequency=fit.frequency,
                 found=60.0 * fit.frequency / count.pole_pairs,
@@ -244,8 +254,9 @@ def _flux_linkage(
     if most and not any(record.misfit.withholding("flux_linkage") for record in records):
         outcome.assume(
             text(
-                "coupling of the channels not known to be DC: AC coupling below 10 Hz takes up to {most:.2%} away, which the interval "
-                "holds; state --coupling dc where it was",
+                "the coupling of the channels is not stated. AC coupling below 10 Hz would reduce the voltage by "
+                "up to {most:.2%}, and the interval includes that; give --coupling dc if the channels were DC "
+                "coupled",
                 most=most,
             )
         )
@@ -271,7 +282,7 @@ def _constants(
         about, flux, estimator=how, convention=f"{phase}, per electrical radian{at}", misfit=misfit.of(about)
     )
     if pole_pairs is None:
-        outcome.assume(text("pole pairs not given: mechanical constants left out"))
+        outcome.assume(text("pole pairs not given: the mechanical constants are not calculated"))
         return
     outcome.assume(text("{pole_pairs} pole pairs", pole_pairs=pole_pairs))
     mechanical = {

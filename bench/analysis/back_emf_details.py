@@ -23,8 +23,9 @@ def warn_of_record(outcome: AnalysisOutcome, record: BackEmfRecord) -> None:
     for names in together:
         outcome.warn(
             text(
-                "channels {names} show one wave: they are on one line, or copies of each other. They count once, and say nothing of the "
-                "other lines: probe those as well",
+                "channels {names} show the same waveform: their probes are on the same line, or one channel is a "
+                "copy. They count as one channel and give no information about the other lines. Probe the other "
+                "lines as well",
                 names=names,
             ),
             "one-line",
@@ -32,8 +33,8 @@ def warn_of_record(outcome: AnalysisOutcome, record: BackEmfRecord) -> None:
     if fit.drift_significant:
         outcome.warn(
             text(
-                "the speed drifts by {drift:+.2f} % over the record (u = {drift_uncertainty:.2f} %); the flux linkage is that of the "
-                "voltage integrated over whole periods, which does not depend on it",
+                "the speed drifts by {drift:+.2f} % over the record (u = {drift_uncertainty:.2f} %). The flux "
+                "linkage comes from the voltage integrated over whole periods, which does not depend on the speed",
                 drift=100 * fit.drift,
                 drift_uncertainty=100 * fit.drift_uncertainty,
             )
@@ -43,7 +44,8 @@ def warn_of_record(outcome: AnalysisOutcome, record: BackEmfRecord) -> None:
         if not (abs(abs(first) - 120) < 3 and abs(abs(second) - 120) < 3 and first * second < 0):
             outcome.warn(
                 text(
-                    "the phases lie at {first:.1f}° and {second:.1f}° instead of ±120°: check where the probes are",
+                    "the phases lie at {first:.1f}° and {second:.1f}° instead of ±120°: check the positions of "
+                    "the probes",
                     first=first,
                     second=second,
                 )

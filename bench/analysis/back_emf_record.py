@@ -145,7 +145,7 @@ def read_couplings(words: Sequence[str]) -> dict[str, str]:
         if earlier is not None and result[earlier] != said:
             raise UsageError(
                 text(
-                    "--coupling {word}: {which} said to be {earlier} before; say each of them once",
+                    "--coupling {word}: {which} stated as {earlier} before; state the coupling of each channel once",
                     word=word,
                     which=name.strip() or "all channels",
                     earlier=result[earlier],

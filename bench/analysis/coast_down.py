@@ -153,13 +153,11 @@ def analyze_coast_down(
     warn_of_coast(outcome, seconds, None if driven else inertia)
     if driven:
         outcome.assume(
-            text("torque of a record without a torque column is 0"),
-            text("torque is that on the shaft, positive where it drives"),
+            text("a record without a torque column is taken as free of shaft torque"),
+            text("torque is the torque on the shaft, positive if it drives the shaft"),
         )
         outcome.warn(
-            text(
-                "inertia and friction are those of everything that turned: subtract those of dynamometer and coupling"
-            ),
+            text("inertia and friction include everything that turned; subtract those of dynamometer and coupling"),
             "E6",
         )
         outcome.detail(ramps=len(parts), residual_rms=fit.residual_rms)
@@ -169,8 +167,9 @@ def analyze_coast_down(
     if reached > _LOW_ENOUGH:
         outcome.warn(
             text(
-                "the coast-down ends at {reached:.0%} of its top speed: friction that grows again at low speed (Stribeck) hardly shows "
-                "there, and these intervals are wide enough to hold it; record down to 5 % of the top speed for narrower ones",
+                "the coast-down ends at {reached:.0%} of its top speed. Friction that rises again at low speed "
+                "(Stribeck effect) hardly shows in this range, and the intervals are wide enough to include it. "
+                "For narrower intervals, record down to 5 % of the top speed",
                 reached=reached,
             ),
             "coast-lower",
@@ -178,7 +177,10 @@ def analyze_coast_down(
     outcome.detail(initial_speed=fit.value("initial_speed"), residual_rms=fit.residual_rms)
     if inertia is None:
         outcome.warn(
-            text("a coast-down alone gives friction ÷ inertia only; give the inertia, or a driven ramp with its torque")
+            text(
+                "a coast-down alone gives only the ratio of friction to inertia; give the inertia, or a driven "
+                "ramp with its torque"
+            )
         )
     else:
         _frictions(outcome, found, fit, inertia, inertia_uncertainty)
@@ -263,8 +265,8 @@ def _speed(capture: Capture, wanted: str | None, in_rpm: bool | None) -> tuple[C
         raise CaptureError(
             capture.source,
             text(
-                "column '{name}' is an electrical speed by its name, which is the shaft's times the pole pairs: divide it by them, and "
-                "call it speed",
+                "column '{name}' is an electrical speed, according to its name. The shaft speed is needed: "
+                "divide the column by the number of pole pairs and name it speed",
                 name=channel.name,
             ),
         )
@@ -273,12 +275,12 @@ def _speed(capture: Capture, wanted: str | None, in_rpm: bool | None) -> tuple[C
     if in_rpm or "rpm" in channel.name.lower():
         factor = np.pi / 30
         values = channel.values * factor
-        note = [text("speed '{name}' taken to be in rpm", name=channel.name)]
+        note = [text("speed '{name}' assumed to be in rpm", name=channel.name)]
         return CaptureChannel(channel.name, "rad/s", values, channel.resolution * factor), note
     if in_rpm is None:
         more = text("; or type --speed-in-rpm or --speed-in-rad-s")
         raise open_unit(capture, channel.name, "speed", ("rpm", "rad/s"), more)
-    return channel, [text("speed '{name}' taken to be in rad/s", name=channel.name)]
+    return channel, [text("speed '{name}' assumed to be in rad/s", name=channel.name)]
 
 
 def _split(ramp: SpeedRamp) -> list[SpeedRamp]:

@@ -27,16 +27,18 @@ def doubts(points: Sequence[tuple[float, float, float]]) -> Iterator[tuple[str, 
         yield (
             "power-computed",
             text(
-                "input and output power are equal at every point: one was computed from the other, or the power is that of the shaft. "
-                "That is no measured efficiency; the electrical power into the terminals is needed"
+                "input and output power are equal at every point. Either one was computed from the other, or the "
+                "power is shaft power; the result is no measured efficiency. Give the electrical power into the "
+                "terminals"
             ),
         )
     if all(efficiency < _LOW for efficiency in efficiencies):
         yield (
             "low-efficiency",
             text(
-                "the efficiency is {most:.3g} % at most: no usual motor at load has so little. A speed in rad/s under a heading in rpm "
-                "makes it 9.549 times too small; it would be {low:.3g} to {high:.3g} %. Look at the units of speed, torque and power",
+                "the efficiency is {most:.3g} % at most, less than any usual motor has under load. A speed in "
+                "rad/s under a heading in rpm makes it 9.549 times too small; corrected, it would be {low:.3g} "
+                "to {high:.3g} %. Check the units of speed, torque and power",
                 most=100.0 * max(efficiencies),
                 low=100.0 * _RPM * min(efficiencies),
                 high=100.0 * _RPM * max(efficiencies),
@@ -47,8 +49,8 @@ def doubts(points: Sequence[tuple[float, float, float]]) -> Iterator[tuple[str, 
         yield (
             "columns-exchanged",
             text(
-                "{torque:.4g} N·m at {speed:.3g} rad/s: are the columns of torque and speed exchanged? Their product, and so the "
-                "efficiency, does not show it; --column names what is what",
+                "{torque:.4g} N·m at {speed:.3g} rad/s: are the columns of torque and speed interchanged? Their "
+                "product, and so the efficiency, does not show it. State the columns with --column",
                 torque=torque,
                 speed=speed,
             ),

@@ -62,7 +62,8 @@ def analyze_efficiency(
     if unstated:
         result["assumptions"].append(
             text(
-                "errors of {names} are not stated and not included; there are --torque-gain, --torque-zero, --speed-gain, --power-gain",
+                "errors of {names} are not stated and therefore not included; state them with --torque-gain, "
+                "--torque-zero, --speed-gain, --power-gain",
                 names=[_NAMES[name] for name in unstated],
             ).render(translate)
         )

@@ -88,17 +88,21 @@ def analyze_flux_map(
         raise InputError(at(str(path), text_of(error))) from error
     result["assumptions"].append(
         text(
-            "currents and flux linkages are taken as peak values where their headings do not say rms; nothing else shows it"
+            "currents and flux linkages are taken as peak values unless their headings say rms; no other sign of "
+            "this is in the table"
         ).render(translate)
     )
     if spread is None:
         result["assumptions"].append(
             text(
-                "the table states no uncertainties: the scatter round a smooth surface counts, and the gains that were given"
+                "the table states no uncertainties; the scatter about a smooth surface and the stated gain "
+                "errors are used instead"
             ).render(translate)
         )
     if pole_pairs is None:
-        result["assumptions"].append(text("without --pole-pairs torque is that of one pole pair").render(translate))
+        result["assumptions"].append(
+            text("without --pole-pairs, the torque is calculated for one pole pair").render(translate)
+        )
     return result
 
 
@@ -129,7 +133,9 @@ def analyze_run_map(
     except EstimationError as error:
         raise InputError(at(str(path), text_of(error))) from error
     if pole_pairs is None:
-        made["assumptions"].append(text("without --pole-pairs torque is that of one pole pair").render(translate))
+        made["assumptions"].append(
+            text("without --pole-pairs, the torque is calculated for one pole pair").render(translate)
+        )
     return made, table_of(found.map)
 
 
@@ -280,7 +286,8 @@ def analyze_short_circuit(
             text("currents are rms, as --rms says; the flux linkage is a peak value")
             if rms
             else text(
-                "currents are taken as peak values where their heading does not say rms, as the flux linkage is; --rms says otherwise"
+                "currents are taken as peak values unless their heading says rms; so is the flux linkage. Use "
+                "--rms if the currents are rms"
             )
         ).render(translate)
     )
@@ -289,6 +296,8 @@ def analyze_short_circuit(
     )
     if flux_linkage is None:
         result["assumptions"].append(
-            text("without --flux-linkage only the current at high speed and R from torque are known").render(translate)
+            text(
+                "without --flux-linkage, only the current at high speed and R from the torque can be calculated"
+            ).render(translate)
         )
     return result

@@ -111,7 +111,8 @@ def read_table(
     lacking = [name for name in needed if name not in places and (instead or {}).get(name) not in places]
     if lacking:
         raise InputError(
-            at(str(path), text("no column for {lacking}; there are {there}: name it with --column {first}=HEADING", lacking=lacking,
+            at(str(path), text("no column found for {lacking}. The columns are {there}; name the right one with --column "
+                "{first}=HEADING", lacking=lacking,
                                there=heading, first=lacking[0]))
         )  # fmt: skip
     for name, (place, said) in places.items():
@@ -123,7 +124,8 @@ def read_table(
                 at(
                     str(path),
                     text(
-                        "two columns may be the {name}: {first} and {second}; name the one that counts with --column {name}=HEADING",
+                        "two columns could be the {name}: {first} and {second}; choose one with --column "
+                        "{name}=HEADING",
                         name=name,
                         first=heading[places[name][0]],
                         second=heading[other],
@@ -163,8 +165,9 @@ def _open_unit(path: Path, name: str, column: KnownColumn, heading: str) -> Inpu
         at(
             str(path),
             text(
-                "column '{heading}' says no unit for {name}, or one of something else: write it into the heading, as in "
-                "'{bare} ({unit})', or type it with --column '{name}={heading} ({unit})'; known are {offered}",
+                "column '{heading}' states no unit for {name}, or the unit of another quantity. Write the unit "
+                "into the heading, as in '{bare} ({unit})', or give --column '{name}={heading} ({unit})'; known "
+                "units are {offered}",
                 heading=heading,
                 bare=_PLACES[0].sub("", heading),
                 name=name,
@@ -178,7 +181,7 @@ def _open_unit(path: Path, name: str, column: KnownColumn, heading: str) -> Inpu
 def _content(path: Path) -> str:
     try:
         if path.stat().st_size > _LARGEST:
-            raise InputError(at(str(path), text("the file is larger than 20 MB; a table of figures is wanted")))
+            raise InputError(at(str(path), text("the file is larger than 20 MB; give a table of figures")))
         content = path.read_bytes()
     except OSError as error:
         raise InputError(at(str(path), text("cannot be read: {why}", why=reason_of(error)))) from None
@@ -284,7 +287,9 @@ def _numbers(
             raise InputError(
                 at(
                     str(path),
-                    text("line {line}, column {column}: '{cell}' is no number", line=line, column=heading, cell=cell),
+                    text(
+                        "line {line}, column {column}: '{cell}' is not a number", line=line, column=heading, cell=cell
+                    ),
                 )
             )
         if not abs(read) < BEYOND:
@@ -292,7 +297,8 @@ def _numbers(
                 at(
                     str(path),
                     text(
-                        "line {line}, column {column}: {value:.3g} is a value that no instrument reads; correct or remove the row",
+                        "line {line}, column {column}: {value:.3g} is not a possible reading; correct or remove "
+                        "the row",
                         line=line,
                         column=heading,
                         value=read,

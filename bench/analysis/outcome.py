@@ -25,8 +25,8 @@ IMPLAUSIBLE = "implausible-size"
 #: The warning's that hardly any has it.
 UNUSUAL = "unusual-size"
 TYPE_A_ONLY = text(
-    "uncertainties are statistical (Type A), apart from what was entered: gain and offset of scope, probes and sensors are not in "
-    "the file and not included; state them with --accuracy"
+    "uncertainties are statistical (Type A), except for stated ones. The file does not contain gain and offset "
+    "errors of oscilloscope, probes and sensors, so they are not included; state them with --accuracy"
 )
 
 
@@ -154,8 +154,8 @@ class AnalysisOutcome:
 def beyond_words(name: str, value: float, sizes: tuple[float, float]) -> Text:
     """Return what is said of a parameter whose value (SI) no motor has."""
     return text(
-        "{label} would be {value:.3g} {unit}, where motors have {least:.0e} to {most:.0e}: look at the units in the headings, at the "
-        "probes' factors, and at --scale",
+        "{label} would be {value:.3g} {unit}, but motors have {least:.0e} to {most:.0e}: check the units in the "
+        "headings, the probes' factors, and --scale",
         label=PARAMETERS[name].label,
         value=value,
         unit=PARAMETERS[name].unit,
@@ -167,8 +167,9 @@ def beyond_words(name: str, value: float, sizes: tuple[float, float]) -> Text:
 def unusual_words(name: str, value: float, sizes: tuple[float, float]) -> Text:
     """Return what is said of a parameter whose value (SI) motors on a bench hardly have."""
     return text(
-        "{label} is {value:.3g} {unit}, where motors on a bench have {least:g} to {most:g}: are the units in the headings, the probes' "
-        "factors and what was typed right? A unit off by a thousand shows in nothing else",
+        "{label} is {value:.3g} {unit}, but motors on a bench have {least:g} to {most:g}. Check the units in the "
+        "headings, the probes' factors and the values that you typed; no other sign shows a unit that is wrong "
+        "by a factor of 1000",
         label=PARAMETERS[name].label,
         value=value,
         unit=PARAMETERS[name].unit,
@@ -207,7 +208,7 @@ def pick(
         raise CaptureError(
             capture.source,
             text(
-                "{found} of the columns can be the {what}: {there}; {way}",
+                "{found} of the columns could be the {what}: {there}; {way}",
                 found=message,
                 way=text(
                     "name it with {option}, or write its unit {unit} into the heading", option=option, unit=units[0]
@@ -241,7 +242,7 @@ def in_units(capture: Capture, channel: CaptureChannel, units: tuple[str, ...], 
         raise CaptureError(
             capture.source,
             text(
-                "column {name} is in {unit}; the {what} in {needed} is needed: correct the heading's unit",
+                "column {name} is in {unit}, but the {what} must be in {needed}: correct the heading's unit",
                 name=channel.name,
                 unit=channel.unit,
                 what=word(what),
@@ -259,8 +260,8 @@ def open_unit(
     return CaptureError(
         capture.source,
         text(
-            "column '{name}' says no unit, and {what} may be in any of {offered}: write it into the heading, as in '{name} "
-            "({first})'{more}",
+            "column '{name}' states no unit, and {what} may be in any of {offered}. Write the unit into the "
+            "heading, as in '{name} ({first})'{more}",
             name=name,
             what=word(what) if isinstance(what, str) else what,
             offered=known,

@@ -13,9 +13,9 @@ from procedures.estimation.fitting.misfit import Cause
 
 ProbeConnection = Literal["line", "phase", "neutral"]
 PROBES = {
-    "line": text("voltages taken as measured between two lines: phase amplitude = line amplitude / √3"),
-    "phase": text("voltages taken as measured from line to an artificial star point"),
-    "neutral": text("voltages taken as measured from line to the winding's own star point"),
+    "line": text("voltages assumed measured between two lines: phase amplitude = line amplitude / √3"),
+    "phase": text("voltages assumed measured from line to an artificial star point"),
+    "neutral": text("voltages assumed measured from line to the winding's own star point"),
 }
 #: Names of a motor's three lines.
 _LINES = (("a", "b", "c"), ("u", "v", "w"), ("r", "s", "t"), ("l1", "l2", "l3"))
@@ -52,8 +52,9 @@ def by_name(names: Sequence[str]) -> ProbeConnection | None:
     if of_phases and (len(plain) > 1 or len(plain[0]) > 1):
         raise UsageError(
             text(
-                "--connection: the channels are named {names}, as phases are; say whether they are voltages between lines (line), to an "
-                "artificial star point (phase) or to the winding's own (neutral): the flux linkage differs by √3",
+                "--connection: the channels are named {names}, like phases. State where the probes were: between "
+                "lines (line), to an artificial star point (phase) or to the winding's own star point (neutral). "
+                "The flux linkage differs by √3",
                 names=list(names),
             )
         )
@@ -82,9 +83,9 @@ def judge_connection(
             return
         shares.append(share)
     why = text(
-        "the three channels have a third harmonic in common, {share:.2%} of the fundamental: three voltages between lines cannot, those of "
-        "phases against the winding's own star point do. Say --connection neutral, or --connection line where the probes distort; the "
-        "flux linkage differs by √3",
+        "the three channels have a common third harmonic of {share:.2%} of the fundamental. Three line voltages "
+        "cannot have one; phase voltages against the winding's own star point do. Give --connection neutral, or "
+        "--connection line if the probes distort; the flux linkage differs by √3",
         share=max(shares),
     )
     if typed:

@@ -62,7 +62,7 @@ def read_published(path: Path, *, vesc_scale: float = VESC_SCALE) -> list[Publis
     """
     try:
         if path.stat().st_size > _LARGEST:
-            raise InputError(at(str(path), text("the file is larger than 10 MB; a table of figures is wanted")))
+            raise InputError(at(str(path), text("the file is larger than 10 MB; give a table of figures")))
         content = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise InputError(at(str(path), text("cannot be read: {why}", why=reason_of(error)))) from None
@@ -79,7 +79,7 @@ def read_published(path: Path, *, vesc_scale: float = VESC_SCALE) -> list[Publis
         raise _nothing(path)
     for figure in result:
         if not math.isfinite(figure.value) or not (figure.current is None or math.isfinite(figure.current)):
-            raise InputError(at(str(path), text("{name} holds a value that is no number", name=figure.parameter)))
+            raise InputError(at(str(path), text("{name} contains a value that is not a number", name=figure.parameter)))
     return result
 
 
@@ -115,7 +115,7 @@ def _of_vesc(path: Path, content: str, scale: float) -> Iterator[PublishedFigure
         try:
             fields[name] = float(value)
         except ValueError:
-            raise InputError(at(str(path), text("{name} holds a value that is no number", name=name))) from None
+            raise InputError(at(str(path), text("{name} contains a value that is not a number", name=name))) from None
     mean, half = fields.get("foc_motor_l"), 0.5 * fields.get("foc_motor_ld_lq_diff", 0.0)
     if mean is not None:
         yield PublishedFigure("d_axis_inductance", (mean - half) / scale)
@@ -149,7 +149,7 @@ def _of_csv(path: Path, content: str) -> Iterator[PublishedFigure]:
                 yield PublishedFigure(parameter, float(row[number]) * factor, current)
         except (ValueError, IndexError):
             raise InputError(
-                at(str(path), text("line {line}: a number is wanted in every column of the heading", line=line))
+                at(str(path), text("line {line}: every column of the heading needs a number", line=line))
             ) from None
 
 
@@ -172,7 +172,7 @@ def _factor(path: Path, heading: str, unit: str, wanted: str) -> float:
 
 def _nothing(path: Path) -> InputError:
     message: Text = text(
-        "no figures in it that are known here; read are JSON with ld = [{{d_A, L_d_H}}] as moteus writes it, a VESC's XML, and CSV "
-        "with a heading as id (A),Ld (H)"
+        "the file contains no figures in a known form. Known are JSON with ld = [{{d_A, L_d_H}}] as moteus "
+        "writes it, a VESC's XML, and CSV with a heading as id (A),Ld (H)"
     )
     return InputError(at(str(path), message))

@@ -51,7 +51,8 @@ def analyze_rotor_sweep(
     """
     if connection not in ("wye", "delta"):
         raise CaptureError(
-            "connection", text("'{connection}' is not known; it is 'wye' or 'delta'", connection=connection)
+            "connection",
+            text("connection '{connection}' is not known; allowed are 'wye' and 'delta'", connection=connection),
         )
     capture = read_capture(file, abscissa="angle", selection=selection).scaled(named(scale))
     rest = [c for c in capture.channels if c.unit not in ("rad", "Ω") and column in (None, c.name)]
@@ -124,8 +125,8 @@ def analyze_rotor_sweep(
     if significant and by_note == "SPMSM":
         outcome.warn(
             text(
-                "the extremes differ by {apart:.1f} %, so the note's rule takes their mean; but the saliency is significant (p = "
-                "{p_value:.2g}), and Ld and Lq are reported apart",
+                "the extremes differ by {apart:.1f} %, so the note's rule takes their mean. But the saliency is "
+                "significant (p = {p_value:.2g}), so Ld and Lq are reported separately",
                 apart=100 * (high / low - 1),
                 p_value=p_value,
             ),

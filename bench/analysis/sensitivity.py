@@ -21,7 +21,7 @@ def half_differences(fit: Fit, names: Sequence[str], again: Callable[[float], Fi
     except EstimationError as error:
         raise InputError(
             text(
-                "accuracy of {what}: readings off by that much give no estimate: {error}",
+                "accuracy of {what}: readings with an error of that size give no estimate: {error}",
                 what=what,
                 error=error,
             )

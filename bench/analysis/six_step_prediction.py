@@ -225,7 +225,7 @@ def findings_of(results: Mapping[str, Any], run: str) -> Mapping[str, Any]:
     if result is not None and result.withheld:
         why = result.withheld[0].sentence
         raise InputError(
-            text("{run}: nothing can be predicted from loads that no figure is given from; {why}", run=run, why=why)
+            text("{run}: the loads gave no figures, so nothing can be predicted from them; {why}", run=run, why=why)
         )
     findings: Mapping[str, Any] = {} if result is None else result.findings
     if "parts" not in findings:

@@ -71,7 +71,9 @@ class _Table(Section):
         json_schema_extra={"unit": ""},
         description="the channel's range, in V or A, as the channel",
     )
-    instrument: str = Field("", description="what channels that err together have in common, text in quotes")
+    instrument: str = Field(
+        "", description="the common instrument of channels whose errors are the same, text in quotes"
+    )
 
 
 def read_statements(
@@ -98,7 +100,7 @@ def read_statements(
         if name in typed:
             raise UsageError(
                 text(
-                    "{given}: {name} was stated before, by {before}; state each name once",
+                    "{given}: {name} was already stated by {before}; state each name once",
                     given=message,
                     name=name,
                     before=typed[name].given,
@@ -158,7 +160,8 @@ def _parse(name: str, limits: str, given: str, *, typed: bool) -> Statement:
         if known is None:
             raise blank.error(
                 text(
-                    "'{written}' is no unit known here; known are %, ppm, V, A, H, N·m, rad/s and rpm, with prefixes n, u, m, k",
+                    "the unit '{written}' is not known; known are %, ppm, V, A, H, N·m, rad/s and rpm, with "
+                    "prefixes n, u, m, k",
                     written=written,
                 )
             )
@@ -199,7 +202,8 @@ def _full_scale(blank: Statement, limits: str) -> tuple[float, float, str, str]:
     if known is None or empty or not 0.0 < float(match[1]) / 100.0 <= _LARGEST_GAIN:
         raise blank.error(
             text(
-                "'{scale}' of {share} % is no full scale; allowed is a range above 0 with its unit, and up to {most:g} %",
+                "'{scale}' of {share} % is not a full scale; allowed is a range above 0 with its unit, and up to "
+                "{most:g} %",
                 scale=f"{match[2] or ''}{match[3] or ''}",
                 share=match[1],
                 most=100 * _LARGEST_GAIN,

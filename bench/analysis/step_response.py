@@ -70,7 +70,9 @@ def analyze_step_response(
         if reading not in _READINGS:
             raise CaptureError(
                 "reading",
-                text("'{reading}' is not known; it is one of {names}", reading=reading, names=list(_READINGS)),
+                text(
+                    "connection '{reading}' is not known; allowed are {names}", reading=reading, names=list(_READINGS)
+                ),
             )
         reading = _READINGS[reading]
     try:
@@ -120,7 +122,7 @@ def analyze_step_response(
         else {}
     )
     if moved and not any(moved.values()):
-        outcome.assume(text("the offset of the voltage channel is fitted along: it does not reach the results"))
+        outcome.assume(text("the fit includes the offset of the voltage channel, so it does not affect the results"))
     loops = {}
     for fitted, of_time in zip(_FITTED, (0.0, 1.0), strict=True):
         loop = outcome.estimate(text("step fit of the {name}", name=word(fitted)), fit, fitted)
@@ -134,7 +136,8 @@ def analyze_step_response(
     seconds = late * fit.value("inductance") / fit.value("resistance")
     outcome.assume(
         text(
-            "the channels are taken to be within {seconds:.3g} s of each other, half a sampling interval at least; state more with --skew",
+            "the channels are assumed to be at most {seconds:.3g} s apart in time (at least half a sampling "
+            "interval); state a larger delay with --skew",
             seconds=seconds,
         )
     )
@@ -158,13 +161,18 @@ def analyze_step_response(
         misfit=fit.misfit.of("inductance", name),
     )
     if applied.offset("current", i.name):
-        outcome.assume(text("the offset of the current channel is fitted along: it does not reach the results"))
+        outcome.assume(text("the fit includes the offset of the current channel, so it does not affect the results"))
     if axis is None:
-        outcome.assume(text("rotor position not given: the inductance is Ld, Lq or between, as the rotor stood"))
+        outcome.assume(
+            text(
+                "rotor position not given: the inductance is Ld, Lq or a value between them, depending on the rotor "
+                "position"
+            )
+        )
     outcome.warn(
         text(
-            "the resistance is the whole loop's, leads and contacts included, as far as the voltage probe sees it; it is not reported as "
-            "the stator resistance"
+            "the resistance is that of the whole loop, with leads and contacts, as far as the voltage probe "
+            "includes them; it is not reported as the stator resistance"
         ),
         "E10",
     )
@@ -221,9 +229,9 @@ def _suggest_exchange(capture: Capture, time: FloatArray, v: CaptureChannel, i: 
     raise CaptureError(
         capture.source,
         text(
-            "'{voltage}' as voltage and '{current}' as current are no step of a winding, the other way round they are ({resistance:.3g} Ω, "
-            "{inductance:.3g} H, if the numbers are in V and A): are the two columns exchanged? Correct the "
-            "headings' units, or check the probes",
+            "'{voltage}' as voltage and '{current}' as current do not form a step of a winding. Interchanged "
+            "they do ({resistance:.3g} Ω, {inductance:.3g} H, if the numbers are in V and A): are the two "
+            "columns interchanged? Correct the units in the headings, or check the probes",
             voltage=v.name,
             current=i.name,
             resistance=fit.value("resistance"),
@@ -237,7 +245,10 @@ def _resistance(outcome: AnalysisOutcome, loop: UncertainReal, temperature: Temp
     convention = "loop"
     if temperature is None:
         outcome.assume(
-            text("loop resistance as at the record's temperature, which is not given: not referred to 25 °C")
+            text(
+                "loop resistance at the temperature of the record. That temperature is not given, so the value "
+                "is not referred to 25 °C"
+            )
         )
     else:
         known = outcome.uncertainties.limit("winding temperature", temperature.celsius, temperature.half_width)

@@ -41,8 +41,9 @@ def judge_open_time(
         names,
         "time-unit-open",
         text(
-            "nothing says the unit of time: {what} is {in_s:.3g} {unit} with times in s, {in_ms:.3g} {unit} with times in ms, and motors "
-            "have that. Type --time-unit s or --time-unit ms, or write it into the heading, as in 'time (s)'",
+            "the unit of time is not stated: {what} is {in_s:.3g} {unit} for times in s and {in_ms:.3g} {unit} "
+            "for times in ms, and motors can have both. Give --time-unit s or --time-unit ms, or write the unit "
+            "into the heading, as in 'time (s)'",
             what=what,
             in_s=shown,
             in_ms=in_ms,
@@ -57,8 +58,9 @@ def warn_of_time_constant(outcome: AnalysisOutcome, seconds: float) -> None:
     if seconds > most:
         outcome.warn(
             text(
-                "the time constant is {tau:.3g} s, where windings have 0.1 ms to 100 ms: is the time column really in seconds? Times in ms "
-                "under a heading in s make the inductance a thousand times too large, and nothing else in the record shows it",
+                "the time constant is {tau:.3g} s, but windings have 0.1 ms to 100 ms. Is the time column in "
+                "seconds? Times in ms under a heading in s make the inductance 1000 times too large; no other "
+                "sign shows it",
                 tau=seconds,
             ),
             "long-time-constant",
@@ -66,8 +68,9 @@ def warn_of_time_constant(outcome: AnalysisOutcome, seconds: float) -> None:
     elif seconds < least:
         outcome.warn(
             text(
-                "the time constant is {tau:.3g} s, where windings have 0.1 ms to 100 ms: is the time column really in its heading's unit? "
-                "Times in s under a heading in ms make the inductance a thousand times too small, and nothing else in the record shows it",
+                "the time constant is {tau:.3g} s, but windings have 0.1 ms to 100 ms. Is the time column in the "
+                "unit of its heading? Times in s under a heading in ms make the inductance 1000 times too small; "
+                "no other sign shows it",
                 tau=seconds,
             ),
             "short-time-constant",
@@ -85,9 +88,9 @@ def judge_frequency(outcome: AnalysisOutcome, frequency: float, speed: float | N
         withheld,
         "unlikely-frequency",
         text(
-            "the electrical frequency is {frequency:.3g} Hz, where motors are turned at 1 Hz to 20 kHz: is the time column in its "
-            "heading's unit? A unit off by a thousand makes the flux linkage wrong by as much; --speed-rpm with --pole-pairs confirms the "
-            "frequency where it is right",
+            "the electrical frequency is {frequency:.3g} Hz, but motors are turned at 1 Hz to 20 kHz. Is the "
+            "time column in the unit of its heading? A unit wrong by a factor of 1000 makes the flux linkage "
+            "wrong by the same factor. If the frequency is right, confirm it with --speed-rpm and --pole-pairs",
             frequency=frequency,
         ),
     )
@@ -99,8 +102,9 @@ def warn_of_coast(outcome: AnalysisOutcome, seconds: float, inertia: float | Non
     if inertia is not None and seconds > most * min(1.0, inertia ** (1.0 / 3.0)) and seconds <= most:
         outcome.warn(
             text(
-                "the coast-down lasts {seconds:.3g} s, where a shaft of {inertia:.3g} kg·m² comes to rest within {most:.3g} s: is the time "
-                "column in its heading's unit, and the inertia in kg·m²? A unit off by a thousand makes the friction wrong by as much",
+                "the coast-down lasts {seconds:.3g} s, but a shaft of {inertia:.3g} kg·m² comes to rest within "
+                "{most:.3g} s. Is the time column in the unit of its heading, and the inertia in kg·m²? A unit "
+                "wrong by a factor of 1000 makes the friction wrong by the same factor",
                 seconds=seconds,
                 inertia=inertia,
                 most=most * inertia ** (1.0 / 3.0),
@@ -110,8 +114,9 @@ def warn_of_coast(outcome: AnalysisOutcome, seconds: float, inertia: float | Non
     if not least <= seconds <= most:
         outcome.warn(
             text(
-                "the coast-down lasts {seconds:.3g} s, where motors take 0.05 s to half an hour: is the time column in its heading's unit? "
-                "A unit off by a thousand makes every deceleration wrong by as much",
+                "the coast-down lasts {seconds:.3g} s, but motors take 0.05 s to half an hour. Is the time "
+                "column in the unit of its heading? A unit wrong by a factor of 1000 makes every deceleration "
+                "wrong by the same factor",
                 seconds=seconds,
             ),
             "unlikely-coast",

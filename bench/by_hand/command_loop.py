@@ -62,7 +62,7 @@ class CommandLoop:
             asked, self._asked = self._asked, None
             if isinstance(request, Confirm):
                 if asked is None:
-                    self._refused, self._said = True, text("nothing is to be confirmed; help lists the commands")
+                    self._refused, self._said = True, text("there is nothing to confirm; help lists the commands")
                     continue
                 self._looked_at, request = self._bench.state.setup, asked
             if request is not None:
@@ -134,7 +134,8 @@ class CommandLoop:
         if self._outputs and not isinstance(work.action, WHILE_ON):
             raise CommandRefusedError(
                 text(
-                    "hands work with everything off, and this is on: {on}; type off first", on=list(self._outputs.words)
+                    "switch everything off before working by hand; this is still on: {on}. Type off first",
+                    on=list(self._outputs.words),
                 )
             )
         self._bench.perform(work.action)
@@ -154,7 +155,7 @@ class CommandLoop:
                 self.read.append(kept(call, given))
             return result
         if role in self._outputs:
-            raise CommandRefusedError(text("{role} is on already; type off {role} first", role=role.value))
+            raise CommandRefusedError(text("{role} is already on; type off {role} first", role=role.value))
         if (why := refusal(role, self._bench.state.setup)) is not None:
             raise CommandRefusedError(why)
         # Nobody looks over a bench for what is refused anyway.

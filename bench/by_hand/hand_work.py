@@ -74,7 +74,8 @@ def _connect(rest: Sequence[str], roles: Collection[Role]) -> Action:
     if len(owners) > 1:
         raise ValueError(
             text(
-                "{roles} at once: connect one instrument to the motor's terminals, for each may harm the other",
+                "{roles} at the same time: connect only one instrument to the motor's terminals, because each "
+                "can damage the other",
                 roles=sorted(role.value for role in owners),
             )
         )

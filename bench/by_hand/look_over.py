@@ -39,10 +39,16 @@ def question(typed: str, setup: BenchSetup, probes: Sequence[FittedProbe]) -> Te
     return lines(
         [
             text(
-                "⚡ {typed}: look before it goes on. On the motor, as was said and nothing has verified:", typed=typed
+                "⚡ {typed}: look at the bench before it is switched on. Connected to the motor, as stated and "
+                "not verified:",
+                typed=typed,
             ),
             *(Text("  {what}", {"what": one}) for one in [*on, *told]),
-            text("{coupled}. No other source, lead or short may be on the motor, and nobody's hand", coupled=coupled),
+            text(
+                "{coupled}. No other source, lead or short circuit may be connected to the motor, and nobody may "
+                "touch it",
+                coupled=coupled,
+            ),
             text("Type yes to switch it on; any other command leaves it off"),
         ]
     )

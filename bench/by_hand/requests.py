@@ -78,7 +78,7 @@ def request_of(line: str, roles: Collection[Role]) -> Request:
         return HandTask(hand_work(first, rest, roles), line)
     role = _role(first, roles)
     if not rest:
-        raise ValueError(text("{role}: say what it is to do; help {role} lists it", role=role.value))
+        raise ValueError(text("{role}: give a command; help {role} lists the commands", role=role.value))
     commands = commands_of(role)
     method = rest[0].lower().replace("-", "_")
     if method not in commands:

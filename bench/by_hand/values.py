@@ -43,7 +43,7 @@ def number_in(unit: str, typed: str) -> float:
                 typed_number(typed, "")
                 raise ValueError(
                     text(
-                        "'{typed}' may be in {spoken} or in {unit}; type it like {typed} {spoken}",
+                        "'{typed}' could be in {spoken} or in {unit}; type it with its unit, like {typed} {spoken}",
                         typed=typed,
                         spoken=word,
                         unit=unit,
@@ -76,7 +76,7 @@ def _choice(argument: CommandArgument, typed: str) -> Any:
             return one
     raise ValueError(
         text(
-            "there is no '{typed}'; there are {choices}",
+            "'{typed}' is not known; allowed are {choices}",
             typed=typed,
             choices=[one.name.lower() for one in argument.choices],
         )

@@ -31,16 +31,16 @@ def doubtful_number(cells: Iterable[str], *, comma_between: bool = False) -> tup
             whole = re.sub("[.,]", "", written)
             if shown[other]:
                 return place, text(
-                    "'{cell}' may be {whole} or {decimal}: another number of the file is '{other}', with the other mark; write all "
-                    "decimals with one mark, and thousands without",
+                    "'{cell}' may mean {whole} or {decimal}, because another number of the file, '{other}', uses "
+                    "the other mark. Use one mark for all decimals, and no mark for thousands",
                     cell=written,
                     whole=whole,
                     decimal=f"{float(written.replace(',', '.')):g}",
                     other=shown[other],
                 )
             return place, text(
-                "'{cell}' may be {whole} or {decimal}: write thousands without a mark, and decimals with a dot where commas are between "
-                "the columns",
+                "'{cell}' may mean {whole} or {decimal}. Write thousands without a mark; if commas separate the "
+                "columns, write decimals with a dot",
                 cell=written,
                 whole=whole,
                 decimal=f"{float(written.replace(',', '.')):g}",

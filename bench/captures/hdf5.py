@@ -22,7 +22,7 @@ def read_hdf5(path: Path, selected: str = "") -> Capture:
         raise CaptureError(
             str(path),
             text(
-                "no waveform '{selected}' in it; there are: {names}",
+                "the file contains no waveform '{selected}'; choose one of: {names}",
                 selected=selected,
                 names=list(there) or text("none"),
             ),

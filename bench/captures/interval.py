@@ -32,8 +32,9 @@ def check_interval(lines: list[str], capture: Capture) -> None:
             raise CaptureError(
                 capture.source,
                 text(
-                    "the heading states {stated:.4g} s from sample to sample, the column of time goes in steps of {found:.4g} s: its unit "
-                    "is another. Name it in the column's heading, as 'time (ms)', or correct what is stated",
+                    "the heading states a sampling interval of {stated:.4g} s, but the time column has steps of "
+                    "{found:.4g} s: its unit is different. Write the unit into the column's heading, as 'time "
+                    "(ms)', or correct the stated interval",
                     stated=stated,
                     found=found,
                 ),

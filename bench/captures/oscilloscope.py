@@ -62,7 +62,7 @@ class CaptureFilesOscilloscope(ManualOscilloscope):
         if self._files.files:
             if not self._left:
                 count = len(self._files.files)
-                raise self._failed(text("all {count} files are taken, and one more record is needed", count=count))
+                raise self._failed(text("all {count} files are used, and one more record is needed", count=count))
             taken = self._left.pop(0)
             try:
                 return self._waveforms(read_captures(taken.split("+")), stated)
@@ -159,8 +159,8 @@ class CaptureFilesOscilloscope(ManualOscilloscope):
             raise CaptureError(
                 capture.source,
                 text(
-                    "there is no column {column} for channel {channel}; there are {names}. Name it as columns.{channel} in the "
-                    "station file",
+                    "no column {column} was found for channel {channel}; the columns are {names}. Name the right "
+                    "one as columns.{channel} in the station file",
                     column=named or f"CH{channel}",
                     channel=channel,
                     names=names,

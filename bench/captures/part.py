@@ -49,7 +49,7 @@ class CapturePart:
             raise CaptureError(
                 capture.source,
                 text(
-                    "--from and --to leave {count} samples; allowed are instants from {begin:g} s to {end:g} s, where the record lies",
+                    "--from and --to select only {count} samples; the record lies between {begin:g} s and {end:g} s",
                     count=max(after - first, 0),
                     begin=time[0],
                     end=time[-1],

@@ -107,7 +107,9 @@ def read_plain(
         known = si(unit) if unit else None
         if unit and known is None:
             assumptions.append(
-                text("unit '{unit}' of column '{name}' is not known; values taken as they stand", unit=unit, name=name)
+                text(
+                    "unit '{unit}' of column '{name}' is not known; its values are used unchanged", unit=unit, name=name
+                )
             )
         column = at_the_ends(table[:, k]) if k else None
         if column is not None:
@@ -141,7 +143,8 @@ def read_plain(
             raise CaptureError(
                 str(path),
                 text(
-                    "column '{name}' is in '{unit}', which is no unit of time known here; allowed are s, ms, µs, ns and min",
+                    "the time column '{name}' is in '{unit}', which is not a known unit of time; allowed are s, "
+                    "ms, µs, ns and min",
                     name=columns[0].name,
                     unit=headings[0][1] or columns[0].unit,
                 ),
@@ -195,7 +198,8 @@ def _in_unit(path: Path, time: CaptureChannel, unit: str, *, unit_open: bool) ->
         raise CaptureError(
             str(path),
             text(
-                "--time-unit {unit}: column '{name}' says its unit itself; where that is wrong, correct the heading",
+                "--time-unit {unit}: column '{name}' states its unit itself; if that unit is wrong, correct the "
+                "heading",
                 unit=unit,
                 name=time.name,
             ),
@@ -223,8 +227,9 @@ def _refuse_decimal_commas(path: Path, lines: list[str], first: int) -> None:
         raise CaptureError(
             str(path),
             text(
-                "rows have up to {most} numbers under {headings} headings, all without a dot: the comma is the decimal mark and stands "
-                "between the columns too. Export again with semicolons or tabs between the columns, or with decimal dots",
+                "rows have up to {most} numbers under {headings} headings, and no number has a dot: the comma is "
+                "used as decimal mark and as separator of the columns. Export again with semicolons or tabs "
+                "between the columns, or with decimal dots",
                 most=most,
                 headings=headings,
             ),
@@ -263,7 +268,7 @@ def _headings(before: list[str], width: int, abscissa: str) -> tuple[list[tuple[
         unit = {"time": "s", "angle": "rad"}[abscissa]
         names = [(abscissa, unit)] + [(f"column {k + 1}", "") for k in range(1, width)]
         message = text(
-            "no heading: first column taken as {abscissa} in {unit}, the others as they stand",
+            "no heading: the first column is taken as {abscissa} in {unit}, the other values are used unchanged",
             abscissa=_ABSCISSAE[abscissa],
             unit=unit,
         )

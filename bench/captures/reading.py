@@ -43,7 +43,7 @@ def _read(path: Path | str, abscissa: str, selection: CapturePart) -> Capture:
     where, _, selected = str(path).partition("#")
     file = Path(path) if os.path.exists(path) else Path(where)
     if not os.path.isfile(file):
-        raise CaptureError(str(file), text("is not there, or is not a file; check the path"))
+        raise CaptureError(str(file), text("does not exist or is not a file; check the path"))
     with file.open("rb") as stream:
         if stream.read(8) == _HDF5_SIGNATURE:
             _refuse_column(file, selection)
@@ -69,7 +69,7 @@ def _refuse_column(file: Path, selection: CapturePart) -> None:
             raise CaptureError(
                 str(file),
                 text(
-                    "{option} {given}: this format says itself what its time is; the option is allowed for plain tables only",
+                    "{option} {given}: this format states its time itself; the option is allowed for plain tables only",
                     option=option,
                     given=given,
                 ),
@@ -82,7 +82,8 @@ def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time", select
         raise CaptureError("capture", text("no file given"))
     if len({str(path) for path in paths}) < len(paths):
         raise CaptureError(
-            ", ".join(str(path) for path in paths), text("a file is given twice; give each file of the record once")
+            ", ".join(str(path) for path in paths),
+            text("the same file is given twice; give each file of the record once"),
         )
     captures = [read_capture(path, abscissa=abscissa, selection=selection) for path in paths]
     first = captures[0]
@@ -96,8 +97,8 @@ def read_captures(paths: Sequence[Path | str], *, abscissa: str = "time", select
             raise CaptureError(
                 other.source,
                 text(
-                    "its time axis ({size} samples from {begin:g} s to {end:g} s) is not that of {source} "
-                    "({first_size} from {first_begin:g} s to {first_end:g} s); give files of one record",
+                    "its time axis ({size} samples from {begin:g} s to {end:g} s) differs from that of {source} "
+                    "({first_size} from {first_begin:g} s to {first_end:g} s); give files of the same record",
                     size=axis.size,
                     begin=axis[0],
                     end=axis[-1],

@@ -46,11 +46,11 @@ def read_siglent(path: Path, lines: list[str]) -> Capture:
         channels.append(CaptureChannel(name, known, values, converter_step(values)))
     model = settings.get("Model Number", [""])[0]
     stated = number(settings.get("Record Length", [""])[0].removeprefix("Analog:"))
-    assumptions = [text("values taken as they stand, with the scope's probe setting")]
+    assumptions = [text("values used unchanged; they include the oscilloscope's probe setting")]
     if stated is not None and int(stated) != len(table):
         assumptions.append(
             text(
-                "the heading states {stated} samples, the file holds {held}: those are taken",
+                "the heading states {stated} samples, but the file contains {held}; the samples in the file are used",
                 stated=int(stated),
                 held=len(table),
             )

@@ -105,7 +105,7 @@ def read_numbers(
         raise CaptureError(
             str(path),
             text(
-                "'{content}' holds a value that no instrument reads, {value:.3g}; correct or remove the row",
+                "'{content}' contains {value:.3g}, which is not a possible reading; correct or remove the row",
                 content=lines[line - 1].strip()[:60],
                 value=float(table[tuple(beyond[0])]),
             ),
@@ -116,7 +116,7 @@ def read_numbers(
         raise CaptureError(
             str(path),
             text(
-                "'{content}' holds a value that is not a finite number; cut it off or retake",
+                "'{content}' contains a value that is not a finite number; remove the row or record again",
                 content=lines[line - 1].strip()[:60],
             ),
             line,

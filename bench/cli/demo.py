@@ -33,19 +33,19 @@ def demo(
     motor
         A motor file with a table [virtual], or the name of a shipped motor: lg-400w, ipmsm, outrunner-delta, gimbal, drone.
     seed
-        Seed of noise and of the operator's hand: one seed, the same figures to the last digit.
+        Seed of the noise and of the virtual operator. The same seed gives the same figures to the last digit.
     json
         Print one JSON object and nothing else; no page is written.
     language
         en, zh, or auto by the locale.
     runs
-        Folder in which the run's own folder is made.
+        Folder in which the run's folder is created.
     faults
         A file of faults to inject.
     fault
         One fault in a few words, like "lcr_meter: silence at step 3.2.2/3"; may be given several times.
     disturbances
-        A file of what disturbs the virtual bench: probes, shaft sensors, contacts, hands.
+        A file that states what disturbs the virtual bench: errors of probes, shaft sensors, contacts and hands.
 
     """
     chosen = language_of(language)

@@ -48,7 +48,8 @@ def doctor(
     Parameters
     ----------
     station
-        A station file: can this computer reach each of its addresses? Nothing is opened; `station check` does that.
+        A station file. Checks whether this computer can reach each of its addresses. Nothing is opened; `station check` opens
+        the instruments.
     json
         Print one JSON object and nothing else.
     language
@@ -140,7 +141,7 @@ def _problems(found: dict[str, Any], stands: Sequence[tuple[str, str, Text]], ru
     if not found["visa_backends"]:
         messages.append(text("no VISA backend; install PyVISA-py or the instrument maker's VISA"))
     messages += [
-        text("{port} may not be used; add yourself to its group (often dialout or plugdev)", port=port)
+        text("you have no permission to use {port}; add yourself to its group (often dialout or plugdev)", port=port)
         for port, state in found["serial_ports"].items()
         if state != "usable"
     ]
@@ -151,7 +152,9 @@ def _problems(found: dict[str, Any], stands: Sequence[tuple[str, str, Text]], ru
         messages.append(Text("{said}", {"said": found["state_problem"]}))
     place = runs if runs.exists() else runs.absolute().parent
     if not os.access(place, os.W_OK):
-        messages.append(text("{place} may not be written to; choose another folder with --runs", place=place))
+        messages.append(
+            text("you have no permission to write to {place}; choose another folder with --runs", place=place)
+        )
     return messages
 
 
@@ -196,4 +199,4 @@ def _print(found: dict[str, Any], wrong: Sequence[Text], guardian: Scope, transl
     if not wrong:
         say(text("Nothing is missing."), "✓ ")
         if "station" not in found:
-            say(text("A station file's addresses are judged by: motorbench doctor STATION.toml"), "  ")
+            say(text("To check the addresses of a station file: motorbench doctor STATION.toml"), "  ")

@@ -57,25 +57,28 @@ def export(
     list_
         List the targets and where each comes from.
     station
-        With --list: a station file, whose plug-ins are listed too.
+        With --list: a station file. Its plug-ins are listed too.
     output
-        File to write; without it the file's content goes to standard output. One that is there with other content is not overwritten.
+        File to write. Without it, the content goes to standard output. An existing file with other content is not overwritten.
     force
         Overwrite that file.
     largest_uncertainty
-        Largest relative standard uncertainty with which a parameter is exported, instead of the stated bounds (docs/reference/exports.md).
+        Largest relative standard uncertainty at which a parameter is still exported. It replaces the bounds in
+        docs/reference/exports.md.
     bandwidth
-        Bandwidth of the current loop, Hz, that VESC's, ODrive's, moteus' and SimpleFOC's gains are for: 159 (1000 rad/s) where not given,
-        0 for a file without gains.
+        Bandwidth of the current loop, Hz, for the gains of VESC, ODrive, moteus and SimpleFOC. Default: 159 (1000 rad/s). 0
+        writes no gains.
     loop_rate
-        Samples of the current loop a second, Hz: its delay of one and a half samples is reckoned with, so that the loop has the bandwidth
-        itself. Without it the gains are those of a loop without delay, which comes out faster. Up to a fifteenth of it is allowed.
+        Sampling rate of the current loop, Hz. With it, the gains allow for the loop's delay of one and a half samples, so that
+        the loop has the bandwidth asked for. Without it, the gains are those of a loop without delay, and the real loop is
+        faster. --bandwidth may be up to a fifteenth of this rate.
     as_detected
-        Inductances as the controller's own detection stores them: VESC scales them by 0.9, and its HFI counts on it.
+        Write inductances as the controller's own detection stores them. VESC stores 0.9 of the measured value, and its HFI
+        relies on that.
     json
         Print one JSON object and nothing else: the fields with unit, uncertainty and convention, and the content where no file is written.
     language
-        Language of reasons and warnings: en, zh, or auto by the locale. The file's own words are English.
+        Language of reasons and warnings: en, zh, or auto (by the locale). The exported file itself is in English.
     runs
         Folder of the runs.
 
@@ -110,8 +113,9 @@ def export(
     if loop_rate is not None and not max(asked, 1.0) <= LARGEST_SHARE * loop_rate < math.inf:
         raise UsageError(
             text(
-                "--loop-rate {loop_rate:g}: a loop of {bandwidth:.4g} Hz needs at least {least:.6g} samples a second, for its delay not to "
-                "make it overshoot; lower --bandwidth, or leave --loop-rate out",
+                "--loop-rate {loop_rate:g}: a current loop of {bandwidth:.4g} Hz needs at least {least:.6g} "
+                "samples a second, otherwise its delay makes it overshoot; lower --bandwidth, or leave "
+                "--loop-rate out",
                 loop_rate=loop_rate,
                 bandwidth=asked,
                 least=max(asked, 1.0) / LARGEST_SHARE,
@@ -124,7 +128,7 @@ def export(
     if target.write_records is not None and output is None and (json or sys.stdout.isatty()):
         raise UsageError(
             text(
-                "--for {name}: the file is binary; say where it goes with --output FILE{suffix}",
+                "--for {name}: the file is binary, so it must go to a file; give --output FILE{suffix}",
                 name=target.name,
                 suffix=target.suffix,
             )
@@ -132,7 +136,8 @@ def export(
     if as_detected and not target.as_detected:
         raise UsageError(
             text(
-                "--as-detected: {title} stores what it detects as it is; leave it out, or name vesc", title=target.title
+                "--as-detected: {title} stores the detected values unchanged; leave the option out, or choose vesc",
+                title=target.title,
             )
         )
     subject = subject_of(read)

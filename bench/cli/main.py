@@ -35,7 +35,9 @@ def make_app() -> App:
         # Who is interrupted is told so.
         suppress_keyboard_interrupt=False,
     )
-    app.command("bench.cli.results:command", name="results", help="Show a run, list runs, or prove one untouched.")
+    app.command(
+        "bench.cli.results:command", name="results", help="Show a run, list runs, or verify that a run is unchanged."
+    )
     lists = Parameter(negative=(), consume_multiple=True)
     commands = (
         ("demo", "Every procedure on the virtual bench, then the summary."),
@@ -45,7 +47,7 @@ def make_app() -> App:
         ("report", "Write a run's report as a page and a PDF."),
         ("sign", "Sign a run: measured, checked or approved."),
         ("export", "Write a run's parameters as a motor controller's file."),
-        ("study", "What a station will know of a type: drawn motors on its virtual twin."),
+        ("study", "How well a station will measure a type: random motors on its virtual twin."),
         ("serve", "The operator's panel in a browser."),
         ("doctor", "Check the installation: libraries, VISA backends, permissions."),
     )
@@ -65,7 +67,7 @@ def make_app() -> App:
         help="A measured six-step drive at another load and voltage.",
     )
     analyze.command(
-        "bench.cli.analyze.table:table", name="table", help="Published figures beside a run's or a motor's."
+        "bench.cli.analyze.table:table", name="table", help="Compare published figures with those of a run or a motor."
     )
     for name, words in (
         ("flux-map", "Inductances, MTPA and torque of a table of flux linkages."),
@@ -85,12 +87,14 @@ def make_app() -> App:
     )
     station.command("bench.cli.station.scan:scan", name="scan", help="Find the instruments; nothing is changed.")
     station.command(
-        "bench.cli.station.new:new", name="new", help="Find the instruments, ask for the rest, write the file."
+        "bench.cli.station.new:new",
+        name="new",
+        help="Find the instruments, ask for the rest, and write a station file.",
     )
     station.command(
         "bench.cli.station.traffic:record",
         name="record",
-        help="Record what each instrument says, byte by byte, to be sent.",
+        help="Record the instruments' messages byte by byte, to send to a developer.",
     )
     station.command(
         "bench.cli.station.traffic:replay", name="replay", help="Replay a recording through the drivers, or serve it."
@@ -108,13 +112,13 @@ def make_app() -> App:
         ("check:check", "check", "Try a plan on virtual benches: time, limits, instruments."),
         ("schema:schema", "schema", "The plan file's JSON schema, for editors."),
         ("export:export", "export", "Records as CSV, Parquet, JUnit XML or JSON lines."),
-        ("motor:motor", "motor", "One motor's tests, the part at fault, and what changed from one to the next."),
+        ("motor:motor", "motor", "One motor's tests, the part at fault, and the changes between tests."),
         ("labels:labels", "labels", "The label line of each motor of a batch."),
         ("archive:archive", "archive", "A batch's records, plan and runs in one file."),
         ("archive:restore", "restore", "Put an archived batch back."),
         ("retain:retain", "retain", "Remove old waveforms and runs by a rule, with a log."),
         ("pack:pack", "pack", "Compress the runs of batches that were measured before."),
-        ("motors:motors", "motors", "The motors behind a figure or a failure, and their runs."),
+        ("motors:motors", "motors", "List the motors with a figure or a failure, and their runs."),
         ("plan:plan", "plan", "Write a plan from a measured motor."),
         ("migrate:migrate", "migrate", "Bring the tables of records up to this version."),
         ("stats:stats", "stats", "Yield, failures, capability, charts, gauge studies."),
@@ -189,7 +193,9 @@ def _unexpected(given: list[str], error: Exception) -> int:
 
     if isinstance(error, InstrumentError | ProcedureError):
         return _refuse(given, error, FAILED)
-    sentence = text("a fault of the program: {fault}; please report it with what you typed", fault=fault(error))
+    sentence = text(
+        "program error: {fault}; please report it together with the command that you typed", fault=fault(error)
+    )
     return _refuse(given, InputError(sentence), FAILED)
 
 

@@ -41,4 +41,4 @@ def write_new(file: Path, content: str | bytes, *, force: bool) -> None:
 
 
 def _existing(file: Path) -> UsageError:
-    return UsageError(text("{file} is there already; name another file, or overwrite it with --force", file=str(file)))
+    return UsageError(text("{file} already exists; choose another file, or overwrite it with --force", file=str(file)))

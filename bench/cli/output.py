@@ -58,14 +58,14 @@ def print_summary(view: RunView, folder: RunFolder, translate: Translate) -> Non
     if view.wall_time > 0.0 and view.truth:
         # A run of an older version does not say how long its hands took.
         by_hand = text(
-            "Bench time {bench:.0f} s (hands {hands:.0f} s) in {wall:.2f} s of wall time: {ratio:.0f} ×",
+            "Bench time {bench:.0f} s ({hands:.0f} s of it manual work) in {wall:.2f} s of real time: {ratio:.0f} ×",
             bench=view.bench_time,
             hands=view.hand_time,
             wall=view.wall_time,
             ratio=view.bench_time / view.wall_time,
         )
         times = text(
-            "Bench time {bench:.0f} s in {wall:.2f} s of wall time: {ratio:.0f} ×",
+            "Bench time {bench:.0f} s in {wall:.2f} s of real time: {ratio:.0f} ×",
             bench=view.bench_time,
             wall=view.wall_time,
             ratio=view.bench_time / view.wall_time,
@@ -89,7 +89,8 @@ def print_page(page: str, folder: RunFolder, translate: Translate) -> None:
         text("Report: {page}", page=page)
         if page
         else text(
-            "The report's page could not be drawn; motorbench report {folder} says why", folder=quote(str(folder.path))
+            "The report's page could not be made; motorbench report {folder} shows the reason",
+            folder=quote(str(folder.path)),
         )
     )
     console_on(sys.stdout).print(message.render(translate), markup=False, soft_wrap=True)
@@ -102,7 +103,7 @@ def print_end(view: RunView, folder: RunFolder, translate: Translate, *, resumab
         "cause": view.cause,
         "folder": str(folder.path),
     }
-    words = text("the run {status}: {cause}\nThe journal is in {folder}; go on with --resume {folder}", **said)
+    words = text("the run {status}: {cause}\nThe journal is in {folder}; continue with --resume {folder}", **said)
     if not resumable:
         words = text("the run {status}: {cause}\nThe journal is in {folder}", **said)
     print(f"motorbench: {words.render(translate)}", file=sys.stderr)
@@ -117,7 +118,10 @@ def say_missing(done: "Finished", translate: Translate) -> int:
     if withheld := done.view.parameters().withheld:
         said.append(text("not given: {names}", names=[reasons[0].label for reasons in withheld.values()]))
     said += [
-        text("{source}: nothing has felt it; see that its instrument is used then, or its step comes", source=source)
+        text(
+            "{source}: this fault had no effect; check that the run uses its instrument and reaches its step",
+            source=source,
+        )
         for source in done.unfelt
     ]
     for sentence in said:

@@ -19,7 +19,7 @@ def parameters(*, station: str = "virtual", json: bool = False, markdown: bool =
     Parameters
     ----------
     station
-        A station file, whose plug-ins' parameters are listed too.
+        A station file. The parameters of its plug-ins are listed too.
     json
         Print one JSON object and nothing else.
     markdown

@@ -22,9 +22,9 @@ def procedures(
     Parameters
     ----------
     names
-        Procedures, as the list without a name shows them.
+        Names of procedures; the list without a name shows them.
     station
-        A station file, whose plug-ins are listed too.
+        A station file. Its plug-ins are listed too.
     json
         Print one JSON object and nothing else.
     markdown
@@ -83,8 +83,8 @@ def _sentence(step: Step, defaults: dict[str, object], translate: Translate) -> 
 
 #: Procedures that `all` does not include, in the order of the list, with what stands above them.
 _KINDS = {
-    "at_load": text("At every current, under load (each is run where it is named; all does not include them)"),
-    "end_of_line": text("End-of-line checks (each is run where it is named; all does not include them)"),
+    "at_load": text("At every current, under load (not part of all; run each by its name)"),
+    "end_of_line": text("End-of-line checks (not part of all; run each by its name)"),
     "manual": text("By hand (a run of its own)"),
 }
 

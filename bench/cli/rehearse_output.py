@@ -27,7 +27,7 @@ def print_rehearsal(done: Rehearsed, translate: Translate) -> None:
 
     say(
         text(
-            "Rehearsal of {motor} on a virtual twin of {station}; nothing of the station was opened",
+            "Rehearsal of {motor} on a virtual twin of {station}; no instrument of the station was opened",
             motor=done.request.motor.nameplate.name,
             station=done.station.name,
         ),
@@ -36,7 +36,7 @@ def print_rehearsal(done: Rehearsed, translate: Translate) -> None:
     for difference in done.twin.differences:
         say(difference, 2)
     if done.twin.assumed:
-        say(text("The motor file holds no [virtual] motor or drive; assumed were:"))
+        say(text("The motor file has no [virtual] motor or drive. These values were assumed:"))
         for one in done.twin.assumed:
             why = one.why.render(translate)
             figure = f"{one.value:.4g} {one.unit}".removesuffix(" 1")
@@ -54,14 +54,14 @@ def print_rehearsal(done: Rehearsed, translate: Translate) -> None:
         if procedure.cause:
             say(
                 text(
-                    "✗ {procedure} does not come to its end: {cause}",
+                    "✗ {procedure} would not finish: {cause}",
                     procedure=word(procedure.name),
                     cause=procedure.cause,
                 )
             )
     say(
         text(
-            "Expected: {bench:.0f} s on the bench, of that {hands:.0f} s by hand",
+            "Expected: {bench:.0f} s on the bench, {hands:.0f} s of it manual work",
             bench=done.view.bench_time,
             hands=done.hand_time,
         )
@@ -69,16 +69,14 @@ def print_rehearsal(done: Rehearsed, translate: Translate) -> None:
     say(
         text("✓ No limit is passed")
         if done.good
-        else text(
-            "✗ This plan would not run as it is: {cause}", cause=done.view.cause or text("a limit would be passed")
-        )
+        else text("✗ This run would fail: {cause}", cause=done.view.cause or text("a limit would be passed"))
     )
     say(text("Rehearsal: {file}", file=str(done.path / SCRIPT)))
 
 
 def _print_procedure(console: "Console", procedure: ProcedureScript, translate: Translate) -> None:
     head = text(
-        "{name}, §{section}: {bench:.0f} s, of that {hands:.0f} s by hand",
+        "{name}, §{section}: {bench:.0f} s, {hands:.0f} s of it manual work",
         name=word(procedure.name),
         section=procedure.section,
         bench=procedure.duration,

@@ -31,7 +31,7 @@ def report(
     format
         html, pdf or both.
     output
-        Folder to write into; the run's own where not given.
+        Folder to write to. Default: the run's folder.
     json
         Print one JSON object and nothing else: the files.
     runs

@@ -40,9 +40,9 @@ def results(
     Parameters
     ----------
     run
-        The run's folder, its name under `--runs`, or `latest`; without one, the runs are listed.
+        The run's folder, its name under `--runs`, or `latest`. Without it, the runs are listed.
     budget
-        Print the uncertainty budgets of these parameters, of all where none is named.
+        Print the uncertainty budgets of these parameters; without a name, of all parameters.
     json
         Print one JSON object and nothing else; the budgets are in it.
     language
@@ -153,5 +153,5 @@ command = App(
 command.default(results)
 command.command(list_runs, name="list", help="List the runs of a folder.")
 command.command(schema, name="schema", help="Print the JSON schema of the journal.")
-command.command("bench.cli.unpack:unpack", name="unpack", help="Have a packed journal as lines of text again.")
-command.command("bench.cli.verify:verify", name="verify", help="Prove that a run is as it was written.")
+command.command("bench.cli.unpack:unpack", name="unpack", help="Unpack a journal into lines of text.")
+command.command("bench.cli.verify:verify", name="verify", help="Verify that a run is unchanged.")

@@ -63,12 +63,12 @@ def run(
     motor
         A motor file, or the name of a shipped motor.
     operator
-        Who does the hand work: terminal (a person), panel (a person at a panel), virtual, answers (typed readings from a
-        file), fixture (the station's own).
+        Who does the manual work: terminal (a person), panel (a person at the web panel), virtual (simulated hands), answers
+        (readings from a file), fixture (the station's switch matrix and rotor actuator).
     person
-        The name of who runs it, for the record.
+        Name of the person who runs it, for the record.
     serial_number
-        The motor's serial number, in place of the one in its file.
+        The motor's serial number; it replaces the one in the motor file.
     answers
         TOML file of readings and commands for `--operator answers`.
     set_
@@ -78,7 +78,7 @@ def run(
     json
         Print one JSON object and nothing else.
     resume
-        A run's folder, its name under `--runs`, or `latest`: go on at its first unfinished procedure.
+        Continue this run at its first unfinished procedure. Give the run's folder, its name under `--runs`, or `latest`.
     repeat
         With --resume: a procedure to run again although it is finished; may be given several times.
     trace
@@ -92,17 +92,18 @@ def run(
     fault
         One fault in a few words, like "lcr_meter: silence at step 3.2.2/3"; may be given several times.
     disturbances
-        A file of what disturbs the virtual bench: probes, shaft sensors, contacts, hands.
+        A file that states what disturbs the virtual bench: errors of probes, shaft sensors, contacts and hands.
     probe_verification
-        An earlier run of this station with probe-verification, its name under `--runs` or `latest`: its gains are taken.
+        An earlier run of probe-verification at this station, by its name under `--runs` or `latest`. Its probe gains are used.
     probe
-        Limit of gain of a probe that the station file leaves open, CH1=2%; asked for otherwise. May be given several times.
+        Limit of the gain error of a probe that the station file does not state, as in CH1=2%. Without it, you are asked. May be
+        given several times.
     runs
-        Folder in which the run's own folder is made.
+        Folder in which the run's folder is created.
     continue_on_error
-        Go on with the next procedure where one fails.
+        If a procedure fails, continue with the next one.
     rehearse
-        Try the plan on a virtual twin of the station and list every set point and action; nothing of the station is opened.
+        Rehearse on a virtual twin of the station and list every set point and action. No instrument of the station is opened.
 
     """
     folder = existing_run_folder(resume, runs) if resume else None
@@ -124,7 +125,7 @@ def run(
     if unknown:
         raise UsageError(
             text(
-                "--repeat {unknown}: it is not among the procedures of this run: {names}",
+                "--repeat {unknown}: not a procedure of this run; its procedures are: {names}",
                 unknown=unknown[0],
                 names=procedures,
             )

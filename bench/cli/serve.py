@@ -43,9 +43,9 @@ def serve(
     station
         The station's file, or virtual for the virtual bench.
     virtual
-        The virtual bench in place of a station, as --station virtual.
+        Use the virtual bench instead of a station; the same as --station virtual.
     host
-        The address to listen on; any other than loopback asks for a login and needs --people.
+        The address to listen on. Any address other than loopback requires a login, and so --people.
     port
         The port to listen on.
     people
@@ -55,19 +55,20 @@ def serve(
     motors
         Folder of the motor files to choose from.
     plans
-        Folder of the end of line's plans to choose from.
+        Folder of the end-of-line plans to choose from.
     records
-        Where the end of line's records are kept, as motorbench eol run has it.
+        Where the end-of-line records are kept; the same as --records of motorbench eol run.
     allow_host
         A further name or address that browsers call the panel by; may be given several times.
     certificate
-        The server's certificate (PEM, with its chain) for TLS; --key belongs to it.
+        The server's certificate for TLS (PEM, with its chain). Give --key with it.
     key
         The certificate's private key (PEM, without a password).
     trusted_proxy
-        The address of a reverse proxy whose X-Forwarded-For and X-Forwarded-Proto hold; may be given several times.
+        The address of a reverse proxy whose X-Forwarded-For and X-Forwarded-Proto headers are trusted. May be given several
+        times.
     session_idle
-        Minutes after which a login ends that is not used.
+        Minutes without use after which a login ends.
     session_length
         Hours after which a login ends in any case.
 
@@ -81,8 +82,8 @@ def serve(
     if not _is_loopback(host) and people is None:
         raise UsageError(
             text(
-                "--host {host} opens the panel to a network, where everyone could start the motor; "
-                "add --people FILE (motorbench user add makes it)",
+                "--host {host} opens the panel to the network, where anyone could start the motor; add --people "
+                "FILE (motorbench user add creates the file)",
                 host=host,
             )
         )
@@ -109,7 +110,7 @@ def serve(
     build(panel, AllowedHosts(host, allow_host))
     quieten_server()
     scheme, name = "https" if certificate else "http", _reached_by(host)
-    where = text("The panel: {address} (Ctrl-C ends it; a run goes on)", address=f"{scheme}://{name}:{port}")
+    where = text("The panel: {address} (Ctrl-C ends the panel; a run continues)", address=f"{scheme}://{name}:{port}")
     message = where.render(translator(language_of("auto")))
     app.on_startup(lambda: print(message, flush=True))
     ui.run(
@@ -142,7 +143,7 @@ def _say_what_is_wrong(station: str) -> None:
     try:
         load_line(station, None)
     except InputError as error:
-        after = text("Nothing can be run on this station until its file is mended; the panel reads it anew then")
+        after = text("Nothing can be run on this station until its file is corrected; the panel then reads it again")
         message = lines((error.text, after)).render(translator(language_of("auto")))
         print(f"motorbench: {message}", file=sys.stderr, flush=True)
 
@@ -207,7 +208,7 @@ def _check_free(host: str, port: int) -> None:
     except OSError as error:
         raise InputError(
             text(
-                "{host}:{port} cannot be listened on: {strerror}; choose another with --port or --host",
+                "the panel cannot listen on {host}:{port}: {strerror}; choose another address with --port or --host",
                 host=host,
                 port=port,
                 strerror=reason_of(error),

@@ -40,15 +40,15 @@ def unavailable(error: OSError, host: str) -> InputError:
     if not error.port:
         return InputError(
             text(
-                "{host} cannot be listened on: {reason}; give an address of this computer with --host",
+                "the address {host} cannot be used: {reason}; give an address of this computer with --host",
                 host=host,
                 reason=reason_of(error),
             )
         )
     return InputError(
         text(
-            "{host}:{port}, for {endpoint}, cannot be listened on: {reason}; end what listens there, or choose other ports with "
-            "--base-port (or --ports FILE)",
+            "{host}:{port}, for {endpoint}, cannot be used: {reason}; end the program that uses the port, or "
+            "choose other ports with --base-port (or --ports FILE)",
             host=error.host,
             port=error.port,
             endpoint=".".join(error.endpoint),

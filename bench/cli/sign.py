@@ -30,7 +30,7 @@ def sign(
     by
         The name of who signs.
     meaning
-        What the signature stands for: measured, checked or approved.
+        Meaning of the signature: measured, checked or approved.
     remark
         Words that go with it.
     language

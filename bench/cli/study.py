@@ -50,19 +50,19 @@ def study(
     motor
         The type: a motor file, or the name of a shipped motor.
     station
-        A station file, whose drivers are tried on simulated instruments, or `virtual`.
+        A station file, or `virtual`. Its drivers run on simulated instruments.
     motors
         How many motors are drawn.
     set_
         A setting, `name=value` or `procedure.name=value`; may be given several times.
     spread
-        How the motors differ, standard deviation in per cent: resistance=1.5; also inductance, flux, inertia, friction.
+        Spread of the motors, as a standard deviation in per cent: resistance=1.5; also inductance, flux, inertia, friction.
     operator
-        fixture or virtual (hands); the station's usual one where none is given.
+        fixture or virtual (simulated hands). Default: the station's usual operator.
     jobs
-        How many processes measure them, as many as there are cores where none is given. The figures do not depend on it.
+        Number of processes. Default: one for each core. The figures do not depend on it.
     cluster
-        Address of a Dask scheduler whose workers measure them, or local for a cluster made here.
+        Address of a Dask scheduler whose workers do the work, or local for a cluster started here.
     seed
         Seed of the motors and benches.
     json
@@ -140,7 +140,7 @@ def _print(done: Studied, translate: Translate) -> None:
     for procedure, why, count in worth.refused:
         say(text("{procedure} refused {count} motors: {why}", procedure=word(procedure), count=count, why=why))
     if done.assumed:
-        say(text("Assumed of the motor, for its file has no [virtual]: {names}", names=list(done.assumed)))
+        say(text("Assumed for the motor, because its file has no [virtual]: {names}", names=list(done.assumed)))
     for difference in done.differences:
         say(Text("! {difference}", {"difference": difference}))
 

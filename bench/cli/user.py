@@ -19,7 +19,7 @@ def add(name: str, *, role: str = "operator", file: Path = Path("people.toml")) 
     role
         viewer watches, operator leads runs, engineer also changes motors and signs off.
     file
-        The file of people, which motorbench serve --people takes.
+        The file of people, for motorbench serve --people.
 
     """
     from bench.panel.access import add_person

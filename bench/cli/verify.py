@@ -18,7 +18,7 @@ def verify(run: str, *, sha256: str = "", json: bool = False, language: str = "a
     run
         The run's folder, its name under `--runs`, or `latest`.
     sha256
-        Hash of the journal's last event, as it was noted outside the run's folder.
+        Hash of the journal's last event, from a note kept outside the run's folder.
     json
         Print one JSON object and nothing else.
     language

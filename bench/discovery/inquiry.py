@@ -51,7 +51,7 @@ class Inquiry:
     def ask(self, where: str, what: Text, action: Callable[[], T | None], seconds: float) -> T | None:
         """Return what `action` brings within `seconds` and put it down; None where nothing usable came."""
         if not self.bound.left:
-            self.skip(where, text("the time was over before; give more with --within"))
+            self.skip(where, text("not asked, because the time was over; allow more with --within"))
             return None
         answer, outcome = None, text("no answer")
         try:

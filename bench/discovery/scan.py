@@ -63,7 +63,7 @@ def scan(
     except KeyboardInterrupt:
         inquiry.report.interrupted = True
     for name, error in inquiry.known.faults.items():
-        inquiry.skip(name, text("its driver fails to judge an answer: {error}", error=error))
+        inquiry.skip(name, text("its driver could not evaluate a reply: {error}", error=error))
     report = inquiry.report
     return replace(report, found=scpi.joined(report.found))
 
@@ -99,7 +99,7 @@ def _ask_entry(inquiry: Inquiry, visa: StationVisa, entries: list[Entry]) -> Non
     address = entry.address
     scheme = address.partition("://")[0].casefold() if "://" in address else ""
     if scheme == IN_PROCESS or f"://{IN_PROCESS}/" in address:
-        inquiry.skip(address, text("only the virtual bench has such an address; give the instrument's own"))
+        inquiry.skip(address, text("only the virtual bench has such an address; give the address of the instrument"))
     elif "::" in address:
         scpi.ask_address(inquiry, visa, address, used_by, getattr(entry.options, "baud_rate", None))
     elif scheme in ("tcp", "rtu"):
@@ -108,7 +108,7 @@ def _ask_entry(inquiry: Inquiry, visa: StationVisa, entries: list[Entry]) -> Non
     elif not scheme:
         serial_lines.ask_port(inquiry, address, used_by)
     else:
-        inquiry.skip(address, text("nobody knows how to ask there without changing anything"))
+        inquiry.skip(address, text("no query is known that would not change something there"))
 
 
 def _ask_named(inquiry: Inquiry, visa: StationVisa, request: ScanRequest) -> None:
@@ -149,5 +149,5 @@ def _look_around(inquiry: Inquiry, visa: StationVisa, computer: Computer, reques
     serial_lines.list_ports(inquiry, computer)
     for name, up in computer.can_interfaces().items():
         if not inquiry.looked_at(f"can socketcan {name} "):
-            why = text("a CAN interface nobody named. Ask with --can socketcan/{name}", name=name)
+            why = text("a CAN interface that was not asked for. To include it: --can socketcan/{name}", name=name)
             inquiry.skip(name, why if up else text("{name} is down", name=name))

@@ -32,13 +32,17 @@ def list_ports(inquiry: Inquiry, computer: Computer) -> None:
         if inquiry.looked_at(serial_port(port)):
             continue
         if not usable.get(port, True):
-            inquiry.skip(port, text("it may not be used; add yourself to its group (often dialout) and log in anew"))
+            inquiry.skip(
+                port,
+                text("you have no permission to use it; add yourself to its group (often dialout) and log in again"),
+            )
             continue
         what = known.get(port, "")
         inquiry.skip(
             port,
             text(
-                "a serial port{about}: opening it may reset what is behind it. Look with --serial {port} or --modbus {port}",
+                "a serial port{about}, not opened, because opening it may reset the device. To include it: "
+                "--serial {port} or --modbus {port}",
                 about=f" ({what})" if what not in ("", "n/a") else "",
                 port=port,
             ),
@@ -57,7 +61,7 @@ def ask_port(inquiry: Inquiry, port: str, used_by: tuple[str, ...] = ()) -> None
         if talk.question and (used_by or talking):
             continue
         known = partial(inquiry.known.judged, driver.name, talk.recognise)
-        what = text("who talks by itself at {rate} bit/s", rate=talk.baudrate)
+        what = text("instruments that send by themselves at {rate} bit/s", rate=talk.baudrate)
         if talk.question:
             what = text("{question} at {rate} bit/s", question=repr(talk.question), rate=talk.baudrate)
         heard = inquiry.ask(port, what, partial(_exchange, inquiry, port, talk, known), talk.wait + MARGIN)
@@ -71,7 +75,7 @@ def ask_port(inquiry: Inquiry, port: str, used_by: tuple[str, ...] = ()) -> None
     if not (used_by or talking) and _ask_identity(inquiry, port):
         return
     if answer:
-        said = text("it talks, but as no driver knows: {bytes}", bytes=shown(answer))
+        said = text("something sends data, but in a form that no driver knows: {bytes}", bytes=shown(answer))
         inquiry.add(FoundInstrument((port,), said, used_by=used_by))
 
 

@@ -56,8 +56,8 @@ def draft(report: ScanReport, name: str, translate: Translate = english) -> str:
     parts = [
         _comment(
             text(
-                "Proposed by motorbench station scan. Fill in limits and what stands in comments; then motorbench station check.\n"
-                "Options and their defaults: docs/reference/drivers.md"
+                "Proposed by motorbench station scan. Fill in the limits and the lines that are comments; then "
+                "run motorbench station check.\nOptions and their defaults: docs/reference/drivers.md"
             ),
             translate,
         ),
@@ -89,7 +89,7 @@ def _role(role: Role, several: Iterable[Candidate], translate: Translate) -> lis
     parts = []
     if len(whole) > 1:
         parts.append(
-            _comment(text("several instruments for one role: `use` says which one runs take"), translate)
+            _comment(text("several instruments have this role: `use` names the one that runs use"), translate)
             + "\n"
             + dumps({"instruments": {role.value: {"use": whole[0].name}}}).strip()
         )
@@ -98,7 +98,11 @@ def _role(role: Role, several: Iterable[Candidate], translate: Translate) -> lis
         if one.finding.addresses[1:]:
             above.append(_comment(text("also at {addresses}", addresses=one.finding.addresses[1:]), translate))
         if not one.sole_role:
-            above.append(_comment(text("of several roles; take the comment marks off one of them"), translate))
+            above.append(
+                _comment(
+                    text("this instrument can have several roles; remove the comment marks from one of them"), translate
+                )
+            )
         path = {one.name: one.table} if one.complete and len(whole) > 1 else one.table
         table = dumps({"instruments": {role.value: path}}).strip()
         if not one.complete:

@@ -54,7 +54,7 @@ def decide(
         # Nobody can answer for that: the limits are another type's.
         return RefusedTest(
             text(
-                "serial number {serial} is a motor of the type {model}, and this plan is for {planned}; {tested}",
+                "serial number {serial} is a motor of the type {model}, but this plan is for {planned}; {tested}",
                 serial=serial_number,
                 model=last.model,
                 planned=model,
@@ -71,7 +71,7 @@ def decide(
             (
                 _tested(serial_number, earlier),
                 forbidden,
-                text("a named person may have it tested all the same: --again --person NAME"),
+                text("to test it all the same, a person takes the responsibility: --again --person NAME"),
             ),
             between="; ",
         ),

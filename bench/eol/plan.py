@@ -232,7 +232,7 @@ def _check_bounds(figure: float, bounds: Bounds, key: str) -> None:
         within = text("above {low:g} and at most {high:g}") if bounds.open else text("{low:g} to {high:g}")
     raise ValueError(
         text(
-            "{figure:g} cannot be; figures of this parameter are {within}. Leave out a side that has no limit",
+            "{figure:g} is not possible; figures of this parameter are {within}. Leave out a side that has no limit",
             figure=figure,
             within=Text(within.template, {"low": bounds.low, "high": high}),
         )

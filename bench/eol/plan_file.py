@@ -147,7 +147,7 @@ class AgainSection(Section):
         default=3, ge=1, le=100, strict=True, description="tests of a motor, those that were aborted not counted"
     )
     unknown: Literal["measure", "refuse"] = Field(
-        default="measure", description="what becomes of a motor whose earlier tests cannot be looked up"
+        default="measure", description="whether to test a motor whose earlier tests cannot be looked up"
     )
 
 
@@ -206,8 +206,8 @@ class PlanFile(Section):
             if procedure.retries is not None and chosen != "retry":
                 raise ValueError(
                     text(
-                        "procedure {name}: retries = {retries} says nothing with on_failure = {chosen!r}; give on_failure = 'retry', "
-                        "or leave it out",
+                        "procedure {name}: retries = {retries} has no effect with on_failure = {chosen!r}; give "
+                        "on_failure = 'retry', or leave retries out",
                         name=procedure.name,
                         retries=procedure.retries,
                         chosen=chosen,
@@ -217,7 +217,7 @@ class PlanFile(Section):
                 if before not in names[:place]:
                     raise ValueError(
                         text(
-                            "procedure {name}: after {before!r}: it is not listed before it",
+                            "procedure {name}: after = {before!r} names a procedure that is not listed before it",
                             name=procedure.name,
                             before=before,
                         )

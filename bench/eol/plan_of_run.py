@@ -46,7 +46,7 @@ def plan_of_run(folder: RunFolder, path: Path, percent: float) -> MadePlan:
     figures = {name: each for name, each in view.parameters().parameters.items() if each.source == "measured"}
     if start is None or not figures:
         raise FileError(
-            text("{run}: no parameter was measured; a plan needs figures to set limits about", run=folder.path)
+            text("{run}: no parameter was measured, but a plan needs figures to set its limits", run=folder.path)
         )
     restated = {name for name in figures if name in PARAMETERS and PARAMETERS[name].restates in figures}
     limits = {name: _limit(each, percent) for name, each in figures.items() if name not in restated}

@@ -63,7 +63,7 @@ def check_serial(plan: Plan, serial_number: str) -> None:
             raise
         raise FileError(
             text(
-                "{error}; it is one of the plan {name} ({path}), for the type {motor}",
+                "{error}; it belongs to the plan {name} ({path}) for the type {motor}",
                 error=text_of(error),
                 name=owner.name,
                 path=owner.path.name,

@@ -42,7 +42,7 @@ _RULES: Mapping[int, Text] = {
     6: text("four of five beyond 1 sigma on one side"),
     7: text("fifteen in a row within 1 sigma"),
     8: text("eight in a row beyond 1 sigma on both sides"),
-    SHIFT: text("the level changes for good after this motor"),
+    SHIFT: text("the level has changed permanently after this motor"),
 }
 
 
@@ -60,12 +60,12 @@ def false_alarm_words(chart: Chart, points: int, *, named: bool) -> Text:
     """Return how often a chart signals where nothing has changed; `named` tells that its rules were asked for."""
     if named:
         return text(
-            "By these rules {share:.0%} of charts of {points} motors signal where nothing has changed (by simulation)",
+            "With these rules, {share:.0%} of charts of {points} motors signal without any change (by simulation)",
             share=chart.false_alarms,
             points=points,
         )
     return text(
-        "Of charts of {points} motors at most {share:.1%} signal where nothing has changed",
+        "At most {share:.1%} of charts of {points} motors signal without any change",
         share=chart.false_alarms,
         points=points,
     )

@@ -14,6 +14,6 @@ def write_new(path: Path, content: str) -> None:
         with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), "w", encoding="utf-8") as file:
             file.write(content)
     except FileExistsError:
-        raise InputError(text("{path}: is there already; choose another name, or remove it", path=path)) from None
+        raise InputError(text("{path}: already exists; choose another name, or remove it", path=path)) from None
     except OSError as error:
         raise InputError(text("{path}: cannot be written: {reason}", path=path, reason=reason_of(error))) from None

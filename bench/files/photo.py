@@ -40,7 +40,7 @@ class Photo:
                 upright.save(made, "JPEG", quality=80)
             except (OSError, SyntaxError, ValueError) as error:
                 # Pillow raises SyntaxError for a broken PNG.
-                raise self._refused(text("it is broken off or damaged ({error})", error=str(error))) from None
+                raise self._refused(text("it is incomplete or damaged ({error})", error=str(error))) from None
         return made.getvalue()
 
     def check(self) -> None:
@@ -64,7 +64,7 @@ class Photo:
                 warnings.simplefilter("ignore", Image.DecompressionBombWarning)
                 image = Image.open(self.path, formats=_FORMATS)
         except (UnidentifiedImageError, Image.DecompressionBombError, SyntaxError, ValueError):
-            raise self._refused(text("it is no JPEG or PNG picture")) from None
+            raise self._refused(text("it is not a JPEG or PNG picture")) from None
         except OSError as error:
             raise self._refused(reason_of(error)) from None
         if image.width * image.height > MOST_PIXELS:
@@ -91,7 +91,11 @@ def photo_beside(source: str, key: str, name: str) -> Photo | None:
     place = f"{source}: {key}"
     if parts.is_absolute() or ".." in parts.parts or "\0" in name:
         raise FileError(
-            text("{place} = {name!r}: a photo stands beside its file, or in a folder there", place=place, name=name)
+            text(
+                "{place} = {name!r}: a photo must be in the folder of its file, or in a folder below it",
+                place=place,
+                name=name,
+            )
         )
     photo = Photo(Path(source).parent / parts, place)
     photo.check()

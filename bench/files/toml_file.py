@@ -71,9 +71,11 @@ def read(path: Path, what: Text, remedy: Text | None = None) -> tuple[bytes, dic
         message = text("{path}: the {what} cannot be read: {error}", path=path, what=what, error=reason_of(error))
         raise FileError(message) from None
     except ValueError:
-        raise FileError(text("{path!r} is no name of a {what}", path=str(path), what=what)) from None
+        raise FileError(text("{path!r} is not the name of a {what}", path=str(path), what=what)) from None
     if len(content) > LONGEST:
-        raise FileError(text("{path}: more than {most} MiB are no {what}", path=path, most=LONGEST // 2**20, what=what))
+        raise FileError(
+            text("{path}: larger than {most} MiB, which no {what} is", path=path, most=LONGEST // 2**20, what=what)
+        )
     content = content.removeprefix(codecs.BOM_UTF8)
     return content, parse(content, str(path))
 
@@ -85,7 +87,7 @@ def parse(content: bytes, name: str) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         raise FileError(text("{name}: not valid TOML: {error}", name=name, error=_parsed(error))) from None
     except RecursionError:
-        raise FileError(text("{name}: lists or tables stand too deep in one another", name=name)) from None
+        raise FileError(text("{name}: lists or tables are nested too deeply", name=name)) from None
 
 
 def decoded(content: bytes, name: str) -> str:

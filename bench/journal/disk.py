@@ -70,8 +70,8 @@ class Reserve:
                 ) from None
             raise InputError(
                 text(
-                    "{parent}: there is no room for a run ({strerror}): {size} KiB are kept for its end alone. "
-                    "Make room, or choose another disk by --runs",
+                    "{parent}: the disk has no room for a run ({strerror}): {size} KiB are reserved for its end "
+                    "alone. Free some space, or choose another disk with --runs",
                     parent=path.parent,
                     strerror=reason_of(error),
                     size=size // 1024,

@@ -8,9 +8,9 @@ from drivers.interfaces.text import reason_of, text
 _REMEDIES = {
     errno.ENOSPC: text("Make room on that disk"),
     errno.EDQUOT: text("Make room within the quota"),
-    errno.EROFS: text("Have that disk writable again, or choose another by --runs"),
+    errno.EROFS: text("Make that disk writable again, or choose another with --runs"),
     errno.EFBIG: text("Raise the limit of a file's size"),
-    errno.EIO: text("Look after that disk: it reports errors of its own"),
+    errno.EIO: text("Check that disk: it reports errors"),
 }
 
 
@@ -21,10 +21,10 @@ class RecordError(OSError):
         self.path = path
         self.cause = cause
         self.text = text(
-            "{path} cannot be written: {reason}. Nothing that stood in the journal is lost. {remedy}, then go on: with a run by "
-            "--resume, with a batch by beginning it again",
+            "{path} cannot be written: {reason}. Nothing already in the journal is lost. {remedy}, then "
+            "continue: a run with --resume, a batch by starting it again",
             path=path,
             reason=reason_of(cause),
-            remedy=_REMEDIES.get(cause.errno or 0, text("Look after the disk and the folder's permissions")),
+            remedy=_REMEDIES.get(cause.errno or 0, text("Check the disk and the folder's permissions")),
         )
         super().__init__(str(self.text))

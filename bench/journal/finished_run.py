@@ -47,7 +47,7 @@ def read_run(reference: str, runs: Path) -> FinishedRun:
     journal = read_journal(folder.journal)
     view = view_of(journal.events)
     if view.start is None:
-        raise FileError(text("{journal}: the journal has no beginning; nothing was recorded", journal=folder.journal))
+        raise FileError(text("{journal}: the first event is missing; nothing was recorded", journal=folder.journal))
     motor = recorded_motor(view.start.motor_file, view.start.motor.source)
     # A type's file has no serial number, or another motor's: what was scanned or typed for the run counts.
     number = view.start.motor.serial_number or motor.nameplate.serial_number

@@ -187,7 +187,7 @@ def _opened(path: Path, previous: JournalFile | None) -> int:
     except OSError as error:
         os.close(file)
         raise InputError(
-            text("{path}: the journal cannot be brought to the disk: {strerror}", path=path, strerror=reason_of(error))
+            text("{path}: the journal cannot be saved to the disk: {strerror}", path=path, strerror=reason_of(error))
         ) from None
     except InputError:
         os.close(file)
@@ -207,7 +207,7 @@ def _lock(file: int, path: Path) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise InputError(
-            text("{path}: another process is writing this run; wait for its end, or end it", path=path)
+            text("{path}: another process is writing this run; wait until it ends, or end it", path=path)
         ) from None
     except OSError as error:
         # Some network file systems know no locks: the run itself does not need one.

@@ -76,7 +76,7 @@ def new_run_folder(runs: Path, motor: str) -> RunFolder:
         except FileExistsError as error:
             if runs.is_dir():
                 continue
-            raise InputError(text("{runs}: is a file; give --runs the folder of the runs", runs=runs)) from error
+            raise InputError(text("{runs}: is a file; give the folder of the runs with --runs", runs=runs)) from error
         except OSError as error:
             raise InputError(
                 text(
@@ -109,8 +109,8 @@ def existing_run_folder(reference: str, runs: Path) -> RunFolder:
     hint = Text("; {near}", {"near": nearest(Path(reference).name, names[-_SHOWN:])}) if names else ""
     raise FileError(
         text(
-            "{reference}: there is no run here, nor under {runs} (a run's folder holds journal.jsonl){hint}. "
-            "motorbench results list --runs {runs} lists them",
+            "{reference}: no run was found here or under {runs} (a run's folder contains journal.jsonl){hint}. "
+            "motorbench results list --runs {runs} lists the runs",
             reference=reference,
             runs=runs,
             hint=hint,

@@ -60,14 +60,14 @@ def sign(folder: RunFolder, person: str, role: str, words: str, when: datetime, 
     file cannot be written.
     """
     if not person.strip():
-        raise InputError(text("a signature needs the name of who signs"))
+        raise InputError(text("a signature needs the name of the person who signs"))
     if len(words) > _LONGEST:
         raise InputError(
             text("the remark has {count} characters; up to {longest} are allowed", count=len(words), longest=_LONGEST)
         )
     journal = read_journal(folder.journal)
     if not journal.events or not isinstance(journal.events[-1].event, RunFinished):
-        raise InputError(text("{name} has no end; only a run that has ended is signed off", name=folder.path.name))
+        raise InputError(text("{name} has not ended; only a run that has ended can be signed", name=folder.path.name))
     end = end_of(journal)
     made = Signature(
         person.strip(),

@@ -58,7 +58,9 @@ def verify(folder: RunFolder, noted: str = "") -> Verification:
         verification.findings.append(RecordFault(folder.journal.name, len(lines) + 1, what))
     elif noted and noted.lower() != verification.last_hash:
         what = text(
-            "its last event has the hash {hash}, not {noted} as it was noted", hash=verification.last_hash, noted=noted
+            "its last event has the hash {hash}, but the hash noted was {noted}",
+            hash=verification.last_hash,
+            noted=noted,
         )
         verification.findings.append(RecordFault(folder.journal.name, 0, what))
     events = [line.event for line in whole if line.event is not None]
@@ -146,7 +148,7 @@ def _check_result(
         )
         found.findings.append(RecordFault(folder.result.name, 0, what))
     elif folder.result.read_bytes() != stored_form(view):
-        what = text("was written anew: its content is the same, and its form is not that in which a run writes it")
+        what = text("was rewritten: its content is the same, but not in the form in which a run writes it")
         found.findings.append(RecordFault(folder.result.name, 0, what))
     else:
         _check_tables(folder, view, found)
@@ -167,10 +169,10 @@ def _unproven(events: Sequence[RecordedEvent], end: _End | None, torn: int, note
     if not events or not isinstance(events[-1].event, RunFinished):
         return text("the journal has no end: the run was cut off or still goes on, or its end was taken away")
     if end is None and not noted:
-        return text("there is no result.json that would vouch for the journal's end")
+        return text("result.json is missing, so the end of the journal cannot be verified")
     if end is not None and end.events < len(events) and not noted:
         return text(
-            "result.json was made of the first {events} events only, and does not vouch for the journal's end",
+            "result.json was made of the first {events} events only, so the end of the journal cannot be verified",
             events=end.events,
         )
     return None

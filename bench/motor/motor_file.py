@@ -56,8 +56,8 @@ class MotorFile:
         if self.virtual is None:
             raise FileError(
                 text(
-                    "{source}: the virtual bench needs the motor's truth and the file has none; "
-                    "add a table [virtual] with phase_resistance, d_axis_inductance, q_axis_inductance, flux_linkage, "
+                    "{source}: the virtual bench needs the motor's true values, but the file has none; add a "
+                    "table [virtual] with phase_resistance, d_axis_inductance, q_axis_inductance, flux_linkage, "
                     "pole_pairs and inertia",
                     source=self.source,
                 )

@@ -141,9 +141,7 @@ class TypedMotor(Section):
     def _tolerances_have_values(self) -> Self:
         for name in self.tolerance:
             if getattr(self.expected, name, None) is None:
-                raise ValueError(
-                    text("tolerance.{name}: there is no expected.{name} for it to be a share of", name=name)
-                )
+                raise ValueError(text("tolerance.{name} is a share of expected.{name}, which is missing", name=name))
         return self
 
 

@@ -28,7 +28,7 @@ def motor_content(reference: str) -> tuple[str, bytes, dict[str, Any]]:
     if not path.suffix and path.name == reference and not os.path.exists(path):
         raise FileError(
             text(
-                "there is no motor {reference!r}, nor such a file: {hint}",
+                "{reference!r} is neither a shipped motor nor an existing file: {hint}",
                 reference=reference,
                 hint=nearest(reference, shipped_motors()),
             )

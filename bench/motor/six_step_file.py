@@ -117,7 +117,7 @@ def drive_file_of(data: Mapping[str, Any], source: str, procedures: "Procedures 
         tables = " and ".join(f"[virtual.{name}]" for name in missing)
         raise FileError(
             text(
-                "{source}: no six-step drive in it: {tables} missing; {example} shows what stands there",
+                "{source}: no six-step drive is described: {tables} missing; see {example} for an example",
                 source=source,
                 tables=tables,
                 example=EXAMPLE,

@@ -218,7 +218,7 @@ class MappedSection(_MachineSection):
         both = [name for name in _CONSTANTS if isinstance(data, Mapping) and name in data]
         if both:
             raise ValueError(
-                text("{name} is what the table of flux_map says; leave it out, or leave flux_map out", name=both[0])
+                text("{name} follows from the table of flux_map; leave it out, or leave flux_map out", name=both[0])
             )
         return data
 

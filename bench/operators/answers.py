@@ -61,7 +61,7 @@ class Answers:
             known = nearest(key, list(self._left)) if self._left else text("the file has none")
             raise ProcedureError(
                 text(
-                    "{source} has no answers for {key}, asked as '{asked}'; {known}",
+                    "{source} has no answers for {key}, which was asked as '{asked}'; {known}",
                     source=self._source,
                     key=key,
                     asked=asked,
@@ -88,8 +88,9 @@ class Answers:
         if not (doubted := self._doubted.get(key)):
             return message
         return text(
-            "{said}. A reading that contradicts its siblings is taken once more, and takes one more answer: put it in as {places}, so that "
-            "those behind it stay with what they answer, or correct the reading that was doubted",
+            "{said}. A reading that contradicts the others of its series is taken once more and needs one more "
+            "answer. Insert that answer as {places}, so that the following answers keep their places, or correct "
+            "the reading that was doubted",
             said=message,
             places=doubted,
         )
@@ -183,8 +184,8 @@ class AnswersOperator:
                 low, high = action.usual
                 raise ProcedureError(
                     text(
-                        "the answer {value:g} {unit} to {key} is unlike what is usual here, {low:g} … {high:g} {unit}, and a file "
-                        "cannot be asked again; correct it, or state it as the procedure's setting",
+                        "the answer {value:g} {unit} to {key} is unusual (usual are {low:g} … {high:g} {unit}), "
+                        "and a file cannot be asked again; correct it, or give it as a setting of the procedure",
                         value=value,
                         key=action.key,
                         low=low,

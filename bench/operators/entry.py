@@ -140,10 +140,10 @@ class TypedEntry:
         """Return the reading of this number and the value typed for it. Raises ValueError with a Text for what it cannot be."""
         reading = next((one for one in self.readings if one.number == number), None)
         if reading is None:
-            raise ValueError(text("this reading does not count any more"))
+            raise ValueError(text("this reading is no longer used"))
         value = checked_number(typed, reading.unit, reading.minimum, reading.maximum, reading.options)
         if value == reading.value:
-            raise ValueError(text("this is the value that counts already"))
+            raise ValueError(text("this value is already in use"))
         return reading, value
 
     def correct(self, reading: TypedReading, value: float, typed: str, by: str = "") -> Text:
@@ -158,7 +158,7 @@ class TypedEntry:
     def repeat(self, by: str = "") -> None:
         """Raise RepeatWantedError: somebody wants the procedure from its beginning."""
         person = by or self._person or text("the person at the bench")
-        raise RepeatWantedError(text("{person} wants the procedure from its beginning", person=person))
+        raise RepeatWantedError(text("{person} wants to repeat the procedure from its beginning", person=person))
 
     def _take(
         self, quantity: Text, unit: str, minimum: float, maximum: float, options: Sequence[Option], value: float
@@ -190,7 +190,7 @@ def chosen_option(typed: str, options: Sequence[Option]) -> float:
         raise ValueError(text("Choose one of the answers first."))
     raise ValueError(
         text(
-            "'{typed}' is none of the answers; choose among {allowed}",
+            "'{typed}' is not one of the answers; choose from {allowed}",
             typed=typed.strip(),
             allowed=[*map(told, options)],
         )

@@ -92,11 +92,11 @@ class FixtureOperator:
                 return self._read(action)
             case EnterCommand():
                 raise ProcedureError(
-                    text("a fixture commands nothing: take --operator terminal or panel for the instruments by hand")
+                    text("a fixture gives no commands: use --operator terminal or panel for instruments by hand")
                 )
             case DoByHand(said=said):
                 raise ProcedureError(
-                    text("a fixture cannot do this: {work}; take --operator terminal or panel for it", work=said)
+                    text("a fixture cannot do this: {work}; use --operator terminal or panel for it", work=said)
                 )
             case Mend():
                 # What is wrong although every relay followed is for a person to find.
@@ -217,7 +217,8 @@ class FixtureOperator:
             )
         raise ProcedureError(
             text(
-                "the fixture has nothing to read {key} from; put it into the motor file's [nameplate] or the procedure's settings",
+                "the fixture has no value for {key}; put it into the motor file's [nameplate] or the procedure's "
+                "settings",
                 key=action.key,
             )
         )

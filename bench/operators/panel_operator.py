@@ -274,7 +274,7 @@ class DistantOperator:
         while not self._closed.wait(min(1.0, self._patience / 4.0)):
             alone = monotonic() - self._watched
             if alone > self._patience:
-                self._interrupts.request(text("an empty chair: no panel has watched for {time:.0f} s", time=alone))
+                self._interrupts.request(text("no panel has been open for {time:.0f} s", time=alone))
                 return
 
 

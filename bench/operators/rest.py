@@ -44,7 +44,7 @@ class RestFinder:
                 return here
             before, look = here, look + 1
         raise ProcedureError(
-            text("the shaft has not come to rest within {seconds:.0f} s; what turns it?", seconds=_PATIENCE)
+            text("the shaft has not come to rest within {seconds:.0f} s; check what turns it", seconds=_PATIENCE)
         )
 
     def nudge(self) -> float:

@@ -87,7 +87,7 @@ class TerminalOperator:
             self._wait(self._correctable)
             return self._hands.perform(action)
         if isinstance(action, Mend):
-            return self._line(text("Put right? Press Enter to measure again, or type n to give up")).lower() not in _NO
+            return self._line(text("Corrected? Press Enter to measure again, or type n to give up")).lower() not in _NO
         if isinstance(action, MarkRestPositions):
             return self._angles(text("angles in degrees, separated by spaces"))
         self._wait(self._correctable)
@@ -169,7 +169,7 @@ class TerminalOperator:
         """Return once somebody says that it is done; a no, or a reading typed too early, is no such word."""
         while (typed := ask(text("Done? Press Enter"))).lower() not in _DONE:
             if typed.lower() in _NO:
-                self._say(text("It waits until it is done; Ctrl-C ends the run with everything off"))
+                self._say(text("The run waits until this is done; Ctrl-C ends the run and switches everything off"))
             else:
                 self._say(
                     text("'{typed}' is not asked for here, and is not kept: press Enter once it is done", typed=typed)

@@ -131,7 +131,7 @@ def typed_number(typed: str, unit: str) -> float:
         whole, _, part = match.group().partition(",")
         raise ValueError(
             text(
-                "'{typed}' may be {one} or {other}; type one of them",
+                "'{typed}' could mean {one} or {other}; type one of these",
                 typed=typed,
                 one=whole + part,
                 other=f"{whole}.{part}",

@@ -257,7 +257,7 @@ class VirtualOperator:
             return 0.0
         raise ProcedureError(
             text(
-                "the virtual operator has nothing to read {key} from; put it into the motor file's [nameplate]",
+                "the virtual operator has no value for {key}; put it into the motor file's [nameplate]",
                 key=action.key,
             )
         )

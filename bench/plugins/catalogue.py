@@ -64,7 +64,7 @@ class BrokenPlugin:
         """The fault in one sentence."""
         if self.name:
             return text(
-                "{name} of {origin} cannot be used: {error}", name=self.name, origin=self.origin, error=self.error
+                "{name} from {origin} cannot be used: {error}", name=self.name, origin=self.origin, error=self.error
             )
         return text("plug-in {origin} cannot be used: {error}", origin=self.origin, error=self.error)
 
@@ -137,7 +137,7 @@ class Catalogue(Mapping[str, T], Generic[T]):
             if (clash := self._clash(loaded, other)) is not None:
                 raise ValueError(
                     text(
-                        "{clash} in {name} of {origin}; one of the two must name it otherwise, or be uninstalled",
+                        "{clash} in {name} from {origin}; rename it in one of the two, or uninstall one",
                         clash=clash,
                         name=name,
                         origin=origin,

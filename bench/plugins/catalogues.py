@@ -243,7 +243,7 @@ def _check_name(name: str, declared: object) -> None:
 
 def _other(loaded: object, wanted: str) -> ValueError:
     kind = loaded.__name__ if isinstance(loaded, type) else type(loaded).__name__
-    return ValueError(text("it is {kind} and must be a {wanted}", kind=kind, wanted=wanted))
+    return ValueError(text("it is {kind}, but must be a {wanted}", kind=kind, wanted=wanted))
 
 
 _ACCEPT: dict[str, Callable[[str, object], Any]] = {

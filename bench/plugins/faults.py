@@ -28,7 +28,7 @@ def plugin_fault(error: BaseException, what: Text, origin: Origin, module: str) 
     if place and place not in str(said):
         said = at(place, said)
     return text(
-        "a fault in {what}, which comes from {origin}: {fault}; report it to its maker",
+        "an error in {what} from {origin}: {fault}; report it to its author",
         what=what,
         origin=origin,
         fault=said,

@@ -102,7 +102,7 @@ def _replaced(entry: Entry, kind: SimulatedInstrument) -> Text:
     """Say what stands for an instrument without a counterpart, with which ratings, and what would make it stand better."""
     about: dict[str, Any] = {"role": entry.role.value, "virtual": kind.name, "real": entry.driver.name}
     if entry.driver.name == MANUAL:
-        return text("{role}: {virtual} stands for the station's {real}", **about)
+        return text("{role}: {virtual} simulates the station's {real}", **about)
     usual = virtual_station({entry.role.value: "-"}).entries[entry.role].options
     bounds = [name for name in RATING_UNITS if hasattr(usual, name)]
     ratings = _stated({name: bound for name, bound in stated_options(entry).items() if name in bounds})

@@ -124,7 +124,7 @@ def rehearse(request: RunRequest, catalogue: Catalogue, console: "Console") -> R
     if manual := next((each.name for each in plan if each.procedure.manual), None):
         raise UsageError(
             text(
-                "{name}: there is nothing to rehearse, for each command is a person's; its limits hold all the same",
+                "{name} cannot be rehearsed, because a person gives each command; its limits still apply",
                 name=manual,
             )
         )

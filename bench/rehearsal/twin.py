@@ -50,7 +50,7 @@ def twin_of(station: Station, motor: MotorFile, seed: int) -> Iterator[Twin]:
         if role in counterparts:
             differences += counterparts[role].differences
         else:
-            differences.append(text("{role}: the twin has none; what it does, virtual hands do there", role=role.value))
+            differences.append(text("{role}: the virtual twin has none; simulated hands do its work", role=role.value))
     units = [counterpart.unit for counterpart in counterparts.values()]
     with VirtualBench(truth, units, seed=seed, six_step=six_step, sockets=False) as bench:
         _make(bench, station)

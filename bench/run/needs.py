@@ -61,16 +61,16 @@ def _instead(refused: Planned, plan: Sequence[Planned], station: Station) -> Ite
     planned = [each.name for each in plan]
     taken = [name for name in same if name in planned]
     if taken:
-        yield text("leave it out: {name} finds the same in this run", name=taken[0])
+        yield text("leave it out, because {name} gives the same result in this run", name=taken[0])
         return
     able = [name for name in same if not unmet(make_plan([name], [], known)[0], station)]
     if able:
         command = " ".join(able[0] if name == refused.name else name for name in planned)
-        yield text("{names} find the same here, e.g. motorbench run {command}", names=able, command=command)
+        yield text("{names} give the same result here, e.g. motorbench run {command}", names=able, command=command)
     if station.source == VIRTUAL and len(planned) > 1:
         yield text(
-            "the virtual bench has one inverter a run, and another procedure wants the one for d- and q-axis currents: "
-            "or take a run of its own, motorbench run {name}",
+            "the virtual bench has only one inverter in a run, and another procedure needs the one that "
+            "regulates d- and q-axis currents. Use a separate run: motorbench run {name}",
             name=refused.name,
         )
 
@@ -108,7 +108,7 @@ def asked(planned: Planned, station: Station) -> list[Text]:
 def _lacking(entry: Entry, demand: Demand) -> Iterator[Text]:
     role, by_hand = entry.role.value, entry.driver.name == MANUAL
     if demand.automatic and entry.driver.name in BY_HAND:
-        yield text("{role}: too many readings for a person", role=role)
+        yield text("{role}: needs more readings than a person can take", role=role)
         return
     if demand.waveforms and by_hand:
         yield text("{role}: a person reads no waveforms", role=role)

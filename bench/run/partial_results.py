@@ -38,7 +38,7 @@ class PartialResults:
             raise
         except EstimationError as error:
             return text(
-                "of what {procedure} had taken nothing can be made: {why}", procedure=procedure.name, why=told(error)
+                "the data that {procedure} had taken give no result: {why}", procedure=procedure.name, why=told(error)
             )
         except Exception as error:  # noqa: BLE001  a stranger's fault here must not hide how the run ended
             return told(error)

@@ -66,14 +66,14 @@ def make_plan(names: Sequence[str], assignments: Sequence[str], catalogue: Catal
         if name not in catalogue:
             raise UsageError(
                 text(
-                    "there is no procedure {name!r}, and it is not all: {hint}",
+                    "{name!r} is neither a procedure nor all: {hint}",
                     name=name,
                     hint=_why_not(name, catalogue),
                 )
             )
     manual = next((name for name in wanted if catalogue[name].manual), None)
     if manual is not None and len(wanted) > 1:
-        raise UsageError(text("{name} is a run of its own: name no other procedure with it", name=manual))
+        raise UsageError(text("{name} must be the only procedure of a run", name=manual))
     given: dict[str, dict[str, Any]] = {name: {} for name in wanted}
     for assignment in assignments:
         _assign(assignment, given, catalogue)
@@ -113,7 +113,7 @@ def _assign(assignment: str, given: dict[str, dict[str, Any]], catalogue: Catalo
     if dot and owner not in given:
         raise UsageError(
             text(
-                "--set {assignment}: {owner} is not among the procedures of this run: {names}",
+                "--set {assignment}: {owner} is not a procedure of this run; its procedures are: {names}",
                 assignment=assignment,
                 owner=owner,
                 names=list(given),

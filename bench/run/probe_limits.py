@@ -61,8 +61,9 @@ def check_asked(station: Station, given: dict[int, float], *, somebody: bool) ->
     if left and not somebody:
         raise FileError(
             text(
-                "{source}: the limit of error of the probe on channel {channel} is not stated, and nobody is there to be asked; write gain "
-                "and source into [instruments.oscilloscope.probes.{channel}], or give --probe CH{channel}=2%",
+                "{source}: the limit of error of the probe on channel {channel} is not stated, and nobody can be "
+                "asked for it; write gain and source into [instruments.oscilloscope.probes.{channel}], or give "
+                "--probe CH{channel}=2%",
                 source=station.source,
                 channel=left[0],
             )

@@ -41,14 +41,15 @@ def verified_channels(reference: str, runs: Path, station: Station, today: date)
     age = (today - taken).days
     if not 0 <= age <= VALID_DAYS:
         raise _refused(
-            folder.path, text("it is of {date}, and holds for {days} days", date=taken.isoformat(), days=VALID_DAYS)
+            folder.path,
+            text("it was made on {date} and is valid for {days} days", date=taken.isoformat(), days=VALID_DAYS),
         )
     then, now = _oscilloscope(began.station_file), _oscilloscope(station.content)
     if began.station.name != station.name or then != now:
         raise _refused(
             folder.path,
             text(
-                "it is of the station {then}, whose oscilloscope or probes are others than those of {now}",
+                "it was made at the station {then}, whose oscilloscope or probes differ from those of {now}",
                 then=began.station.name,
                 now=station.name,
             ),

@@ -22,7 +22,7 @@ from procedures.core.bench import Role
 _FILES = {"motor": text("motor"), "station": text("station")}
 #: Changes that a message tells.
 _TOLD = 5
-_NOT_TOGETHER = text("figures from before and after would not belong together")
+_NOT_TOGETHER = text("otherwise the figures from before and after would not belong together")
 
 
 def begun(folder: RunFolder) -> tuple[JournalFile, RunStarted]:
@@ -32,7 +32,7 @@ def begun(folder: RunFolder) -> tuple[JournalFile, RunStarted]:
     if not isinstance(first, RunStarted):
         raise FileError(
             text(
-                "{journal}: the journal has no beginning, so there is nothing to go on with; start a new run",
+                "{journal}: the first event is missing, so the run cannot be continued; start a new run",
                 journal=folder.journal,
             )
         )
@@ -44,7 +44,7 @@ def check_resumable(folder: RunFolder | None, plan: Sequence[Planned]) -> None:
     if folder is not None and (manual := next((each.name for each in plan if each.procedure.manual), None)):
         raise UsageError(
             text(
-                "{folder}: a run of {name} does not go on where it ended; begin a new one",
+                "{folder}: a run of {name} cannot be continued; begin a new one",
                 folder=folder.path,
                 name=manual,
             )
@@ -145,7 +145,7 @@ def _station_remedy(station: Station, changed: Sequence[Text] | None) -> Text:
     if station.control and changed:
         keys = [str(change.values["name"]) for change in changed]
         if all(key.endswith(("control", "address")) for key in keys):
-            return text("A bench served anew has other ports and another world: start a new run on it")
+            return text("A bench that was started again has other ports and another state")
     return _RESTORE
 
 

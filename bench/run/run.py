@@ -265,7 +265,7 @@ def _recorder(request: RunRequest, context: RunContext, leaving: ExitStack) -> T
     if file is None:
         return None
     if file.exists():
-        raise UsageError(text("--record {file}: it is there already; name another file", file=file))
+        raise UsageError(text("--record {file}: the file already exists; choose another file", file=file))
     growing = GrowingFile(file, {role.value: entry.table for role, entry in context.station.entries.items()})
     recorder = TrafficRecorder(context.clock.now, growing.take)
     leaving.callback(lambda: growing.finish(recorder.recording(context.station)))

@@ -50,7 +50,7 @@ from procedures.verification.stated_probes import StatedProbes
 from procedures.verification.verified_channels import PROBE_VERIFICATION, VerifiedChannels
 
 _MAY_BE_ON = text(
-    "What could not be made safe may still be on: switch it off by hand, at the mains or by the emergency stop"
+    "What could not be made safe may still be on: switch it off by hand, at the mains switch or with the emergency stop"
 )
 
 
@@ -375,7 +375,7 @@ def _cause(error: BaseException, planned: Planned) -> Text:
     if isinstance(error, ProcedureError | InstrumentError | EstimationError | Interrupted):
         return told(error)
     if isinstance(error, SystemExit):
-        return text("it ended the program, as no procedure may: {fault}", fault=fault(error))
+        return text("it tried to end the program, which a procedure must not do: {fault}", fault=fault(error))
     origin = procedure_origin(planned.name, planned.procedure) if isinstance(error, Exception) else None
     if origin is None or isinstance(error, OSError | RecordError):
         return fault(error)

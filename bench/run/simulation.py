@@ -55,7 +55,7 @@ class Simulation:
         if found := [what for what, when in self._unmodelled().items() if when >= since - _CLOCKS]:
             raise NotModelledError(
                 text(
-                    "the virtual bench does not model {what}. What was read then is no figure of this motor",
+                    "the virtual bench does not model {what}. Readings in this state are not figures of this motor",
                     what=lines(map(simulated, found), between="; "),
                 )
             )

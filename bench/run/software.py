@@ -32,7 +32,8 @@ def check_code(code: str) -> None:
     if code and code != _code():
         raise InputError(
             text(
-                "{host} runs another state of motorbench than the one that sends the work: install the same on all",
+                "{host} runs a different version of motorbench than the computer that sends the work: install "
+                "the same version on all",
                 host=platform.node(),
             )
         )

@@ -86,7 +86,7 @@ class Tape:
                     procedure = make()
         except _Diverged as other:
             raise RepeatWantedError(
-                text("the corrected reading has decided {what}; it is measured anew", what=other.what)
+                text("the corrected reading has decided {what}; the procedure is measured again", what=other.what)
             ) from None
         finally:
             self.mode, self._given = Mode.THROUGH, []
@@ -116,7 +116,7 @@ class Tape:
             return None
         given = next(given for given in self._given if any(one.number == reading.number for one in given.typed))
         if self._samples > _MOST:
-            return text("more was recorded since than can be gone through again")
+            return text("too much was recorded since then to calculate the procedure again")
         before = given.result, given.typed
         after = tuple(now if one.number == reading.number else one for one in given.typed)
         try:

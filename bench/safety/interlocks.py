@@ -210,8 +210,8 @@ def ready(station: Station, state: StateFolder | None) -> Iterator[Watched | Uni
     if trip is not None:
         raise InputError(
             text(
-                "{station}: {stood}, and nobody has reset it. "
-                "Find out why, then: motorbench station reset {station} --by NAME",
+                "{station}: {stood}, and it has not been reset. Find the cause, then: motorbench station reset "
+                "{station} --by NAME",
                 station=station.source,
                 stood=stood(trip),
             )

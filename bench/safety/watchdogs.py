@@ -16,7 +16,7 @@ _ACTIONS: Mapping[WhenSilent, Text] = {
     WhenSilent.VOLTAGE_OFF: text("it switches its voltage off"),
     WhenSilent.COAST: text("it coasts to a stop"),
     WhenSilent.CONTACT_OPENS: text("its contact opens"),
-    WhenSilent.AS_SET_UP: text("it does what it is set up to do without a heartbeat"),
+    WhenSilent.AS_SET_UP: text("it acts as it is configured for a missing heartbeat"),
 }
 
 
@@ -45,11 +45,11 @@ class RoleWatchdog:
         """It, for a person."""
         role = self.role.value
         if self.by_hand:
-            return text("{role}: set by hand, and switched off by hand", role=role)
+            return text("{role}: set and switched off by hand", role=role)
         if self.error:
-            return text("{role}: whether it has a watchdog is not known, for it could not be opened", role=role)
+            return text("{role}: could not be opened, so it is not known whether it has a watchdog", role=role)
         if self.watchdog is None:
-            return text("{role}: no watchdog; it stays on where run and guardian die together", role=role)
+            return text("{role}: no watchdog; it stays on if run and guardian end at the same time", role=role)
         told = {"role": role, "time": self.watchdog.time, "setting": self.watchdog.setting}
         action = _ACTIONS[self.watchdog.action]
         if self.relay:

@@ -103,8 +103,9 @@ def check(
         raise FileError(
             lines(
                 text(
-                    "{source}: instruments.{role}.{key}: certificate {certificate} was due on {due} and today is {today}; "
-                    "the station refuses what is overdue. Calibrate it and enter the new certificate",
+                    "{source}: instruments.{role}.{key}: certificate {certificate} was due on {due} and today is "
+                    "{today}. This station refuses overdue calibrations: calibrate the instrument and enter the "
+                    "new certificate",
                     source=source,
                     role=role,
                     key=KEY,
@@ -122,7 +123,8 @@ def _notice(role: str, calibration: Calibration) -> Notice:
     return Notice(
         "calibration-overdue",
         text(
-            "{role}: the calibration by certificate {certificate} of {date} was due on {due}; its accuracy is no longer vouched for",
+            "{role}: the calibration by certificate {certificate} of {date} was due on {due}; its stated "
+            "accuracy is no longer confirmed",
             role=text(role),
             certificate=calibration.certificate,
             date=calibration.date.isoformat(),

@@ -50,7 +50,7 @@ def _fd_bitrate(driver: Driver) -> int:
 def _judged(address: str, visa_library: str, computer: Computer, fd_bitrate: int) -> Iterator[Text]:
     scheme = address.partition("://")[0].casefold() if "://" in address else ""
     if is_in_process(address) or f"://{IN_PROCESS}/" in address:
-        yield text("only the virtual bench has such an address; give the instrument's own")
+        yield text("only the virtual bench has such an address; give the address of the instrument")
     elif scheme == "can":
         yield from _can(address, computer, fd_bitrate)
     elif is_fdcanusb(address):
@@ -121,7 +121,8 @@ def _usb(address: str, computer: Computer) -> Iterator[Text]:
 def no_permission(device: UsbDevice) -> Text:
     """Say how a USB device is made usable."""
     return text(
-        "{node} may not be used; copy docs/examples/udev/60-motorbench.rules to /etc/udev/rules.d and plug it in anew",
+        "you have no permission to use {node}; copy docs/examples/udev/60-motorbench.rules to /etc/udev/rules.d "
+        "and plug the device in again",
         node=str(device.node),
     )
 
@@ -129,12 +130,19 @@ def no_permission(device: UsbDevice) -> Text:
 def _serial(path: str, computer: Computer) -> Iterator[Text]:
     if not os.path.exists(path):
         there = list(computer.serial_ports())
-        yield text("{path} is not there; there are {ports}", path=path, ports=", ".join(there) or text("none"))
+        yield text("{path} does not exist; the ports are {ports}", path=path, ports=", ".join(there) or text("none"))
     elif not os.access(path, os.R_OK | os.W_OK):
-        yield text("{path} may not be used; add yourself to its group (often dialout) and log in anew", path=path)
+        yield text(
+            "you have no permission to use {path}; add yourself to its group (often dialout) and log in again",
+            path=path,
+        )
     elif not stat.S_ISCHR(os.stat(path).st_mode):
         there = list(computer.serial_ports())
-        yield text("{path} is no serial port; there are {ports}", path=path, ports=", ".join(there) or text("none"))
+        yield text(
+            "{path} is not a serial port; the serial ports are {ports}",
+            path=path,
+            ports=", ".join(there) or text("none"),
+        )
 
 
 def _can(address: str, computer: Computer, fd_bitrate: int) -> Iterator[Text]:
@@ -154,7 +162,7 @@ def _can(address: str, computer: Computer, fd_bitrate: int) -> Iterator[Text]:
     up = f"sudo ip link set {bus.channel} up type can {rates}"
     if bus.channel not in interfaces:
         yield text(
-            "there is no CAN interface {channel}; there are {interfaces}",
+            "no CAN interface {channel} was found; the interfaces are {interfaces}",
             channel=bus.channel,
             interfaces=", ".join(interfaces) or text("none"),
         )

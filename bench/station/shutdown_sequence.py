@@ -73,7 +73,7 @@ def item(do: Do, role: Role, below: float | None = None, within: float | None = 
     if role not in ROLES_OF[do]:
         allowed = ", ".join(one.value for one in ROLES_OF[do])
         raise ValueError(
-            text("{do} cannot be done to {role}; allowed is {allowed}", do=do.value, role=role.value, allowed=allowed)
+            text("{do} is not possible for {role}; allowed is {allowed}", do=do.value, role=role.value, allowed=allowed)
         )
     if do not in BELOW:
         if below is not None or within is not None:

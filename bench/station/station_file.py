@@ -41,7 +41,7 @@ class _Station(Section):
     name: str = Field(min_length=1, description="the station's name, text in quotes")
     visa_library: str = "@py"
     overdue: Literal["warn", "refuse"] = "warn"
-    signatures: int = Field(default=0, ge=0, le=5, description="how many people sign a run off at the panel")
+    signatures: int = Field(default=0, ge=0, le=5, description="how many people must sign a run at the panel")
     photo: str = Field(default="", max_length=255, description="the name of a JPEG or PNG file beside this one")
     control: str = Field(
         default="",
@@ -282,6 +282,6 @@ def _no_driver(name: str, role: Role, prefix: str, catalogues: Catalogues) -> Te
         *(text("did you mean {name}?", name=meant) for meant in near(name, names)),
         *faults,
         text("for {role} there are {names}", role=role.value, names=drivers.known(names)),
-        text("another comes with an installed package or a file named in [plugins] files"),
+        text("other drivers come with an installed package or a file named in [plugins] files"),
     ]
     return lines(messages, between="; ")

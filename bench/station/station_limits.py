@@ -84,8 +84,8 @@ def take_limits(
         limited = ", ".join(known.value for known in SECTIONS)
         raise FileError(
             text(
-                "{source}: {prefix}.{key}: this instrument puts nothing out that could be limited; {limited} have limits. "
-                "Take the table out of the file",
+                "{source}: {prefix}.{key}: this instrument has no output to limit; only {limited} have limits. "
+                "Remove the table from the file",
                 source=source,
                 prefix=prefix,
                 key=KEY,

@@ -1,4 +1,4 @@
-"""What a procedure may know of an instrument: one interface a kind, in IVI's class terms."""
+"""What a procedure may use of an instrument: one interface for each kind, in the terms of the IVI classes."""
 
 from drivers.interfaces.bldc_drive import BldcDrive
 from drivers.interfaces.calls import UNWATCHED, Calls

@@ -1,4 +1,4 @@
-"""Who watches over the calls to an instrument: whether one may begin, and how long its reply may take."""
+"""Supervises the calls to an instrument: whether a call may begin, and how long its reply may take."""
 
 from contextlib import AbstractContextManager, nullcontext
 from typing import Protocol
@@ -7,7 +7,7 @@ _NOTHING = nullcontext()
 
 
 class Calls(Protocol):
-    """What a driver asks and tells around each exchange with its instrument."""
+    """What a driver asks and reports before and after each exchange with its instrument."""
 
     @property
     def patience(self) -> float | None:

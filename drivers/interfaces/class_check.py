@@ -1,4 +1,4 @@
-"""Whether an instrument's class is as declared: refused when the class is made, not when it is used."""
+"""Checks an instrument's class against its declarations when the class is created, not when it is used."""
 
 from abc import abstractmethod
 from collections.abc import Iterable
@@ -59,7 +59,7 @@ def _undeclared(kind: type, name: str, known: Iterable[str]) -> Text:
 
 
 def require_all(interface: type) -> None:
-    """Let nobody make an instrument of a class that leaves out what an interface declares, but for what takes an ability."""
+    """Prevent instances of a class that lacks a method of its interface, except methods that need an ability."""
     for member in vars(interface).values():
         method: Any = member.fget if isinstance(member, property) else member
         found = declared(member)

@@ -30,7 +30,7 @@ class Quantity(Enum):
 
     @property
     def limit_key(self) -> str:
-        """The key of its limit among those of an instrument in a station file."""
+        """The key of this quantity's limit in a station file."""
         return f"maximum_{'voltage' if self is Quantity.INSULATION_VOLTAGE else self.value}"
 
 
@@ -168,12 +168,12 @@ def readings(**fields: Amount) -> Callable[[MethodT], MethodT]:
 
 
 def question(method: MethodT) -> MethodT:
-    """Declare that a method or property answers from what the driver knows: nothing is sent that changes anything."""
+    """Declare that a method or property only answers a question: nothing is sent that changes the instrument."""
     return _declared(Declaration(Effect.QUESTION))(method)
 
 
 def setting(method: MethodT) -> MethodT:
-    """Declare that a method changes what feeds nothing: a range, a trigger, a relay, a brake."""
+    """Declare that a method changes a setting that feeds no energy: a range, a trigger, a relay, a brake."""
     return _declared(Declaration(Effect.SETTING))(method)
 
 
@@ -237,7 +237,7 @@ def makes_safe(item: str = "") -> Callable[[MethodT], MethodT]:
 
 
 def disconnects(method: MethodT) -> MethodT:
-    """Declare that a method lets go of the connection."""
+    """Declare that a method closes the connection."""
     return _declared(Declaration(Effect.DISCONNECTS))(method)
 
 
@@ -278,7 +278,7 @@ def _commanding(declaration: Declaration, quantities: Mapping[str, Amount | None
 
 
 def declared(member: object) -> Declaration | None:
-    """Return what a method or property is declared to do, None where nothing is."""
+    """Return the declaration of a method or property; None if it has none."""
     return getattr(member.fget if isinstance(member, property) else member, _DECLARED, None)
 
 

@@ -43,7 +43,7 @@ class MeasurementError(InstrumentError):
 
 
 class BreakdownError(MeasurementError):
-    """What was to be insulated took so much current that the test voltage was not reached."""
+    """The insulation under test drew so much current that the test voltage was not reached."""
 
 
 class OverloadError(MeasurementError):
@@ -83,7 +83,7 @@ class SetpointError(InstrumentError):
 
 
 class NotOfferedError(SetpointError):
-    """A set point that is none of the few that an instrument offers; nothing was sent."""
+    """A set point that is not among the values that the instrument offers; nothing was sent."""
 
     def __init__(
         self, instrument: str, parameter: Text | str, value: float, unit: str, offered: Sequence[float]
@@ -110,7 +110,7 @@ class NotOfferedError(SetpointError):
 
 
 class CrosspointError(SetpointError):
-    """Crosspoints that there are not, or that may not be closed together; nothing was switched."""
+    """Crosspoints that do not exist, or that may not be closed together; nothing was switched."""
 
     def __init__(self, instrument: str, what: Text, *, remedy: Text | str = "") -> None:
         self.parameter: Text | str = "crosspoints"
@@ -120,7 +120,7 @@ class CrosspointError(SetpointError):
 
 
 class LimitError(InstrumentError):
-    """A reading beyond a limit: what is energised is to go off."""
+    """A reading beyond a limit: everything energised must be switched off."""
 
     def __init__(
         self, instrument: str, parameter: Text | str, value: float, unit: str, limit: float, whose: Text | str

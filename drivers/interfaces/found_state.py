@@ -1,4 +1,4 @@
-"""What an instrument was set to by whoever used it last, as far as it would change a figure."""
+"""Settings left by the last user of an instrument, if they would change a figure."""
 
 from dataclasses import dataclass
 

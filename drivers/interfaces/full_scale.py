@@ -1,7 +1,7 @@
 """A limit of error that a data sheet states as a share of full scale, as an error of gain of one trace."""
 
 #: How a limit of full scale is read, for a budget's rows.
-FULL_SCALE_READING = "a difference of any two points on the screen is off by that much at most"
+FULL_SCALE_READING = "a difference of any two points on the screen has at most this error"
 
 
 def gain_of_full_scale(share: float, full_scale: float, low: float, high: float) -> float:

@@ -50,7 +50,7 @@ class Reading:
 
 
 class Instrument(Protocol):
-    """Anything on the bench that has a name and can be let go of.
+    """Any instrument on the bench: it has a name and can be closed.
 
     Each role's interface is a class of this, and each driver one of its role's. Raises DeclarationError, when such a class is
     made, for a public method that does not declare what it does.
@@ -77,19 +77,19 @@ class Instrument(Protocol):
     @property
     @question
     def found_state(self) -> tuple[FoundSetting, ...]:
-        """What it was found set to, where that would change a figure; empty where nothing is asked."""
+        """Settings found on opening that would change a figure; empty if none are checked."""
         return ()
 
     @property
     @question
     def read_by_hand(self) -> bool:
-        """Whether a person sets and reads it, and is not asked for more than a step needs."""
+        """Whether a person sets and reads the instrument; the person is asked only for what a step needs."""
         return False
 
     @disconnects
     @abstractmethod
     def close(self) -> None:
-        """Let go of the connection; safe to call twice. Outputs are made safe before this, by `make_safe`."""
+        """Close the connection; safe to call twice. Call `make_safe` first, which switches outputs off."""
 
     @makes_safe()
     @abstractmethod

@@ -4,10 +4,10 @@ from typing import Protocol
 
 
 class Interlock(Protocol):
-    """One contact, read afresh each time it is asked for."""
+    """One contact; every query reads it again."""
 
     def closed(self) -> bool:
         """Return whether it is closed now. Raises CommunicationError or ReportedError where nobody can tell."""
 
     def close(self) -> None:
-        """Let go of the connection; may be called twice."""
+        """Close the connection; may be called twice."""

@@ -36,7 +36,7 @@ OUTPUT_FREQUENCY = Amount(Quantity.FREQUENCY, "Hz", also=ELECTRICAL)
 
 
 class InverterAbility(Enum):
-    """What an inverter can do, of what not every one can."""
+    """Abilities that not every inverter has."""
 
     FREQUENCY = "frequency"
     Q_CURRENT = "q_current"
@@ -62,7 +62,7 @@ _LABELS = {
 
 
 class AbilityError(InstrumentError):
-    """An inverter was asked for what it cannot do; nothing was sent."""
+    """The inverter does not have the requested ability; nothing was sent."""
 
     def __init__(self, instrument: str, ability: InverterAbility) -> None:
         self.ability = ability
@@ -125,7 +125,7 @@ class DqSample:
 class Inverter(Instrument, Protocol):
     """A drive that turns a field, or regulates currents in the rotor's frame. Currents are phase, peak, in A.
 
-    What needs an ability that a drive has not raises AbilityError; nothing is sent.
+    A method that needs an ability which the drive lacks raises AbilityError; nothing is sent.
     """
 
     @property

@@ -27,7 +27,7 @@ class Aperture(Enum):
 
 
 class Wanted(Enum):
-    """What a measurement is taken for; a meter that a person reads asks for no more than that."""
+    """The quantities that a measurement is for; a meter that a person reads asks only for these."""
 
     BOTH = "resistance and inductance"
     RESISTANCE = "resistance"

@@ -1,4 +1,4 @@
-"""Rotor actuator: brake, clutch and positioning drive in place of the hand on the shaft."""
+"""Rotor actuator: brake, clutch and positioning drive that replace a hand at the shaft."""
 
 from typing import Protocol
 

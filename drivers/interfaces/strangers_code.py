@@ -1,4 +1,4 @@
-"""What is loaded from somebody else may end in any way; only a person's Ctrl-C ends who loads it."""
+"""Code of plug-ins may end in any way; only a person's Ctrl-C ends the program that loads it."""
 
 import signal
 import threading
@@ -8,12 +8,12 @@ from types import FrameType
 
 
 class LeftError(ValueError):
-    """A stranger's code wanted to end the whole program."""
+    """Code of a plug-in tried to end the whole program."""
 
 
 @contextmanager
 def strangers_code() -> Iterator[None]:
-    """Run a stranger's code in the block.
+    """Run code of a plug-in in the block.
 
     Raises what it raises; LeftError in place of SystemExit, KeyboardInterrupt and GeneratorExit, unless Ctrl-C was pressed.
     """

@@ -1,4 +1,4 @@
-"""Switch matrix (IviSwtch): relays in place of the hands that connect."""
+"""Switch matrix (IviSwtch): relays that make the connections instead of a person."""
 
 from collections.abc import Collection
 from typing import Protocol

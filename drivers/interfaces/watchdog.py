@@ -1,4 +1,4 @@
-"""What an instrument does by itself once nobody speaks to it any more."""
+"""What an instrument does by itself when it no longer receives messages."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 
 
 class WhenSilent(StrEnum):
-    """What takes the energy away without a computer."""
+    """The action that removes the energy without a computer."""
 
     VOLTAGE_OFF = "switches its voltage off"
     COAST = "coasts to a stop"

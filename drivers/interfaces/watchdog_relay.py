@@ -1,4 +1,4 @@
-"""A relay that drops out by itself once nobody feeds it: what takes the energy from instruments without a watchdog of their own."""
+"""A relay that drops out by itself without a heartbeat. It removes the energy from instruments that have no watchdog of their own."""
 
 from typing import Protocol
 
@@ -22,10 +22,10 @@ class WatchdogRelay(Protocol):
         """
 
     def feed(self) -> None:
-        """Have it stay closed for another of its times. Raises ReportedError where it has dropped out, CommunicationError for no answer."""
+        """Keep the contact closed for another period. Raises ReportedError where it has dropped out, CommunicationError for no answer."""
 
     def drop_out(self) -> None:
         """Open the contact and make sure of it; raises ReportedError where it stays closed, CommunicationError for no answer."""
 
     def close(self) -> None:
-        """Put settings back that were changed and let go of the connection; may be called twice. Raises InstrumentError."""
+        """Restore changed settings and close the connection; may be called twice. Raises InstrumentError."""

@@ -1,4 +1,4 @@
-"""Hand work as data: a person, a virtual operator or a switch matrix performs the same actions."""
+"""Manual work as data: a person, a virtual operator or a fixture performs the same actions."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -159,7 +159,7 @@ class LockRotor(_Sentence):
 
 @dataclass(frozen=True)
 class ReleaseRotor(_Sentence):
-    """Unlock the shaft, and see that it moves: a rotor that jams would be measured where it stands."""
+    """Unlock the shaft and check that it moves, because a jammed rotor would be measured in a fixed position."""
 
     def sentence(self) -> Text:
         """Say what to do."""
@@ -236,7 +236,7 @@ class CoupleDynamometer(_Sentence):
 
 @dataclass(frozen=True)
 class UncoupleDynamometer(_Sentence):
-    """Part the motor from the dynamometer."""
+    """Uncouple the motor from the dynamometer."""
 
     def sentence(self) -> Text:
         """Say what to do."""
@@ -247,8 +247,8 @@ class UncoupleDynamometer(_Sentence):
 class EnterReading(_Sentence):
     """Type in a number that only a person can read; refused outside `minimum` … `maximum` (in `unit`).
 
-    Outside `usual`, where there is one, it is doubted: who cannot be asked again refuses it.
-    `key` names the quantity for a performer that is no person: `winding_temperature`, `maximum_current`, `rated_speed_rpm`.
+    A value outside `usual`, if given, is asked for again; an operator that cannot be asked again refuses it. `key` names the quantity for
+    a performer that is no person: `winding_temperature`, `maximum_current`, `rated_speed_rpm`.
     """
 
     key: str
@@ -285,9 +285,9 @@ class DoByHand(_Sentence):
 
 @dataclass(frozen=True)
 class Mend:
-    """Put right what a measurement found wrong; gives whether it was done, so that it is measured again.
+    """Correct what a measurement found wrong; the result tells whether that was done, and it is then measured again.
 
-    `finding` says what was found, `wanted` the connection as it should be, a line each. Whoever cannot mend gives up.
+    `finding` says what was found, `wanted` the connection as it should be, a line each. An operator that cannot correct it gives up.
     """
 
     finding: Text
@@ -300,7 +300,7 @@ class Mend:
 
 @dataclass(frozen=True)
 class DoubtReading:
-    """A reading contradicts its siblings: gives whether it is to be taken again; else it is confirmed, and kept as it is."""
+    """A reading contradicts the others of its series; the result tells whether to take it again. Otherwise it is confirmed and kept."""
 
     finding: Text
 

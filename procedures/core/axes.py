@@ -1,4 +1,4 @@
-"""Curves on axes as data, for whoever draws them: what is shown, in which units, and how curves are told apart."""
+"""Plots as data: what is shown, in which units, and how curves are distinguished."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

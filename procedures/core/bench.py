@@ -1,4 +1,4 @@
-"""What a procedure sees of the world: instruments by role, hands, time, a record."""
+"""What a procedure can use: instruments by role, an operator for manual work, the clock and the journal."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -42,10 +42,10 @@ from procedures.verification.bench_state import BenchState
 
 
 class Operator(Protocol):
-    """Whoever has hands: a person at a terminal or a panel, a virtual operator, a switch matrix."""
+    """Performs manual work: a person at a terminal or a panel, a virtual operator, or a fixture with a switch matrix."""
 
     def perform(self, action: HandWork) -> object:
-        """Do it and return what it gives.
+        """Perform an action and return its result.
 
         A float for `EnterReading`, angles in rad for `MarkRestPositions`, whether it was done for `Mend`, whether to read
         again for `DoubtReading`, the words typed for `EnterCommand`, else None.
@@ -81,14 +81,14 @@ class Recorder(Protocol):
     """The journal, as a procedure sees it."""
 
     def record(self, event: Event) -> None:
-        """Append one event; it is on its way to the disk when this returns."""
+        """Append one event; when this returns, it has been handed to the operating system."""
 
 
 class Bench:
     """The instruments of a station by role, the operator, the clock, the journal, and the run's uncertainty inputs.
 
-    `session` counts a run's beginnings: 1, and one more each time it is resumed. `feeding` tells what is on, `onlooker` whether
-    somebody watches.
+    `session` is the number of the run's session: 1, and one more each time the run is resumed. `feeding` tells what is on, `onlooker`
+    whether somebody watches.
     """
 
     def __init__(
@@ -117,14 +117,14 @@ class Bench:
         self.state = BenchState()
 
     def check_off(self) -> None:
-        """Raise ProcedureError where something still feeds the motor or drives its shaft."""
+        """Raise ProcedureError if an instrument still feeds the motor or drives its shaft."""
         if roles := sorted(role.value for role in self._feeding.roles):
             raise ProcedureError(
-                text("{roles} was still on when the procedure ended: a fault of the procedure", roles=roles)
+                text("{roles} was still on when the procedure ended: this is an error of the procedure", roles=roles)
             )
 
     def without_instruments(self) -> "Bench":
-        """Return it for what is only computed any more: no instrument answers there."""
+        """Return this bench without its instruments, for calculations after the measurement."""
         left = copy(self)
         left._instruments = {}
         return left
@@ -145,7 +145,7 @@ class Bench:
 
     @property
     def oscilloscope(self) -> Oscilloscope:
-        """The oscilloscope: corrected by its verification where there was one, else with its probes' limits, which are asked for."""
+        """The oscilloscope, corrected by its verification; without one, with its probes' limits, which the operator is asked for."""
         scope, state = self.bare_oscilloscope, self.state
         return state.verified_channels.on(scope, state.stated_probes.on(scope, self.reading))
 
@@ -185,10 +185,10 @@ class Bench:
         return cast("InsulationTester", self._get(Role.INSULATION_TESTER))
 
     def perform(self, *actions: Action) -> None:
-        """Have actions done that give no reading.
+        """Have the operator perform actions that give no reading.
 
-        Those that want something of the setup are one piece of work, done in the order that is safe; what is so already is not
-        asked for again. Raises ProcedureError, before any hand moves, where something is on or what is wanted may not be together.
+        Actions that change the setup are done together, in the safe order; what is already as requested is not asked for again. Raises
+        ProcedureError, before anything is changed, if an instrument is on or if the requested connections are not allowed together.
         """
         if wanted := [action for action in actions if isinstance(action, Wanted)]:
             self._change_setup(wanted)
@@ -207,16 +207,16 @@ class Bench:
         return float(cast("float", self._perform(action)))
 
     def mended(self, mend: Mend) -> bool:
-        """Have something put right; tell whether it was."""
+        """Ask the operator to correct a connection; return whether that was done."""
         return self._perform(mend) is True
 
     def doubted(self, doubt: DoubtReading) -> bool:
-        """Ask about a reading that contradicts its siblings; tell whether it is to be taken again."""
+        """Ask about a reading that contradicts the others of its series; return whether to take it again."""
         return self._perform(doubt) is True
 
     @contextmanager
     def step(self, step: Step, values: dict[str, object]) -> Iterator[None]:
-        """Run one step: it begins in the journal, and its end or its failure stands there too."""
+        """Run one step; the journal records its start, and its end or failure."""
         words = step.words(values)
         self.recorder.record(StepStarted(step=step.identifier, text=words.render(), time=self.clock.now()))
         try:
@@ -228,16 +228,16 @@ class Bench:
         self.recorder.record(StepFinished(step=step.identifier, time=self.clock.now()))
 
     def show(self, make: Callable[[], LivePlot]) -> None:
-        """Have a plot shown to who watches the run; it is made only where somebody does."""
+        """Show a plot to the people who watch the run; the plot is made only if somebody watches."""
         if self._onlooker.looks:
             self._onlooker.show(make())
 
     def command(self, action: EnterCommand) -> str | None:
-        """Have a command said; None where nobody has said one in time."""
+        """Ask for a command; None if nobody gives one in time."""
         return cast("str | None", self._perform(action))
 
     def instrument(self, role: Role) -> Instrument:
-        """Return the instrument of a role, as its driver gives it. Raises ProcedureError where the station has none."""
+        """Return the instrument of a role, as its driver gives it. Raises ProcedureError if the station has none."""
         return self._get(role)
 
     def _change_setup(self, wanted: Sequence[Wanted]) -> None:
@@ -268,7 +268,7 @@ class Bench:
         if self._feeding.roles:
             raise ProcedureError(
                 text(
-                    "{roles} is on: no lead and no coupling is touched before it is off",
+                    "{roles} is on: switch it off before any lead or coupling is touched",
                     roles=sorted(role.value for role in self._feeding.roles),
                 )
             )

@@ -1,4 +1,4 @@
-"""Uncertainty budgets: inputs that are common stay common, and every parameter keeps its rows (GUM, JCGM 100)."""
+"""Uncertainty budgets: common inputs stay correlated, and every parameter keeps its budget rows (GUM, JCGM 100)."""
 
 import math
 from collections.abc import Sequence
@@ -30,9 +30,9 @@ class _Input:
 class Uncertainties:
     """The inputs of one run.
 
-    An instrument's gain and offset errors are one input each for all its readings in one range, so they correlate
-    whatever is computed from them; resolution and statistics are inputs of their own every time. `session` tells the inputs
-    of a resumed run from those before it.
+    An instrument's gain and offset errors are one input each for all its readings in one range, so all results calculated from them are
+    correlated; resolution and statistics are separate inputs each time. `session` distinguishes the inputs of a resumed run from earlier
+    ones.
     """
 
     def __init__(self, session: int = 1) -> None:
@@ -56,9 +56,9 @@ class Uncertainties:
         return self._remember(source, "B", ureal(value, half_width * _RECTANGULAR), rectangular=True)
 
     def one_sided(self, source: Text | str, value: float, most: float) -> UncertainReal:
-        """Return a Type B input: `value`, likely as it stands, whose truth may lie above it by up to `most`.
+        """Return a Type B input: `value` is the likely value, but the true value may be larger by up to `most`.
 
-        Its end is an end of the interval of whatever it reaches; the other end stays. Its standard uncertainty is about `value`.
+        It widens the interval of every result that depends on it in one direction only. Its standard uncertainty is taken about `value`.
         """
         if most == 0.0:
             return ureal(value, 0.0)
@@ -73,7 +73,7 @@ class Uncertainties:
         return self._remember(source, "B", ureal(value, standard_uncertainty, degrees_of_freedom))
 
     def instrument(self, name: Text | str, quantity: UncertainReal | float, accuracy: Accuracy) -> UncertainReal:
-        """Return a reading (or an estimate that scales with the readings) with its instrument's errors put on."""
+        """Return a reading (or an estimate proportional to the readings) with the errors of its instrument."""
         read = (
             quantity
             * (1.0 + accuracy.gain * self._shared(text("{name}: gain, {by}", name=word(name), by=_by(accuracy))))
@@ -106,7 +106,7 @@ class Uncertainties:
     ) -> Parameter:
         """Return the quantity as a parameter with its 95 % coverage interval and its budget.
 
-        Raises TypeError for a plain number, of which nobody knows how far it can be believed.
+        Raises TypeError for a plain number, because its uncertainty is not known.
         """
         if not isinstance(quantity, UncertainReal):
             raise TypeError(
@@ -151,7 +151,7 @@ class Uncertainties:
         return float(quantity.x) - expanded, float(quantity.x) + expanded
 
     def of_parameter(self, parameter: Parameter) -> UncertainReal:
-        """Return the quantity behind an earlier parameter, correlated with all that shares its inputs.
+        """Return the quantity of an earlier parameter, correlated with everything that shares its inputs.
 
         A parameter of an earlier process (a resumed run) comes back with its uncertainty, but without its correlations.
         """

@@ -1,4 +1,4 @@
-"""Lines of equal value over a plane, for whoever draws them."""
+"""Contour lines over a plane, for plots."""
 
 import numpy as np
 from contourpy import contour_generator

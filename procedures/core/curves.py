@@ -1,4 +1,4 @@
-"""Curves that go into a result's findings, so that whoever draws a fit need not compute it again."""
+"""Curves in a result's findings, so that a plot of a fit need not calculate it again."""
 
 import numpy as np
 from numpy.typing import ArrayLike

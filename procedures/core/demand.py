@@ -1,4 +1,4 @@
-"""What a procedure needs of the instruments in its roles, so that a station can be judged before anything is connected."""
+"""What a procedure needs from the instruments in its roles. A station can be checked with it before anything is connected."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ from drivers.interfaces import InverterAbility, ProbeKind, Role
 
 
 class Measurand(Enum):
-    """A quantity that is read of an instrument with an accuracy, by the word that options of accuracies begin with."""
+    """A quantity that an instrument reads with an accuracy; its value is the first word of the accuracy options."""
 
     VOLTAGE = "voltage"
     CURRENT = "current"
@@ -22,7 +22,7 @@ class Measurand(Enum):
 
 @dataclass(frozen=True)
 class Demand:
-    """What is needed of one instrument.
+    """What is needed from one instrument.
 
     `screen` are the figures that are read off an oscilloscope which gives no waveforms; with `waveforms` it must give them. With
     `automatic` nobody can read as many figures by hand. `probes` is how many there must be of each kind. `abilities` are what an

@@ -1,4 +1,4 @@
-"""Events of a run's journal: what every event declares of itself, and those that procedures make.
+"""Events of a run's journal: what every event declares, and the events that procedures make.
 
 An event's fields are its data in the journal, in this order and by these names.
 """
@@ -68,14 +68,14 @@ class StepFailed(Event, kind="step_failed", durable=True, closing=True):
 
 @dataclass(frozen=True)
 class UnknownAction:
-    """Hand work of another version's journal: its fields as they stand there."""
+    """Manual work from the journal of another version, with its fields unchanged."""
 
     details: Mapping[str, Any]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ActionStarted(Event, kind="action"):
-    """Hand work is asked for: the action's class, the action, and its lines in English."""
+    """Manual work is requested: the action's class, the action, and its lines in English."""
 
     action: str
     details: Action | UnknownAction
@@ -84,7 +84,7 @@ class ActionStarted(Event, kind="action"):
 
 @dataclass(frozen=True, kw_only=True)
 class ActionDone(Event, kind="action_done"):
-    """Hand work is done: a reading entered, angles (rad) marked, whether something was put right, a command; None for other work."""
+    """Manual work is done; its result is a reading, angles (rad), whether something was corrected, a command, or None."""
 
     action: str
     given: Given

@@ -1,4 +1,4 @@
-"""Whether what a procedure gives can be: a number, and within the bounds of its parameter."""
+"""Checks that the results of a procedure are numbers within the bounds of their parameters."""
 
 import math
 from collections.abc import Iterable
@@ -22,7 +22,8 @@ def possible(parameters: Iterable[Parameter]) -> tuple[list[Parameter], list[Wit
         if not math.isfinite(each.value) or math.isnan(each.standard_uncertainty):
             raise ProcedureError(
                 text(
-                    "{label} came out as {value:g} ± {uncertainty:g}, which is no number: look at the readings in the journal",
+                    "the result for {label} is {value:g} ± {uncertainty:g}, which is not a finite number: check "
+                    "the readings in the journal",
                     label=each.label,
                     value=each.value,
                     uncertainty=each.standard_uncertainty,
@@ -44,8 +45,8 @@ def _outside(parameter: Parameter) -> Text | None:
     if not below and (bounds.high is None or low <= bounds.high):
         return None
     return text(
-        "it would be {value:.4g} {unit}, and the whole interval lies {side} {bound:g} {unit}, where none can be: look for swapped "
-        "leads, a wrong sign, an offset or a wrong unit",
+        "it would be {value:.4g} {unit}, and its whole interval lies {side} {bound:g} {unit}, outside the "
+        "possible range: check for interchanged leads, a wrong sign, an offset or a wrong unit",
         value=parameter.value,
         unit=parameter.unit,
         side=text("below") if below else text("above"),

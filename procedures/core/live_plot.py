@@ -1,4 +1,4 @@
-"""What a procedure shows of a measurement while it goes on, as data: whoever watches the run draws it."""
+"""What a procedure shows of a measurement while it goes on, as data for the display."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What is said of a record that does not look like its model: what was seen, what was done about it, what to do."""
+"""Messages about a record that differs from its model: what was seen, what was done about it, what to do."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -150,8 +150,8 @@ _SEEN = {
         "reversed; look at units too"
     ),
     Cause.UNEXPLAINED: text(
-        "the record differs from the model by more than noise, and by none of the causes known here: look at its residual before you trust "
-        "the figure"
+        "the record differs from the model by more than noise, and none of the known causes explains it: check "
+        "the residual before you trust the figure"
     ),
 }
 #: What is said otherwise of a current step: its findings carry `record` = "step" among their figures.
@@ -389,9 +389,9 @@ _SEEN_IN = {
     "emf-memory": _SEEN_IN_EMF_MEMORY,
 }
 _DONE = {
-    Answer.MODELLED: text("it is in the model, and the interval holds it"),
-    Answer.WIDENED: text("the interval is widened by what it may do"),
-    Answer.WITHHELD: text("no figure is given, for no interval from this record would hold the truth"),
+    Answer.MODELLED: text("the model includes it, and so does the interval"),
+    Answer.WIDENED: text("the interval is widened by its possible effect"),
+    Answer.WITHHELD: text("no figure is given, because no interval from this record would contain the true value"),
 }
 
 

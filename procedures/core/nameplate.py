@@ -1,4 +1,4 @@
-"""What a technician can know of a motor before measuring it."""
+"""What a technician can know about a motor before measuring it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -46,10 +46,10 @@ class Nameplate:
 
     @property
     def voltage_bound(self) -> float | None:
-        """Largest voltage (V) between two terminals that anything may be set to, or None where the plate names none."""
+        """Largest voltage (V) between two terminals that any instrument may be set to, or None if the nameplate states none."""
         return self.maximum_voltage if self.maximum_voltage is not None else self.rated_voltage
 
     @property
     def speed_bound_rpm(self) -> float | None:
-        """Highest speed (rpm) that any procedure may ask for, or None where the plate names none."""
+        """Highest speed (rpm) that any procedure may ask for, or None if the nameplate states none."""
         return self.maximum_speed_rpm if self.maximum_speed_rpm is not None else self.rated_speed_rpm

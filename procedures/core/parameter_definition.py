@@ -12,7 +12,7 @@ from procedures.core.units import ALLOWED_UNITS, is_unit
 
 
 class FactorErrors(Enum):
-    """Which factor errors are looked for where a figure deviates from its type value."""
+    """Which factor errors are checked if a figure deviates from its type value."""
 
     IMPEDANCE = "impedance"
     FLUX = "flux"
@@ -21,7 +21,7 @@ class FactorErrors(Enum):
 
 @dataclass(frozen=True)
 class Bounds:
-    """Between which values a parameter makes sense, in its unit; `open` leaves the low bound itself out."""
+    """The range of possible values of a parameter, in its unit; `open` excludes the low bound itself."""
 
     low: float
     high: float | None = None
@@ -81,7 +81,7 @@ class ParameterDefinition:
             )
 
     def for_readers(self) -> dict[str, str]:
-        """Return what a record needs to show the parameter where nobody defines it any more."""
+        """Return what a record needs to show the parameter after its definition has been removed."""
         return {"symbol": self.symbol, "label": self.label.render(), "reader_unit": self.reader_unit}
 
 

@@ -1,4 +1,4 @@
-"""All results of a run together: the best figure of each parameter, the others beside it, and where they disagree."""
+"""All results of a run together: the best figure of each parameter, its alternatives, and disagreements between them."""
 
 import math
 from collections.abc import Iterable
@@ -25,9 +25,9 @@ class ParameterSet:
 
 
 def merge(results: Iterable[ProcedureResult]) -> ParameterSet:
-    """Take of each parameter the figure with the smallest uncertainty; warn where two disagree beyond theirs.
+    """Take the figure with the smallest uncertainty for each parameter; warn if two differ by more than their uncertainties.
 
-    A figure that one procedure withholds is that of another where one gives it.
+    If one procedure withholds a figure and another gives it, the given one is used.
     """
     found: dict[str, list[Parameter]] = {}
     withheld: dict[str, list[Withheld]] = {}

@@ -105,12 +105,12 @@ class Procedure(ABC, Generic[C]):
 
     @classmethod
     def wanted_before(cls, settings: C, nameplate: Nameplate) -> Mapping[str, str]:
-        """Return the parameters that an earlier procedure must give with these settings, each with the setting that does instead."""
+        """Return the parameters that an earlier procedure must give with these settings, each with the setting that can replace it."""
         return {}
 
     @classmethod
     def foresee(cls, bench: Bench, nameplate: Nameplate, settings: C) -> Sequence[Notice]:
-        """Return what the station's instruments cannot give of what the settings ask for, as far as it can be known now.
+        """Return which requests of the settings the station's instruments cannot meet, as far as this is known now.
 
         Called before anything is energised; instruments may be asked for their accuracy, not set or read.
         """
@@ -138,7 +138,7 @@ class Procedure(ABC, Generic[C]):
         return self._result()
 
     def partial_result(self, why: Text) -> ProcedureResult | None:
-        """Return what is made of what was taken until the procedure was left early; `why` is said in it. None where there is nothing.
+        """Return the result of a procedure that ended early for the reason `why`, from the data taken until then; None without any.
 
         Everything is off by then, and no instrument answers any more.
         """
@@ -147,7 +147,7 @@ class Procedure(ABC, Generic[C]):
         return self._result() if self.conclude_early(why) else None
 
     def conclude_early(self, why: Text) -> bool:
-        """Report what can be made of what was taken before the procedure was left, and tell whether that is anything: nothing here."""
+        """Report results from the data taken before the procedure ended early; return whether there are any (none by default)."""
         return False
 
     def _result(self) -> ProcedureResult:
@@ -158,7 +158,8 @@ class Procedure(ABC, Generic[C]):
         if self.parameters and not kept and not withheld and not self._notices:
             raise ProcedureError(
                 text(
-                    "it ended without a figure and without saying why, though it gives {names}: a fault of the procedure",
+                    "it ended without a figure and without a reason, although it gives {names}: this is an error "
+                    "of the procedure",
                     names=[*self.parameters],
                 )
             )
@@ -171,7 +172,7 @@ class Procedure(ABC, Generic[C]):
 
     @property
     def winding(self) -> Literal["wye", "delta"]:
-        """How the windings are joined, as the estimators name it."""
+        """How the windings are connected, by the estimators' names."""
         return "delta" if self.is_delta else "wye"
 
     @property
@@ -266,7 +267,7 @@ class Procedure(ABC, Generic[C]):
         return parameter.value if parameter else None
 
     def why_unknown(self, name: str, needed: Text) -> Text:
-        """Return what is said where an earlier result is needed: `needed`, and why it is not there where it was withheld."""
+        """Return the message for a missing earlier result: `needed`, and the reason if it was withheld."""
         reasons = self.withheld_before.get(name, ())
         return text("{needed}; {withheld}", needed=needed, withheld=reasons[0].sentence) if reasons else needed
 

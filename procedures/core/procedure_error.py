@@ -4,7 +4,7 @@ from drivers.interfaces.text import Text
 
 
 class ProcedureError(Exception):
-    """A measurement cannot go on; the message names what was found and what to do."""
+    """A measurement cannot continue; the message says what was found and what to do."""
 
     def __init__(self, message: Text) -> None:
         self.text = message
@@ -12,7 +12,7 @@ class ProcedureError(Exception):
 
 
 class MotorFaultError(ProcedureError):
-    """The motor, not the bench, is why there is no figure: a part is missing, dead or broken down; `part` names it."""
+    """There is no figure because of a defect of the motor, not of the bench; `part` names the part that is missing or defective."""
 
     def __init__(self, message: Text, part: str) -> None:
         super().__init__(message)
@@ -20,11 +20,11 @@ class MotorFaultError(ProcedureError):
 
 
 class NotModelledError(ProcedureError):
-    """A virtual bench was brought where its physics does not follow; what was read there must not be judged."""
+    """A virtual bench was brought into a state that it does not model; readings from there must not be judged."""
 
 
 class OnlyBoundedError(ProcedureError):
-    """What was read gives no figure for `parameter`, only that it is at least `low` (in its unit, 95 %): may be enough to reject."""
+    """The readings give no figure for `parameter`, only a lower bound `low` (in its unit, 95 %), which may be enough to reject."""
 
     def __init__(self, message: Text, parameter: str, low: float) -> None:
         super().__init__(message)
@@ -33,11 +33,11 @@ class OnlyBoundedError(ProcedureError):
 
 
 class RepeatWantedError(ProcedureError):
-    """The person at the bench wants the running procedure from its beginning."""
+    """The person at the bench wants to repeat the running procedure from its beginning."""
 
 
 class CorrectedError(BaseException):
-    """A reading typed earlier was corrected: the procedure is done over with what it was given, up to where it stands.
+    """A reading typed earlier was corrected: the procedure is calculated again with its readings, up to the present point.
 
     Nothing in a procedure catches it, as nothing has failed.
     """

@@ -57,7 +57,7 @@ class Parameter:
 
     @property
     def label(self) -> Text:
-        """What readers call it; one that nothing defines keeps its name."""
+        """The label for readers; a parameter without a definition keeps its name."""
         definition = self._defined
         return definition.label if definition else word(self.name)
 
@@ -111,7 +111,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Notice:
-    """Something that the reader must know: an erratum that applies (`E1` …) or a finding of this run (a short name)."""
+    """A warning for the reader: an erratum that applies (`E1` …) or a finding of this run (a short name)."""
 
     identifier: str
     message: Text
@@ -123,7 +123,7 @@ class Notice:
 
 @dataclass(frozen=True)
 class Withheld:
-    """A parameter that was asked for and is not given, because no interval from this record would hold it.
+    """A parameter that is not given, because no interval from this record would contain the true value.
 
     `cause` is the likely one by its short name (`clipped` …), `message` what was seen and what to do.
     """
@@ -137,13 +137,13 @@ class Withheld:
 
     @property
     def label(self) -> Text:
-        """What readers call the parameter; one that nothing defines keeps its name."""
+        """The label for readers; a parameter without a definition keeps its name."""
         definition = self._defined
         return definition.label if definition else word(self.name)
 
     @property
     def unit(self) -> str:
-        """The unit of results in which it would be given; empty where nothing defines it."""
+        """The unit in which results would give it; empty without a definition."""
         return self._defined.unit if self._defined else ""
 
     @property
@@ -162,7 +162,7 @@ class Withheld:
 
     @property
     def sentence(self) -> Text:
-        """What is said to who needs the figure: which, by which procedure, the cause, what was seen and what to do."""
+        """The message for those who need the figure: its name, the procedure, the cause, what was seen and what to do."""
         return text(
             "{name} was withheld by {procedure} ({cause}): {why}",
             name=self.label,
@@ -184,7 +184,7 @@ class Withheld:
 
 
 def said_of(withheld: Iterable[Withheld]) -> list[Text]:
-    """Return what is said where figures would stand: which, by which procedure, the cause, what was seen and what to do.
+    """Return the message in place of withheld figures: which figures, the procedure, the cause, what was seen and what to do.
 
     Figures that are withheld for the same reason have one sentence.
     """

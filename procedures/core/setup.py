@@ -1,4 +1,4 @@
-"""What is connected where, and what holds the shaft: the bench as hands have left it."""
+"""The setup of the bench: what is connected where, and what holds the shaft."""
 
 import re
 from collections.abc import Iterable, Mapping

@@ -67,7 +67,7 @@ class Change:
 
 @dataclass(frozen=True)
 class ChangeSetup:
-    """Bring the bench from one setup to another, one change after the other; nothing is energised while a lead is touched."""
+    """Change the bench from one setup to another, step by step; nothing is energised while a lead is touched."""
 
     changes: tuple[Change, ...]
     before: BenchSetup

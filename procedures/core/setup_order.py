@@ -1,4 +1,4 @@
-"""The order in which careful hands bring the bench from one setup to another.
+"""The safe order of changes from one setup of the bench to another.
 
 What comes off comes off first, sources before meters, for nothing is put on where something else still is; then the shaft,
 while nothing but what stays is on the terminals; then what goes on, meters before sources.

@@ -21,7 +21,7 @@ class SetupRules:
         self._motor_voltage = motor_voltage
 
     def may_stay(self, role: Role, source: Role | None) -> bool:
-        """Tell whether an instrument that nothing was said of may stay on beside a source, None for open terminals at rest."""
+        """Tell whether an unmentioned instrument may stay connected beside a source, or (None) at open terminals at rest."""
         if self._in_use is not None and role not in self._in_use:
             return False
         if source is None:
@@ -33,7 +33,7 @@ class SetupRules:
         return (ROLES[role].withstands if stated is None else stated) >= voltage
 
     def check(self, setup: BenchSetup) -> None:
-        """Raise ProcedureError for a setup that nobody may connect: two sources, company for one that is alone, a rating too low."""
+        """Raise ProcedureError for a forbidden setup: two sources, company for an instrument that must be alone, too low a rating."""
         sources = sorted({contact.role for contact in setup.contacts if contact.is_socket}, key=lambda role: role.value)
         beside = sorted(setup.roles - set(sources), key=lambda role: role.value)
         if len(sources) > 1:

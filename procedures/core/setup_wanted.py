@@ -1,4 +1,4 @@
-"""The setup that follows from what a procedure wants and what was there: what it does not name stays only where it may."""
+"""The setup that follows from a procedure's request: what the request does not name stays only if that is allowed."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

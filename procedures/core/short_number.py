@@ -1,4 +1,4 @@
-"""Numbers as people read them on a line of text."""
+"""Numbers in a form for readers."""
 
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"))
 #: From here on digits are counted rather than read.

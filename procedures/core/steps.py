@@ -1,4 +1,4 @@
-"""A step is data and code at once: its place in the document, its words, and the method it wraps."""
+"""A step combines data and code: its place in the document, its sentence, and the method it wraps."""
 
 import functools
 from collections.abc import Callable

@@ -90,7 +90,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
 
     @classmethod
     def foresee(cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceAlignedSettings) -> Sequence[Notice]:
-        """Hold the bridge's accuracy at the type value against the uncertainty asked for."""
+        """Compare the bridge's accuracy at the type value with the requested uncertainty."""
         return foresee_inductance(cls.name, bench, nameplate, settings, 1.5)
 
     def measure(self) -> None:
@@ -125,7 +125,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
 
     @step("3.3.3-d/2", "The rotor rests on d: lock it, then switch the supply off", by_hand=True)
     def lock_d(self, energised: ExitStack) -> None:
-        """Lock before the current goes, so that cogging cannot move the rotor."""
+        """Lock the rotor before the current is switched off, so that cogging cannot move it."""
         self.bench.perform(LockRotor())
         self._verified["d"] = self.wiring.supply.held(ALIGN_D)
         energised.close()
@@ -137,7 +137,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
 
     @step("3.3.3-q/1", "Supply on: B to plus, C to minus, A open", by_hand=True)
     def align_q(self, energised: ExitStack) -> None:
-        """Turn the rotor to where phase A sees its q axis."""
+        """Turn the rotor until its q axis is on phase A."""
         # Connected and verified while the shaft is still locked: nothing moves, and no EMF is in the reading.
         self.wiring.supply.connect(ALIGN_Q)
         self.bench.perform(ReleaseRotor())

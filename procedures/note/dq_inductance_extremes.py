@@ -104,7 +104,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
 
     @classmethod
     def foresee(cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceExtremesSettings) -> Sequence[Notice]:
-        """Hold the bridge's accuracy at the type value against the uncertainty asked for."""
+        """Compare the bridge's accuracy at the type value with the requested uncertainty."""
         return foresee_inductance(cls.name, bench, nameplate, settings, 2.0)
 
     def measure(self) -> None:
@@ -182,7 +182,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
 
     @step("3.3.2/4", "From line to phase: wye 0.5, delta 1.5 of the smallest (Ld) and the largest (Lq)")
     def conclude(self, sweep: Sweep, motor_class: str) -> None:
-        """Fit the whole sweep; the extremes stand beside, and whether the saliency is more than noise."""
+        """Fit the whole sweep; also report the extremes, and whether the saliency is more than noise."""
         fit = sweep.fit
         if fit is None:
             self._report(

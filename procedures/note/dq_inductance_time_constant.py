@@ -116,7 +116,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
 
     @step("3.3.1-d/1", "Align the rotor to d: A to plus, B and C to minus", by_hand=True)
     def align_d(self, energised: ExitStack) -> Alignment:
-        """Align with up to the rated current, as far as the supply gives it: friction holds a weakly aligned rotor off."""
+        """Align with up to the rated current, if the supply can give it: friction holds a weakly aligned rotor away from d."""
         self.wiring.supply.connect(ALIGN_D, UncoupleDynamometer())
         self.bench.perform(ReleaseRotor())
         current = self.aligning_current(self.settings.align_share)
@@ -167,12 +167,12 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
 
     @step("3.3.1-d/5", "Ld is two thirds of time constant times resistance")
     def conclude_d(self, voltage: float, steps: list[RecordedStep] | list[ReadOffStep]) -> None:
-        """Fit R and L to the recorded voltage and current; 2/3·τ·R stands beside."""
+        """Fit R and L to the recorded voltage and current; also report 2/3·τ·R."""
         self._conclude("d_axis_inductance", "d", voltage, steps)
 
     @step("3.3.1-q/1", "Align the rotor to q: B to plus, C to minus, A open", by_hand=True)
     def align_q(self, energised: ExitStack) -> None:
-        """Turn the rotor to where phase A sees its q axis."""
+        """Turn the rotor until its q axis is on phase A."""
         # Connected and verified while the shaft is still locked: nothing moves, and no EMF is in the reading.
         self.wiring.supply.connect(ALIGN_Q)
         self.bench.perform(ReleaseRotor())

@@ -113,7 +113,7 @@ class Inertia(Procedure[InertiaSettings]):
 
     @step("3.5/4", "Solve both equations for inertia and no-load torque")
     def solve(self, ramps: Ramps, tare: Ramps | None) -> None:
-        """Fit J, Coulomb, viscous and quadratic friction to both whole curves; the two-point figures stand beside."""
+        """Fit J, Coulomb, viscous and quadratic friction to both whole curves; also report the two-point figures."""
         total = self._fit(ramps)
         own = self._fit(tare) if tare else None
         self.findings["ramps"] = _curves(ramps.to_fit(), total)

@@ -1,4 +1,4 @@
-"""What only the data sheet can tell (§2.7, §2.8)."""
+"""Figures that only the data sheet can give (§2.7, §2.8)."""
 
 from typing import ClassVar
 
@@ -23,7 +23,7 @@ class NameplateData(Procedure[NameplateSettings]):
     gives: ClassVar[tuple[str, ...]] = ("maximum_current", "rated_speed")
 
     def measure(self) -> None:
-        """Take both figures over, marked as not measured."""
+        """Take both figures from the data sheet, marked as not measured."""
         self.maximum_current()
         self.rated_speed()
 

@@ -78,5 +78,5 @@ class PolePairsBackEmf(Procedure[PolePairsBackEmfSettings]):
 
     @step("3.1.2.2-2/4", "Pole pairs are the nearest whole number to 60 f / n")
     def conclude(self, frequency: float, uncertainty: float, speed: Reading) -> None:
-        """Report the count where frequency and speed are known well enough for one whole number only."""
+        """Report the number of pole pairs if frequency and speed allow one whole number only."""
         count(self, frequency, uncertainty, speed, section="3.1.2.2")

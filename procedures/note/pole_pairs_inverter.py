@@ -145,7 +145,7 @@ class PolePairsInverter(Procedure[PolePairsInverterSettings]):
 
     @step("3.1.2.2-1/4", "Pole pairs are the nearest whole number to 60 f / n")
     def conclude(self, current: PhaseCurrent, speed: Reading) -> None:
-        """Report the count where frequency and speed are known well enough for one whole number only."""
+        """Report the number of pole pairs if frequency and speed allow one whole number only."""
         count(self, current.frequency, current.uncertainty, speed, section="3.1.2.2")
 
     def _wire(self) -> None:

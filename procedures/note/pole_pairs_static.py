@@ -55,7 +55,7 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
 
     @step("3.1.2.1/1", "Connect phase A to the supply's plus, B and C together to minus", by_hand=True)
     def connect(self) -> None:
-        """Any one phase to plus will do, the other two to minus. A current that cannot be had is refused before all work."""
+        """Connect one phase to plus and the other two to minus. A current that the supply cannot give is refused first."""
         self._holding_current()
         self.wiring.supply.connect(ALIGN_D, UncoupleDynamometer(), ReleaseRotor())
 
@@ -76,7 +76,7 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
 
     @step("3.1.2.1/4", "The number of stable positions is the number of pole pairs")
     def count(self, angles: list[float]) -> None:
-        """Report the smallest count that the marks are evenly spaced for; the bare count stands beside it."""
+        """Report the smallest number of evenly spaced positions that fits the marks; also report the plain count."""
         if not angles:
             raise ProcedureError(
                 text("no stable position was marked; is the supply on, and does the shaft turn freely?")

@@ -100,7 +100,7 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
 
     @classmethod
     def foresee(cls, bench: Bench, nameplate: Nameplate, settings: StatorResistanceSettings) -> Sequence[Notice]:
-        """Hold the bridge's accuracy at the type value against the uncertainty asked for (E9)."""
+        """Compare the bridge's accuracy at the type value with the requested uncertainty (E9)."""
         expected = nameplate.expected.get("stator_resistance")
         if expected is None:
             return ()
@@ -197,7 +197,7 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
         return repeated_readings(self, RepeatedQuantity(between(pair), Wanted.RESISTANCE, self.gives), settings.repeats)
 
     def _close(self, readings: dict[LinePair, list[ImpedanceReading]]) -> Unsettled:
-        """Return what lines read once more show of contacts and of a winding that cools."""
+        """Return what repeated readings of lines show about contacts and about a cooling winding."""
         if not self.settings.closing or self.settings.repeats < 2:
             return Unsettled()
         values = {pair: [r.resistance for r in read] for pair, read in readings.items()}

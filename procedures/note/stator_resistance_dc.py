@@ -116,7 +116,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
 
     @step("S1/1", "Lock the shaft, and read the winding's temperature", by_hand=True)
     def prepare(self) -> UncertainReal:
-        """Return the temperature (°C) that the cold resistance belongs to."""
+        """Return the temperature (°C) of the winding for the cold resistance."""
         self.bench.perform(LockRotor(), UncoupleDynamometer())
         return winding_temperature(self, self.settings.winding_temperature, self.settings.temperature_uncertainty)
 
@@ -173,7 +173,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         return LineSlope(quantity, (np.array(times), i, v), misfit)
 
     def close(self, slopes: dict[LinePair, LineSlope]) -> Unsettled:
-        """Return what lines read once more show of contacts and of a winding that cools."""
+        """Return what repeated readings of lines show about contacts and about a cooling winding."""
         if not self.settings.closing:
             return Unsettled()
         return closed(self, lambda pair: four_wires_again(slopes[pair].readings, self.slope(pair).readings))

@@ -83,7 +83,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         return cls.needs if settings.measured else {}
 
     def measure(self) -> None:
-        """Both ways, in the one step that the document has."""
+        """Use both methods, in the single step that the document has."""
         self.torque_per_ampere()
 
     @step(

@@ -241,9 +241,9 @@ class On:
 def test_no_lead_is_touched_while_something_is_on_and_a_turning_shaft_is_waited_for() -> None:
     hands, on = Hands(), On()
     bench = Bench(cast("Any", {}), hands, VirtualClock(), NoRecord(), feeding=on)
-    with pytest.raises(ProcedureError, match="supply is on: no lead and no coupling is touched"):
+    with pytest.raises(ProcedureError, match="supply is on: switch it off before any lead or coupling is touched"):
         bench.perform(ALIGN_D)
-    with pytest.raises(ProcedureError, match="supply is on: no lead"):
+    with pytest.raises(ProcedureError, match="supply is on: switch it off"):
         bench.perform(DoByHand(text("Plug the thermistor in")))
     assert hands.asked == []
     on.roles = ()

@@ -114,7 +114,7 @@ def test_an_error_leaves_the_map_of_what_was_taken(motorbench, motor, tmp_path, 
 @pytest.mark.parametrize(
     ("name", "function", "at", "why"),
     [
-        ("flux-map", "measure_dq", 6, "nothing can be made"),
+        ("flux-map", "measure_dq", 6, "give no result"),
         ("flux-map-standstill", "alternate_dq_current", 12, "there is no map"),
     ],
 )

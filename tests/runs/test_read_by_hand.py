@@ -187,7 +187,7 @@ def test_files_are_taken_in_order_and_scaled(tmp_path):
     options = CaptureFilesOptions(probes=PROBES, amplitude_accuracy={1: STATED}, files=files, scales={1: 10.0})
     scope = CaptureFilesOscilloscope(Nodding(), SteppingClock(), options, name="oscilloscope")
     assert [float(scope.fetch([1], 1.0)[1].values.max()) for _ in files] == [40.0, 80.0]
-    with pytest.raises(MeasurementError, match="all 2 files are taken, and one more record is needed"):
+    with pytest.raises(MeasurementError, match="all 2 files are used, and one more record is needed"):
         scope.fetch([1], 1.0)
 
 

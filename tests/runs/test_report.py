@@ -113,8 +113,8 @@ def test_fits_in_the_findings_are_those_of_the_stored_records(motorbench, tmp_pa
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        (("nowhere",), 2, "there is no run here"),
-        (("latest",), 2, "there is no run"),
+        (("nowhere",), 2, "no run was found here"),
+        (("latest",), 2, "no run was found"),
         (("x", "--format", "docx"), 2, "--format docx: allowed are html, pdf, both"),
         (("x", "--language", "de"), 2, "--language de: allowed are en, zh, both, auto"),
     ],

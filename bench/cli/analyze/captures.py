@@ -37,32 +37,36 @@ def back_emf(
     Parameters
     ----------
     files
-        Captures of one record, or of one a speed: R&S RTB, Tektronix TDS or Siglent CSV, columns of time and volts, or HDF5.
+        The captures of one record, or of one record for each speed: R&S RTB, Tektronix TDS or Siglent CSV, CSV columns of time
+        and volts, or HDF5.
     connection
-        Where the probes were: between two lines (taken where not given, and channels are not named as phases), phase to an artificial
-        star point, or phase to the winding's own.
+        Where the probes were: line (between two terminals), phase (to an artificial star point) or neutral (to the winding's
+        own star point). Default: line, unless the channels are named like phases.
     pole_pairs
         Pole pairs, for the mechanical constants.
     speed_rpm
-        Mechanical speed, rpm, to find the pole pairs by.
+        Mechanical speed, rpm. The pole pairs are found from it.
     speed_uncertainty_rpm
         Its standard uncertainty, rpm.
     speeds
-        At how many speeds the files were recorded: as many files each, those of one record following each other.
+        Number of speeds at which the files were recorded. Each speed has the same number of files; give the files of one record
+        next to each other.
     harmonics
         Orders to fit.
     scale
         Factor for a channel, NAME=FACTOR, where a probe's setting was wrong.
     coupling
-        dc or ac, of all channels or NAME=dc of one, where the file does not say it; AC coupling cannot be seen in a record.
+        Coupling of the channels, if the file does not state it: dc or ac for all, NAME=dc or NAME=ac for one. AC coupling
+        cannot be seen in a record.
     temperature
-        Temperature of the magnets during the record, °C: flux linkage and constants are then those at 25 °C.
+        Temperature of the magnets during the record, °C. Flux linkage and constants are then referred to 25 °C.
     temperature_uncertainty
-        Half-width of what is known of it, K; 2 where not given.
+        Half-width of the range within which this temperature is known, K. Default: 2.
     magnet_coefficient
         Temperature coefficient of the magnets' flux, 1/K.
     full_scale
-        Range that a channel was set to, NAME=RANGE, as in CH1=40V: the whole screen, for limits in % of full scale.
+        Range that a channel was set to (the whole screen), NAME=RANGE, as in CH1=40V. It is needed for limits in % of full
+        scale.
     record
         What every capture's command takes.
 
@@ -119,21 +123,22 @@ def step_response(
     axis
         Axis in which the rotor was locked.
     voltage
-        Name of the voltage's channel, where its unit does not tell.
+        Name of the voltage channel, if its unit does not identify it.
     current
         Name of the current's channel.
     scale
         Factor for a channel, NAME=FACTOR.
     temperature
-        Temperature of the winding during the record, °C: the loop's resistance is then that at 25 °C.
+        Temperature of the winding during the record, °C. The loop's resistance is then referred to 25 °C.
     temperature_uncertainty
-        Half-width of what is known of it, K; 2 where not given.
+        Half-width of the range within which this temperature is known, K. Default: 2.
     copper_coefficient
         Temperature coefficient of the winding's resistance at 20 °C, 1/K.
     skew
-        Limit of the time by which one channel may be late beside the other, s; at least half a sampling interval counts.
+        Largest delay between the two channels, s. At least half a sampling interval is assumed.
     full_scale
-        Range that a channel was set to, NAME=RANGE, as in CH1=40V: the whole screen, for limits in % of full scale.
+        Range that a channel was set to (the whole screen), NAME=RANGE, as in CH1=40V. It is needed for limits in % of full
+        scale.
     record
         What every capture's command takes.
 
@@ -176,21 +181,21 @@ def coast_down(
     Parameters
     ----------
     files
-        Captures of time and speed, and torque where it was recorded.
+        Captures of time and speed, with torque if it was recorded.
     inertia
         Inertia, kg·m², where it is known.
     inertia_uncertainty
         Its standard uncertainty, kg·m².
     torque
-        Torque of the driven ramp, N·m, where no column has it.
+        Torque of the driven ramp, N·m, if no column gives it.
     speed
         Name of the speed's column.
     speed_in_rpm
-        A speed without unit is in rpm, or in rad/s; without either such a speed is refused.
+        Unit of a speed column that states none: rpm or rad/s. Without this option such a column is refused.
     speed_filter
-        Time constant of the filter that the speed went through, as in 20ms.
+        Time constant of the filter in the speed signal, as in 20ms.
     torque_filter
-        Time constant of the filter that the torque went through, as in 20ms.
+        Time constant of the filter in the torque signal, as in 20ms.
     record
         What every capture's command takes.
 
@@ -241,7 +246,7 @@ def rotor_sweep(
     inductance
         Name of the inductance's column, where several may be it.
     threshold
-        Difference of smallest and largest below which the note speaks of a surface-magnet machine.
+        Difference between smallest and largest inductance below which the note calls the motor a surface-magnet machine.
     scale
         Factor for a channel, NAME=FACTOR.
     record

@@ -34,16 +34,16 @@ def flux_map(
     Parameters
     ----------
     file
-        Table with a heading: id_A, iq_A, psi_d_Vs, psi_q_Vs, and where there are u_psi_d_Vs, u_psi_q_Vs, torque_Nm; peak values. Or the
-        folder of a run of flux-map, however it ended: the map of what was read until then.
+        Table with the headings id_A, iq_A, psi_d_Vs, psi_q_Vs and, if known, u_psi_d_Vs, u_psi_q_Vs, torque_Nm; peak values. Or
+        the folder of a run of flux-map, complete or not: the map is made of the readings that it has.
     column
-        NAME=HEADING where a heading is another: i_d, i_q, psi_d, psi_q, u_psi_d, u_psi_q, torque.
+        A heading that differs from these, NAME=HEADING. Names: i_d, i_q, psi_d, psi_q, u_psi_d, u_psi_q, torque.
     pole_pairs
         Pole pairs, for torque.
     voltage
-        Phase voltage's limit, V, peak (bus voltage over √3), for torque over speed.
+        Limit of the phase voltage, V, peak (bus voltage over √3), for torque over speed.
     current
-        Largest current, A, peak; that of the table where not given.
+        Largest current, A, peak. Default: the largest of the table.
     resistance
         Phase resistance, Ω, for torque over speed.
     voltage_gain
@@ -51,7 +51,7 @@ def flux_map(
     current_gain
         Limit of error of all currents, %, rectangular.
     output
-        With a run's folder: file that the map is written to, as flux_map.csv of a finished run has it.
+        With a run's folder: the file to write the map to, in the form of flux_map.csv of a finished run.
     force
         Overwrite that file.
     language
@@ -131,11 +131,11 @@ def short_circuit(
     Parameters
     ----------
     file
-        Table with a heading: speed in rpm or rad/s, current_A (peak), and where there are torque_Nm and friction_Nm.
+        Table with the headings speed (in rpm or rad/s), current_A (peak) and, if known, torque_Nm and friction_Nm.
     pole_pairs
         Pole pairs.
     column
-        NAME=HEADING where a heading is another: speed, current, torque, friction.
+        A heading that differs from these, NAME=HEADING. Names: speed, current, torque, friction.
     flux_linkage
         Flux linkage of the open circuit at the same magnet temperature, V·s, peak.
     u_flux_linkage
@@ -177,9 +177,9 @@ def efficiency(
     Parameters
     ----------
     file
-        Table with a heading: torque_Nm, speed in rpm or rad/s, power_W into the terminals.
+        Table with the headings torque_Nm, speed (in rpm or rad/s) and power_W (into the terminals).
     column
-        NAME=HEADING where a heading is another: torque, speed, power.
+        A heading that differs from these, NAME=HEADING. Names: torque, speed, power.
     torque_gain
         Limit of error of the torque, %, rectangular, the same in all rows.
     torque_zero

@@ -23,20 +23,20 @@ class RecordOptions:
     Parameters
     ----------
     from_
-        First instant of the record to take, s, of the file's own time.
+        Start of the part to analyze, s, in the file's own time.
     to
-        Last instant of the record to take, s.
+        End of the part to analyze, s.
     time_column
-        Column of the time in a plain table, by its name or its number from 1, where it is not the first.
+        The time column of a plain table, by its name or its number from 1. Default: the first column.
     time_unit
-        Unit of that column, where its heading says none.
+        Unit of that column, if its heading states none.
     accuracy
-        Limits of error, NAME=LIMITS, as in CH1=2%+5mV; a channel's name, or for all of a kind: voltage, current, speed, torque,
-        inductance, time.
+        Limits of error, NAME=LIMITS, as in CH1=2%+5mV. NAME is a channel, or a kind for all its channels: voltage, current,
+        speed, torque, inductance, time.
     accuracy_file
-        TOML file with the same; what is on the command line overrules it.
+        TOML file with the same statements. The command line overrides it.
     budget
-        Print every parameter's uncertainty budget; JSON always holds them.
+        Print the uncertainty budget of every parameter. JSON output always contains the budgets.
     language
         en, zh, or auto by the locale.
     json

@@ -38,17 +38,18 @@ def six_step(
     run
         The run's folder, or its name under `--runs`.
     voltage
-        Voltages of the source without load, V; that of the run where not given.
+        No-load voltages of the source, V. Default: that of the run.
     load
-        Loads, N·m: at the motor's shaft where its own friction is known, else as the run's dynamometer shows them.
+        Loads, N·m. They are loads at the motor's shaft if its own friction is known, otherwise loads that the run's dynamometer
+        shows.
     motor
-        Motor file with `[virtual.drive]`, or the name of a shipped motor: its exact steady state is set beside.
+        Motor file with `[virtual.drive]`, or the name of a shipped motor. Its exact steady state is shown for comparison.
     coulomb_friction
-        The motor's Coulomb friction, N·m; that of the run's inertia procedure where not given.
+        The motor's Coulomb friction, N·m. Default: the result of the run's inertia procedure.
     viscous_friction
         The motor's viscous friction, N·m·s/rad; likewise.
     diode_drop
-        Voltage of a freewheeling diode, V, which no reading shows.
+        Forward voltage of a freewheeling diode, V. No reading shows it.
     language
         en, zh, or auto by the locale.
     json

@@ -30,7 +30,8 @@ def table(
     motor
         Motor file, or the name of a shipped motor, instead of a run.
     vesc_scale
-        What a VESC's inductances are divided by: its detection stores 0.9 of what it measured; 1 for a file that holds what is.
+        Factor by which a VESC's inductances are divided. VESC's detection stores 0.9 of the measured value; give 1 if the file
+        contains the measured inductances themselves.
     language
         en, zh, or auto by the locale.
     json

@@ -41,10 +41,10 @@ def archive(
     runs
         Folder of the batches' folders.
     remove
-        What is removed afterwards: the folders of its runs, or all, its records too. A motor whose record has gone is
-        taken for one that was never tested.
+        What to remove after packing: the folders of the batch's runs, or all, its records too. A motor whose record is removed
+        counts as never tested.
     force
-        Overwrite the file where it is there.
+        Overwrite the file if it exists.
     language
         en, zh, or auto by the locale.
     json

@@ -53,23 +53,23 @@ def check(
     plan
         The plan's file.
     station
-        The line's station file, whose drivers are tried on simulated instruments and of which nothing is opened, or `virtual`.
+        The line's station file, or `virtual`. Its drivers run on simulated instruments; no instrument of the station is opened.
     sockets
-        How many sockets, where the station file does not say.
+        Number of sockets, if the station file does not state it.
     motors
-        How many motors are tried for the times; three a socket where none is given.
+        Number of motors from which the times are found. Default: three for each socket.
     operator
-        virtual: hands do what a fixture does otherwise.
+        virtual: simulated hands do the work of the fixture.
     each
-        How many motors with each defect at each severity; 0: none.
+        Number of motors with each defect at each severity; 0 for none.
     sound
-        How many motors without a defect, drawn from the type's spread.
+        Number of motors without a defect, drawn from the type's spread.
     jobs
-        How many processes measure them, as many as there are cores where none is given. The figures do not depend on it.
+        Number of processes. Default: one for each core. The figures do not depend on it.
     cluster
-        Address of a Dask scheduler whose workers measure them, or local for a cluster made here.
+        Address of a Dask scheduler whose workers do the work, or local for a cluster started here.
     output
-        Write the plan with limits and an order that follow from what was found to this file, which must not be there yet.
+        Write the plan to this file, with limits and an order that follow from the result. The file must not exist yet.
     seed
         Seed of the virtual motors and benches.
     json
@@ -89,13 +89,13 @@ def check(
     )
     translate = translator(language_of(language))
     if output is not None and output.exists():
-        raise UsageError(text("{path}: is there already; choose another name, or remove it", path=output))
+        raise UsageError(text("{path}: already exists; choose another name, or remove it", path=output))
     if output is not None and (not each or sound < LEAST_SOUND):
         # Told now, and not when all have been measured.
         raise UsageError(
             text(
-                "--output: limits follow from motors with defects and from the spread of {least} sound ones; give --each 1 "
-                "and --sound {least} at least",
+                "--output: limits are calculated from motors with defects and from the spread of at least "
+                "{least} sound motors; give --each 1 and --sound {least} at least",
                 least=LEAST_SOUND,
             )
         )
@@ -151,8 +151,8 @@ def _print(console: "Console", done: DryRun, translate: Translate) -> None:
         )
     console.print(limits)
     cycle = text(
-        "Cycle {cycle:.1f} s a motor, {times:.2f} × its physical floor of {floor:.1f} s: {waits:.1f} s of waiting for other sockets, "
-        "software {overhead:.1f} %",
+        "Cycle time {cycle:.1f} s a motor, {times:.2f} × the physical minimum of {floor:.1f} s: {waits:.1f} s of "
+        "waiting for other sockets, software {overhead:.1f} %",
         cycle=done.cycle,
         times=done.over_floor,
         floor=done.floor,
@@ -164,7 +164,7 @@ def _print(console: "Console", done: DryRun, translate: Translate) -> None:
     rate = text("Sockets: {sockets}; {rate:.0f} motors an hour", sockets=done.sockets, rate=done.per_hour)
     console.print(say(rate), markup=False)
     if done.assumed:
-        assumed = text("Assumed of the motor, for its file has no [virtual]: {names}", names=list(done.assumed))
+        assumed = text("Assumed for the motor, because its file has no [virtual]: {names}", names=list(done.assumed))
         console.print(say(assumed), markup=False)
     for difference in done.differences:
         console.print(f"! {difference}", markup=False)

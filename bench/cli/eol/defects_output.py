@@ -45,10 +45,18 @@ def print_defects(checked: DefectCheck, translate: Translate) -> None:
     if unlimited:
         say(text("! Measured without a limit: {names}", names=unlimited))
     if checked.cases.left_out:
-        say(text("Not tried, for this type cannot have it here: {names}", names=list(checked.cases.left_out)))
+        say(
+            text(
+                "Not tried, because motors of this type cannot have these defects here: {names}",
+                names=list(checked.cases.left_out),
+            )
+        )
     for name, (why, count) in checked.unmodelled.items():
         said = text(
-            "! {name} was not tried on {count} motors, and catches none of them: {why}", name=name, count=count, why=why
+            "! {name} was not tried on {count} motors, and so finds none of their defects: {why}",
+            name=name,
+            count=count,
+            why=why,
         )
         say(said)
     say(_scale())
@@ -64,12 +72,15 @@ def print_proposal(proposal: Proposal, labels: ParameterLabels, path: Any, trans
     lines = [text("Order: {names}", names=[word(name) for name in proposal.order])]
     if proposal.idle:
         lines.append(
-            text("Finds nothing that another procedure does not: {names}", names=[word(name) for name in proposal.idle])
+            text(
+                "Finds no defect that another procedure does not also find: {names}",
+                names=[word(name) for name in proposal.idle],
+            )
         )
     lines.append(
         text(
-            "Written: {path}; next: motorbench eol check {path}. It bears the plan's name: before eol run, put it in the "
-            "place of the old plan, or give it a name of its own (plan.name)",
+            "Written: {path}; next: motorbench eol check {path}. It has the same plan name as the old plan. "
+            "Before eol run, replace the old plan with it, or give it another name (plan.name)",
             path=path,
         )
     )

@@ -34,7 +34,7 @@ def export(
     format_
         csv (one row a figure), parquet (the same, with types), junit (one test case a parameter), jsonl (one record a line).
     out
-        File to write; one that is there is replaced. Without it the records go to standard output.
+        File to write. An existing file is replaced. Without it, the records go to standard output.
     records
         The records: a SQLite file, or postgresql://USER@HOST/NAME.
     json
@@ -53,7 +53,11 @@ def export(
         for name in batches:
             if name not in there:
                 raise UsageError(
-                    text("there is no batch {name!r}; there are: {names}", name=name, names=there[:20] or text("none"))
+                    text(
+                        "no batch is named {name!r}; the batches are: {names}",
+                        name=name,
+                        names=there[:20] or text("none"),
+                    )
                 )
         found = (record for name in (dict.fromkeys(batches) or [None]) for record in kept.read(name))
         if out is None:

@@ -149,7 +149,10 @@ def print_linearity(
                 f"{figure(low / scale.factor, digits)} … {figure(high / scale.factor, digits)}",
             )
         verdict = (
-            text("neither is certain to be other than zero: the gauge is linear, as far as this study can tell")
+            text(
+                "neither slope nor intercept differs significantly from zero: this study shows no sign that the "
+                "gauge is not linear"
+            )
             if study.acceptable
             else text("the gauge is not linear, or has a bias")
         )

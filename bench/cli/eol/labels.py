@@ -14,7 +14,7 @@ def labels(*, batch: str, records: str = "records.sqlite") -> None:
     batch
         The batch's name.
     records
-        Where the records are kept, as for `eol run`.
+        Where the records are kept; the same as for `eol run`.
 
     """
     from bench.eol.labels import label_of
@@ -25,7 +25,7 @@ def labels(*, batch: str, records: str = "records.sqlite") -> None:
     if not lines:
         raise UsageError(
             text(
-                "{records}: has no motor of a batch {batch}; motorbench eol stats names the batches",
+                "{records}: contains no motor of a batch {batch}; motorbench eol stats lists the batches",
                 records=records,
                 batch=batch,
             )

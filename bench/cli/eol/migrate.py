@@ -31,8 +31,8 @@ def migrate(*, records: str = "records.sqlite", language: str = "auto", json: bo
         print_json({"before": before, "after": after, "stretches_summed_up": tallied})
         return
     message = (
-        text("the tables are of version {after} already", after=after)
+        text("the tables already have version {after}", after=after)
         if before == after
-        else text("the tables are of version {after} now; they were of version {before}", before=before, after=after)
+        else text("the tables now have version {after}; they had version {before}", before=before, after=after)
     )
     print(message.render(translator(language_of(language))))

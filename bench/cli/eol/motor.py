@@ -25,7 +25,7 @@ def motor(serial_number: str, *, records: str = "records.sqlite", json: bool = F
     serial_number
         The motor's serial number.
     records
-        Where the records are kept, as for `eol run`.
+        Where the records are kept; the same as for `eol run`.
     json
         Print one JSON object and nothing else.
     language
@@ -39,7 +39,9 @@ def motor(serial_number: str, *, records: str = "records.sqlite", json: bool = F
     with own_records(records) as kept:
         tests = kept.of_motor(serial_number)
     if not tests:
-        raise UsageError(text("{records}: has no test of a motor {serial!r}", records=records, serial=serial_number))
+        raise UsageError(
+            text("{records}: contains no test of a motor {serial!r}", records=records, serial=serial_number)
+        )
     changes = [(), *(tuple(changed_figures(before, after)) for before, after in pairwise(tests))]
     if json:
         print_json(

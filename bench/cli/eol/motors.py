@@ -33,19 +33,19 @@ def motors(
     Parameters
     ----------
     batches
-        The batches' names; all where none is named.
+        Names of the batches. Default: all.
     records
         The records: a SQLite file, or postgresql://USER@HOST/NAME.
     model
-        The type, where the records are of several.
+        The motor type, if the records are of several types.
     parameter
-        Those with a figure of this parameter, the least first: a bin of its histogram by --from and --to.
+        Motors with a figure of this parameter, smallest first. With --from and --to, those of one bin of its histogram.
     low
         Least figure, in the parameter's SI unit.
     high
         Greatest figure, in the parameter's SI unit.
     failed
-        Those that failed at this parameter or procedure, the latest first.
+        Motors that failed at this parameter or procedure, latest first.
     serial
         All tests of these motors, in any batch.
     most
@@ -58,7 +58,7 @@ def motors(
     """
     asked = [name for name, given in (("--parameter", parameter), ("--failed", failed), ("--serial", serial)) if given]
     if len(asked) > 1:
-        raise UsageError(text("{names} ask for different motors; give one of them", names=" ".join(asked)))
+        raise UsageError(text("{names} select different motors; give only one of them", names=" ".join(asked)))
     if not parameter and (low is not None or high is not None):
         raise UsageError(text("--from and --to go with --parameter"))
     if not 1 <= most <= 100_000:

@@ -29,11 +29,14 @@ def pack(*batches: str, runs: Path = Path("runs"), language: str = "auto", json:
     there = sorted(log.parent.name for log in runs.glob(f"*/{FILE}"))
     missing = [name for name in batches if name not in there]
     if not there:
-        raise FileError(text("{runs}: there are no batches; --runs names the folder of their folders", runs=runs))
+        raise FileError(text("{runs}: contains no batches; give the folder of the batches with --runs", runs=runs))
     if missing:
         raise FileError(
             text(
-                "{runs}: there is no batch {batches}; there are: {names}", runs=runs, batches=missing, names=there[:20]
+                "{runs}: contains no batch {batches}; the batches are: {names}",
+                runs=runs,
+                batches=missing,
+                names=there[:20],
             )
         )
     try:

@@ -26,15 +26,16 @@ def plan(
     run
         The run's folder, its name under `--runs`, or latest.
     output
-        The plan's file, which must not be there yet.
+        The plan file to create. It must not exist yet.
     percent
-        Half the width of the limits, in per cent of the motor's figure; wider where the run did not know it so well.
+        Half the width of the limits, in per cent of the motor's figure. The limits are wider if the run measured the figure
+        with a larger uncertainty.
     runs
         The folder of the runs.
     json
         Print one JSON object and nothing else.
     language
-        en, zh, or auto by the locale; JSON is English where none is asked for.
+        en, zh, or auto (by the locale). Default for JSON: en.
 
     """
     from bench.eol.plan_of_run import plan_of_run

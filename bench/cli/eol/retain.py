@@ -23,14 +23,14 @@ def retain(
     Parameters
     ----------
     rule
-        The rule's file: tables [waveforms] and [runs] with the days for which they are kept, by verdict: passed, failed,
-        error, aborted. What it does not name is kept.
+        The file of the rule: tables [waveforms] and [runs] with the number of days to keep them, by verdict (passed, failed,
+        error, aborted). What the rule does not name is kept.
     records
         The records: a SQLite file, or postgresql://USER@HOST/NAME.
     runs
         Folder of the batches' folders; the log is its retention.jsonl.
     person
-        The name of who has it done, for the log.
+        Name of the person who orders it, for the log.
     dry_run
         Only tell what would be removed.
     language
@@ -59,7 +59,7 @@ def retain(
         return
     words = (
         text(
-            "would be removed: runs: {runs}, waveforms of other runs: {waveforms}; {size:.1f} MB",
+            "without --dry-run this would remove: runs: {runs}, waveforms of other runs: {waveforms}; {size:.1f} MB",
             size=size / 1e6,
             **counts,
         )

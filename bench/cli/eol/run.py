@@ -60,29 +60,30 @@ def run(
     station
         A station file, or `virtual`.
     sockets
-        How many virtual benches work side by side.
+        Number of virtual benches that work in parallel.
     batch
-        The batch's name, the plan's where none is given; one that exists already goes on.
+        The batch's name. Default: the plan's name. A batch that already exists is continued.
     serials
-        A file of serial numbers, one a line; `-`: as they are scanned or typed, which is usual; or `panel`: at the
-        panel of motorbench serve.
+        Where the serial numbers come from: a file with one number a line, `-` (scanned or typed at the terminal, the default),
+        or `panel` (at the panel of motorbench serve).
     motors
-        The size of a batch of virtual motors whose serial numbers are made up.
+        Number of virtual motors in the batch. Their serial numbers are generated.
     first_serial
-        The number in the first of these made-up serial numbers.
+        Number in the first of the generated serial numbers.
     records
-        Where records are kept: a SQLite file, or postgresql://USER@HOST/NAME; a station whose server is away keeps them
-        in records.sqlite among its runs meanwhile.
+        Where the records are kept: a SQLite file, or postgresql://USER@HOST/NAME. While the server does not answer, the station
+        keeps them in records.sqlite in the folder of its runs.
     runs
-        Folder in which the batch's own folder is made.
+        Folder in which the batch's folder is created.
     person
-        The name of who runs it, for the records.
+        Name of the person who runs it, for the records.
     operator
-        Who does the hand work; the usual one of the station where none is given.
+        Who does the manual work. Default: the station's usual operator.
     again
-        Measure motors that the plan does not take again, too; --person NAME answers for it.
+        Measure motors again that the plan would refuse. Name the person responsible with --person NAME.
     warm
-        Begin at once: the instruments have been on long enough, --person NAME says so.
+        Start without warming up, because the instruments have been on long enough. Name the person responsible with --person
+        NAME.
     seed
         Seed of the virtual motors and benches.
     language
@@ -122,17 +123,20 @@ def run(
         _print(console_on(sys.stdout), summary, translate)
     if not (counts.motors or counts.refused or counts.unfinished or stopped):
         nothing = text(
-            "nothing is left to test: this batch has all its motors on record. Give another --batch, more --motors, or "
-            "--first-serial N"
+            "nothing is left to test: all motors of this batch are on record. Give another --batch, more "
+            "--motors, or --first-serial N"
         )
         print(f"motorbench: {nothing.render(translate)}", file=sys.stderr)
     if counts.waits.anything:
-        for sentence in (*counts.waits.sentences(), text("what waits is brought on with the next batch of these runs")):
+        for sentence in (
+            *counts.waits.sentences(),
+            text("waiting records are forwarded with the next batch in this folder of runs"),
+        ):
             print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
     for note in counts.undecidable:
         print(f"motorbench: {note.render(translate)}", file=sys.stderr)
     if stopped:
-        sentence = text("the batch was stopped by {person}; the same command goes on with it", person=stopped)
+        sentence = text("the batch was stopped by {person}; the same command continues it", person=stopped)
         print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
     if counts.held_up is not None:
         print(f"motorbench: {counts.held_up.render(translate)}", file=sys.stderr)
@@ -226,7 +230,7 @@ def _print(console: "Console", summary: dict[str, Any], translate: Translate) ->
     counts = {verdict.value: summary[verdict.value] for verdict in Verdict.of_motors()}
     sentences = [
         text(
-            "tests: {motors}; {pass} pass, {fail} fail, {error} error, {aborted} aborted",
+            "tests: {motors}; {pass} passed, {fail} failed, {error} with an error, {aborted} aborted",
             motors=summary["motors"],
             **counts,
         ),
@@ -235,7 +239,7 @@ def _print(console: "Console", summary: dict[str, Any], translate: Translate) ->
     judged = summary["yield"]["motors"]
     if judged:
         share = text(
-            "motors judged: {motors}, yield {first:.1f} % at once, {last:.1f} % in the end",
+            "motors judged: {motors}, yield {first:.1f} % at the first test, {last:.1f} % at the last",
             motors=judged,
             first=100.0 * summary["yield"]["first_pass"] / judged,
             last=100.0 * summary["yield"]["final"] / judged,

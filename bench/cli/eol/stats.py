@@ -45,26 +45,28 @@ def stats(
     parameter
         Only these parameters, with histogram and chart.
     model
-        The type, where the records are of several.
+        The motor type, if the records are of several types.
     golden
-        Serial numbers of golden motors besides those that the records know: left out of all else, and their drift shown.
+        Serial numbers of golden motors, in addition to those in the records. They are left out of all other statistics, and
+        their drift is shown.
     by
-        Yields by these, too: a motor counts where it was judged first.
+        Also show yields by these. A motor counts where it was first judged.
     shifts
         When shifts begin.
     gauge
-        The batches are a gauge study: its appraisers are the persons, or the sockets; part is the serial number.
+        Evaluate the batches as a gauge study, with persons or sockets as appraisers. The part is the serial number.
     study
-        Which study of the gauge: crossed (analysis of variance), range (every appraiser every motor once), type-1 (Cg, Cgk of
-        one motor of known value) or linearity (several of them). Its stability is what --golden shows.
+        Type of gauge study: crossed (analysis of variance), range (every appraiser measures every motor once), type-1 (Cg and
+        Cgk from one motor of known value) or linearity (several motors of known value). --golden shows stability.
     reference
-        In a type-1 study and one of linearity, a motor of known value of the one --parameter: SERIAL=VALUE, in its SI unit.
+        In a type-1 or linearity study: a motor of known value for the one --parameter, as SERIAL=VALUE in its SI unit.
     alpha
-        In a gauge study, the interaction of part and appraiser is pooled where its p is above this.
+        In a gauge study: the interaction of part and appraiser is pooled if its p is above this.
     last
-        How many of the latest motors the control chart shows.
+        Number of latest motors in the control chart.
     rule
-        Nelson's rules that the chart looks for, 1 to 8, in place of limits that signal on 1 % of unchanged charts at most.
+        Nelson's rules (1 to 8) for the control chart. They replace the default limits, which signal on at most 1 % of charts
+        without a change.
     confidence
         Of all intervals.
     json
@@ -78,7 +80,7 @@ def stats(
     if not 2 <= last <= 10_000:
         raise UsageError(text("--last {last}: 2 to 10000 is allowed", last=last))
     if not shifts:
-        raise UsageError(text("--shifts: give the times of day at which shifts begin"))
+        raise UsageError(text("--shifts: give the times of day at which the shifts begin"))
     if not set(rule) <= set(_RULES):
         raise UsageError(text("--rule {names}: Nelson's rules are 1 to 8", names=" ".join(map(str, rule))))
     from bench.cli.eol.gauge import GaugeRequest, references, show_study

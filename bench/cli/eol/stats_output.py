@@ -98,7 +98,7 @@ def print_statistics(
         if each.distribution.changed:
             say(
                 text(
-                    "{parameter}: the limits were others at first; shown are those of the latest motor",
+                    "{parameter}: the limits have changed; the limits of the latest motor are shown",
                     parameter=labels[name],
                 )
             )
@@ -205,7 +205,8 @@ def _print_chart(say: Callable[[Text], None], label: Text, each: ParameterStatis
     digits = decimals_for(chart.sigma / scale.factor, chart.centre / scale.factor)
     say(
         text(
-            "{parameter}: last {count}: {line}  centre {centre} {unit}; not normally distributed: no control limits, a shift is told",
+            "{parameter}: last {count}: {line}  centre {centre} {unit}; not normally distributed, so without "
+            "control limits; a shift is still reported",
             parameter=label,
             count=len(each.values),
             line=_spark(each.values[-60:], chart.low, chart.high),

@@ -55,17 +55,19 @@ def serve(
     Parameters
     ----------
     motor
-        A motor file with a table [virtual], or the name of a shipped motor; needed unless commands are asked for.
+        A motor file with a table [virtual], or the name of a shipped motor. Required, except with --commands.
     station
-        A station file whose instruments are served, plug-ins included, each by what its driver names; without one, the standard bench.
+        A station file. Each of its instruments, plug-ins included, is served by the simulated instrument that its driver names.
+        Default: the standard bench.
     station_file
-        Write the station file here instead, and print the addresses only. One that is there with other content is not overwritten.
+        Write the station file to this file, and print the addresses only. An existing file with other content is not
+        overwritten.
     force
         Overwrite that file.
     json
         Print one JSON object on one line and nothing else.
     speedup
-        How many seconds pass on the bench in one, 0.1 to 1000.
+        Seconds on the bench for each real second, 0.1 to 1000.
     seed
         Seed of the instruments' noise and errors.
     host
@@ -77,21 +79,21 @@ def serve(
     fixture
         With an end-of-line fixture: switch matrix, rotor actuator and insulation tester.
     watchdog_relay
-        With a relay that must be fed: while it has dropped out, the supply's output is off.
+        With a watchdog relay. When it drops out, the supply's output is off.
     hostile
-        Begin as a last user may have left the instruments, drawn by this seed.
+        Start with instrument settings that an earlier user could have left, drawn with this seed.
     disturbances
-        A file of what disturbs the virtual bench: probes, shaft sensors, contacts, hands.
+        A file that states what disturbs the virtual bench: errors of probes, shaft sensors, contacts and hands.
     base_port
-        First of the TCP ports, which then follow each other in the order of the addresses; without one they are the system's.
+        First TCP port; the others follow in the order of the addresses. Default: the system chooses the ports.
     ports
-        A TOML file of TCP ports by endpoint; those that it leaves out are chosen as without it.
+        A TOML file of TCP ports by endpoint. The system chooses the ports that it does not state.
     idle
-        How many seconds a client may say nothing before it is hung up on, 1 to 1000000; without it 7200.
+        Seconds without a message after which a client is disconnected, 1 to 1000000. Default: 7200.
     strict
-        End with status 1 at the first error that a SCPI instrument queues, and say which message it came of.
+        Exit with status 1 at the first error that a SCPI instrument queues, and name the message that caused it.
     commands
-        Serve nothing; print what this role's instrument understands: commands and queries, registers, or objects.
+        Serve nothing. Print what the instrument of this role understands: commands and queries, registers, or objects.
 
     """
     from bench.motor.motor_file import load_motor
@@ -131,14 +133,12 @@ def serve(
         raise UsageError(text("--fixture and --station: the station file says whether there is a fixture"))
     if station is not None and station_file is not None and station.resolve() == station_file.resolve():
         raise UsageError(
-            text("--station-file {file}: that is the station itself; name another file", file=station_file)
+            text("--station-file {file}: this is the file given with --station; choose another file", file=station_file)
         )
     if motor is None:
         if commands is None:
             raise UsageError(
-                text(
-                    "--motor: which motor is on the bench? Give a file with a table [virtual], or a shipped one's name"
-                )
+                text("--motor is missing: give a motor file with a table [virtual], or the name of a shipped motor")
             )
         motor = WITH_EVERY_ROLE
     given = given_faults(faults, fault)
@@ -234,7 +234,7 @@ def _opened(
     except UnknownEndpointError as error:
         raise UsageError(
             text(
-                "{file}: {name}.{way} is no endpoint of this bench; there are {known}",
+                "{file}: this bench has no endpoint {name}.{way}; its endpoints are {known}",
                 file=ports,
                 name=error.name,
                 way=error.way,

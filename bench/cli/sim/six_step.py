@@ -44,7 +44,7 @@ def six_step(
     load
         Shaft loads in N·m; negative where the shaft is driven.
     voltage
-        Voltage of the source without load, V, instead of the motor file's.
+        No-load voltage of the source, V; it replaces the one in the motor file.
     json
         Print one JSON object and nothing else.
     plot

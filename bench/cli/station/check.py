@@ -74,11 +74,11 @@ def check(
     station
         The station file.
     procedures
-        Procedures that must be possible; where none is named, one of `all` must.
+        Procedures that must be possible. Default: at least one of `all`.
     set_
-        A setting of them, as `motorbench run` takes it.
+        A setting of these procedures, as for `motorbench run`.
     language
-        en, zh, or auto by the locale; JSON is English where none is asked for.
+        en, zh, or auto (by the locale). Default for JSON: en.
     json
         Print one JSON object and nothing else.
 
@@ -154,7 +154,7 @@ def reset(station: Path, *, by: str, json: bool = False, language: str = "auto")
     station
         The station file.
     by
-        The name of the person who has seen to it, for the record.
+        Name of the person who removed the cause, for the record.
     json
         Print one JSON object and nothing else.
     language
@@ -162,7 +162,7 @@ def reset(station: Path, *, by: str, json: bool = False, language: str = "auto")
 
     """
     if not by.strip():
-        raise UsageError(text("--by NAME: a person resets, and the record keeps who it was"))
+        raise UsageError(text("--by NAME is missing: only a person resets an interlock, and the record keeps the name"))
     stations = [socket.station for socket in load_line(str(station), None).sockets if socket.station is not None]
     state = state_folder()
     with owning(state, "motorbench station reset") as owner, ExitStack() as watching:
@@ -192,7 +192,8 @@ def _reset(state: StateFolder, station: Station, by: str) -> Trip | None:
     if trip is not None:
         raise UsageError(
             text(
-                "{station}: {stood}, and this file names no [interlocks]: reset it with the station file that names the interlock",
+                "{station}: {stood}, and this station file has no [interlocks]. Reset it with the station file "
+                "that names the interlock",
                 station=station.source,
                 stood=stood(trip),
             )
@@ -297,7 +298,7 @@ def _print(
         console.print(f"      {words}", markup=False)
         for one in told["found_state"]:
             if one["changed"] or one["wanted"] is None:
-                then = say(text(" → {wanted}, put back at the end", wanted=one["wanted"])) if one["changed"] else ""
+                then = say(text(" → {wanted}, restored at the end", wanted=one["wanted"])) if one["changed"] else ""
                 console.print(
                     f"      {one['query']} {one['found']}{then}: {one['effect']}", markup=False, soft_wrap=True
                 )

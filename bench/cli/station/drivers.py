@@ -21,15 +21,15 @@ def drivers(
     Parameters
     ----------
     name
-        A driver: what it sends to its instrument, command by command, and who says that the instrument has it.
+        A driver. Lists each command that it sends to its instrument, and the source that documents the command.
     station
-        A station file, whose plug-ins are listed too.
+        A station file. Its plug-ins are listed too.
     language
-        en, zh, or auto by the locale; JSON is English where none is asked for.
+        en, zh, or auto (by the locale). Default for JSON: en.
     json
         Print one JSON object and nothing else.
     markdown
-        Print the tables of `docs/reference/instrument-commands.md`, of every driver that has one, or of the named one.
+        Print the tables of `docs/reference/instrument-commands.md`, for the named driver or for all that have one.
 
     """
     catalogues = catalogues_at(station)
@@ -122,7 +122,7 @@ def _declared(name: str, catalogues: Catalogues) -> tuple[SourcedCommand, ...]:
     if name not in packages:
         raise UsageError(
             text(
-                "{name}: no driver that names the sources of its commands; known are: {known}",
+                "{name}: no driver of this name states the sources of its commands; those that do are: {known}",
                 name=name,
                 known=", ".join(packages),
             )

@@ -25,7 +25,7 @@ from drivers.interfaces.text import Text, Translate, english, text, word
 from drivers.transport.canonical_address import canonical_addresses
 
 _YES = ("y", "yes", "是")
-_HELD = text("The framing is being set; this ends by itself once it is known where the instrument answers.")
+_HELD = text("The framing is being set. The command ends as soon as it is known where the instrument answers.")
 
 
 def set_framing(
@@ -48,23 +48,23 @@ def set_framing(
     Parameters
     ----------
     station
-        The station file; where the instrument has never been spoken to, its serial port is what counts in it.
+        The station file. For an instrument that was never in use, only its serial port is used.
     instrument
         The role, such as dynamometer.
     rate
-        The rate (bit/s), like 19200; the station file's where it is not given.
+        The bit rate (bit/s), like 19200. Default: that of the station file.
     format_
-        Data bits, parity and stop bits, like 8N2, as RTU frames; the station file's where it is not given.
+        Data bits, parity and stop bits, like 8N2, for RTU frames. Default: those of the station file.
     unit
-        The unit number on the line; the station file's where it is not given.
+        The unit number on the line. Default: that of the station file.
     yes
         Set without asking.
     dry_run
         Set nothing.
     language
-        en, zh, or auto by the locale; JSON is English where none is asked for.
+        en, zh, or auto (by the locale). Default for JSON: en.
     json
-        Print one JSON object and nothing else; without --yes nothing is set.
+        Print one JSON object and nothing else. Without --yes, nothing is set.
 
     """
     translate = english if json and language == "auto" else translator(language_of(language))
@@ -120,7 +120,7 @@ def _entry(station: Station, instrument: str) -> Entry:
         raise UsageError(text("{station}: it has no instrument whose framing can be set", station=station.source))
     raise UsageError(
         text(
-            "{instrument}: nothing whose framing can be set; {station} has {able}",
+            "{instrument}: no instrument of this name has a framing that can be set; {station} has {able}",
             instrument=instrument,
             station=station.source,
             able=[entry.role.value for entry in able],
@@ -163,7 +163,9 @@ def _print_plan(
     _say(text("  answers at    {framing}", framing=found.at.words), translate)
     if found.stored != found.at:
         _say(
-            text("  is set to     {framing}, which acts once its power has been off", framing=found.stored.words),
+            text(
+                "  is set to     {framing}, which takes effect after its power has been off", framing=found.stored.words
+            ),
             translate,
         )
     if wanted != found.stored:
@@ -181,11 +183,12 @@ def _print_done(
     translate: Translate,
 ) -> None:
     if now == wanted:
-        _say(text("It is at {framing}, read back there.", framing=now.words), translate)
+        _say(text("The instrument now answers at {framing}.", framing=now.words), translate)
     else:
         _say(
             text(
-                "Set and read back, but it still answers at {now}: switch its power off and on, then motorbench station check",
+                "Set and read back, but the instrument still answers at {now}: switch its power off and on, then "
+                "run motorbench station check",
                 now=now.words,
             ),
             translate,

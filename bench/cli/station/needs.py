@@ -52,5 +52,5 @@ def print_outlooks(found: Sequence[Outlook], translate: Translate) -> None:
         console.print(
             f"  {mark} {each.name:<30}{lines(said, between='; ').render(translate)}", markup=False, soft_wrap=True
         )
-    rest = text("What the motor adds to that: motorbench run PROCEDURE … --rehearse")
+    rest = text("For the limits of a certain motor: motorbench run PROCEDURE … --rehearse")
     console.print(f"  {rest.render(translate)}", markup=False)

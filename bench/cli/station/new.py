@@ -60,7 +60,7 @@ class _Dialogue:
                 return _parsed(reply)
             if optional:
                 return None
-            self.say(text("this one has no default; a value is needed"))
+            self.say(text("this question has no default; enter a value"))
 
 
 def new(
@@ -86,25 +86,25 @@ def new(
     file
         The station file to write.
     host
-        As for station scan, like serial, modbus, can, units, named-only, within and visa-library.
+        The same as for station scan; so are serial, modbus, can, units, named-only, within and visa-library.
     serial
-        Serial ports to listen on, and to ask where nobody talks by itself.
+        Serial ports to listen on. If nothing arrives by itself, the instrument is queried.
     modbus
-        Serial ports, or tcp://host:port, to look for Modbus units on.
+        Serial ports, or tcp://host:port, on which to look for Modbus units.
     can
-        CAN buses to look for CANopen nodes on.
+        CAN buses on which to look for CANopen nodes.
     units
         The Modbus unit numbers to try.
     force
         Overwrite the file.
     name
-        The station's name, which is asked for otherwise.
+        The station's name. Without it, you are asked.
     named_only
         Ask only what was named.
     within
-        How long the scan may take at most (s), 1 to 3600.
+        Longest time for the scan, s, 1 to 3600.
     visa_library
-        The VISA library, as the station file names it.
+        The VISA library, written as in a station file.
     language
         en, zh, or auto by the locale.
 
@@ -168,7 +168,7 @@ def _chosen(talk: _Dialogue, found: Iterable[Candidate]) -> list[Candidate]:
 def _by_hand(talk: _Dialogue, taken: Mapping[str, Any]) -> list[Driver]:
     drivers = {driver.role.value: driver for driver in catalogues_at("virtual").drivers[MANUAL]}
     free = [role for role in drivers if role not in taken]
-    question = text("Which of {roles} does a person set and read (names, or nothing):", roles=free)
+    question = text("Which of {roles} are set and read by a person (names, or nothing):", roles=free)
     while free:
         given = talk.ask(question).replace(",", " ").split()
         if all(role in free for role in given):

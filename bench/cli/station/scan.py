@@ -52,17 +52,18 @@ def scan(
     Parameters
     ----------
     host
-        Hosts to ask, like 192.168.1.5 (the ports of HiSLIP, SCPI and VXI-11) or 192.168.1.5:5025, and VISA addresses.
+        Hosts to query, like 192.168.1.5 (on the ports of HiSLIP, SCPI and VXI-11) or 192.168.1.5:5025, and VISA addresses.
     serial
-        Serial ports to listen on, and to ask where nobody talks by itself.
+        Serial ports to listen on. If nothing arrives by itself, the instrument is queried.
     modbus
-        Serial ports, or tcp://host:port, to look for Modbus units on; only registers are read.
+        Serial ports, or tcp://host:port, on which to look for Modbus units. Registers are only read, never written.
     can
-        CAN buses to look for CANopen nodes on, like socketcan/can0; with ?fd=true, or fdcanusb:///dev/fdcanusb, for nodes of CAN FD.
+        CAN buses on which to look for CANopen nodes, like socketcan/can0. With ?fd=true, or fdcanusb:///dev/fdcanusb, for nodes
+        of CAN FD.
     units
         The Modbus unit numbers to try.
     station
-        A station file: which of its addresses answer, and what else is there.
+        A station file. Shows which of its addresses answer, and what else is found.
     output
         Write a proposed station file here.
     force
@@ -72,11 +73,11 @@ def scan(
     named_only
         Ask only what was named.
     within
-        How long the scan may take at most (s), 1 to 3600.
+        Longest time for the scan, s, 1 to 3600.
     visa_library
-        The VISA library, as a station file names it; the station file's own where there is one.
+        The VISA library, written as in a station file. Default: that of the station file, if one is given.
     language
-        en, zh, or auto by the locale; JSON is English where none is asked for.
+        en, zh, or auto (by the locale). Default for JSON: en.
     json
         Print one JSON object and nothing else.
 
@@ -221,7 +222,7 @@ def print_report(report: ScanReport, station: Station | None, translate: Transla
             words = (
                 text("answers")
                 if told["fits"]
-                else text("another instrument answers than its driver is for")
+                else text("the instrument that answers is not one for this driver")
                 if told["answers"]
                 else text("does not answer")
             )

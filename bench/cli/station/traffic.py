@@ -53,7 +53,7 @@ def record(
     identifiable
         Keep network addresses and serial numbers in the file.
     language
-        en, zh, or auto by the locale; JSON is English where none is asked for.
+        en, zh, or auto (by the locale). Default for JSON: en.
     json
         Print one JSON object and nothing else.
 
@@ -121,17 +121,17 @@ def replay(
     Parameters
     ----------
     file
-        A recording, as `motorbench station record` and `motorbench run --record` write it.
+        A recording made by `motorbench station record` or `motorbench run --record`.
     tolerant
-        Numbers in messages may be others, and what the driver makes of the answers.
+        Accept other numbers in messages, and other results of the driver from the replies.
     serve
-        Serve the recorded instruments to any client until SIGINT or SIGTERM instead; standard output is a station file.
+        Serve the recorded instruments to any client until SIGINT or SIGTERM. Standard output is a station file.
     host
         With --serve: the IPv4 address that the TCP ports listen on.
     base_port
-        With --serve: first of the TCP ports; without it they are the system's.
+        With --serve: first TCP port. Default: the system chooses the ports.
     station
-        A station file whose plug-ins the recorded drivers are.
+        A station file that names the plug-ins of the recorded drivers.
     language
         en, zh, or auto by the locale.
     json

@@ -44,7 +44,7 @@ def write_archive(engine: Engine, batch: str, runs: Path, out: Path) -> ArchiveS
     records = Records(engine)
     if not records.count(batch):
         raise InputError(
-            text("there is no batch {name!r}; there are: {names}", name=batch, names=records.batches()[:20])
+            text("no batch is named {name!r}; the batches are: {names}", name=batch, names=records.batches()[:20])
         )
     part = out.with_name(f".{out.name}.part")
     try:
@@ -75,7 +75,7 @@ def write_archive(engine: Engine, batch: str, runs: Path, out: Path) -> ArchiveS
             _add(tar, {}, _MANIFEST, io.BytesIO(to_bytes(json.dumps(manifest, ensure_ascii=False, indent=1))))
         summary = ArchiveSummary(batch, motors, len(digests) - 2, size)
         if read_archive(part) != summary:
-            raise InputError(text("{out}: what was written is not what is read", out=out))
+            raise InputError(text("{out}: the file that was read back differs from what was written", out=out))
         part.replace(out)
     except OSError as error:
         raise InputError(text("{out} cannot be written: {error}", out=out, error=reason_of(error))) from error
@@ -97,7 +97,7 @@ def read_archive(path: Path) -> ArchiveSummary:
     wrong = sorted({name for name in {*seen, *manifest["files"]} if seen.get(name) != manifest["files"].get(name)})
     if wrong:
         raise FileError(
-            text("{path}: {names} are not as they were archived; nothing was restored", path=path, names=wrong[:5])
+            text("{path}: {names} differ from the archived files; nothing was restored", path=path, names=wrong[:5])
         )
     return ArchiveSummary(str(manifest["batch"]), int(manifest["motors"]), len(seen) - 2, size)
 
@@ -132,7 +132,9 @@ def _put_back(runs: Path, member: tarfile.TarInfo, content: bytes) -> None:
             if target.read_bytes() == content:
                 return
             raise InputError(
-                text("{target}: is there already with another content; restore with another --runs", target=target)
+                text(
+                    "{target}: already exists with other content; restore to another folder with --runs", target=target
+                )
             )
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content)
@@ -174,7 +176,7 @@ def _opened(path: Path) -> Iterator[tarfile.TarFile]:
             yield tar
     except (tarfile.TarError, EOFError, OSError, ValueError, KeyError, TypeError) as error:
         message = reason_of(error) if isinstance(error, OSError) else str(error)
-        raise FileError(text("{path}: this is no archive of a batch: {error}", path=path, error=message)) from None
+        raise FileError(text("{path}: not an archive of a batch: {error}", path=path, error=message)) from None
 
 
 def _manifest(path: Path, tar: tarfile.TarFile) -> dict[str, Any]:

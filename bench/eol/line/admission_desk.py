@@ -92,7 +92,8 @@ class AdmissionDesk:
         if self.rule.unknown == "refuse":
             return RefusedTest(
                 text(
-                    "whether serial number {serial} was tested before cannot be looked up, so it is refused: {error}",
+                    "serial number {serial} is refused, because the records that would show an earlier test "
+                    "cannot be read: {error}",
                     serial=serial_number,
                     error=why,
                 )
@@ -101,8 +102,8 @@ class AdmissionDesk:
             self._reported = str(why)
             self.trouble(
                 text(
-                    "whether serial number {serial} was tested before cannot be looked up, so it is measured, and so are those "
-                    "after it: {error}",
+                    "serial number {serial} and those after it are measured, although the records that would "
+                    "show an earlier test cannot be read: {error}",
                     serial=serial_number,
                     error=why,
                 )

@@ -110,7 +110,10 @@ def run_prepared(
     for flag, given in (("--again", request.again), ("--warm", request.warm)):
         if given and not person:
             raise UsageError(
-                text("{flag}: a person answers for it, and the records name who: add --person NAME", flag=flag)
+                text(
+                    "{flag}: a person must take the responsibility, and the records keep the name: add --person NAME",
+                    flag=flag,
+                )
             )
     for words in calibrations_of(line, prepared.roles):
         listener.trouble(words)

@@ -27,8 +27,8 @@ class DecidableLimits(BatchListener):
         plan, limits = self._prepared.plan, self._prepared.limits
         if limits and not expanded.keys() & limits.keys():
             words = text(
-                "{source}: nothing was measured by this plan at this station yet; whether its uncertainty can decide the limits is "
-                "told with the first motors (motorbench eol check tells before)",
+                "{source}: nothing was measured by this plan at this station yet. Whether its uncertainty can "
+                "decide the limits is shown by the first motors (motorbench eol check shows it before)",
                 source=plan.source,
             )
             self._tell(words)

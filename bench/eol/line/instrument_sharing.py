@@ -237,7 +237,7 @@ class SocketLeases:
             raise InstrumentError(
                 instrument,
                 text(
-                    "was not free within {waited:.0f} s: socket {socket} has had it for {purpose} for {time:.0f} s",
+                    "was not free within {waited:.0f} s: socket {socket} has used it for {purpose} for {time:.0f} s",
                     waited=waited,
                     socket=holder.name,
                     purpose=holder.purpose,

@@ -196,7 +196,7 @@ def described(figure: MeasuredFigure) -> Text:
         return text("{parameter} is not judged: no figure is given", parameter=label)
     if figure.verdict is Verdict.ERROR:
         return text(
-            "{parameter} = {value} cannot be held against {limits}: too uncertain",
+            "{parameter} = {value} cannot be compared with {limits}: its uncertainty is too large",
             parameter=label,
             value=said,
             limits=limits,

@@ -205,7 +205,11 @@ class PanelChannel(BatchListener):
         if not serial:
             return text("no serial number was given")
         if self._serials.waiting >= _WAITING:
-            return text("serial number {serial}: {number} wait for a socket already", serial=serial, number=_WAITING)
+            return text(
+                "serial number {serial}: {number} motors are already waiting for a socket",
+                serial=serial,
+                number=_WAITING,
+            )
         self._serials.put(serial)
         self._send()
         return None

@@ -105,7 +105,7 @@ def planned_of(checks: Iterable[PlannedCheck], source: str, known: Catalogue) ->
     if manual := next((check.name for check in checks if known[check.name].manual), None):
         raise FileError(
             text(
-                "{source}: {name} is commanded by a person, and no part of a plan; motorbench run {name}",
+                "{source}: {name} needs a person's commands and cannot be part of a plan; use motorbench run {name}",
                 source=source,
                 name=manual,
             )
@@ -156,7 +156,7 @@ def check_station(line: ProductionLine, planned: Sequence[Planned], available: C
             if missing:
                 raise FileError(
                     text(
-                        "{name} needs {names}, which the virtual bench has not",
+                        "{name} needs {names}, which the virtual bench does not have",
                         name=each.name,
                         names=", ".join(missing),
                     )

@@ -183,11 +183,14 @@ def open_serials(request: BatchRequest, plan: Plan, line: ProductionLine, stream
     """
     first = request.first_serial
     if request.motors is not None and request.serials:
-        raise UsageError(text("--motors N makes serial numbers up; --serials gives them: take one of both"))
+        raise UsageError(text("--motors N generates serial numbers and --serials reads them; give only one of them"))
     if request.motors is not None:
         if not line.is_virtual:
             raise UsageError(
-                text("--motors N is for virtual benches; a real motor's serial number comes by --serials FILE or -")
+                text(
+                    "--motors N is for virtual benches; give the serial numbers of real motors with --serials "
+                    "FILE or --serials -"
+                )
             )
         if not 1 <= request.motors <= 10_000_000:
             raise UsageError(text("--motors {motors}: allowed are 1 to 10000000", motors=request.motors))
@@ -197,7 +200,7 @@ def open_serials(request: BatchRequest, plan: Plan, line: ProductionLine, stream
             plan.check_serial(plan.spread.serial.format(number=number))
         return generated_serials(plan.spread.serial, request.motors, first)
     if first != 1:
-        raise UsageError(text("--first-serial {first}: it numbers the motors of --motors N; add that", first=first))
+        raise UsageError(text("--first-serial {first}: only for the motors of --motors N; add --motors", first=first))
     if not request.serials or request.serials == "-":
         return ScannedSerials(stream)
     if request.serials == PANEL:

@@ -95,7 +95,8 @@ class SerialRegister:
             )
         if last is not None and last.plan_sha256 != sha256:
             yield text(
-                "the plan {name} is not as it was in batch {batch}; statistics show both under one name, limits as they were",
+                "the plan {name} has changed since batch {batch}; the statistics combine both under one name, "
+                "limits of the time included",
                 name=name,
                 batch=last.batch,
             )

@@ -29,8 +29,8 @@ class WarmUp:
     def words(self) -> Text:
         """Say until when it waits."""
         return text(
-            "the station warms up until {time}, for it has measured nothing for {hours:g} h (line.warm_up, line.cold_after); "
-            "where its instruments have been on, a named person begins at once: --warm --person NAME",
+            "the station warms up until {time}, because it has measured nothing for {hours:g} h (line.warm_up, "
+            "line.cold_after). If its instruments have been on, a person can start at once: --warm --person NAME",
             time=self.until.astimezone().strftime("%H:%M:%S") if self.until else "",
             hours=self._idle_for.total_seconds() / 3600.0,
         )

@@ -143,8 +143,8 @@ class WorkerSlots:
         if before <= _STOP_LIMIT < slot.unguarded:
             self._trouble(
                 text(
-                    "socket {name}: its process has gone, and its guardian has not left for {time:g} s; see to it that "
-                    "everything there is off",
+                    "socket {name}: its process has ended, but its guardian has not ended for {time:g} s; check "
+                    "that everything there is off",
                     name=slot.name,
                     time=_STOP_LIMIT,
                 )

@@ -110,7 +110,7 @@ class Forwarder:
         while not self._left.wait(_LOOK):
             began = self._turn_began
             if began is not None and monotonic() - began > _SILENT:
-                self._note("silent", text("a database does not answer; what was asked of it has no end yet"))
+                self._note("silent", text("a database does not answer; the request to it has not ended yet"))
                 with self._lock:
                     self._say(replace(self._state, troubles=tuple(self._since.values())))
 

@@ -168,7 +168,7 @@ class ForwardingRecords:
             record = self._spool.read(name)
         except SpooledFileError as error:
             where = Text("{folder}/{name}.json", {"folder": str(self._spool.folder), "name": name})
-            self._refuse(name, where, text("it is no record as it was written: {error}", error=error))
+            self._refuse(name, where, text("the record is not as it was written: {error}", error=error))
             return False
         if record is None:
             return False
@@ -194,7 +194,7 @@ class ForwardingRecords:
         for identifier in waiting:
             record = self.records.find(identifier)
             if record is None:
-                why = text("it waits to be forwarded and is not there; the file was changed by hand")
+                why = text("the record waits to be forwarded but is missing; the file was changed by hand")
                 self._refuse(identifier, text("record {identifier}", identifier=identifier), why)
                 continue
             try:

@@ -87,12 +87,14 @@ def choose(connection: Connection, batches: Sequence[str], model: str = "", gold
     models = sorted({row.model for row in rows})
     if model and model not in models:
         raise UsageError(
-            text("there are no records of the type {model!r}; there are: {names}", model=model, names=models)
+            text(
+                "the records contain no motor of the type {model!r}; the types are: {names}", model=model, names=models
+            )
         )
     if len(models) > 1 and not model:
         raise UsageError(
             text(
-                "the records are of several types: {names}; name batches of one, or --model TYPE",
+                "the records are of several types: {names}; select batches of one type, or give --model TYPE",
                 names=models,
             )
         )
@@ -168,5 +170,7 @@ def _nothing(connection: Connection, missing: Sequence[str]) -> Text:
     if not named:
         return text("there are no records yet")
     return text(
-        "there is no batch {batches}; there are: {names}", batches=[repr(name) for name in missing], names=sorted(named)
+        "no batch is named {batches}; the batches are: {names}",
+        batches=[repr(name) for name in missing],
+        names=sorted(named),
     )

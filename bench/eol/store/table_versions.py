@@ -47,8 +47,8 @@ def check_version(engine: Engine, named: str) -> None:
     if found in known:
         raise InputError(
             text(
-                "{named}: its tables are of version {found}, and this program works with {max}; "
-                "motorbench eol migrate --records {named} brings them up. Nothing was changed",
+                "{named}: its tables have version {found}, but this program works with {max}; update them with "
+                "motorbench eol migrate --records {named}. Nothing was changed",
                 named=named,
                 found=found,
                 max=max(known),
@@ -73,8 +73,8 @@ def upgrade_tables(engine: Engine, named: str) -> tuple[str, str]:
 def _newer(named: str, found: str | None, newest: str) -> InputError:
     return InputError(
         text(
-            "{named}: its tables are of version {found}, which this program does not know "
-            "(it knows up to {max}); use the newer motorbench that made them. Nothing was changed",
+            "{named}: its tables have version {found}, which this program does not know (it knows up to {max}); "
+            "use the newer motorbench that made them. Nothing was changed",
             named=named,
             found=found,
             max=newest,

@@ -39,7 +39,7 @@ class Waiting:
         if self.for_server:
             yield text("records that wait for the server: {number}", number=self.for_server)
         if self.unstored is None:
-            yield text("how many records are in no database cannot be seen: their folder cannot be read")
+            yield text("the number of records that are in no database is not known: their folder cannot be read")
         elif self.unstored:
             yield text("records that are in no database yet, kept in files: {number}", number=self.unstored)
         for trouble in self.troubles:

@@ -24,7 +24,7 @@ class Limit:
     owner: Text
 
 
-NO_LIMIT = Limit(math.inf, text("every instrument: a set point is a finite number"))
+NO_LIMIT = Limit(math.inf, text("every instrument: a set point must be a finite number"))
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def _of_insulation(plate: Nameplate) -> Limit:
     # No figure for the winding itself says what its insulation bears.
     allowed = plate.insulation_test_voltage
     if allowed is None:
-        return Limit(0.0, text("the motor, whose file gives no nameplate.insulation_test_voltage"))
+        return Limit(0.0, text("the motor: its file gives no nameplate.insulation_test_voltage"))
     return Limit(allowed, _motor("insulation_test_voltage"))
 
 

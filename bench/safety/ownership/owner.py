@@ -59,7 +59,8 @@ class HeldError(InputError):
         self.holder = holder
         super().__init__(
             text(
-                "{instruments}: in use by {holder}. Nothing was sent to it. Wait until that has ended, or end it",
+                "{instruments}: in use by {holder}. Nothing was sent to it. Wait until that program has ended, "
+                "or end it",
                 instruments=[claim.name for claim in claims],
                 holder=holder.words,
             )
@@ -70,10 +71,10 @@ class HeldInstrumentError(InstrumentError):
     """An instrument that was opened turns out to be somebody else's; it is closed again."""
 
     def __init__(self, instrument: str, cause: HeldError) -> None:
-        super().__init__(instrument, text("in use by {holder}, by another address", holder=cause.holder.words))
+        super().__init__(instrument, text("in use by {holder}, at another address", holder=cause.holder.words))
         self.text = text(
-            "{instrument}: its serial number is that of an instrument in use by {holder}. It was closed again, with nothing "
-            "set. Wait until that has ended, or end it",
+            "{instrument}: it has the serial number of an instrument in use by {holder}. It was closed again and "
+            "nothing was set. Wait until that program has ended, or end it",
             instrument=instrument,
             holder=cause.holder.words,
         )
@@ -149,7 +150,7 @@ class Owner:
         except OSError as error:
             raise InputError(
                 text(
-                    "{path}: who has which instrument cannot be written there ({error}); make room",
+                    "{path}: the list of instruments in use cannot be written there ({error}); free some space",
                     path=self._folder.path,
                     error=reason_of(error),
                 )
@@ -197,8 +198,8 @@ def _look(path: Path) -> Holder | None:
     except OSError as error:
         raise InputError(
             text(
-                "{path}: who has which instrument cannot be read there ({error}); make it readable, or remove it "
-                "where nobody works with this computer's instruments",
+                "{path}: the list of instruments in use cannot be read there ({error}); make it readable, or "
+                "remove it if nobody uses this computer's instruments",
                 path=path,
                 error=reason_of(error),
             )

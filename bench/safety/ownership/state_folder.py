@@ -45,9 +45,11 @@ class StateFolder:
         if not stat.S_ISDIR(found.st_mode):
             raise self._unusable(text("it is no folder"))
         if found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX:
-            raise self._unusable(text("everybody may remove everything there; chmod 1777 keeps each to his own"))
+            raise self._unusable(
+                text("all users may delete all files there; chmod 1777 restricts each user to own files")
+            )
         if not os.access(path, os.R_OK | os.W_OK | os.X_OK):
-            raise self._unusable(text("it is not writable for you; chmod 1777 makes it so for everybody"))
+            raise self._unusable(text("you have no permission to write there; chmod 1777 gives it to all users"))
 
     @contextmanager
     def exclusively(self) -> Iterator[None]:
@@ -59,8 +61,8 @@ class StateFolder:
                 if monotonic() > end:
                     raise FolderBusyError(
                         text(
-                            "{path}: another process has kept this folder to itself for {time:g} s; see which one has been "
-                            "stopped there, then try again",
+                            "{path}: another process has locked this folder for {time:g} s; find the process "
+                            "that was stopped there, then try again",
                             path=self.path,
                             time=_LONGEST,
                         )
@@ -113,8 +115,9 @@ class StateFolder:
     def _unusable(self, why: Text | str) -> InputError:
         return InputError(
             text(
-                "{path}: this folder keeps who has which instrument and which interlocks have opened, and cannot be used: "
-                "{why}. Put that right, or name another folder in {variable}, the same for all who use these instruments",
+                "{path}: this folder, which keeps the instruments in use and the interlocks that have opened, "
+                "cannot be used: {why}. Correct that, or name another folder in {variable}, the same for all who "
+                "use these instruments",
                 path=self.path,
                 why=why,
                 variable=VARIABLE,

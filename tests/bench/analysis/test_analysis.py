@@ -86,7 +86,7 @@ def test_back_emf_says_what_looks_wrong(tmp_path: Path) -> None:
 def test_channels_named_as_phases_are_not_taken_for_lines(tmp_path: Path) -> None:
     time, v = sim.emf_record(np.random.default_rng(1))
     path = table(tmp_path, "t (s),U (V),V (V),W (V)", time, *v)
-    with pytest.raises(UsageError, match="channels are named U, V, W, as phases are"):
+    with pytest.raises(UsageError, match="channels are named U, V, W, like phases"):
         analyze_back_emf(path)
     line, phase = (
         analyze_back_emf(path, connection=each)["parameters"]["flux_linkage"]["value"] for each in ("line", "phase")
@@ -125,15 +125,15 @@ def test_step_response_says_what_it_cannot_tell(tmp_path: Path) -> None:
     time, v, i, _, _ = sim.step_record(np.random.default_rng(1), 8)
     unnamed = analyze_step_response(table(tmp_path, "t,x,y", time, v, i))
     assert any("voltage is 'x'" in note for note in unnamed["assumptions"])
-    with pytest.raises(CaptureError, match="none of the columns can be the current"):
+    with pytest.raises(CaptureError, match="none of the columns could be the current"):
         analyze_step_response(table(tmp_path, "t (s),x (V),y (N·m)", time, v, i))
-    with pytest.raises(CaptureError, match="several of the columns can be the voltage"):
+    with pytest.raises(CaptureError, match="several of the columns could be the voltage"):
         analyze_step_response(table(tmp_path, "t (s),x (V),y (V),z (A)", time, v, v, i))
     with pytest.raises(CaptureError, match=r"record\.csv: .* reverse the current probe"):
         analyze_step_response(table(tmp_path, "t (s),x (V),y (A)", time, v, -i))
     with pytest.raises(CaptureError, match="no star point"):
         analyze_step_response(tmp_path / "record.csv", connection="delta", reading="phase")
-    with pytest.raises(CaptureError, match="'delta' is not known; it is one of line"):
+    with pytest.raises(CaptureError, match="connection 'delta' is not known; allowed are line"):
         analyze_step_response(tmp_path / "record.csv", reading="delta")
 
 
@@ -142,7 +142,7 @@ def test_coast_down_alone_with_inertia_and_with_a_driven_ramp(tmp_path: Path) ->
     coast = table(tmp_path, "t (s),speed (rpm)", down.time, down.speed * 30 / np.pi)
     alone = analyze_coast_down(coast)
     assert within(alone["parameters"]["coulomb_deceleration"], sim.COULOMB / sim.INERTIA)
-    assert any("friction ÷ inertia only" in w["text"] for w in alone["warnings"])
+    assert any("ratio of friction to inertia" in w["text"] for w in alone["warnings"])
     known = analyze_coast_down(coast, inertia=sim.INERTIA, inertia_uncertainty=1e-6)
     assert within(known["parameters"]["coulomb_friction"], sim.COULOMB)
     assert known["parameters"]["coulomb_friction"]["standard_uncertainty"] > 0.009 * sim.COULOMB

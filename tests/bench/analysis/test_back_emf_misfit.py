@@ -53,7 +53,7 @@ def test_below_thirty_hertz_an_unstated_coupling_gives_no_figure(tmp_path: Path)
     found = analyze_back_emf(path, connection="phase", pole_pairs=4)
     assert set(found["withheld"]) == {"flux_linkage", "back_emf_constant_mechanical", "torque_constant"}
     assert found["withheld"]["flux_linkage"]["cause"] == "ac-coupled"
-    assert not any("the interval holds" in note for note in found["assumptions"])
+    assert not any("the interval includes" in note for note in found["assumptions"])
     assert "flux_linkage" in analyze_back_emf(path, connection="phase", coupling={"": "dc"})["parameters"]
 
 
@@ -67,8 +67,8 @@ def test_one_channel_may_be_said_to_be_otherwise_coupled(tmp_path: Path) -> None
     with pytest.raises(UsageError, match="--coupling CH1=yes: allowed is dc or ac"):
         read_couplings(["CH1=yes"])
     for words, said in (
-        (["dc", "ac"], "all channels said to be dc before"),
-        (["CH1=ac", "chan1=dc"], "chan1 said to be ac"),
+        (["dc", "ac"], "all channels stated as dc before"),
+        (["CH1=ac", "chan1=dc"], "chan1 stated as ac"),
     ):
         with pytest.raises(UsageError, match=said):
             read_couplings(words)
@@ -101,7 +101,7 @@ def test_speeds_that_agree_give_one_figure_as_do_files_of_one_channel_each(tmp_p
     low, high = flux(found)["coverage_interval"]
     assert low < SETUP.flux < high
     assert found["misfit"] == []
-    with pytest.raises(UsageError, match="--speeds 4: 6 files cannot be as many for each speed"):
+    with pytest.raises(UsageError, match="--speeds 4: 6 files cannot be divided equally among so many speeds"):
         analyze_back_emf(files, speeds=4)
 
 
@@ -122,7 +122,7 @@ def test_the_command_line_takes_speeds_coupling_and_a_part(call: Call, tmp_path:
     assert any("cut: " in note for note in found["assumptions"])
     code, _, err = call("analyze", "back-emf", files[0], "--from", "5")
     assert code == 2
-    assert "leave 0 samples" in err
+    assert "select only 0 samples" in err
 
 
 def test_a_constant_channel_is_called_as_the_file_calls_it(call: Call, tmp_path: Path) -> None:

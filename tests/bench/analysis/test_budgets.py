@@ -85,7 +85,7 @@ def test_step_response_holds_the_truth_of_a_scope_and_a_winding_off_by_what_is_s
     assert resistance["convention"] == "loop, at 25 °C"
     assert sources(resistance, "A") == {"step fit of the resistance"}
     assert found["parameters"]["d_axis_inductance"]["degrees_of_freedom"] is not None
-    assert any("the offset of the current channel is fitted along" in note for note in found["assumptions"])
+    assert any("the fit includes the offset of the current channel" in note for note in found["assumptions"])
 
 
 def test_a_step_without_a_baseline_is_withheld_and_says_what_to_do(tmp_path: Path) -> None:
@@ -130,7 +130,7 @@ def test_back_emf_holds_the_truth_of_one_scope_whose_channels_err_together(tmp_p
         "magnet temperature",
         "magnets' temperature coefficient",
     }
-    assert any("offsets of the voltage channels are fitted along" in note for note in found["assumptions"])
+    assert any("the fit includes the offsets of the voltage channels" in note for note in found["assumptions"])
 
 
 def test_averaging_channels_reduces_only_what_they_do_not_share(tmp_path: Path) -> None:
@@ -202,7 +202,9 @@ def test_coast_down_with_a_known_inertia_and_a_torque_given(tmp_path: Path) -> N
     inertia = both["parameters"]["inertia"]
     assert sources(inertia) == {"torque: gain, as stated"}
     assert inertia["standard_uncertainty"] == pytest.approx(0.05 / math.sqrt(3) * inertia["value"], rel=0.05)
-    with pytest.raises(InputError, match="accuracy of speed, offset ±300: readings off by that much give no estimate"):
+    with pytest.raises(
+        InputError, match="accuracy of speed, offset ±300: readings with an error of that size give no estimate"
+    ):
         analyze_coast_down(coast, accuracy=read_statements(["speed=300rad/s"]))
 
 
@@ -234,13 +236,13 @@ def test_without_a_statement_only_type_a_is_in_and_it_is_said(tmp_path: Path) ->
     some = analyze_step_response(path, accuracy=read_statements(["CH1=2%"]))
     assert not any("statistical (Type A)" in note for note in some["assumptions"])
     assert "accuracy of voltage (CH1) as stated: ±2 %, rectangular (Type B)" in some["assumptions"]
-    assert any(n.startswith("accuracy of current, time not stated: taken as exact") for n in some["assumptions"])
+    assert any(n.startswith("accuracy of current, time not stated: assumed exact") for n in some["assumptions"])
 
 
 @pytest.mark.parametrize(
     ("word", "said"),
     [
-        ("CH9=2%", "'CH9' is no channel of the capture; allowed are voltage, time .* and its channels CH1, CH2"),
+        ("CH9=2%", "the capture has no channel 'CH9'; allowed are voltage, time .* and its channels CH1, CH2"),
         ("torque=2%", "this analysis uses no torque; allowed are voltage, time"),
         ("CH1=5mA", "an offset in A; allowed for voltage is one in V"),
         ("time=5ms", "a time base has a gain only"),

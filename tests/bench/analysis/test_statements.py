@@ -59,7 +59,7 @@ def test_every_number_is_read_as_written(percent: float, millivolts: float) -> N
         ("CH1=nan%", "not understood"),
         ("CH1=2%+1%", "two gains"),
         ("CH1=2mV+1V", "two offsets"),
-        ("CH1=2parsec", "'parsec' is no unit known here; known are %, ppm, V"),
+        ("CH1=2parsec", "the unit 'parsec' is not known; known are %, ppm, V"),
         ("CH1=51%", "allowed is up to 50 %"),
     ],
 )
@@ -71,7 +71,7 @@ def test_what_is_no_accuracy_is_refused_with_what_is_allowed(word: str, said: st
 
 
 def test_a_name_is_stated_once() -> None:
-    with pytest.raises(UsageError, match="CH1=3%: CH1 was stated before, by --accuracy CH1=2%"):
+    with pytest.raises(UsageError, match="CH1=3%: CH1 was already stated by --accuracy CH1=2%"):
         read_statements(["CH1=2%", "CH1=3%"])
 
 
@@ -151,14 +151,16 @@ def test_per_cent_of_full_scale_grows_as_the_reading_falls(tmp_path):
     assert share("CH1=1.5%fs@8V") == pytest.approx(0.015 / np.sqrt(3.0), rel=0.01)
     assert share("CH1=1%+1.5%fs@8V+5mV") == pytest.approx(0.025 / np.sqrt(3.0), rel=0.01)
     assert share("voltage=1.5%fs", ranges=["CH1=16V"], said="16 V") == pytest.approx(0.03 / np.sqrt(3.0), rel=0.01)
-    assert share("CH1=1.5%fs", said="state it with --full-scale CH1") == pytest.approx(0.0375 / np.sqrt(3.0), rel=0.01)
+    assert share("CH1=1.5%fs", said="State the range with --full-scale CH1") == pytest.approx(
+        0.0375 / np.sqrt(3.0), rel=0.01
+    )
     file = tmp_path / "scope.toml"
     file.write_text("[CH1]\nfull_scale_gain = 0.015\nfull_scale = 8.0\n", encoding="utf-8")
     assert share(file=file) == pytest.approx(0.015 / np.sqrt(3.0), rel=0.01)
     for word, said in (
-        ("CH1=0%fs", "no full scale"),
+        ("CH1=0%fs", "not a full scale"),
         ("CH1=1.5%fs@2V", "beyond the full scale of 2 V"),
-        ("CH1=1.5%fs@8furlong", "no full scale"),
+        ("CH1=1.5%fs@8furlong", "not a full scale"),
         ("CH1=1.5%fs@8V+1A", "an offset in A and a full scale in V"),
         ("CH1=1.5%fs@8A", "an offset in A"),
     ):
@@ -167,7 +169,7 @@ def test_per_cent_of_full_scale_grows_as_the_reading_falls(tmp_path):
     for word, said in (
         ("CH1", "give NAME=RANGE"),
         ("CH1=0V", "give NAME=RANGE"),
-        ("CH2=8V", "no channel of this analysis"),
+        ("CH2=8V", "this analysis has no channel"),
         ("CH1=8A", "a full scale in A"),
         ("CH1=2V", "beyond the full scale of 2 V"),
     ):

@@ -83,12 +83,12 @@ def test_a_frequency_that_is_usual_in_ms_too_needs_the_unit_of_time(
     found = analyzed()
     if options is None:
         assert found["parameters"]["flux_linkage"]["value"] == pytest.approx(2.0 / (2.0 * np.pi * 5.0), rel=0.01)
-        with pytest.raises(CaptureError, match="says its unit itself"):
+        with pytest.raises(CaptureError, match="states its unit itself"):
             analyzed(selection=CapturePart(time_unit="ms"))
         return
     assert {row["cause"] for row in found["withheld"].values()} == {"time-unit-open"}
     assert "flux_linkage" in found["withheld"]
-    assert "5e+03 Hz with times in ms" in found["withheld"]["flux_linkage"]["message"]
+    assert "5e+03 Hz for times in ms" in found["withheld"]["flux_linkage"]["message"]
     for unit, frequency in (("s", 5.0), ("ms", 5e3)):
         found = analyzed(selection=CapturePart(time_unit=unit))
         assert not found["withheld"]

@@ -142,13 +142,13 @@ def test_what_is_beyond_a_limit_or_unsafe_is_refused_before_anything_is_sent(do:
     )
     assert done.view.status == "completed"
     whys = [
-        "stays off until it is said what is on the motor's terminals",
+        "stays off until you have stated what is connected to the motor's terminals",
         "voltage = 500 V is outside 0 …",
         "current limit = 90 A is outside 0 …",
         "current = 500 A is outside",
-        "take supply off first",
-        "hands work with everything off",
-        "supply is on already",
+        "disconnect supply first",
+        "switch everything off before working by hand",
+        "supply is already on",
     ]
     told = refusals(done)
     assert len(told) == len(whys)
@@ -195,7 +195,7 @@ def test_after_hand_work_that_failed_nothing_is_believed_to_be_connected(
     done = do("connect A=supply+ B=supply-", "couple-dynamometer", "supply energised 1 V 1 A", "connect")
     assert [(line, said[:40]) for line, said in refusals(done)] == [
         ("couple-dynamometer", "the virtual operator cannot do it: the c"),
-        ("supply energised 1 V 1 A", "supply stays off until it is said what i"),
+        ("supply energised 1 V 1 A", "supply stays off until you have stated w"),
     ]
     assert energised(done) == []
 
@@ -259,11 +259,11 @@ def test_it_is_a_run_of_its_own_and_nothing_to_rehearse_or_to_go_on_with(do: Do,
     done = do("supply measure_voltage")
     with pytest.raises(UsageError, match="begin a new one"):
         run(replace(wishes(tmp_path), resume=done.folder), known, quiet)
-    with pytest.raises(UsageError, match="nothing to rehearse"):
+    with pytest.raises(UsageError, match="cannot be rehearsed"):
         rehearse(wishes(tmp_path), known, quiet)
     with pytest.raises(UsageError, match="a run of its own"):
         make_plan(["by-hand", "stator-resistance"], [], known)
-    with pytest.raises(InputError, match="no part of a plan"):
+    with pytest.raises(InputError, match="cannot be part of a plan"):
         planned_of([PlannedCheck("by-hand", {}, 1, "stop", 0)], "plan.toml", known)
     assert "by-hand" not in {planned.name for planned in make_plan(["all"], [], known)}
     with pytest.raises(InputError, match=r"\[instruments.insulation_tester\]"):
@@ -282,7 +282,7 @@ def test_what_is_connected_and_the_probes_factor_are_said_before_it_goes_on(do: 
         "off",
         "dynamometer driving_speed 200 rpm",
     )
-    assert refusals(done) == [("yes", "nothing is to be confirmed; help lists the commands")]
+    assert refusals(done) == [("yes", "there is nothing to confirm; help lists the commands")]
     asked = [
         one.event.details
         for one in events(done)
@@ -295,7 +295,8 @@ def test_what_is_connected_and_the_probes_factor_are_said_before_it_goes_on(do: 
         "  the tip of channel 1 on A",
         "  the reference of channel 1 on B",
         "  channel 1: voltage probe 10:1; figures are in V at its tip",
-        "The dynamometer is coupled. No other source, lead or short may be on the motor, and nobody's hand",
+        "The dynamometer is coupled. No other source, lead or short circuit may be connected to the motor, and "
+        "nobody may touch it",
         "Type yes to switch it on; any other command leaves it off",
     ]
     assert any("channel 1: voltage probe 10:1" in str(each.said) for each in asked if "fetch" in str(each.said))

@@ -83,8 +83,8 @@ def test_what_may_be_switched_on_follows_from_what_hands_have_connected() -> Non
     assert [role for role in feeding if refusal(role, on()) is not None] == []
     supply = on(Socket.SUPPLY_POSITIVE, Socket.SUPPLY_NEGATIVE)
     assert refusal(Role.SUPPLY, supply) is None
-    assert "take supply off first" in str(refusal(Role.DYNAMOMETER, supply))
-    assert "take lcr_meter off first" in str(refusal(Role.DYNAMOMETER, on(Socket.METER_HIGH, Socket.METER_LOW)))
+    assert "disconnect supply first" in str(refusal(Role.DYNAMOMETER, supply))
+    assert "disconnect lcr_meter first" in str(refusal(Role.DYNAMOMETER, on(Socket.METER_HIGH, Socket.METER_LOW)))
     inverter = on(Socket.INVERTER_U, Socket.INVERTER_V, Socket.INVERTER_W)
     assert refusal(Role.DYNAMOMETER, inverter) is None
 
@@ -92,7 +92,7 @@ def test_what_may_be_switched_on_follows_from_what_hands_have_connected() -> Non
 def test_nothing_else_is_on_the_motor_at_the_insulation_tester_s_voltage() -> None:
     joined = [Socket.INSULATION_HIGH] * 3
     assert refusal(Role.INSULATION_TESTER, on(*joined)) is None
-    assert "take it off before supply" in str(refusal(Role.SUPPLY, on(*joined)))
+    assert "disconnect it before supply" in str(refusal(Role.SUPPLY, on(*joined)))
     beside = {*metered(Terminal.A, Terminal.B), *probed([VoltageProbe(1, Node.A, Node.B)])}
     assert str(refusal(Role.INSULATION_TESTER, on(*joined, beside=beside))).endswith(": oscilloscope, voltmeter")
 

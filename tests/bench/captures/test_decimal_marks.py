@@ -30,7 +30,7 @@ def test_a_number_with_the_other_mark_is_doubtful(cells: list[str], comma_betwee
 def test_a_record_with_both_marks_names_the_cell(tmp_path: Path) -> None:
     path = tmp_path / "coast.csv"
     path.write_text("time (s);speed (rpm)\n0,0;2.865\n0,1;2.856\n0,2;2.848\n", encoding="utf-8")
-    with pytest.raises(CaptureError, match=r"line 2: '2\.865' may be 2865 or 2\.865"):
+    with pytest.raises(CaptureError, match=r"line 2: '2\.865' may mean 2865 or 2\.865"):
         read_capture(path)
 
 
@@ -38,6 +38,6 @@ def test_commas_for_both_are_named(tmp_path: Path) -> None:
     path = tmp_path / "coast.csv"
     path.write_text("time (s),speed (rpm)\n0,2864,8\n0,002,2855,9\n0,004,2848,2\n", encoding="utf-8")
     with pytest.raises(
-        CaptureError, match="line 2: rows have up to 4 numbers under 2 headings, all without a dot: the comma"
+        CaptureError, match="line 2: rows have up to 4 numbers under 2 headings, and no number has a dot: the comma"
     ):
         read_capture(path)

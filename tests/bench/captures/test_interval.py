@@ -22,7 +22,7 @@ def test_a_time_in_another_unit_than_the_heading_states_is_refused(tmp_path: Pat
     path = tmp_path / "record.csv"
     path.write_text(f"{heading}time (s),u (V)\n{_ROWS}", encoding="utf-8")
     with pytest.raises(
-        CaptureError, match=r"line 1: the heading states 4e-06 s from sample to sample.*steps of 0\.004 s"
+        CaptureError, match=r"line 1: the heading states a sampling interval of 4e-06 s.*steps of 0\.004 s"
     ):
         read_capture(path)
     path.write_text(f"{heading}time (ms),u (V)\n{_ROWS}", encoding="utf-8")

@@ -37,7 +37,7 @@ def test_a_column_that_is_no_time_is_refused(table: Path, column: str, said: str
 
 
 def test_instants_outside_the_record_are_refused_with_where_it_lies(table: Path) -> None:
-    with pytest.raises(CaptureError, match=r"leave 0 samples; allowed are instants from 0 s to 0\.099 s"):
+    with pytest.raises(CaptureError, match=r"select only 0 samples; the record lies between 0 s and 0\.099 s"):
         read_capture(table, selection=CapturePart(begin=1.0, time_column="clock"))
 
 
@@ -56,7 +56,7 @@ def test_instants_are_numbers(bad: float) -> None:
 def test_a_format_with_a_time_of_its_own_takes_no_other(tmp_path: Path) -> None:
     path = tmp_path / "rs.csv"
     path.write_text("in s,C1 in V\n0,1\n1,2\n2,1\n", encoding="utf-8")
-    with pytest.raises(CaptureError, match="says itself what its time is"):
+    with pytest.raises(CaptureError, match="states its time itself"):
         read_capture(path, selection=CapturePart(time_column="C1"))
 
 
@@ -86,5 +86,5 @@ def test_the_column_that_is_named_time_is_taken_wherever_it_stands(table: Path) 
 def test_a_unit_of_time_is_for_tables_that_say_none(tmp_path: Path) -> None:
     path = tmp_path / "rs.csv"
     path.write_text("in s,C1 in V\n0,1\n1,2\n2,1\n", encoding="utf-8")
-    with pytest.raises(CaptureError, match="--time-unit ms: this format says itself"):
+    with pytest.raises(CaptureError, match="--time-unit ms: this format states its time itself"):
         read_capture(path, selection=CapturePart(time_unit="ms"))

@@ -49,7 +49,7 @@ def test_siglent_with_its_channels_and_units(
     assert [(c.name, c.unit) for c in capture.channels] == channels
     assert capture.channels[0].values[0] == pytest.approx(first)
     assert (capture.times().size, capture.line_of(0)) == (3, line)
-    assert any("states 4 samples, the file holds 3" in note for note in map(str, capture.assumptions)) == (
+    assert any("states 4 samples, but the file contains 3" in note for note in map(str, capture.assumptions)) == (
         "Analog:4" in content
     )
 
@@ -154,7 +154,7 @@ def test_plain_tables_in_many_dresses(tmp_path: Path, text: str, unit: str) -> N
 
 def test_what_a_table_leaves_open_is_said(tmp_path: Path) -> None:
     capture = read_capture(put(tmp_path, "0;1\n1;2\n"))
-    assert "no heading: first column taken as time in s" in str(capture.assumptions[0])
+    assert "no heading: the first column is taken as time in s" in str(capture.assumptions[0])
     strange = read_capture(put(tmp_path, "time (s),x (furlong)\n0,1\n1,2\n"))
     assert (strange.channels[0].name, strange.channels[0].unit) == ("x", "furlong")
 
@@ -174,7 +174,7 @@ def test_speed_and_angle_units_become_si(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("t (s),u (V)\n0,1\n1,nan\n2,1\n", r"line 3: '1,nan' holds a value that is not a finite number"),
+        ("t (s),u (V)\n0,1\n1,nan\n2,1\n", r"line 3: '1,nan' contains a value that is not a finite number"),
         ("t (s),u (V)\n0,1\n1,\n2,1\n", r"line 3: .* is not a row of 2 numbers"),
         ("t (s),u (V)\n0,1\n\n2,1\n", r"line 3: .* is not a row of 2 numbers"),
         ("t (s),u (V)\n0,1\n2,1\n1,1\n", r"line 4: time does not increase \(2 s, then 1 s\)"),
@@ -206,7 +206,7 @@ def test_slowly_creeping_samples_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(CaptureError, match=r"absent\.csv: is not there"):
+    with pytest.raises(CaptureError, match=r"absent\.csv: does not exist"):
         read_capture(tmp_path / "absent.csv")
 
 
@@ -220,7 +220,7 @@ def test_files_of_one_record_are_joined_and_others_are_not(tmp_path: Path) -> No
     other = put(tmp_path, RTB.replace("-9.900090E-04", "-9.950090E-04"), "other.csv")
     longer = put(tmp_path, RTB + "-9.700070E-04,1.0E-01\n", "longer.csv")
     for path in (other, longer):
-        with pytest.raises(CaptureError, match=rf"{path.name}: its time axis .* is not that of .*one\.csv"):
+        with pytest.raises(CaptureError, match=rf"{path.name}: its time axis .* differs from that of .*one\.csv"):
             read_captures([one, path])
     with pytest.raises(CaptureError, match="no file given"):
         read_captures([])
@@ -287,7 +287,7 @@ def test_hdf5_is_a_capture_and_one_record_can_be_chosen(tmp_path: Path) -> None:
         read_capture(path)
     chosen = read_capture(f"{path}#emf")
     assert [c.resolution for c in chosen.channels] == [0.04, 0.04]
-    with pytest.raises(CaptureError, match="no waveform 'other' in it; there are: emf/a, emf/b, step"):
+    with pytest.raises(CaptureError, match="the file contains no waveform 'other'; choose one of: emf/a, emf/b, step"):
         read_capture(f"{path}#other")
 
 

@@ -79,7 +79,7 @@ def test_budgets_are_printed_where_asked_for(call: Call, emf: Path) -> None:
     ("arguments", "said"),
     [
         (["--accuracy", "CH1"], "--accuracy CH1: give NAME=LIMITS"),
-        (["--accuracy", "CH9=2%"], "--accuracy CH9=2%: 'CH9' is no channel of the capture; allowed are voltage, time"),
+        (["--accuracy", "CH9=2%"], "--accuracy CH9=2%: the capture has no channel 'CH9'; allowed are voltage, time"),
         (["--accuracy", "current=2%"], "--accuracy current=2%: this analysis uses no current"),
         (["--temperature", "400"], "--temperature 400: allowed is a number from -60 to 250 °C"),
         (["--temperature-uncertainty", "2"], "--temperature-uncertainty 2: give --temperature too"),
@@ -100,7 +100,7 @@ def test_a_bad_accuracy_file_is_one_clear_message(call: Call, emf: Path, tmp_pat
     (tmp_path / "scope.toml").write_text('CH7 = "2%"\n', encoding="utf-8")
     code, _, err = call("analyze", "back-emf", str(emf), "--accuracy-file", "scope.toml")
     assert code == 2
-    assert "scope.toml: CH7 = \"2%\": 'CH7' is no channel of the capture" in err
+    assert "scope.toml: CH7 = \"2%\": the capture has no channel 'CH7'" in err
 
 
 def test_one_column_is_not_taken_as_voltage_and_current(call: Call, emf: Path) -> None:
@@ -155,12 +155,12 @@ def table(path: Path, heading: str, *columns: np.ndarray) -> str:
 @pytest.mark.parametrize(
     ("command", "heading", "said"),
     [
-        ("coast-down", "time (s),speed (Hz)", "column speed is in Hz; the speed in rad/s is needed"),
-        ("step-response", "time (s),V (V),I (dA)", "column I is in dA; the current in A is needed"),
-        ("coast-down", "time (s),erpm", "is an electrical speed by its name"),
-        ("coast-down", "time (s),electrical speed (rad/s)", "is an electrical speed by its name"),
-        ("coast-down", "time (hours),speed (rpm)", "'hours', which is no unit of time known here"),
-        ("back-emf", "time (h),CH1 (V)", "'h', which is no unit of time known here"),
+        ("coast-down", "time (s),speed (Hz)", "column speed is in Hz, but the speed must be in rad/s"),
+        ("step-response", "time (s),V (V),I (dA)", "column I is in dA, but the current must be in A"),
+        ("coast-down", "time (s),erpm", "is an electrical speed, according to its name"),
+        ("coast-down", "time (s),electrical speed (rad/s)", "is an electrical speed, according to its name"),
+        ("coast-down", "time (hours),speed (rpm)", "'hours', which is not a known unit of time"),
+        ("back-emf", "time (h),CH1 (V)", "'h', which is not a known unit of time"),
         ("back-emf", "time (s),CH1 (dBV)", "channel CH1 is in dBV; a back-EMF needs voltages only"),
     ],
 )
@@ -234,7 +234,7 @@ def test_a_value_that_marks_a_missing_reading_is_refused_with_its_row(call: Call
     code, _, err = call("analyze", "back-emf", table(tmp_path / "x.csv", "time (s),CH1 (V)", TIMES, wave))
     assert code == 2
     assert "x.csv, line 43" in err
-    assert "no instrument reads, 1e+300" in err
+    assert "contains 1e+300, which is not a possible reading" in err
     file = table(tmp_path / "t.csv", "speed_rpm,current_A", np.array([1.0, 1e300]), np.array([1.0, 1.0]))
     code, _, err = call("analyze", "short-circuit", file, "--pole-pairs", "4")
     assert (code, "line 3, column speed_rpm: 1e+300" in err) == (2, True)

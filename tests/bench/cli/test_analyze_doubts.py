@@ -28,7 +28,7 @@ def loads(path: Path, rows: Sequence[Sequence[float]], heading: str = "torque_Nm
 def test_thousands_beside_decimal_commas_are_refused_with_their_cell(tmp_path: Path) -> None:
     path = tmp_path / "load.csv"
     path.write_text("torque_Nm;speed_rpm;power_W\n1,0;500;70\n1,0;1.000;130\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"line 3, column speed_rpm: '1\.000' may be 1000 or 1: .* is '1,0'"):
+    with pytest.raises(InputError, match=r"line 3, column speed_rpm: '1\.000' may mean 1000 or 1, .* '1,0'"):
         efficiency(path)
     path.write_text("torque_Nm;speed_rpm;power_W\n1,0;500;70\n1,0;1000;130\n", encoding="utf-8")
     assert efficiency(path) == 0
@@ -39,7 +39,7 @@ def test_thousands_beside_decimal_commas_are_refused_with_their_cell(tmp_path: P
     [
         ([(t, n * math.pi / 30.0, power_of(t, n)) for t, n in LOADS], "rad/s under a heading in rpm makes it 9.549 times"),
         ([(t, n, t * n * math.pi / 30.0) for t, n in LOADS], "input and output power are equal at every point"),
-        ([(n, t, power_of(t, n)) for t, n in LOADS], "are the columns of torque and speed exchanged"),
+        ([(n, t, power_of(t, n)) for t, n in LOADS], "are the columns of torque and speed interchanged"),
     ],
 )  # fmt: skip
 def test_load_points_that_no_motor_has_are_asked_about(
@@ -57,7 +57,7 @@ def test_right_load_points_bear_no_doubt_and_no_interval_of_nothing(
     shown = " ".join(capsys.readouterr().out.split())
     assert "±" not in shown
     assert "Warnings" not in shown
-    assert "errors of torque, speed, power are not stated and not included" in shown
+    assert "errors of torque, speed, power are not stated and therefore not included" in shown
     efficiency(path, torque_gain=0.2, speed_gain=0.1, power_gain=0.2)
     shown = capsys.readouterr().out
     assert "±" in shown
@@ -86,6 +86,6 @@ def test_exchanged_columns_of_a_step_are_named(tmp_path: Path) -> None:
     rows = np.column_stack((time, amperes, volts)).tolist()
     path = loads(tmp_path / "step.csv", rows, "time (s),CH1 (V),CH2 (A)")
     with pytest.raises(
-        CaptureError, match=r"the other way round they are \(0\.5 Ω, 0\.0005 H.*are the two columns exchanged"
+        CaptureError, match=r"Interchanged they do \(0\.5 Ω, 0\.0005 H.*are the two columns interchanged"
     ):
         analyze_step_response(path)

@@ -241,7 +241,7 @@ def test_columns_are_mapped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     mapped = ["i_d=Strom1 (A)", "i_q=Strom2 (A)", "psi_d=F1 [mVs]", "psi_q=F2 [mVs]"]
     made = analyzed(capsys, 0, flux_map(path, column=mapped, json=True))
     assert made["parameters"]["flux_linkage"]["value"] == pytest.approx(0.06, rel=0.01)
-    with pytest.raises(InputError, match="no column for"):
+    with pytest.raises(InputError, match="no column found for"):
         flux_map(path)
     with pytest.raises(UsageError, match="no column F3"):
         flux_map(path, column=["psi_d=F3"])
@@ -277,7 +277,7 @@ def test_a_unit_that_is_left_open_is_refused_with_advice(
     }
     with pytest.raises(InputError) as refused:
         typed[command]()
-    assert f"column '{column}' says no unit" in str(refused.value)
+    assert f"column '{column}' states no unit" in str(refused.value)
     assert f"={column} (" in str(refused.value)
 
 
@@ -305,7 +305,7 @@ def test_a_speed_in_rpm_is_understood_however_it_is_headed(
 def test_two_columns_for_one_are_asked_about(tmp_path: Path) -> None:
     rows = np.geomspace(1.0, 100.0, 10)[:, None] * np.ones(3)
     path = written(tmp_path / "table.csv", rows, "speed_rpm,current_A,i_A")
-    with pytest.raises(InputError, match="two columns may be the current: current_A and i_A"):
+    with pytest.raises(InputError, match="two columns could be the current: current_A and i_A"):
         short_circuit(path, pole_pairs=4.0)
 
 

@@ -112,8 +112,8 @@ def test_a_motor_without_truth_cannot_be_simulated(call: Call, tmp_path: Path) -
         (["run", "nameplate", "--station", "virtual", "--motor", "lg-400w", "--operator", "me"], 2, "--operator me"),
         (["run", "nameplate", "--station", "virtual", "--motor", "lg-400w", "--operator", "answers"], 2, "go together"),
         (["run", "nameplate", "--station", "virtual", "--motor", "lg-400w", "--language", "de"], 2, "--language de"),
-        (["run", "nameplate", "--resume", "nothing"], 2, "there is no run here"),
-        (["results", "nothing"], 2, "there is no run here"),
+        (["run", "nameplate", "--resume", "nothing"], 2, "no run was found here"),
+        (["results", "nothing"], 2, "no run was found here"),
         (["analyze", "back-emf", "nothing.csv"], 2, "nothing.csv"),
         (["analyze", "back-emf", "x.csv", "--scale", "CHAN3"], 2, "give NAME=FACTOR"),
         (["station", "check", "nothing.toml"], 2, "no such station file"),
@@ -134,7 +134,7 @@ def test_a_port_that_is_taken_is_named(call: Call) -> None:
         port = taken.getsockname()[1]
         code, _, err = call("serve", "--virtual", "--port", str(port))
     assert code == 1
-    assert f"127.0.0.1:{port} cannot be listened on" in err
+    assert f"cannot listen on 127.0.0.1:{port}" in err
 
 
 def test_a_file_is_no_folder_of_runs(call: Call, tmp_path: Path) -> None:
@@ -293,7 +293,7 @@ address = "/dev/nowhere"
     )
     code, out, _ = call("doctor", str(file))
     assert code == 1
-    assert "✗ tachometer at /dev/nowhere: /dev/nowhere is not there" in out.replace("\n", " ")
+    assert "✗ tachometer at /dev/nowhere: /dev/nowhere does not exist" in out.replace("\n", " ")
     assert "✗ supply at USB0::" in out
     assert "Nothing is missing" not in out
     code, out, _ = call("doctor", str(file), "--json")
@@ -350,7 +350,7 @@ def test_a_fault_of_the_program_is_still_a_message(call: Call, monkeypatch: pyte
     monkeypatch.setattr("bench.cli.demo.load_motor", broken)
     code, _, err = call("demo")
     assert code == 1
-    assert "a fault of the program: ZeroDivisionError" in err
+    assert "program error: ZeroDivisionError" in err
     assert load_motor("lg-400w").nameplate.name == "LG-400W"
 
 

@@ -171,7 +171,7 @@ def test_a_file_with_other_content_is_not_overwritten(call: Call, record: Callab
     export = ("export", "a-run", "--for", "vesc", "--output", "out.file")
     code, out, err = call(*export)
     assert (code, out) == (2, "")
-    assert err == "motorbench: out.file is there already; name another file, or overwrite it with --force\n"
+    assert err == "motorbench: out.file already exists; choose another file, or overwrite it with --force\n"
     assert file.read_text(encoding="utf-8") == "somebody's own gains"
     assert call(*export, "--force")[0] == 0
     written = file.stat().st_mtime_ns
@@ -242,9 +242,9 @@ def test_two_counts_that_differ(call: Call, record: Callable[..., Path]) -> None
             2,
             "at least 15000 samples a second",
         ),
-        (("a-run", "--for", "ti", "--as-detected"), 2, "stores what it detects as it is"),
+        (("a-run", "--for", "ti", "--as-detected"), 2, "stores the detected values unchanged"),
         (("a-run", "--for", "vecs"), 2, "did you mean vesc?"),
-        (("nowhere", "--for", "vesc"), 2, "there is no run here"),
+        (("nowhere", "--for", "vesc"), 2, "no run was found here"),
         (("a-run",), 2, "--for"),
         (("a-run", "--for", "vesc", "--output", "no/such/folder/x.xml"), 1, "cannot be written: there is no such file"),
     ],
@@ -301,8 +301,8 @@ def test_a_plug_in_s_writer_that_fails_is_named(
     WaveformFolder(folder / "waveforms").store("step", {"A": StoredWaveform(samples, samples, "V", 0.0)})
     code, out, err = call("export", "a-run", "--for", target, "--output", "out.file")
     assert (code, out, (tmp_path / "out.file").exists()) == (1, "", False)
-    assert f"a fault in export target {target}, which comes from {plugin}" in err
+    assert f"an error in export target {target} from {plugin}" in err
     assert said in err
-    assert "fault of the program" not in err
+    assert "program error" not in err
     code, out, err = call("export", "a-run", "--for", target, "--language", "zh", "--output", "out.file")
     assert (code, f"导出目标 {target}" in err) == (1, True)

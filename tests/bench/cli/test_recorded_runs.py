@@ -10,7 +10,7 @@ RUN = ("run", "nameplate", "--station", "virtual", "--motor", "lg-400w")
 def test_a_recording_that_is_refused_makes_no_run(call: Call, tmp_path: Path) -> None:
     (tmp_path / "there.traffic").write_text("mine", encoding="utf-8")
     code, _, err = call(*RUN, "--record", "there.traffic")
-    assert (code, "it is there already" in err) == (2, True)
+    assert (code, "the file already exists" in err) == (2, True)
     assert not (tmp_path / "runs").exists()
     assert (tmp_path / "there.traffic").read_text(encoding="utf-8") == "mine"
 

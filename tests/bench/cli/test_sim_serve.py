@@ -168,12 +168,12 @@ def test_a_host_that_is_no_address_is_refused(host: str) -> None:
 
 
 def test_what_cannot_be_served_is_told(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"192\.0\.2\.1 cannot be listened on: .*--host"):
+    with pytest.raises(InputError, match=r"192\.0\.2\.1 cannot be used: .*--host"):
         serve(motor="lg-400w", host="192.0.2.1")
     with pytest.raises(InputError, match="the file cannot be written"):
         serve(motor="lg-400w", station_file=tmp_path / "missing" / "station.toml")
     (there := tmp_path / "station.toml").write_text("mine", encoding="utf-8")
-    with pytest.raises(UsageError, match="is there already; name another file, or overwrite it with --force"):
+    with pytest.raises(UsageError, match="already exists; choose another file, or overwrite it with --force"):
         serve(motor="lg-400w", station_file=there)
     assert there.read_text(encoding="utf-8") == "mine"
 
@@ -290,7 +290,7 @@ crosspoints = { "A:supply+" = 201 }
 """
     file, made = tmp_path / "station.toml", tmp_path / "served.toml"
     file.write_text(given, encoding="utf-8")
-    with pytest.raises(UsageError, match="that is the station itself"):
+    with pytest.raises(UsageError, match="this is the file given with --station"):
         serve(motor="lg-400w", station=file, station_file=file)
     with pytest.raises(UsageError, match="whether there is a fixture"):
         serve(motor="lg-400w", station=file, fixture=True)

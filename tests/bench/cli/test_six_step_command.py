@@ -153,7 +153,7 @@ def test_file_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
 
 def test_a_motor_without_a_drive_and_no_motor_at_all() -> None:
     with pytest.raises(
-        InputError, match=r"lg-400w: no six-step drive in it: \[virtual.winding\] and \[virtual.drive\]"
+        InputError, match=r"lg-400w: no six-step drive is described: \[virtual.winding\] and \[virtual.drive\]"
     ):
         load_drive("lg-400w")
     with pytest.raises(InputError, match="did you mean 92bl-30-25l"):

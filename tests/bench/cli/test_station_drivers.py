@@ -39,7 +39,9 @@ def test_a_name_that_is_none(call: Call) -> None:
     code, out, err = call("station", "drivers", "manual")
     assert code != 0
     assert out == ""
-    assert "manual: no driver that names the sources of its commands; known are: cia402-inverter, " in err
+    assert (
+        "manual: no driver of this name states the sources of its commands; those that do are: cia402-inverter, " in err
+    )
 
 
 PLUG_IN = """
@@ -91,7 +93,7 @@ def test_a_plug_ins_table_that_cannot_be_used_is_named_and_takes_nothing_else_do
     code, out, err = call("station", "drivers", "lamp", "--station", station, "--language", "en")
     assert (code, out) == (1, "")
     assert f"motorbench: {said.format(number)}" in err
-    assert "a fault of the program" not in err
+    assert "program error" not in err
     code, _, err = call("station", "drivers", "gwinstek-gpt9800", "--station", station)
     assert (code, err) == (0, "")
     code, out, err = call("station", "drivers", "--markdown", "--station", station, "--language", "en")

@@ -76,7 +76,7 @@ def test_a_new_drive_is_found_set_and_then_the_station_is_whole(call: Call, deli
     assert (code, err) == (0, "")
     assert "answers at    9600 bit/s, 7N2 ASCII, unit 1" in out
     assert "would be set  19200 bit/s, 8N2 RTU, unit 1" in out
-    assert "It is at 19200 bit/s, 8N2 RTU, unit 1, read back there." in out
+    assert "The instrument now answers at 19200 bit/s, 8N2 RTU, unit 1." in out
     assert "the DYN-200 answers at 19200 bit/s, 8N2 RTU, unit 2" in out
     assert "The station file says so already." in out
     assert delivered.stored() == [1, 192, 13]
@@ -133,7 +133,7 @@ def test_what_acts_only_after_power_is_said(call: Call, made: Made) -> None:
         assert "still answers at 9600 bit/s, 7N2 ASCII, unit 1: switch its power off and on" in out
         assert bench.stored() == [1, 192, 13]
         code, out, _ = call("station", "set-framing", str(bench.file), "dynamometer", "--dry-run")
-        assert "is set to     19200 bit/s, 8N2 RTU, unit 1, which acts once its power has been off" in out
+        assert "is set to     19200 bit/s, 8N2 RTU, unit 1, which takes effect after its power has been off" in out
         bench.drive.power_cycle()
         assert call("station", "check", str(bench.file), "--json")[0] == 0
 
@@ -214,7 +214,7 @@ def test_behind_a_gateway_it_is_the_gateway_that_is_set(call: Call, delivered: B
 def test_only_what_can_be_set_so(call: Call, delivered: Bench) -> None:
     code, _, err = call("station", "set-framing", str(delivered.file), "supply")
     assert code == 2
-    assert "supply: nothing whose framing can be set" in err
+    assert "supply: no instrument of this name has a framing that can be set" in err
 
 
 def test_a_scan_finds_a_drive_as_it_is_delivered(call: Call, delivered: Bench) -> None:
@@ -230,7 +230,7 @@ def test_a_reply_that_is_lost_with_the_change_is_no_error(call: Call, delivered:
     delivered.bench.faults("dynamometer").add(Fault.on("silence", "write 1 0901H"))
     code, out, _ = call("station", "set-framing", str(delivered.file), "dynamometer", "--yes")
     assert code == 0
-    assert "It is at 19200 bit/s, 8N2 RTU, unit 1, read back there." in out
+    assert "The instrument now answers at 19200 bit/s, 8N2 RTU, unit 1." in out
 
 
 def test_a_drive_that_is_lost_is_said_with_the_way_back(
@@ -294,7 +294,7 @@ def test_a_drive_that_is_busy_after_a_change_is_asked_again(
 
     monkeypatch.setattr(delivered.drive, "write", written)
     code, out, _ = call("station", "set-framing", str(delivered.file), "dynamometer", "--yes")
-    assert (code, "read back there" in out) == (0, True)
+    assert (code, "The instrument now answers at" in out) == (0, True)
     assert delivered.stored() == [1, 192, 13]
 
 
@@ -322,8 +322,8 @@ def test_a_signal_in_the_middle_leaves_no_half_set_drive(
     before = signal.getsignal(number)
     code, out, err = call("station", "set-framing", str(delivered.file), "dynamometer", "--yes")
     assert (code, signal.getsignal(number)) == (0, before)
-    assert "this ends by itself once it is known where the instrument answers" in err
-    assert "It is at 19200 bit/s, 8N2 RTU, unit 1, read back there." in out
+    assert "The command ends as soon as it is known where the instrument answers" in err
+    assert "The instrument now answers at 19200 bit/s, 8N2 RTU, unit 1." in out
     assert delivered.stored() == [1, 192, 13]
 
 

@@ -159,7 +159,7 @@ def test_a_run_is_recorded_and_replayed(call: Call, tmp_path: Path) -> None:
     assert "supply = with energised(" in content
     code, out, _ = call("station", "replay", str(file))
     assert code == 0, out
-    for taken, said in ((file, "it is there already"), (tmp_path / "nowhere" / "run.traffic", "cannot be written")):
+    for taken, said in ((file, "the file already exists"), (tmp_path / "nowhere" / "run.traffic", "cannot be written")):
         code, _, err = call("run", *run, "--record", str(taken))
         assert code == 2
         assert said in err

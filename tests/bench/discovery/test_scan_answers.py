@@ -213,7 +213,7 @@ def test_a_station_s_own_addresses_are_told_apart_by_what_answers(call: Call, tm
         status, out, _ = call("station", "scan", "--station", str(station), "--named-only", "--language", "en")
     assert status == 1
     assert f"✓ voltmeter         {there}  answers" in out
-    assert f"✗ supply            {there}  another instrument answers than its driver is for" in out
+    assert f"✗ supply            {there}  the instrument that answers is not one for this driver" in out
     assert f"✗ dynamometer       rtu://{silent}?baudrate=9600  does not answer" in out
     assert "oscilloscope" not in out
     assert f"{silent}: a serial port" not in out

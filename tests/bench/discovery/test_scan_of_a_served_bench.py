@@ -107,7 +107,7 @@ def test_what_is_found_makes_a_station_file_that_holds(served: ServedBench, call
     assert "# maximum_speed =    # rad/s" in content
     assert "# drive_unit = 1\n# transducer_unit = 2" in content
     # A node fits three roles: a person says which.
-    assert content.count("of several roles") == 6
+    assert content.count("can have several roles") == 6
     status, out, _ = call("station", "check", str(file), "--json")
     assert (status, json.loads(out)["good"]) == (0, True)
     assert call("station", "scan", "--named-only", "--output", str(file))[0] == 2
@@ -168,7 +168,7 @@ def test_new_asks_for_the_rest_and_ends_with_the_check(
     assert data["instruments"]["dynamometer"]["maximum_speed"] == 630
     assert data["instruments"]["voltmeter"] == {"driver": "manual"}
     assert "allowed is 0 to 1" in out
-    assert "this one has no default; a value is needed" in out
+    assert "this question has no default; enter a value" in out
     assert "is text, not a number" in out
     # The check's own lines.
     assert "✓ dynamometer" in out

@@ -89,7 +89,7 @@ def test_what_is_no_whole_archive_is_refused_and_restores_nothing(
                 file.read(1)
                 member.size -= 1
             new.addfile(member, file)
-    with pytest.raises(FileError, match="not as they were archived"):
+    with pytest.raises(FileError, match="differ from the archived files"):
         read_archive(changed)
     for broken in (content[:-200], b"nothing", b""):
         (tmp_path / "broken").write_bytes(broken)

@@ -166,7 +166,7 @@ def test_the_plan_with_them_is_read_again(tmp_path: Path) -> None:
         "inertia": ParameterLimits(high=1.0e-3),
     }
     assert load_motor(made.motor).nameplate.name == "LG-400W"
-    with pytest.raises(InputError, match="is there already"):
+    with pytest.raises(InputError, match="already exists"):
         write_plan(proposal, plan, tmp_path / "made.toml", "Made.")
 
 

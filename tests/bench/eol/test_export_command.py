@@ -201,7 +201,7 @@ def test_what_is_read_is_written_before_more_is_read(form: str, monkeypatch: pyt
 def test_a_file_is_whole_or_not_there(records: Records, export, tmp_path: Path) -> None:
     records.save(record())
     before = sorted(tmp_path.iterdir())
-    assert export("csv", "B9")[2] == "motorbench: there is no batch 'B9'; there are: B1\n"
+    assert export("csv", "B9")[2] == "motorbench: no batch is named 'B9'; the batches are: B1\n"
     assert "cannot be written: there is no such file" in export("csv", out="no/such/x.csv")[2]
     assert sorted(tmp_path.iterdir()) == before
 

@@ -39,7 +39,7 @@ def test_limits_stand_about_what_was_found_and_no_narrower_than_it_was_known(
     assert limit.high >= result["value"] + (high - low)
     assert (made.absolute["pole_pairs"].low, made.absolute["pole_pairs"].high) == (7.0, 7.0)
     assert call(*plan) == 1
-    assert "is there already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
     assert call(*plan, "--percent", "0") == 2
 
 

@@ -97,7 +97,7 @@ def test_one_motor_alone_has_no_statistics_and_no_error(call: Call, put: Put) ->
     ("arguments", "code", "message"),
     [
         (("--parameter", "stator_resistence"), 2, "did you mean stator_resistance"),
-        (("B7",), 2, "there is no batch 'B7'; there are: B1"),
+        (("B7",), 2, "no batch is named 'B7'; the batches are: B1"),
         (("--rule", "9"), 2, "Nelson's rules are 1 to 8"),
         (("--last", "1"), 2, "2 to 10000"),
         (("--alpha", "1.5"), 2, "between 0 and 1"),
@@ -180,9 +180,9 @@ def test_what_has_limits_comes_first_and_rules_say_their_false_alarms(call: Call
     code, out, _ = call("--json")
     assert code == 0
     assert list(json.loads(out)["parameters"]) == ["stator_resistance", "flux_linkage"]
-    assert "at most 1.0% signal where nothing has changed" in call("--language", "en")[1]
+    assert "At most 1.0%" in call("--language", "en")[1]
     assert (
-        "of charts of 30 motors signal where nothing has changed (by simulation)"
+        "of charts of 30 motors signal without any change (by simulation)"
         in call("--rule", "1", "2", "3", "--language", "en")[1]
     )
 

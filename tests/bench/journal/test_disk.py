@@ -150,7 +150,7 @@ def test_no_room_at_the_start_is_told_before_anything_is_done(tmp_path: Path, mo
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "posix_fallocate", no_room)
-    with pytest.raises(InputError, match=r"no room for a run .* see|choose another disk by --runs"):
+    with pytest.raises(InputError, match=r"no room for a run .* see|choose another disk with --runs"):
         Reserve(tmp_path / ".reserve")
     assert not (tmp_path / ".reserve").exists()
 
@@ -200,7 +200,7 @@ def test_a_journal_that_cannot_be_opened_is_told(tmp_path: Path, monkeypatch: py
     with pytest.raises(InputError, match=r"cannot be written: the disk is read-only\. Make the folder writable"):
         Journal(tmp_path / "journal.jsonl", lambda: 0.0, reserve=reserve)
     assert not (tmp_path / ".reserve").exists()
-    with pytest.raises(RecordError, match=r"the disk is read-only\. .* choose another by --runs"):
+    with pytest.raises(RecordError, match=r"the disk is read-only\. .* choose another with --runs"):
         write_file(tmp_path / "x", b"content")
 
 

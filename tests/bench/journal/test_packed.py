@@ -106,10 +106,10 @@ def test_a_packed_journal_that_was_changed_is_refused(tmp_path: Path, change: "o
 def test_there_is_nothing_to_pack(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, _, err = called(capsys, "eol", "pack", "--runs", str(tmp_path))
     assert code == 2
-    assert "there are no batches" in err
+    assert "contains no batches" in err
     batch = tmp_path / "B1"
     batch.mkdir()
     (batch / FILE).write_text("")
     code, _, err = called(capsys, "eol", "pack", "B2", "--runs", str(tmp_path))
     assert code == 2
-    assert "there is no batch B2; there are: B1" in err
+    assert "no batch is named B2; the batches are: B1" in err

@@ -92,7 +92,7 @@ def test_a_run_is_signed_at_a_terminal(ended: RunFolder, call: Call) -> None:
     ("given", "status", "said"),
     [
         (("--by", "Li Wei", "--meaning", "seen"), 2, "--meaning seen: allowed are measured, checked, approved"),
-        (("--by", " "), 1, "a signature needs the name of who signs"),
+        (("--by", " "), 1, "a signature needs the name of the person who signs"),
         ((), 2, "--by needs a value"),
     ],
 )

@@ -245,7 +245,7 @@ def test_a_tolerance_needs_a_type_value_and_is_a_share_of_it(tmp_path: Path) -> 
     path.write_text(f"{plate}[expected]\nstator_resistance = 0.5\n[tolerance]\nstator_resistance = 0.05\n")
     assert load_motor(str(path)).nameplate.tolerance == {"stator_resistance": 0.05}
     for table, said in (
-        ("[tolerance]\ninertia = 0.05\n", "there is no expected.inertia"),
+        ("[tolerance]\ninertia = 0.05\n", "is a share of expected.inertia"),
         ("[expected]\ninertia = 1e-5\n[tolerance]\ninertia = 5.0\n", "tolerance.inertia = 5"),
     ):
         path.write_text(plate + table)
@@ -323,8 +323,8 @@ def test_magnets_of_their_own_temperature(tmp_path: Path) -> None:
         ("", "", MAP.replace("-75,-75,", "-75,-74,"), ["virtual.flux_map.file", "holes", "first at id = -75 A, iq = -75 A"]),
         ("", "", MAP.replace("id_A,iq_A", "iq_A,id_A"), ["virtual.flux_map.file", "two columns are swapped"]),
         ("pole_pairs = 4", "d_axis_inductance = 1e-4\npole_pairs = 4", MAP,
-         ["virtual: d_axis_inductance is what the table of flux_map says", "leave flux_map out"]),
-        ("pole_pairs = 4", "q_axis_saturation_current = 60.0\npole_pairs = 4", MAP, ["q_axis_saturation_current is what"]),
+         ["virtual: d_axis_inductance follows from the table of flux_map", "leave flux_map out"]),
+        ("pole_pairs = 4", "q_axis_saturation_current = 60.0\npole_pairs = 4", MAP, ["q_axis_saturation_current follows from"]),
         ('file = "ipmsm-map.csv"', "files = 3", MAP, ["unknown key virtual.flux_map.files; did you mean file?"]),
         ('file = "ipmsm-map.csv"          # beside this file\n', "", MAP, ["virtual.flux_map.file is missing"]),
         ("magnet_temperature = 25.0", "magnet_temperature = 500.0", MAP, ["virtual.flux_map.magnet_temperature = 500.0"]),

@@ -63,14 +63,14 @@ def test_it_is_made_small_upright_and_says_nothing_else(tmp_path: Path) -> None:
     ("name", "content", "said"),
     [
         ("nowhere.jpg", None, "there is no such file"),
-        ("words.jpg", b"no picture", "it is no JPEG or PNG picture"),
-        ("vector.svg", b"<svg xmlns='http://www.w3.org/2000/svg'/>", "it is no JPEG or PNG picture"),
-        ("bomb.png", png_of(200_000, 200_000), "it is no JPEG or PNG picture"),
+        ("words.jpg", b"no picture", "it is not a JPEG or PNG picture"),
+        ("vector.svg", b"<svg xmlns='http://www.w3.org/2000/svg'/>", "it is not a JPEG or PNG picture"),
+        ("bomb.png", png_of(200_000, 200_000), "it is not a JPEG or PNG picture"),
         ("large.png", png_of(12_000, 12_000), "it has more than 120 million pixels"),
         (".", None, "it is a folder, not a file"),
-        ("../photo.jpg", None, "a photo stands beside its file"),
-        ("/etc/passwd", None, "a photo stands beside its file"),
-        ("a\0b.jpg", None, "a photo stands beside its file"),
+        ("../photo.jpg", None, "a photo must be in the folder of its file"),
+        ("/etc/passwd", None, "a photo must be in the folder of its file"),
+        ("a\0b.jpg", None, "a photo must be in the folder of its file"),
     ],
 )
 def test_what_cannot_be_shown_is_refused_in_one_sentence(
@@ -99,7 +99,7 @@ def test_a_broken_off_photo_is_refused_before_the_run_has_a_folder(tmp_path: Pat
     arguments = ("--motor", virtual_motor(tmp_path), "--runs", str(tmp_path / "runs"))
     status, _, err = called(capsys, "run", "nameplate", "--station", "virtual", *arguments)
     assert status == 2
-    assert "broken off or damaged" in re.sub(r"\s+", " ", err)
+    assert "incomplete or damaged" in re.sub(r"\s+", " ", err)
     assert not (tmp_path / "runs").exists()
 
 

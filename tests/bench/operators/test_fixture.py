@@ -279,7 +279,7 @@ def test_readings(clock: Clock, fixture: Asking) -> None:
     assert fixture.perform(temperature) == 23.5
     with pytest.raises(ProcedureError, match=r"winding_temperature of \[fixture\] in the station file"):
         FixtureOperator(clock).perform(temperature)
-    with pytest.raises(ProcedureError, match="nothing to read maximum_current from"):
+    with pytest.raises(ProcedureError, match="no value for maximum_current"):
         fixture.perform(EnterReading("maximum_current", text("the maximum current"), "A", 0.0, 1.0))
 
 
@@ -288,7 +288,7 @@ def test_a_fixture_mends_nothing(fixture: Asking) -> None:
 
 
 def test_what_only_a_person_can_do_is_refused(fixture: Asking) -> None:
-    with pytest.raises(ProcedureError, match="a fixture cannot do this: Plug the thermistor in; take --operator"):
+    with pytest.raises(ProcedureError, match="a fixture cannot do this: Plug the thermistor in; use --operator"):
         fixture.perform(DoByHand(text("Plug the thermistor in")))
 
 

@@ -85,7 +85,7 @@ def test_what_says_that_it_is_done(word: str) -> None:
 @pytest.mark.parametrize(
     ("word", "told"),
     [
-        ("no", "It waits until it is done; Ctrl-C ends the run with everything off"),
+        ("no", "The run waits until this is done; Ctrl-C ends the run and switches everything off"),
         ("31 mOhm", "'31 mOhm' is not asked for here, and is not kept: press Enter once it is done"),
     ],
 )
@@ -199,14 +199,14 @@ def test_answers_that_run_out_after_a_doubted_reading_say_where_one_more_belongs
         ask(1, 2)
     said = str(stop.value)
     assert "at step 3.2.2/3, A–B, reading 1 of 2. Add number 4 to readings.lcr_meter.resistance" in said
-    assert "takes one more answer: put it in as number 3 (step 3.2.2/3, A–B, reading 2 of 2)" in said
+    assert "needs one more answer. Insert that answer as number 3 (step 3.2.2/3, A–B, reading 2 of 2)" in said
 
 
 def test_an_answer_out_of_range_is_refused(answers: Path) -> None:
     operator = AnswersOperator(load_answers(answers))
     with pytest.raises(ProcedureError, match=r"the answer 20 to winding_temperature is outside 0 … 10 °C"):
         operator.perform(EnterReading("winding_temperature", text("x"), "°C", 0.0, 10.0))
-    with pytest.raises(ProcedureError, match=r"21 °C to winding_temperature is unlike what is usual here, 22 … 45 °C"):
+    with pytest.raises(ProcedureError, match=r"21 °C to winding_temperature is unusual \(usual are 22 … 45 °C\)"):
         operator.perform(EnterReading("winding_temperature", text("x"), "°C", -60.0, 250.0, (22.0, 45.0)))
 
 
@@ -341,7 +341,7 @@ def test_one_of_fixed_answers_is_typed_by_its_number_its_sign_or_its_name(typed:
     assert told.count("Choose DC supply, regulation, by the lamp that is lit: 0 off, 1 constant current (CC), ") == 5
     assert "Choose one of the answers first." in told
     for refused in ("4", "1.0", "C"):
-        assert f"'{refused}' is none of the answers; choose among 0 off, 1 constant current (CC), " in told
+        assert f"'{refused}' is not one of the answers; choose from 0 off, 1 constant current (CC), " in told
 
 
 def test_the_words_that_a_choice_shows_in_chinese_are_taken() -> None:

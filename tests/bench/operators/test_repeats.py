@@ -350,5 +350,5 @@ def test_at_a_panel_units_are_typed_and_an_earlier_reading_corrected(operator: D
         thread, given = asked(ask)
         panel.send({"id": panel.question()["id"], "repeat": True, "by": "Li Na"})
         thread.join()
-        assert "Li Na wants the procedure from its beginning" in str(given[0])
+        assert "Li Na wants to repeat the procedure from its beginning" in str(given[0])
     assert typed.asked == (1, 0.031, "31 mOhm", "Li Na")

@@ -74,7 +74,7 @@ def test_a_number_is_taken_in_the_unit_asked_for(typed: str, unit: str, value: f
         ("31 mH", "Ω", "'31 mH' is in mH, and Ω is asked for; type it like 12.3 / 12,3 Ω / 12.3 mΩ"),
         ("50 Hz", "rpm", "is in Hz, and rpm is asked for"),
         ("5 furlongs", "V", "the unit furlongs is not known here"),
-        ("1,500", "rpm", "'1,500' may be 1500 or 1.500; type one of them"),
+        ("1,500", "rpm", "'1,500' could mean 1500 or 1.500; type one of these"),
         ("1.234,5", "V", "more than one decimal sign or a gap"),
         ("1 500", "rpm", "more than one decimal sign or a gap"),
         ("3 V", "", "is not a number"),
@@ -84,7 +84,7 @@ def test_a_number_is_taken_in_the_unit_asked_for(typed: str, unit: str, value: f
         ("30 毫", "Ω", "the unit 毫 is not known here"),
         # No hundred and two.
         ("10²", "Ω", "has more than one decimal sign or a gap"),
-        ("１，５００", "rpm", "may be 1500 or 1.500; type one of them"),
+        ("１，５００", "rpm", "could mean 1500 or 1.500; type one of these"),
     ],
 )
 def test_what_could_mean_something_else_is_refused_in_a_sentence(typed: str, unit: str, said: str) -> None:

@@ -120,7 +120,7 @@ def test_what_cannot_begin_says_why(tmp_path: Path) -> None:
     async def start(order: Order) -> None:
         await Launcher(tmp_path).start(order)
 
-    with pytest.raises(InputError, match="there is no procedure 'polepairs'"):
+    with pytest.raises(InputError, match="'polepairs' is neither a procedure nor all"):
         asyncio.run(start(Order(("polepairs",), "virtual", "lg-400w", "")))
     with pytest.raises(InputError, match=r"missing\.toml"):
         asyncio.run(start(Order(("nameplate",), "missing.toml", "lg-400w", "--help")))

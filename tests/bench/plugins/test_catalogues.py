@@ -124,7 +124,7 @@ def test_plug_ins_in_wheels(tmp_path: Path) -> None:
     assert errors["raises"] == "RuntimeError: two lines"
     assert errors["other-name"] == "it declares the name 'my-supply'"
     assert errors["exits"] == "SystemExit: 3"
-    assert errors["wrong"] == "it is Driver and must be a reports.exports.target.Target"
+    assert errors["wrong"] == "it is Driver, but must be a reports.exports.target.Target"
 
 
 @pytest.mark.parametrize(

@@ -79,13 +79,13 @@ def test_an_entry_that_cannot_be_loaded_holds_no_name(declared: Declared) -> Non
     assert str(found.procedures.origin("coil")) == "good 1.0"
     assert found.procedures["coil"].title == "Coil"
     (broken,) = found.broken(load=False)
-    assert str(broken.sentence).startswith("coil of bad 1.0 cannot be used: ImportError: ModuleNotFoundError")
+    assert str(broken.sentence).startswith("coil from bad 1.0 cannot be used: ImportError: ModuleNotFoundError")
 
 
 def test_of_two_that_can_be_loaded_the_first_has_the_name(declared: Declared) -> None:
     found = together(declared("first", procedure(), "coil"), declared("second", procedure(), "coil"))
     (broken,) = found.broken(load=False)
-    assert str(broken.sentence) == "coil of second 1.0 cannot be used: the name is taken by first 1.0"
+    assert str(broken.sentence) == "coil from second 1.0 cannot be used: the name is taken by first 1.0"
     assert str(found.procedures.origin("coil")) == "first 1.0"
 
 
@@ -105,8 +105,8 @@ def test_two_strangers_do_not_define_one_parameter_in_two_units(declared: Declar
     assert (asked in found) == (asked == "coil")
     assert ("coil" in found, "other" in found) == (True, False)
     assert str(found.why_not("other")) == (
-        "other of b 1.0 cannot be used: parameter brake_coil_resistance is defined with unit H, but with Ω in coil of a 1.0; "
-        "one of the two must name it otherwise, or be uninstalled"
+        "other from b 1.0 cannot be used: parameter brake_coil_resistance is defined with unit H, but with Ω in "
+        "coil from a 1.0; rename it in one of the two, or uninstall one"
     )
     assert (
         found.why_not("other")
@@ -169,7 +169,7 @@ def test_settings_without_a_default_are_told(declared: Declared) -> None:
     code = procedure().replace("default=2.0, ", "")
     found = together(declared("a", code, "coil")).procedures
     assert "coil" not in found
-    assert str(found.why_not("coil")) == "coil of a 1.0 cannot be used: CoilSettings has no default: current"
+    assert str(found.why_not("coil")) == "coil from a 1.0 cannot be used: CoilSettings has no default: current"
 
 
 def test_what_is_known_of_a_parameter_is_what_the_catalogue_took(tmp_path: Path) -> None:

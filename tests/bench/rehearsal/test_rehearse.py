@@ -199,7 +199,7 @@ def test_nothing_of_the_station_is_touched_and_a_motor_is_assumed(
     assert made["highest"]["dynamometer"]["torque"]["limit"] == 3.0
     said = " ".join(made["differences"])
     assert "output 2 of an E36313A is taken, at most 25.75 V, 2.06 A" in said
-    assert "lcr_meter: keysight-e4980a stands for the station's manual" in said
+    assert "lcr_meter: keysight-e4980a simulates the station's manual" in said
     watchdogs = {one["role"]: (one["watchdog"], one["armed"], one["by_hand"]) for one in made["watchdogs"]}
     asked = {"time": 1.0, "action": "switches its voltage off", "setting": "0x1016, 0x6007"}
     assert watchdogs == {
@@ -310,10 +310,10 @@ def test_what_does_not_go_with_a_rehearsal_is_refused(
 @pytest.mark.parametrize(
     ("language", "said"),
     [
-        ("en", ["on a virtual twin of bench 7", "assumed were:", "left supply: energised voltage 12 V (at most 12 V",
+        ("en", ["on a virtual twin of bench 7", "These values were assumed:", "left supply: energised voltage 12 V (at most 12 V",
                 "left supply: switched on", "☞ Connect, in this order:", "1. Take every lead and probe off", "Lock the shaft",
                 "Largest set points", "No limit is passed",
-                "If all processes of the bench die at once:", "supply: no watchdog; it stays on where run and guardian die"]),
+                "If all processes of the bench die at once:", "supply: no watchdog; it stays on if run and guardian end"]),
         ("zh", ["bench 7", "☞", "✓", "left supply", "supply：没有看门狗"]),
     ],
 )  # fmt: skip

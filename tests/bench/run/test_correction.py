@@ -133,7 +133,7 @@ def test_one_that_has_decided_a_set_point_is_left_or_measured_anew(
     assert (view.status, view.finished["typed"].findings["sum"]) == ("completed", 7.0)
     assert bench.events("reading_corrected") == []
     (failed,) = bench.events("procedure_failed")
-    assert "wants the procedure from its beginning" in failed["cause"]
+    assert "wants to repeat the procedure from its beginning" in failed["cause"]
     assert ons(bench.trace)[-1] == "supply.off"
 
 

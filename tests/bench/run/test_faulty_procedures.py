@@ -45,10 +45,10 @@ def leave_on(procedure: Any) -> None:
 @pytest.mark.parametrize(
     ("ends", "cause"),
     [
-        (lambda _: sys.exit(0), "it ended the program, as no procedure may: SystemExit"),
-        (lambda procedure: give(procedure, float("nan"), 1e-4), "came out as nan"),
-        (lambda procedure: give(procedure, float("inf"), 1e-4), "came out as inf"),
-        (lambda _: None, "it ended without a figure and without saying why, though it gives stator_resistance"),
+        (lambda _: sys.exit(0), "it tried to end the program, which a procedure must not do: SystemExit"),
+        (lambda procedure: give(procedure, float("nan"), 1e-4), "is nan ±"),
+        (lambda procedure: give(procedure, float("inf"), 1e-4), "is inf ±"),
+        (lambda _: None, "it ended without a figure and without a reason, although it gives stator_resistance"),
         (leave_on, "supply was still on when the procedure ended"),
     ],
 )

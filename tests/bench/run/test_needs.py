@@ -149,7 +149,10 @@ maximum_frequency = 100.0
         (
             "phase-order",
             [],
-            ["dynamometer: too many readings for a person", "oscilloscope: too many readings for a person"],
+            [
+                "dynamometer: needs more readings than a person can take",
+                "oscilloscope: needs more readings than a person can take",
+            ],
         ),
         (
             "hall-sensors",
@@ -205,13 +208,14 @@ def test_what_finds_the_same_is_named_where_an_inverter_cannot() -> None:
             ["pole-pairs-inverter", "flux-map"],
             [
                 "inverter: mjbots-moteus does not offer a frequency at a current",
-                "pole-pairs-static, pole-pairs-back-emf find the same here, e.g. motorbench run pole-pairs-static flux-map",
-                "or take a run of its own, motorbench run pole-pairs-inverter",
+                "pole-pairs-static, pole-pairs-back-emf give the same result here, e.g. motorbench run "
+                "pole-pairs-static flux-map",
+                "Use a separate run: motorbench run pole-pairs-inverter",
             ],
         ),
         (
             ["pole-pairs-static", "pole-pairs-inverter", "flux-map"],
-            ["leave it out: pole-pairs-static finds the same in this run"],
+            ["leave it out, because pole-pairs-static gives the same result in this run"],
         ),
     ):
         request = RunRequest(names, motor, "virtual", "en", Path("unused"))

@@ -30,10 +30,10 @@ def test_words_need_no_quotes() -> None:
 @pytest.mark.parametrize(
     ("names", "assignments", "said"),
     [
-        (["tiney"], [], "there is no procedure 'tiney', and it is not all: did you mean tiny"),
+        (["tiney"], [], "'tiney' is neither a procedure nor all: did you mean tiny"),
         (["tiny"], ["curent=1"], "no setting curent; did you mean current"),
         (["tiny"], ["current"], "give name=value"),
-        (["tiny"], ["other.current=1"], "other is not among the procedures of this run: tiny"),
+        (["tiny"], ["other.current=1"], "other is not a procedure of this run; its procedures are: tiny"),
     ],
 )
 def test_what_does_not_exist_is_a_usage_error(

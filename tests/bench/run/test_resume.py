@@ -85,7 +85,11 @@ def test_a_comment_may_change(tmp_path: Path, began: RunStarted, motor: MotorFil
             "",
             "instruments.tachometer.driver was manual and is not there",
         ),
-        (":8000", ":8001", "station.control was http://127.0.0.1:8000 .* A bench served anew has other ports"),
+        (
+            ":8000",
+            ":8001",
+            "station.control was http://127.0.0.1:8000 .* A bench that was started again has other ports",
+        ),
     ],
 )
 def test_a_station_that_changed_is_refused_with_what_changed(
@@ -157,11 +161,11 @@ def test_another_instrument_is_refused(fakes: Any) -> None:
 
 def test_a_journal_without_a_beginning_is_no_run_to_go_on_with(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
-    with pytest.raises(InputError, match="no beginning"):
+    with pytest.raises(InputError, match="first event is missing"):
         begun(RunFolder(tmp_path))
     journal.record(event("reading"))
     journal.close()
-    with pytest.raises(InputError, match="no beginning"):
+    with pytest.raises(InputError, match="first event is missing"):
         begun(RunFolder(tmp_path))
 
 
@@ -196,7 +200,7 @@ def test_a_run_whose_disk_fills_up_ends_safely_and_goes_on_later(
 
 
 def test_the_wrong_name_of_a_run_gets_a_hint(call: Call, tmp_path: Path) -> None:
-    assert "there is no run here" in call("run", "--resume", "latest")[2]
+    assert "no run was found here" in call("run", "--resume", "latest")[2]
     call("run", "nameplate", "--station", "virtual", "--motor", "lg-400w")
     (folder,) = (tmp_path / "runs").iterdir()
     code, _, err = call("results", folder.name[:-1])

@@ -132,7 +132,7 @@ def test_nothing_starts_while_one_is_open(station: Path, contacts: dict[str, Con
         start(station)
     assert [contact.ended for contact in contacts.values()] == [1, 1]
     contacts["door"].is_closed, contacts["door"].error = True, None
-    with pytest.raises(InputError, match=r"the interlock door was .* nobody has reset it"):
+    with pytest.raises(InputError, match=r"the interlock door was .* it has not been reset"):
         start(station)
     assert reset(station, by="Li Wei") == 0
     start(station)
@@ -152,7 +152,9 @@ def test_one_that_opens_ends_the_run_and_keeps_the_station_still(
         assert re.match("the interlock door, which is (open|silent)", str(interrupts.requested_by))
     assert [kind for kind, _ in journal.events] == ["interlock_opened"]
     contacts["door"].is_closed, contacts["door"].error = True, None
-    with pytest.raises(InputError, match=r"the interlock door was .* nobody has reset it.*station reset .* --by NAME"):
+    with pytest.raises(
+        InputError, match=r"the interlock door was .* it has not been reset.*station reset .* --by NAME"
+    ):
         start(station)
 
 
@@ -245,7 +247,7 @@ def test_where_nothing_can_be_remembered_nothing_starts(
     with pytest.raises(InputError, match=r"trips\.jsonl.*cannot be read|trips\.jsonl: it is a folder"):
         ready(load_station(station), folder).__enter__()
     monkeypatch.setattr("os.access", lambda *_: False)
-    with pytest.raises(InputError, match=r"this folder keeps .* it is not writable for you"):
+    with pytest.raises(InputError, match=r"this folder, which keeps .* you have no permission to write there"):
         state_folder()
 
 

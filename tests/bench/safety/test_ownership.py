@@ -173,7 +173,7 @@ def test_an_instrument_is_known_by_its_serial_number_whatever_its_address(folder
             opened.callback(made[-1].close)
         made[0].open(Role.SUPPLY)
         with pytest.raises(
-            HeldInstrumentError, match=r"supply: in use by .* with run 0 .* by another address"
+            HeldInstrumentError, match=r"supply: in use by .* with run 0 .* at another address"
         ) as refused:
             made[1].open(Role.SUPPLY)
         assert "其序列号与正被占用的仪器相同" in refused.value.text.render(translator("zh"))
@@ -336,16 +336,16 @@ def test_a_trip_is_seen_through_whatever_file_names_the_contact(folder: StateFol
         interlocked(tmp_path / "moved.toml", address="tcp://127.0.0.1:1599"),
     ):
         with (
-            pytest.raises(InputError, match=r"the interlock door was open at .*, and nobody has reset it"),
+            pytest.raises(InputError, match=r"the interlock door was open at .*, and it has not been reset"),
             ready(load_station(other), folder),
         ):
             pass
     without = tmp_path / "without.toml"
     without.write_text('[station]\nname = "Bench 1"\n', encoding="utf-8")
-    with pytest.raises(InputError, match="nobody has reset it"), ready(load_station(without), folder):
+    with pytest.raises(InputError, match="it has not been reset"), ready(load_station(without), folder):
         pass
     with pytest.raises(
-        InputError, match="this file names no \\[interlocks\\]: reset it with the station file that names"
+        InputError, match=r"this station file has no \[interlocks\]\. Reset it with the station file that names"
     ):
         reset(without, by="Li Wei")
     elsewhere = interlocked(tmp_path / "elsewhere.toml", "Bench 7", address="tcp://127.0.0.1:1503")
@@ -398,7 +398,7 @@ def test_a_folder_that_cannot_be_used_is_refused(tmp_path: Path, monkeypatch: py
     assert "it is no folder" in said(link)
     open_to_all.mkdir()
     open_to_all.chmod(0o777)
-    assert "everybody may remove everything there; chmod 1777" in said(open_to_all)
+    assert "all users may delete all files there; chmod 1777" in said(open_to_all)
     assert state_folder({"MOTORBENCH_STATE": str(tmp_path / "new" / "one")}).path.stat().st_mode & 0o7777 == 0o1777
     monkeypatch.setenv("MOTORBENCH_STATE", str(file))
     assert doctor(json=True) == 1
@@ -411,7 +411,7 @@ def test_a_process_that_is_stopped_in_the_folder_is_named_as_the_fault(
     other = os.open(folder.path / "lock", os.O_RDONLY | os.O_CREAT)
     try:
         assert try_lock(other)
-        with pytest.raises(FolderBusyError, match=r"has kept this folder to itself for 0\.05 s"), owning(folder, "one"):
+        with pytest.raises(FolderBusyError, match=r"has locked this folder for 0\.05 s"), owning(folder, "one"):
             pass
         latch = Latch(folder, load_station(interlocked(tmp_path / "station.toml")))
         latch.trip("door", "open")

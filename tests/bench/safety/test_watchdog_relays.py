@@ -261,7 +261,7 @@ def test_what_a_station_file_asks_for_by_role() -> None:
     plain, relayed = station(), station(watchdog_relays={"enable": RELAY})
     assert [str(one.words) for one in planned_watchdogs(plain, set(Role))] == [
         "drive: watchdog of 1 s, then it switches its voltage off (0x1016, 0x6007), where the instrument has one",
-        "supply: no watchdog; it stays on where run and guardian die together",
+        "supply: no watchdog; it stays on if run and guardian end at the same time",
     ]
     assert [str(one.words) for one in planned_watchdogs(relayed, {Role.SUPPLY, Role.VOLTMETER})] == [
         "supply: watchdog relay enable, 1 s, then its contact opens (0x1120, 0x1122)"
@@ -269,7 +269,7 @@ def test_what_a_station_file_asks_for_by_role() -> None:
     manual = {"driver": "manual", "maximum_voltage": 5.0, "maximum_current": 1.0}
     by_hand = make_station({"station": {"name": "b"}, "instruments": {"supply": manual}}, "b.toml", b"")
     (one,) = planned_watchdogs(by_hand, set(Role))
-    assert (str(one.words), one.missing) == ("supply: set by hand, and switched off by hand", False)
+    assert (str(one.words), one.missing) == ("supply: set and switched off by hand", False)
 
 
 def test_what_is_armed_by_role() -> None:
@@ -279,13 +279,13 @@ def test_what_is_armed_by_role() -> None:
     drive: Any = Drive()
     told = armed_watchdogs(station(), {Role.DRIVE: drive}, {Role.SUPPLY: "no answer"})
     assert [(str(one.words), one.missing) for one in told] == [
-        ("drive: no watchdog; it stays on where run and guardian die together", True),
-        ("supply: whether it has a watchdog is not known, for it could not be opened", True),
+        ("drive: no watchdog; it stays on if run and guardian end at the same time", True),
+        ("supply: could not be opened, so it is not known whether it has a watchdog", True),
     ]
     drive.watchdog = Watchdog(0.5, WhenSilent.AS_SET_UP, "0x1016")
     (one, _) = armed_watchdogs(station(), {Role.DRIVE: drive}, {})
     assert str(one.words) == (
-        "drive: watchdog armed, 0.5 s, then it does what it is set up to do without a heartbeat (0x1016)"
+        "drive: watchdog armed, 0.5 s, then it acts as it is configured for a missing heartbeat (0x1016)"
     )
     assert one.as_dict()["armed"] is True
     supply: Any = object()

@@ -304,7 +304,7 @@ def test_an_item_is_for_its_roles(do: Do) -> None:
         if role in ROLES_OF[do]:
             assert item(do, role).role is role
         else:
-            with pytest.raises(ValueError, match=f"{do.value} cannot be done to {role.value}"):
+            with pytest.raises(ValueError, match=f"{do.value} is not possible for {role.value}"):
                 item(do, role)
 
 

@@ -85,7 +85,7 @@ INVERTER_LIMITS = "maximum_current = 5.0\nmaximum_frequency = 200.0\n"
         ("USB0::keysight::0x1202::MY7::0::INSTR", True, ["a USB address is USB0::"]),
         ("GPIB0::17::INSTR", True, []),
         ("GPIB0::17::INSTR", False, ["gpib-ctypes not installed", "the GPIB adapter's own library"]),
-        ("ASRL/dev/ttyUSB9::INSTR", True, ["/dev/ttyUSB9 is not there; there are {root}/dev/ttyUSB0"]),
+        ("ASRL/dev/ttyUSB9::INSTR", True, ["/dev/ttyUSB9 does not exist; the ports are {root}/dev/ttyUSB0"]),
     ],
 )
 def test_visa(tmp_path, root, address, packages, said):
@@ -98,7 +98,7 @@ def test_visa(tmp_path, root, address, packages, said):
 def test_a_node_that_cannot_be_used(tmp_path, root):
     (root / "dev/bus/usb/001/007").unlink()
     (said,) = judged(tmp_path, *SUPPLY, "USB0::0x2A8D::0x1202::MY61000000::0::INSTR", Described(root, packages=True))
-    assert "may not be used; copy docs/examples/udev" in said
+    assert "; copy docs/examples/udev" in said
 
 
 @pytest.mark.parametrize(
@@ -106,9 +106,9 @@ def test_a_node_that_cannot_be_used(tmp_path, root):
     [
         ("can://socketcan/can0?node=5", []),
         ("can://socketcan/can1?node=5&bitrate=250000", ["sudo ip link set can1 up type can bitrate 250000"]),
-        ("can://socketcan/can7?node=5", ["there is no CAN interface can7; there are can0, can1"]),
+        ("can://socketcan/can7?node=5", ["no CAN interface can7 was found; the interfaces are can0, can1"]),
         ("can://socketcan/can0?node=5&bitrat=1", ["unknown key bitrat; is bitrate meant?"]),
-        ("can://slcan//dev/ttyACM7?node=5", ["/dev/ttyACM7 is not there"]),
+        ("can://slcan//dev/ttyACM7?node=5", ["/dev/ttyACM7 does not exist"]),
         ("can://in-process/1?node=5", ["only the virtual bench has such an address"]),
     ],
 )
@@ -125,7 +125,7 @@ def test_can(tmp_path, root, address, said):
         ("can://socketcan/can0?node=1", []),
         ("can://socketcan/can1?node=1", ["ip link set can1 up type can bitrate 1000000 dbitrate 5000000 fd on"]),
         ("can://socketcan/can0?node=1&fdd=true", ["unknown key fdd; is fd meant?"]),
-        ("fdcanusb:///dev/ttyACM7?node=1", ["/dev/ttyACM7 is not there"]),
+        ("fdcanusb:///dev/ttyACM7?node=1", ["/dev/ttyACM7 does not exist"]),
         ("fdcanusb:///dev/null?node=1&baudrat=9600", ["unknown key baudrat; is baudrate meant?"]),
         ("fdcanusb:///dev/null?node=1", []),
     ],
@@ -153,7 +153,7 @@ def test_a_file_or_folder_in_a_serial_port_s_place(tmp_path, root):
     for path in (root / "plain", root):
         (root / "plain").touch()
         (said,) = judged(tmp_path, "tachometer", "lutron-tachometer", str(path), Described(root))
-        assert said.startswith(f"{path} is no serial port; there are ")
+        assert said.startswith(f"{path} is not a serial port; the serial ports are ")
 
 
 def test_what_is_connected(root):

@@ -53,7 +53,7 @@ def read(path: Path, content: str) -> Station:
 def test_what_is_no_file_that_a_person_wrote_is_refused() -> None:
     with pytest.raises(InputError, match="more than 16 MiB are no station file"):
         load_station(Path("/dev/zero"))
-    with pytest.raises(InputError, match="is no name of a station file"):
+    with pytest.raises(InputError, match="is not the name of a station file"):
         load_station(Path("a\0b"))
     with pytest.raises(InputError, match="the name is too long"):
         load_station(Path("x" * 300))
@@ -200,7 +200,7 @@ def test_a_station_has_its_way_down(tmp_path: Path) -> None:
     ("old", "new", "parts"),
     [
         ('do = "output_off"', 'do = "output_of"', ["way_down[1].do = 'output_of'", "'output_off'"]),
-        ('do = "output_off"', 'do = "disable"', ["way_down[1]: disable cannot be done to supply", "inverter, drive"]),
+        ('do = "output_off"', 'do = "disable"', ["way_down[1]: disable is not possible for supply", "inverter, drive"]),
         ('[[way_down]]\ndo = "output_off"\nrole = "supply"', "", ["leaves [instruments.supply] energised"]),
         ("below = 2.5", "below = -1", ["way_down[0].below = -1", "above 0"]),
         ("below = 2.5", "belw = 1", ["way_down[0].belw", "did you mean below"]),

@@ -100,7 +100,7 @@ PLATE = {"name": "m", "connection": WindingConnection.WYE, "rated_current": 1.0}
             300.0,
             r"250 V, the limit of the station \(instruments.insulation_tester.limits",
         ),
-        (None, {}, 50.0, r"the motor, whose file gives no nameplate.insulation_test_voltage"),
+        (None, {}, 50.0, "the motor: its file gives no nameplate.insulation_test_voltage"),
         (500.0, {}, float("nan"), "voltage = nan V"),
     ],
 )

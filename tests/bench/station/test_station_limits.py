@@ -51,7 +51,7 @@ def test_a_stations_limits_are_read_beside_the_drivers_options(tmp_path: Path) -
             "maximum_torque = 4.0",
             ["unknown key instruments.supply.limits.maximum_torque", "did you mean maximum_voltage"],
         ),
-        ("supply.limits", "tachometer.limits", ["instruments.tachometer.limits", "puts nothing out"]),
+        ("supply.limits", "tachometer.limits", ["instruments.tachometer.limits", "has no output to limit"]),
         (
             "[instruments.supply.limits]\nmaximum_voltage = 4.0\nmaximum_current = 2.5",
             "[instruments.inverter]\nlimits = 3.0\ndriver = 'manual'",

@@ -57,4 +57,4 @@ class Needing(Procedure[Settings]):
 """
 WITHHELD = {"stator_resistance": "withheld", "frame_capacitance": "withheld", "inertia": "widened"}
 GIVEN = {"stator_resistance": "", "frame_capacitance": "modelled"}
-SAID = "none of the causes known here"
+SAID = "none of the known causes"

@@ -51,7 +51,7 @@ def test_a_port_of_nobody_is_refused() -> None:
     plan = PortPlan({"suply": {"socket": 5001}})
     assert plan.take("supply", "socket") == 0
     with pytest.raises(
-        UnknownEndpointError, match=r"suply\.socket is no endpoint of this bench; there are supply\.socket"
+        UnknownEndpointError, match=r"this bench has no endpoint suply\.socket; its endpoints are supply\.socket"
     ):
         plan.check()
 
@@ -63,7 +63,7 @@ def test_a_port_of_nobody_is_refused() -> None:
         ("[supply]\nvxi = 5001\n", "unknown key supply.vxi"),
         ("supply = 5001\n", "supply must be a table, like [supply]"),
         ("[supply]\nsocket = 5001\nhislip = 5001\n", "supply.socket = 5001 is supply.hislip's, too"),
-        ("[suply]\nsocket = 5001\n", "suply.socket is no endpoint of this bench; there are"),
+        ("[suply]\nsocket = 5001\n", "this bench has no endpoint suply.socket; its endpoints are"),
     ],
 )
 def test_a_file_that_cannot_be_is_refused(call: Call, tmp_path: Path, content: str, said: str) -> None:
@@ -80,7 +80,7 @@ def test_a_port_that_is_taken_is_named_with_its_endpoint(call: Call, tmp_path: P
     with socket.create_server(("127.0.0.1", BASE + 9)):
         code, out, err = call("sim", "serve", "--motor", "lg-400w", "--ports", str(file))
     assert (code, out) == (1, "")
-    said = f"127.0.0.1:{BASE + 9}, for supply.socket, cannot be listened on: the address is in use already; end what listens there, or"
+    said = f"127.0.0.1:{BASE + 9}, for supply.socket, cannot be used: the address is in use already; end the program that uses the port, or"
     assert said in err.replace("\n", " ")
 
 

@@ -118,14 +118,14 @@ def test_a_server_that_is_away_holds_nothing_up_and_is_told_of_once(make_station
     station.done("A1", Verdict.PASS)
     assert station.admit("A2", 2) == AdmittedTest(1)
     (words,) = station.troubles
-    assert "cannot be looked up, so it is measured, and so are those after it: the server:" in words
+    assert "cannot be read: the server:" in words
     assert isinstance(station.admit("A1", 3), RefusedTest), "its own records are known all the same"
 
 
 def test_a_plan_may_refuse_what_cannot_be_looked_up(make_station: Callable[..., Station]) -> None:
     refused = make_station("east", AWAY, AgainSection(unknown="refuse")).admit("A1")
     assert isinstance(refused, RefusedTest)
-    assert "cannot be looked up, so it is refused: the server:" in str(refused.why)
+    assert "cannot be read: the server:" in str(refused.why)
 
 
 def test_what_is_refused_is_not_claimed(make_station: Callable[..., Station], server: str) -> None:

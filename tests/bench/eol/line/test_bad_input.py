@@ -69,7 +69,7 @@ def changed(bench: Any, *pairs: tuple[str, str]) -> Path:
         ("repeats = 1", "repeats = 0", "procedure stator-resistance: settings.repeats"),
         ("resistance = 3.0", 'serial = "fixed"', "put the number in"),
         ('name = "pole-pairs-back-emf"', 'name = "pole-pairs-back-emf"\nafter = ["inertia"]', "not listed before it"),
-        ("every = 2", "retries = 2", "retries = 2 says nothing with on_failure = 'go_on'"),
+        ("every = 2", "retries = 2", "retries = 2 has no effect with on_failure = 'go_on'"),
         ("low = 4\nhigh = 4", "low = 4.2\nhigh = 4.8", "it is a count, and no whole number lies within 4.2 … 4.8"),
         ("percent = 60.0", "low = 0.016\nhigh = 0.016", "low and high are both 0.016"),
         ("percent = 60.0", 'low = "15 mOm"', "low: '15 mOm': the unit mOm is not known here"),
@@ -229,7 +229,7 @@ def test_made_up_serial_numbers_go_on_where_another_batch_ended(bench: Any) -> N
     assert bench.listener.records[-1].serial_number == "V000002"
     with pytest.raises(UsageError, match=r"--first-serial 0: allowed are 1 to"):
         bench.run(motors=1, first_serial=0)
-    with pytest.raises(UsageError, match=r"--first-serial 7: it numbers the motors of --motors N"):
+    with pytest.raises(UsageError, match=r"--first-serial 7: only for the motors of --motors N"):
         bench.run(motors=None, first_serial=7)
 
 
@@ -241,7 +241,7 @@ def test_limits_that_strict_guard_bands_close_are_the_station_s(bench: Any) -> N
     bench.run(motors=1)
     (record,) = bench.listener.records
     assert record.verdict is Verdict.ERROR
-    assert "too uncertain" in record.cause
+    assert "its uncertainty is too large" in record.cause
     assert "nothing was measured by this plan" in bench.listener.noticed[0]
     bench.run(motors=1, first_serial=2, batch="next")
     told = bench.listener.noticed[1:]
@@ -367,7 +367,7 @@ def test_a_virtual_socket_has_a_fixture_and_the_type_s_six_step_drive(bench: Any
     )
     plan.write_text(content, encoding="utf-8")
     assert prepare(plan, "virtual", 1).plan.checks[0].name == "insulation-resistance"
-    with pytest.raises(InputError, match="insulation_tester, which the virtual bench has not"):
+    with pytest.raises(InputError, match="insulation_tester, which the virtual bench does not have"):
         prepare(plan, "virtual", 1, "virtual")
     plan.write_text(content.replace("insulation-resistance", "no-load-current-six-step"), encoding="utf-8")
     with pytest.raises(InputError):

@@ -61,11 +61,11 @@ def test_a_serial_number_of_another_plan_s_type_is_named(tmp_path: Path) -> None
     wrong = '[plan]\nname = "wrong"\nmotor = "lg-400w"\nserial_pattern = "("\n'
     (tmp_path / "wrong.toml").write_text(wrong, encoding="utf-8")
     check_serial(own, "P-1")
-    with pytest.raises(InputError, match=r"it is one of the plan fan \(fan\.toml\), for the type lg-400w"):
+    with pytest.raises(InputError, match=r"it belongs to the plan fan \(fan\.toml\) for the type lg-400w"):
         check_serial(own, "F-1")
     with pytest.raises(InputError) as refused:
         check_serial(own, "X-1")
-    assert "it is one of" not in str(refused.value)
+    assert "it belongs to" not in str(refused.value)
 
 
 def test_the_records_know_a_plan_by_its_name(tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ def test_the_records_know_a_plan_by_its_name(tmp_path: Path) -> None:
     Records(engine).save(motor_record(1, batch="monday"))
     assert list(register.check_plan("Pump", "0" * 64, "LG-400W")) == []
     (words,) = register.check_plan("Pump", "1" * 64, "LG-400W")
-    assert "the plan Pump is not as it was in batch monday" in str(words)
+    assert "the plan Pump has changed since batch monday" in str(words)
     with pytest.raises(
         InputError, match=r"know the plan Pump for the type LG-400W \(batch monday\), and this one is for"
     ):
@@ -190,7 +190,7 @@ def cold(bench: Any) -> Any:
 
 def test_a_person_who_says_that_it_is_warm_has_it_begin_at_once(cold: Any) -> None:
     serials = {"motors": None, "serials": str(cold.folder / "serials.txt")}
-    with pytest.raises(UsageError, match="--warm: a person answers for it"):
+    with pytest.raises(UsageError, match="--warm: a person must take the responsibility"):
         cold.run(**serials, warm=True)
     counts, stopped = cold.run(**serials, warm=True, person="Wang")
     assert (counts.motors, stopped, cold.listener.troubles) == (2, "", [])

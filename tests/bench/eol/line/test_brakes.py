@@ -86,7 +86,7 @@ def test_ten_of_ten_that_cannot_be_measured_stop_the_line(bench: Any, capsys: py
     (brake,) = summary["brakes"]
     assert brake["socket"] == ""
     assert "the line takes no more motors: 3 motors in a row could not be measured, the last one was V" in brake["why"]
-    assert "too uncertain" in err
+    assert "its uncertainty is too large" in err
 
 
 @pytest.mark.slow
@@ -94,7 +94,7 @@ def test_a_batch_that_is_done_says_what_goes_on(bench: Any, capsys: pytest.Captu
     assert run_command(bench, "--motors", "1") == 0
     assert "nothing is left" not in capsys.readouterr().err
     assert run_command(bench, "--motors", "1") == 0
-    assert "nothing is left to test: this batch has all its motors on record" in capsys.readouterr().err
+    assert "nothing is left to test: all motors of this batch are on record" in capsys.readouterr().err
 
 
 def kept(bench: Any) -> list[MotorRecord]:

@@ -27,7 +27,7 @@ TABLE = '\n[golden_test]\nserial_numbers = ["G-1", "G-2"]\nevery = 4.0\n'
 def test_one_is_due_until_it_has_passed_and_again_after_some_hours(tmp_path: Path) -> None:
     now = MORNING
     gate = gate_of(tmp_path, TABLE, ["1", "2"], NoGoldenTests({"2": MORNING}), lambda: now)
-    assert "none has passed there" in str(gate.due("1"))
+    assert "no golden motor has passed there" in str(gate.due("1"))
     assert gate.due("2") is None
     gate.done(motor_record(socket="1", golden=True, verdict=Verdict.PASS, ended=now))
     assert gate.due("1") is None

@@ -176,7 +176,7 @@ def test_a_batch_ends_at_the_second_request_although_worker_and_guardian_are_fro
     assert lost.verdict is Verdict.ABORTED
     assert "had not ended 1 s after the second request to stop and was ended by SIGKILL" in lost.cause
     assert any(
-        "its guardian has not left for 1 s; see to it that everything" in words for words in bench.listener.troubles
+        "its guardian has not ended for 1 s; check that everything" in words for words in bench.listener.troubles
     )
 
 

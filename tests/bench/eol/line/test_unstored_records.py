@@ -128,7 +128,7 @@ def test_the_command_tells_what_waits(bench: Any, capsys: pytest.CaptureFixture[
     assert (content["waiting_for_server"], content["in_no_database"], content["refused_records"]) == (1, 0, [])
     assert "the server takes nothing" in content["waits_because"][0]
     assert "motorbench: records that wait for the server: 1\n" in err
-    assert "motorbench: what waits is brought on with the next batch of these runs\n" in err
+    assert "motorbench: waiting records are forwarded with the next batch in this folder of runs\n" in err
 
 
 def test_records_that_cannot_be_read_do_not_stop_a_line(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -141,8 +141,8 @@ def test_records_that_cannot_be_read_do_not_stop_a_line(bench: Any, monkeypatch:
     monkeypatch.setattr("bench.eol.line.serial_register.earlier_tests", unreadable)
     counts, stopped = bench.run(motors=2)
     assert (counts.motors, stopped) == (2, "")
-    (words,) = (words for words in bench.listener.troubles if "cannot be looked up" in words)
-    assert "so it is measured, and so are those after it: " in words
+    (words,) = (words for words in bench.listener.troubles if "cannot be read" in words)
+    assert "and those after it are measured, although " in words
     assert "no such table: malformed" in words
 
 

@@ -367,6 +367,6 @@ def test_a_spooled_file_that_was_changed_is_named_and_stays(station: Station) ->
         station.spool.read(bad.identifier)
     station.forwarder.news()
     state = station.wait(lambda state: state.refused and not station.records.waiting())
-    assert f"{bad.identifier}.json is refused: it is no record as it was written" in station.sentences(state)
+    assert f"{bad.identifier}.json is refused: the record is not as it was written" in station.sentences(state)
     assert station.kept() == [1]
     assert file.exists()

@@ -116,7 +116,7 @@ def test_an_older_database_with_records_is_refused_until_the_command_brings_it_u
     for arguments in (("stats",), ("export", "--format", "csv")):
         code, out, err = called(capsys, "eol", *arguments, "--records", reference)
         assert (code, out) == (1, "")
-        assert f"its tables are of version {version}, and this program works with {NEWEST}" in err
+        assert f"its tables have version {version}, but this program works with {NEWEST}" in err
         assert "motorbench eol migrate --records" in err
     assert tables_of(reference) == names, "who looks changes nothing"
     assert content(reference, names) == before
@@ -145,7 +145,7 @@ def test_an_older_database_with_records_is_refused_until_the_command_brings_it_u
     assert (found.count, found.mean) == (MOTORS, pytest.approx(10.3))
     engine.dispose()
     assert called(capsys, "eol", "migrate", "--records", reference, "--language", "en")[1] == (
-        f"the tables are of version {NEWEST} already\n"
+        f"the tables already have version {NEWEST}\n"
     )
 
 

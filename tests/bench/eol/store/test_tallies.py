@@ -111,9 +111,9 @@ def test_types_are_not_mixed(engine: Engine, put: Put) -> None:
         result = distribution(connection, "r", choose(connection, (), "small"))
         assert result is not None
         assert (result.count, result.mean) == (1, 1.0)
-        with pytest.raises(InputError, match="there are: big, small"):
+        with pytest.raises(InputError, match="the types are: big, small"):
             choose(connection, (), "huge")
-        with pytest.raises(InputError, match="no batch 'Z'; there are: A"):
+        with pytest.raises(InputError, match="no batch is named 'Z'; the batches are: A"):
             choose(connection, ("Z",))
 
 

@@ -144,7 +144,7 @@ def test_only_runs_below_the_runs_are_shown(panel: Panel, new_page: NewPage) -> 
     for name in ("A//x", "A/../x", "A/.hidden/x", "..%2Fx", "/etc"):
         page.goto(f"{panel.url}/runs/{name}")
         expect(
-            page.get_by_text("there is no run")
+            page.get_by_text("no run was found")
             .or_(page.get_by_text("a run's name is"))
             .or_(page.get_by_text("404"))
             .first

@@ -174,7 +174,7 @@ def test_an_interlock_that_opens(hold: Callable[..., Any], served: Any, tmp_path
     assert (told["status"], told["cause"]) == ("aborted", f"interrupted by the interlock {name}, which is open")
     (start,) = (event.data for event in run.journal if event.kind == "way_down_started")
     assert start["interrupted_after"] < SOON
-    for closed, why in ((False, f"the interlock {name} was open at"), (True, "nobody has reset it")):
+    for closed, why in ((False, f"the interlock {name} was open at"), (True, "it has not been reset")):
         served.contact(name, closed=closed)
         with pytest.raises(InputError, match=why):
             motorbench_run("pole-pairs-static", station=str(served.station), motor="lg-400w", runs=tmp_path)
