@@ -17,13 +17,9 @@ from procedures.core.parameters import PARAMETERS
 from procedures.core.result import Withheld
 from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
-from procedures.plausibility.sizes import size_beyond, size_unusual
+from procedures.plausibility.sizes import IMPLAUSIBLE, UNUSUAL, size_beyond, size_unusual
 
 _Result = TypeVar("_Result")
-#: The cause that a figure is not given for where no motor has such a size.
-IMPLAUSIBLE = "implausible-size"
-#: The warning's that hardly any has it.
-UNUSUAL = "unusual-size"
 #: What rounding to the last digit leaves of a fit is smaller than that of one reading by the root of their number, rarely this much more.
 _ROUNDING_OF_A_FIT = 3.0
 TYPE_A_ONLY = text(

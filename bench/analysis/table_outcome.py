@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from bench.analysis.outcome import IMPLAUSIBLE, UNUSUAL, beyond_words, unusual_words
+from bench.analysis.outcome import beyond_words, unusual_words
 from bench.captures.capture import FloatArray, last_digit
 from drivers.interfaces.text import Translate, text
 from procedures.core.budget import Uncertainties
 from procedures.core.misfit_text import misfit_row, sentence
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.flux.flux_map import MapFigure
-from procedures.plausibility.sizes import size_beyond, size_unusual
+from procedures.plausibility.sizes import IMPLAUSIBLE, UNUSUAL, size_beyond, size_unusual
 
 
 def told(path: Path, misfit: Misfit, translate: Translate) -> dict[str, Any]:

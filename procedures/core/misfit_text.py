@@ -374,8 +374,8 @@ _SEEN_IN = {
     "emf-memory": _SEEN_IN_EMF_MEMORY,
 }
 _DONE = {
-    Answer.MODELLED: text("it is in the model, and the interval holds it"),
-    Answer.WIDENED: text("the interval is widened by what it may do"),
+    Answer.MODELLED: text("it is in the model, and in the interval of every figure that is given"),
+    Answer.WIDENED: text("the interval of every figure that is given is widened by what it may do"),
     Answer.WITHHELD: text("no figure is given, for no interval from this record would hold the truth"),
 }
 
