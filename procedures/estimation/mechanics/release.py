@@ -79,4 +79,4 @@ def _bent(x: FloatArray, at: float) -> FloatArray:
 def _squares(design: FloatArray, values: FloatArray) -> tuple[float, FloatArray]:
     solution = np.linalg.lstsq(design, values, rcond=None)[0]
     left = values - design @ solution
-    return float(left @ left), solution
+    return float(left @ left), np.asarray(solution, dtype=np.float64)
