@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from bench.analysis.outcome import (
     refuse_copies,
     refuse_over_range,
 )
+from bench.analysis.ramp_record import RampRecord, coasting, split
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.time_base import judge_open_time, warn_of_coast
@@ -29,7 +29,6 @@ from bench.captures.capture import FloatArray
 from drivers.interfaces.text import Text, Translate, english, text
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.mechanics.inertia import QUADRATIC, SHARED, fit_coast_down, fit_ramps
-from procedures.estimation.mechanics.turning import SpeedRamp
 from reports.labels import ParameterLabels
 
 #: Of controllers' logs.
@@ -43,40 +42,8 @@ _AT_ENDS = 5
 _LOW_ENOUGH = 0.1
 _FRICTIONS = ("coulomb_friction", "viscous_friction")
 _RATES = ("coulomb_deceleration", "viscous_rate")
-#: What stands for the channel of a torque that no column has.
-_GIVEN = "as given"
 #: No sensor's filter is slower (s).
 _LONGEST_FILTER = 5.0
-
-
-@dataclass(frozen=True)
-class _Record:
-    """One file: time (s), speed (rad/s), and the torque's channel, or the torque (N·m) where no column has it; `filters` are the time
-    constants (s) of speed and torque.
-    """
-
-    time: FloatArray
-    speed: CaptureChannel
-    torque: CaptureChannel | float
-    filters: tuple[float, float] = (0.0, 0.0)
-
-    @property
-    def torque_name(self) -> str:
-        """What the torque is called; empty for none."""
-        return self.torque.name if isinstance(self.torque, CaptureChannel) else _GIVEN * bool(self.torque)
-
-    def ramp(self, error: ErrorInput | None = None, by: float = 0.0) -> SpeedRamp:
-        """Return the ramp as recorded, or off by an error at its limit times `by`."""
-        torque = (
-            self.torque.values if isinstance(self.torque, CaptureChannel) else np.asarray(self.torque, dtype=np.float64)
-        )
-        time, speed = self.time, self.speed.values
-        if error is not None:
-            time = error.on("time", "time", time, by)
-            speed = error.on("speed", self.speed.name, speed, by)
-            torque = error.on("torque", self.torque_name, torque, by)
-        result = torque if torque.ndim else float(torque)
-        return SpeedRamp(time, speed, result, self.speed.resolution, *self.filters)
 
 
 def analyze_coast_down(
@@ -125,11 +92,15 @@ def analyze_coast_down(
         shaft = [_with_unit(capture, c) for c in capture.channels if _is_torque(c)]
         level = torque if torque is not None and k == 0 and len(captures) > 1 else 0.0
         filters = speed_filter, torque_filter
-        records.append(_Record(capture.times(), channel, shaft[0] if shaft else level, filters))
+        record = RampRecord(capture.times(), channel, shaft[0] if shaft else level, filters)
+        if not record.torque_name:
+            record, notes = coasting(record)
+            assumed += notes
+        records.append(record)
     applied = Applied(accuracy, _uses(records), captures)
     outcome = AnalysisOutcome("inertia", "3.5", captures[0], applied, translate)
     outcome.assume(*assumed)
-    parts = [part for record in records for part in _split(record.ramp())]
+    parts = [part for record in records for part in split(record.ramp())]
     driven = len(parts) > 1 or any(np.any(part.torque) for part in parts)
     fit = estimated(captures[0], lambda: _fit(records, driven=driven))
     names = SHARED if driven else _RATES
@@ -214,15 +185,15 @@ def _frictions(
         )
 
 
-def _fit(records: Sequence[_Record], error: ErrorInput | None = None, by: float = 0.0, *, driven: bool) -> Fit:
-    parts = [part for record in records for part in _split(record.ramp(error, by))]
+def _fit(records: Sequence[RampRecord], error: ErrorInput | None = None, by: float = 0.0, *, driven: bool) -> Fit:
+    parts = [part for record in records for part in split(record.ramp(error, by))]
     if driven:
         return fit_ramps(parts)
     only = parts[0]
     return fit_coast_down(only.time, only.speed, speed_resolution=only.speed_resolution, speed_filter=only.speed_filter)
 
 
-def _uses(records: Sequence[_Record]) -> dict[str, Sequence[str]]:
+def _uses(records: Sequence[RampRecord]) -> dict[str, Sequence[str]]:
     """Return the channels by kind."""
     torques = dict.fromkeys(record.torque_name for record in records if record.torque_name)
     uses: dict[str, Sequence[str]] = {"speed": tuple(dict.fromkeys(record.speed.name for record in records))}
@@ -281,21 +252,3 @@ def _speed(capture: Capture, wanted: str | None, in_rpm: bool | None) -> tuple[C
         more = text("; or type --speed-in-rpm or --speed-in-rad-s")
         raise open_unit(capture, channel.name, "speed", ("rpm", "rad/s"), more)
     return channel, [text("speed '{name}' assumed to be in rad/s", name=channel.name)]
-
-
-def _split(ramp: SpeedRamp) -> list[SpeedRamp]:
-    """Part a record with a torque column where the drive lets go: before it a driven ramp, after it a coast-down."""
-    torque = np.asarray(ramp.torque, dtype=np.float64)
-    if torque.ndim == 0:
-        return [ramp]
-    level = float(np.median(np.abs(torque[np.abs(torque) > 0.5 * np.max(np.abs(torque))]))) if np.any(torque) else 0.0
-    driving = np.abs(torque) > 0.5 * level
-    last = np.flatnonzero(driving)
-    if level == 0 or not last.size or last[-1] >= torque.size - 8 or last[-1] < 8:
-        return [ramp]
-    # The samples around the change belong to neither.
-    end, begin = int(last[-1]), int(last[-1]) + 2
-    rest = torque[begin:]
-    quiet = float(np.mean(np.abs(rest))) < 0.1 * level
-    parts = [(slice(0, end), torque[:end]), (slice(begin, None), np.zeros(rest.size) if quiet else rest)]
-    return [replace(ramp, time=ramp.time[s], speed=ramp.speed[s], torque=t) for s, t in parts]

@@ -10,7 +10,7 @@ import numpy as np
 
 from bench.analysis.map_table import SPEED, TORQUE, KnownColumn, read_table
 from bench.analysis.run_map import map_of_run
-from bench.analysis.table_outcome import give, told, withheld_rows
+from bench.analysis.table_outcome import digits_of, give, told, withheld_rows
 from bench.i18n.errors import InputError, at
 from drivers.interfaces.text import Translate, english, text, text_of
 from procedures.core.misfit_text import sentence
@@ -83,7 +83,7 @@ def analyze_flux_map(
             result["withheld"] = withheld_rows(("flux_linkage", "d_axis_inductance", "q_axis_inductance"), withheld.cause.value,
                                          sentence(withheld).render(translate))  # fmt: skip
             return result
-        _of_map(found.map, result, pole_pairs, voltage, current, resistance, translate)
+        _of_map(found.map, result, pole_pairs, voltage, current, resistance, translate, digits_of(columns))
     except EstimationError as error:
         raise InputError(at(str(path), text_of(error))) from error
     result["assumptions"].append(
@@ -147,6 +147,7 @@ def _of_map(
     current: float | None,
     resistance: float,
     translate: Translate,
+    digits: float = 0.0,
 ) -> None:
     poles = 1.0 if pole_pairs is None else pole_pairs
     zero = inductances_at(measured, 0.0, 0.0)
@@ -165,7 +166,7 @@ def _of_map(
     for name, unit, figure in (
         ("flux_linkage", "V·s", flux), ("d_axis_inductance", "H", zero.dd), ("q_axis_inductance", "H", zero.qq),
     ):  # fmt: skip
-        give(made, name, unit, figure, "flux-map", translate)
+        give(made, name, unit, figure, "flux-map", translate, digits)
     # A square table's corners hold more current than any arc within it.
     most = float(np.min(np.max(np.abs(measured.points), axis=0)))
     most = most if current is None else min(current, measured.largest_current)
@@ -278,7 +279,7 @@ def analyze_short_circuit(
         if figure is None:
             continue
         if reason is None:
-            give(result, name, unit, figure, "short-circuit", translate)
+            give(result, name, unit, figure, "short-circuit", translate, digits_of(columns))
         else:
             result["withheld"] |= withheld_rows((name,), reason.cause.value, sentence(reason).render(translate))
     result["assumptions"].append(

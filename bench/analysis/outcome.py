@@ -9,7 +9,7 @@ from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied
 from bench.captures import Capture, CaptureChannel, CaptureError, ProbeFactor
-from bench.captures.capture import FloatArray
+from bench.captures.capture import FloatArray, last_digit
 from drivers.interfaces.text import Text, Translate, english, text, text_of, word
 from procedures.core.budget import Uncertainties
 from procedures.core.misfit_text import misfit_row, sentence
@@ -17,13 +17,11 @@ from procedures.core.parameters import PARAMETERS
 from procedures.core.result import Withheld
 from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
-from procedures.plausibility.sizes import size_beyond, size_unusual
+from procedures.plausibility.sizes import IMPLAUSIBLE, UNUSUAL, size_beyond, size_unusual
 
 _Result = TypeVar("_Result")
-#: The cause that a figure is not given for where no motor has such a size.
-IMPLAUSIBLE = "implausible-size"
-#: The warning's that hardly any has it.
-UNUSUAL = "unusual-size"
+#: What rounding to the last digit leaves of a fit is smaller than that of one reading by the root of their number, rarely this much more.
+_ROUNDING_OF_A_FIT = 3.0
 TYPE_A_ONLY = text(
     "uncertainties are statistical (Type A), except for stated ones. The file does not contain gain and offset "
     "errors of oscilloscope, probes and sensors, so they are not included; state them with --accuracy"
@@ -43,6 +41,7 @@ class AnalysisOutcome:
         self._procedure = procedure
         self._section = section
         self._accuracy = accuracy
+        self._digit, self._readings = _digit(capture)
         self._parameters: dict[str, dict[str, Any]] = {}
         self._withheld: dict[str, dict[str, Any]] = {}
         self._misfit: list[dict[str, Any]] = []
@@ -88,6 +87,7 @@ class AnalysisOutcome:
                 name, self._procedure, self._section, reason.cause.value, sentence(reason)
             ).as_dict(self._translate)
             return
+        quantity = self._with_last_digit(quantity)
         beyond = size_beyond(name, float(quantity.x))
         if beyond is not None:
             self.withhold((name,), IMPLAUSIBLE, beyond_words(name, float(quantity.x), beyond))
@@ -109,6 +109,15 @@ class AnalysisOutcome:
         for row, input_ in zip(told["budget"], made.budget, strict=True):
             row["source"] = input_.source.render(self._translate)
         self._parameters[name] = {**told, **more}
+
+    def _with_last_digit(self, quantity: UncertainReal) -> UncertainReal:
+        """Return the quantity, where readings scatter by no more than their last digit, with that digit's own error: no noise averages
+        it out.
+        """
+        least = _ROUNDING_OF_A_FIT * self._digit / np.sqrt(12.0 * self._readings) * abs(float(quantity.x))
+        if not quantity.u or self.uncertainties.scatter(quantity) >= least:
+            return quantity
+        return quantity * self.uncertainties.limit(text("last digit of the record's numbers"), 1.0, 0.5 * self._digit)
 
     def withhold(self, names: Iterable[str], cause: str, why: Text) -> None:
         """Give none of these parameters, whatever comes later, and warn of the reason once."""
@@ -149,6 +158,16 @@ class AnalysisOutcome:
             "warnings": [{"id": name, "text": said.render(self._translate)} for name, said in self._warnings],
             "details": self._details,
         }
+
+
+def _digit(capture: Capture) -> tuple[float, int]:
+    """Return the last digit of the coarsest channel, share of its root mean square, and how many readings there are."""
+    shares = [0.0]
+    for channel in capture.channels:
+        size = float(np.sqrt(np.mean(channel.values**2))) if channel.values.size else 0.0
+        if size > 0.0:
+            shares.append(last_digit(channel.values) / size)
+    return max(shares), max((channel.values.size for channel in capture.channels), default=1)
 
 
 def beyond_words(name: str, value: float, sizes: tuple[float, float]) -> Text:

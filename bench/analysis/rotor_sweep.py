@@ -181,8 +181,8 @@ def _judge_open_pole_pairs(outcome: AnalysisOutcome, angle: CaptureChannel) -> N
     steps = float(np.median(np.diff(np.unique(angle.values))))
     most = max(1.0, math.floor(0.45 * math.pi / steps))
     why = text(
-        "the pole pairs were not given: angles {steps:.3g}° apart show saliency up to {most:.0f} pole pairs, of more nothing; "
-        "give --pole-pairs",
+        "the pole pairs were not given. Readings {steps:.3g}° apart can show a saliency of up to {most:.0f} pole pairs, but not of "
+        "more; give --pole-pairs",
         steps=math.degrees(steps),
         most=most,
     )

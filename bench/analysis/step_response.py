@@ -86,6 +86,8 @@ def analyze_step_response(
         turned = _named(first, _CURRENT_WORDS) or _named(second, _VOLTAGE_WORDS)
         voltage, current = (second, first) if turned else (first, second)
     _check_two(capture, voltage, current)
+    if voltage is None and current is None:
+        _refuse_several(capture, paths_of(file))
     _refuse_two_voltages(capture, current)
     v = pick(capture, voltage, ("V",), "voltage", _VOLTAGE_WORDS, "--voltage")
     i = pick(capture, current, ("A",), "current", _CURRENT_WORDS, "--current")
@@ -265,6 +267,20 @@ def _resistance(outcome: AnalysisOutcome, loop: UncertainReal, temperature: Temp
         )
         convention = "loop, at 25 °C"
     outcome.parameter("loop_resistance", loop, estimator=_ESTIMATOR, convention=convention, misfit=misfit)
+
+
+def _refuse_several(capture: Capture, files: Sequence[Path | str]) -> None:
+    """Raise CaptureError where each of several files is a step of its own: files are taken together as channels of one."""
+    units = [[channel.unit for channel in capture.channels].count(unit) for unit in ("V", "A")]
+    if len(files) > 1 and min(units) >= len(files):
+        raise CaptureError(
+            capture.source,
+            text(
+                "each of the {count} files has a voltage and a current, and is a step by itself: analyse one after the other. Several "
+                "files are taken for channels of one record; to take columns of two of them, name both with --voltage and --current",
+                count=len(files),
+            ),
+        )
 
 
 def _named(name: str, words: Sequence[str]) -> bool:

@@ -1,17 +1,20 @@
 """What an analysis of a table tells, in the shape of `--json`."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bench.analysis.outcome import IMPLAUSIBLE, UNUSUAL, beyond_words, unusual_words
+import numpy as np
+
+from bench.analysis.outcome import beyond_words, unusual_words
+from bench.captures.capture import FloatArray, last_digit
 from drivers.interfaces.text import Translate, text
 from procedures.core.budget import Uncertainties
 from procedures.core.misfit_text import misfit_row, sentence
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.flux.flux_map import MapFigure
-from procedures.plausibility.sizes import size_beyond, size_unusual
+from procedures.plausibility.sizes import IMPLAUSIBLE, UNUSUAL, size_beyond, size_unusual
 
 
 def told(path: Path, misfit: Misfit, translate: Translate) -> dict[str, Any]:
@@ -26,11 +29,27 @@ def told(path: Path, misfit: Misfit, translate: Translate) -> dict[str, Any]:
     }
 
 
-def give(made: dict[str, Any], name: str, unit: str, figure: MapFigure, procedure: str, translate: Translate) -> None:
-    """Add a parameter, or why it is not given: no motor has such a size."""
+def digits_of(columns: Mapping[str, FloatArray]) -> float:
+    """Return the last digit of the coarsest column's numbers, share of its largest."""
+    sizes = {name: float(np.max(np.abs(values), initial=0.0)) for name, values in columns.items()}
+    return max((last_digit(columns[name]) / size for name, size in sizes.items() if size > 0.0), default=0.0)
+
+
+def give(
+    made: dict[str, Any],
+    name: str,
+    unit: str,
+    figure: MapFigure,
+    procedure: str,
+    translate: Translate,
+    digits: float = 0.0,
+) -> None:
+    """Add a parameter, or why it is not given: no motor has such a size. `digits` is the last digit of the
+    numbers that it comes from, share of the largest, whose error it has at least.
+    """
     beyond = size_beyond(name, figure.value)
     if beyond is None:
-        made["parameters"][name] = _parameter(name, unit, figure, procedure)
+        made["parameters"][name] = _parameter(name, unit, figure, procedure, digits)
         unusual = size_unusual(name, figure.value)
         if unusual is not None:
             message = unusual_words(name, figure.value, unusual).render(translate)
@@ -40,11 +59,16 @@ def give(made: dict[str, Any], name: str, unit: str, figure: MapFigure, procedur
         made["withheld"] |= withheld_rows((name,), IMPLAUSIBLE, message)
 
 
-def _parameter(name: str, unit: str, figure: MapFigure, procedure: str) -> dict[str, Any]:
+def _parameter(name: str, unit: str, figure: MapFigure, procedure: str, digits: float) -> dict[str, Any]:
     uncertainties = Uncertainties()
     quantity = uncertainties.statistical(text("the fit"), figure.value, figure.standard_uncertainty, math.inf)
+    half = 0.5 * digits * abs(figure.value)
+    coarse = figure.standard_uncertainty < half / math.sqrt(3.0)
+    if coarse:
+        quantity = quantity + uncertainties.limit(text("last digit of the table's numbers"), 0.0, half)
     made = uncertainties.parameter(name, unit, quantity, procedure=procedure, section="", estimator="")
-    return {**made.as_dict(), "coverage_interval": list(figure.coverage_interval)}
+    interval = made.coverage_interval if coarse else figure.coverage_interval
+    return {**made.as_dict(), "coverage_interval": list(interval)}
 
 
 def withheld_rows(names: Sequence[str], cause: str, message: str) -> dict[str, Any]:

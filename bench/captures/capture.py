@@ -11,6 +11,8 @@ from bench.i18n.errors import InputError, at
 from drivers.interfaces.text import Text, text
 
 FloatArray = NDArray[np.float64]
+#: As many digits as any instrument reads, and as many numbers as show a column's.
+_DIGITS, _DIGITS_SEEN = 9, 1000
 
 
 class CaptureError(InputError):
@@ -195,3 +197,19 @@ def converter_step(values: FloatArray) -> float:
     step = float(np.min(gaps))
     multiples = gaps / step
     return step if float(np.max(np.abs(multiples - np.round(multiples)))) < 0.1 else 0.0
+
+
+def last_digit(values: FloatArray) -> float:
+    """Return the place of the last decimal digit of a column's numbers, in their unit: no less than the ninth of the largest one, for
+    instruments read no more; what has more was computed.
+    """
+    few = values[:: max(1, values.size // _DIGITS_SEEN)]
+    largest = float(np.max(np.abs(few), initial=0.0))
+    if not largest > 0.0:
+        return 0.0
+    place = 10.0 ** np.floor(np.log10(largest))
+    for _ in range(_DIGITS - 1):
+        if np.all(np.abs(few / place - np.round(few / place)) < 1e-6):
+            break
+        place /= 10.0
+    return float(place)

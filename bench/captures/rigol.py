@@ -69,7 +69,7 @@ def read_rigol(path: Path, lines: list[str]) -> Capture:
         known, factor = si(unit) or (unit, 1.0)
         values = table[:, k + numbered] * factor
         made.append(CaptureChannel(name, known, values, converter_step(values)))
-    assumptions = [text("values taken as they stand, with the scope's probe setting")]
+    assumptions = [text("values used unchanged; they include the oscilloscope's probe setting")]
     if not all(channel.unit for channel in made):
         assumptions.append(text("unit of the values not stated"))
     return Capture(

@@ -15,6 +15,8 @@ from procedures.estimation.fitting.expanded import half_width as expanded_half_w
 
 #: Standard deviation of a rectangular distribution of half-width one.
 _RECTANGULAR = 1.0 / math.sqrt(3.0)
+#: With more degrees of freedom a scatter is as good as known, and their number says nothing but that.
+_MANY = 1e9
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,7 @@ class Uncertainties:
         self._reported[procedure, name, estimator] = quantity
         uncertainty = float(quantity.u)
         freedom = float(quantity.df) if uncertainty else inf
+        freedom = freedom if freedom < _MANY else inf
         reached = self._reached(quantity)
         expanded = _expanded([each for each in reached if not each[0].one_sided])
         beyond = [contribution / _RECTANGULAR for entry, contribution in reached if entry.one_sided]
@@ -144,6 +147,10 @@ class Uncertainties:
             budget=tuple(_rows(reached)),
             definition=definition,
         )
+
+    def scatter(self, quantity: UncertainReal) -> float:
+        """Return what statistical inputs make of the quantity's standard uncertainty, in its unit."""
+        return math.hypot(*(contribution for entry, contribution in self._reached(quantity) if entry.kind == "A"))
 
     def interval(self, quantity: UncertainReal) -> tuple[float, float]:
         """Return the quantity's 95 % coverage interval."""

@@ -5,14 +5,15 @@ from collections.abc import Iterable
 
 from drivers.interfaces.text import Text, text
 from procedures.core.procedure_error import ProcedureError
-from procedures.core.result import Parameter, Withheld
+from procedures.core.result import Notice, Parameter, Withheld
+from procedures.plausibility.sizes import IMPLAUSIBLE, UNUSUAL, size_beyond, size_unusual
 
 #: The cause of a figure that is withheld because it lies where none can be.
 OUT_OF_BOUNDS = "out-of-bounds"
 
 
 def possible(parameters: Iterable[Parameter]) -> tuple[list[Parameter], list[Withheld]]:
-    """Return the parameters whose interval reaches into their definition's bounds, and the others as withheld.
+    """Return the parameters whose interval reaches into their definition's bounds and whose size a motor may have, the others as withheld.
 
     Raises ProcedureError for a value or an uncertainty that is no number.
     """
@@ -29,12 +30,48 @@ def possible(parameters: Iterable[Parameter]) -> tuple[list[Parameter], list[Wit
                     uncertainty=each.standard_uncertainty,
                 )
             )
-        message = _outside(each)
+        cause, message = OUT_OF_BOUNDS, _outside(each)
+        if message is None:
+            cause, message = IMPLAUSIBLE, _beyond(each)
         if message is None:
             kept.append(each)
         else:
-            withheld.append(Withheld(each.name, each.procedure, each.section, OUT_OF_BOUNDS, message, each.definition))
+            withheld.append(Withheld(each.name, each.procedure, each.section, cause, message, each.definition))
     return kept, withheld
+
+
+def unusual(parameters: Iterable[Parameter]) -> list[Notice]:
+    """Return what is said of parameters of a size that motors on a bench hardly have."""
+    return [
+        Notice(
+            UNUSUAL,
+            text(
+                "{label} is {value:.3g} {unit}, where motors on a bench have {least:g} to {most:g}: are the probes' factors, the "
+                "instruments' ranges and units, and what was typed right? A factor of ten or a thousand shows in nothing else",
+                label=each.label,
+                value=each.value,
+                unit=each.unit,
+                least=sizes[0],
+                most=sizes[1],
+            ),
+        )
+        for each in parameters
+        if (sizes := size_unusual(each.name, each.value)) is not None
+    ]
+
+
+def _beyond(parameter: Parameter) -> Text | None:
+    sizes = size_beyond(parameter.name, parameter.value)
+    if sizes is None:
+        return None
+    return text(
+        "it would be {value:.3g} {unit}, where motors have {least:.0e} to {most:.0e}: look at the probes' factors, the instruments' ranges "
+        "and units, and what was typed",
+        value=parameter.value,
+        unit=parameter.unit,
+        least=sizes[0],
+        most=sizes[1],
+    )
 
 
 def _outside(parameter: Parameter) -> Text | None:

@@ -389,8 +389,8 @@ _SEEN_IN = {
     "emf-memory": _SEEN_IN_EMF_MEMORY,
 }
 _DONE = {
-    Answer.MODELLED: text("the model includes it, and so does the interval"),
-    Answer.WIDENED: text("the interval is widened by its possible effect"),
+    Answer.MODELLED: text("the model includes it, and so does the interval of every figure that is given"),
+    Answer.WIDENED: text("the interval of every figure that is given is widened by its possible effect"),
     Answer.WITHHELD: text("no figure is given, because no interval from this record would contain the true value"),
 }
 

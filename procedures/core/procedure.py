@@ -11,7 +11,7 @@ from drivers.interfaces.text import Text, text
 from procedures.core.bench import Bench, ProcedureError, Role
 from procedures.core.demand import Demands
 from procedures.core.events import WarningGiven
-from procedures.core.figure_check import possible
+from procedures.core.figure_check import possible, unusual
 from procedures.core.misfit_text import misfit_row, sentence
 from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.parameter_definition import ParameterDefinition, ParameterTable
@@ -153,6 +153,8 @@ class Procedure(ABC, Generic[C]):
     def _result(self) -> ProcedureResult:
         kept, withheld = possible(self._parameters)
         withheld += self._withheld
+        for each in unusual(kept):
+            self.notice(each.identifier, each.message)
         for message in self.bench.state.verified_channels.resting_on_data_sheet(kept):
             self.notice(RANGE_WARNING, message)
         if self.parameters and not kept and not withheld and not self._notices:

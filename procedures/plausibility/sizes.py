@@ -2,6 +2,9 @@
 
 from collections.abc import Mapping
 
+#: The cause that a figure is not given for where no motor has such a size, and the warning's that hardly any has it.
+IMPLAUSIBLE, UNUSUAL = "implausible-size", "unusual-size"
+
 #: From the smallest watch motors and micro motors to the largest generators, and a factor of ten or more to spare on either side: a
 #: limit is for what cannot be, not for what is rare.
 _RESISTANCE, _INDUCTANCE, _FLUX = (1e-7, 1e5), (1e-9, 1e2), (1e-7, 1e3)

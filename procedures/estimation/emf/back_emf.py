@@ -192,7 +192,7 @@ def _result(solved: _Solved, good: MadeGood, kept: tuple[int, ...], channels: Se
     size = np.abs(model.flux)
     # Of readings that the model stands for nothing is left.
     rms = np.sqrt(np.mean(model.residuals**2, axis=1) / good.kept)
-    steps = np.hypot(rounding(size[:, 0] * speed, rms, channels) / speed, good.beside)
+    steps = np.hypot(rounding(size[:, 0] * speed, rms, channels, good) / speed, good.beside)
     u_size, u_angle = np.empty_like(size), np.empty_like(size)
     for c in range(number):
         grown = good.growth[c, 1:]

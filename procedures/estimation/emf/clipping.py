@@ -15,8 +15,8 @@ from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 from procedures.estimation.fitting.noise import white_noise
 
-#: Fewer readings at an extreme are a peak's own.
-_LEAST = 4
+#: Fewer readings at an extreme, or at fewer places of a turn, are a peak's own; so many places are told apart.
+_LEAST, _PLACES = 4, 128
 #: So many times the next cell's readings are at the extreme of no wave's peak, however flat: they are there for certain.
 _CERTAIN = 6.0
 #: Beyond this share of readings lost, or of the fundamental moved by harmonics that may be, the rest no longer tells the waveform.
@@ -66,13 +66,16 @@ def find_ends(
     orders: Sequence[int],
     model: HarmonicModel,
     channels: Sequence[DigitizedChannel],
+    shared: FloatArray,
     hum: float | None = None,
 ) -> Ends:
     """Return where readings pile up, more of them in the extreme cell than in the next one, or tops are flat beneath the noise. A
-    converter that the instrument says is whole is taken as whole; `hum` (Hz) is the mains' frequency where the record carries it.
+    converter that the instrument says is whole is taken as whole; so many readings as `shared` (C,) says are one;
+    `hum` (Hz) is the mains' frequency where the record carries it.
     """
     levels = np.full((len(channels), 2), np.inf) * np.array([-1.0, 1.0])
     certain: BoolArray = np.array([channel.clipped is True for channel in channels])
+    place = np.floor(np.mod(model.phase(t) / (2.0 * np.pi), 1.0) * _PLACES)
     for k, (row, channel) in enumerate(zip(v, channels, strict=True)):
         if channel.clipped is False:
             continue
@@ -80,15 +83,15 @@ def find_ends(
             level = float(np.max(sign * row))
             below = level - sign * row
             cell = channel.resolution or float(np.min(below[below > 0.0], initial=np.inf))
-            at = int(np.count_nonzero(below < 0.5 * cell))
-            following = int(np.count_nonzero((below >= 0.5 * cell) & (below < 1.5 * cell)))
-            if at >= _LEAST and at > following:
+            at = np.count_nonzero(below < 0.5 * cell) / shared[k]
+            following = np.count_nonzero((below >= 0.5 * cell) & (below < 1.5 * cell)) / shared[k]
+            if at >= _LEAST and at > following and np.unique(place[below < 0.5 * cell]).size >= _LEAST:
                 levels[k, side] = sign * level
                 certain[k] = certain[k] or at > _CERTAIN * max(following, _LEAST)
     steps = np.array([channel.resolution for channel in channels])
     noise = np.array([white_noise(row, step) for row, step in zip(v, steps, strict=True)])
     margins = np.maximum(steps, 3.0 * noise)
-    tops = find_flat_tops(t, v, orders, model, channels, hum)
+    tops = find_flat_tops(t, v, orders, model, channels, shared, hum)
     flat = tops.levels
     if tops.own:
         # Flat tops of the machine's own fill a cell as well, unless noise spreads them; then only the instrument knows.
@@ -109,11 +112,13 @@ def restore(
     model: HarmonicModel,
     ends: Ends,
     channels: Sequence[DigitizedChannel],
+    shared: FloatArray,
     refit: Callable[[FloatArray], HarmonicModel],
 ) -> Restored:
     """Fit what was not lost, chosen by the model's value (by the reading's, noise would choose), until model and choice agree.
 
-    `refit` fits a whole record. Raises EstimationError where what is left carries no fit.
+    `refit` fits a whole record; so many readings as `shared` (C,) says share one rounding error. Raises
+    EstimationError where what is left carries no fit.
     """
     steps = np.array([channel.resolution for channel in channels])
     noise = np.array([white_noise(row, step) for row, step in zip(v, steps, strict=True)])
@@ -155,7 +160,7 @@ def restore(
         # How far the model reaches beyond each flat top, and how well it tells that.
         peaks = np.array([np.argmin(fitted[k]), np.argmax(fitted[k])])
         beyond = (fitted[k, peaks] - ends.levels[k]) * np.array([-1.0, 1.0])
-        told = left * np.sqrt(np.einsum("ip,ij,jp->p", basis[:, peaks], inverse, basis[:, peaks]))
+        told = left * np.sqrt(shared[k]) * np.sqrt(np.einsum("ip,ij,jp->p", basis[:, peaks], inverse, basis[:, peaks]))
         seen = bool(np.any(sides & (beyond > 0.5 * channel.resolution + _CLEARLY * told)))
         if not (seen or ends.certain[k]):
             continue

@@ -26,16 +26,20 @@ def find_dead_zone(
     residuals: FloatArray,
     amplitudes: FloatArray,
     channels: Sequence[DigitizedChannel],
+    shared: FloatArray,
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
     """Return what is not known of each channel's fundamental (C,), V, where it stands still about zero, and what is told of it.
 
     `values` (C, n), V, are readings and `residuals` what a waveform of low orders leaves of them; `amplitudes` (C,) are the fundamentals'.
-    A zone that is the same for both polarities makes odd orders only, as a winding does, but its corners lie at two voltages: about zero,
-    within a few degrees, no winding's waveform bends twice.
+    So many readings as `shared` (C,) says share one rounding
+    error. A zone that is the same for both polarities makes odd orders only, as a winding does, but its corners lie at two
+    voltages: about zero, within a few degrees, no winding's waveform bends twice.
     """
     lost, scores = np.zeros(len(channels)), np.zeros(len(channels))
     for c in range(len(channels)):
-        lost[c], scores[c] = _lost(values[c], residuals[c], float(amplitudes[c]), channels[c].resolution)
+        lost[c], scores[c] = _lost(
+            values[c], residuals[c], float(amplitudes[c]), channels[c].resolution, float(shared[c])
+        )
     if not lost.any():
         return lost, ()
     shares = lost / amplitudes
@@ -48,13 +52,15 @@ def find_dead_zone(
     return lost, (Finding(Cause.DISTORTION, Answer.WIDENED, ("flux_linkage",), float(scores[worst]), figures),)
 
 
-def _lost(values: FloatArray, residuals: FloatArray, amplitude: float, resolution: float) -> tuple[float, float]:
+def _lost(
+    values: FloatArray, residuals: FloatArray, amplitude: float, resolution: float, shared: float
+) -> tuple[float, float]:
     """Return what a dead zone takes of the fundamental (V), and how far beyond chance it is seen; 0 where it is not."""
     course = values - residuals
     window = _WINDOW * amplitude
     inside = np.flatnonzero(np.abs(course) < window)
     inside = inside[(inside > 0) & (inside < course.size - 1)]
-    if inside.size < _READINGS * (2 * _DEGREE + 3):
+    if inside.size / shared < _READINGS * (2 * _DEGREE + 3):
         return 0.0, 0.0
     at, left = course[inside] / window, residuals[inside]
     rising = course[inside + 1] > course[inside - 1]
@@ -67,8 +73,9 @@ def _lost(values: FloatArray, residuals: FloatArray, amplitude: float, resolutio
     best = int(np.argmax(np.where(along < 0.0, along**2 / squares, 0.0)))
     size = -float(along[best] / squares[best])
     rest = left + size * zones[:, best]
-    noise = float(np.sqrt(rest @ rest / (inside.size - smooth.shape[1] - 1)))
-    spread = noise / float(np.sqrt(squares[best]))
+    freedom = inside.size / shared - smooth.shape[1] - 1
+    noise = float(np.sqrt(rest @ rest / (shared * freedom)))
+    spread = noise * float(np.sqrt(shared / squares[best]))
     lost = _TO_FUNDAMENTAL * size
     if size < _SEEN * spread or lost < _LEAST * amplitude or size < 2.0 * undithered(noise, resolution):
         return 0.0, 0.0

@@ -16,6 +16,8 @@ from procedures.estimation.fitting.noise import undithered
 _EVEN, _ODD = (2, 4, 6, 8, 10, 12), (9, 11, 13, 15, 17)
 #: They are seen where chance gives them once in so many records, and told from this share of the fundamental on.
 _CHANCE, _LEAST = 1e-5, 1e-3
+#: So many places of a turn are told apart.
+_PLACES = 1024
 #: A channel whose two polarities have unequal gains moves the fundamental by 2.3 times all its even orders: less than twice the standard
 #: uncertainty.
 _TO_FUNDAMENTAL = 1.4
@@ -26,12 +28,14 @@ def find_bend(
     kept: Sequence[int],
     model: HarmonicModel,
     channels: Sequence[DigitizedChannel],
+    shared: FloatArray,
     whole: NDArray[np.bool_],
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
     """Return what is not known of the fundamental flux (C,), V·s/rad, where a channel bends, and what is told of it.
 
     Half a turn of a pair of poles later a winding sees the same flux reversed, so that even orders come from probe, amplifier or
-    converter; what these do to the fundamental, which does not show, is of their size. `whole` (C,) are channels all of whose readings
+    converter; what these do to the fundamental, which does not show, is of their size. So many readings as `shared` (C,) says share one
+    rounding error. `whole` (C,) are channels all of whose readings
     are the record's own: where the model stands for one side's, even orders are its doing.
     """
     nothing = np.zeros(len(channels)), ()
@@ -44,7 +48,9 @@ def find_bend(
     speed = float(model.speed(np.array([model.middle]))[0])
     few, left, _ = thin(t, model.residuals, max(orders) * speed / (2.0 * np.pi))
     basis = waveform_basis(model, orders, few)
-    if few.size < 2 * basis.shape[0]:
+    # Readings at few places of a turn cannot tell an even order from an odd one beyond them.
+    places = np.unique(np.floor(np.mod(model.phase(few) / (2.0 * np.pi), 1.0) * _PLACES)).size
+    if places < 2 * basis.shape[0]:
         return nothing
     inverse = np.linalg.inv(basis @ basis.T)
     values = left @ basis.T @ inverse
@@ -62,7 +68,10 @@ def find_bend(
     chosen = [1 + part * count + place for part in (0, 1) for place in even]
     volts = np.array(orders)[even] * speed
     sizes = values[:, chosen] * np.tile(volts, 2)
-    spread = np.hypot(np.sqrt(np.diag(inverse))[chosen] * np.tile(volts, 2) * noise[:, None], np.sqrt(leaked)[:, None])
+    spread = np.hypot(
+        np.sqrt(np.diag(inverse))[chosen] * np.tile(volts, 2) * (noise * np.sqrt(shared))[:, None],
+        np.sqrt(leaked)[:, None],
+    )
     amplitudes = np.abs(model.flux[:, list(kept).index(1)]) * speed
     steps = [undithered(float(n), c.resolution) for n, c in zip(np.std(rest, axis=1), channels, strict=True)]
     power = np.sum((sizes / spread) ** 2, axis=1)

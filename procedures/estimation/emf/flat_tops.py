@@ -59,12 +59,13 @@ def find_flat_tops(
     orders: Sequence[int],
     model: HarmonicModel,
     channels: Sequence[DigitizedChannel],
+    shared: FloatArray,
     hum: float | None = None,
 ) -> FlatTops:
     """Return where tops of channels (C, n) are cut off.
 
     `hum` (Hz) is the mains' frequency where the record carries it: what is cut is the sum. A cut top is held against as many harmonics
-    as explain it best: the corner of a rounded trapezoid is drawn by a few of them.
+    as explain it best, so many readings as `shared` (C,) says being one: the corner of a rounded trapezoid is drawn by a few of them.
     """
     levels = np.full((len(channels), 2), np.inf) * np.array([-1.0, 1.0])
     none = FlatTops(levels, own=False)
@@ -97,7 +98,7 @@ def find_flat_tops(
     price = float(np.log(count))
     # A corner is in several harmonics: what one of them explains, or chance, needs no search.
     rest = np.sum(gained, axis=1) - np.max(gained, axis=1)
-    spread = rest > (2.0 * len(more) + _BETTER) * (squares - np.sum(gained, axis=1)) / freedom
+    spread = rest > (2.0 * len(more) + _BETTER) * (squares - np.sum(gained, axis=1)) * shared / freedom
     if not spread.any():
         return none
     cuts = [
@@ -115,7 +116,7 @@ def find_flat_tops(
     for k, cut in enumerate(cuts):
         best = float(squares[k] - np.sum(gained[k]))
         least = best if cut is None else min(best, cut.squares)
-        variance = max(least / freedom, 1e-300)
+        variance = max(least * float(shared[k]) / freedom, 1e-300)
         needed[k] = _worth(gained[k] / variance, price, gained.shape[1])
         if cut is None:
             continue

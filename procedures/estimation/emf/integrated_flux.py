@@ -153,7 +153,7 @@ def flux_by_integration(
     rms = np.sqrt(np.mean(model.residuals**2, axis=1) / good.kept)
     mean_speed = float(phase[-1] - phase[0]) / float(t[-1] - t[0])
     # Over a drifting speed the amplitude passes several steps, and their errors average out: this one is the most.
-    steps = np.hypot(rounding(values * mean_speed, rms, told) / mean_speed, good.beside)
+    steps = np.hypot(rounding(values * mean_speed, rms, told, good) / mean_speed, good.beside)
     noise *= np.max(good.growth[:, 1:], axis=1)
     spread = np.std(per_period, axis=1, ddof=1) / np.sqrt(turns) if turns > 1 else np.zeros(v.shape[0])
     speed = model.speed(t)

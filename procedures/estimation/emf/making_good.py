@@ -15,7 +15,7 @@ from procedures.estimation.emf.memory import find_memory
 from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
-from procedures.estimation.fitting.noise import undithered_sine, white_noise
+from procedures.estimation.fitting.noise import alike, undithered_sine, white_noise
 
 #: Noise below a tenth of a step, as far as a residual tells it: what is left is the steps' own.
 _COARSE = 0.05
@@ -30,14 +30,15 @@ _ROUNDS = 3
 @dataclass(frozen=True)
 class MadeGood:
     """A record as the waveform's model takes it: `values` (C, n), `kept` (C,) the share of readings that are the record's own, by what
-    the uncertainties of offset and amplitudes grow (C, 1 + 2H), what is not known of the fundamental flux beside them (C,), and the
-    findings.
+    the uncertainties of offset and amplitudes grow (C, 1 + 2H), what is not known of the fundamental flux beside them (C,), how many
+    readings share one rounding error (C,), and the findings.
     """
 
     values: FloatArray
     kept: FloatArray
     growth: FloatArray
     beside: FloatArray
+    shared: FloatArray
     findings: tuple[Finding, ...]
     told: bool = True
 
@@ -79,8 +80,9 @@ def make_good(
         findings += without.findings
         model = refit(values)
     hum = find_hum(t, orders, model, colour, channels)
-    if ends := find_ends(t, v, orders, model, channels, hum):
-        restored = restore(t, v, orders, model, ends, channels, refit)
+    shared = shared_rounding(t, v, model, channels)
+    if ends := find_ends(t, v, orders, model, channels, shared, hum):
+        restored = restore(t, v, orders, model, ends, channels, shared, refit)
         if restored.lost.any():
             whole &= ~restored.lost.any(axis=1)
             values, growth, beside = restored.values, growth * restored.growth, restored.moved
@@ -95,28 +97,49 @@ def make_good(
             model = refit(values)
         growth = growth * more
         findings.append(line.finding(channels))
-    bent, bend = find_bend(t, orders, model, channels, whole)
+    bent, bend = find_bend(t, orders, model, channels, shared, whole)
     findings += bend
     speed = float(model.speed(np.array([model.middle]))[0])
     fundamentals = np.abs(model.flux[:, list(orders).index(1)]) * speed
-    lost, zone = find_dead_zone(values, model.residuals, fundamentals, channels)
+    lost, zone = find_dead_zone(values, model.residuals, fundamentals, channels, shared)
     findings += zone
     late, memory = find_memory(t, orders, model, channels, whole)
     findings += memory
     beside = np.sqrt(beside**2 + bent**2 + (np.hypot(lost, late) / speed) ** 2)
-    return MadeGood(values, kept, growth, beside, tuple(findings))
+    return MadeGood(values, kept, growth, beside, shared, tuple(findings))
+
+
+def shared_rounding(
+    t: FloatArray, v: FloatArray, model: HarmonicModel, channels: Sequence[DigitizedChannel]
+) -> FloatArray:
+    """Return how many readings of each channel (C,) share one rounding error."""
+    phase = model.phase(t)
+    each = zip(v, v - model.residuals, model.noise, channels, strict=True)
+    return np.array([alike(phase, row, course, float(s), channel.resolution) for row, course, s, channel in each])
 
 
 def as_recorded(v: FloatArray, orders: Sequence[int]) -> MadeGood:
     """Return a record (C, n) whose channels nobody describes as it is."""
     count = v.shape[0]
-    return MadeGood(v, np.ones(count), np.ones((count, 1 + 2 * len(orders))), np.zeros(count), (), told=False)
+    return MadeGood(
+        v, np.ones(count), np.ones((count, 1 + 2 * len(orders))), np.zeros(count), np.ones(count), (), told=False
+    )
 
 
-def rounding(sizes: FloatArray, noise: FloatArray, channels: Sequence[DigitizedChannel]) -> FloatArray:
-    """Return what the converter's steps leave in each channel's amplitude (C,), V, standard uncertainty."""
-    each = zip(sizes, noise, channels, strict=True)
-    return np.array([undithered_sine(float(a), float(s), channel.resolution) for a, s, channel in each])
+def rounding(sizes: FloatArray, noise: FloatArray, channels: Sequence[DigitizedChannel], good: MadeGood) -> FloatArray:
+    """Return what the converter's steps leave in each channel's amplitude (C,), V, standard uncertainty.
+
+    Of few places of a turn that come again and again, as in a record sampled at a multiple of its frequency, the steps' errors do not
+    average out over the turn either; where places are as dense as steps, the sine's own formula holds alone.
+    """
+    result = np.empty(sizes.size)
+    for c, (size, left, channel) in enumerate(zip(sizes, noise, channels, strict=True)):
+        step, shared = channel.resolution, float(good.shared[c])
+        places = good.values.shape[1] / shared
+        dense = places * step / (2.0 * float(size)) if size > 0.0 else 1.0
+        each = max(float(left), step / np.sqrt(12.0)) ** 2 * 2.0 * (shared - 1.0) / good.values.shape[1]
+        result[c] = np.sqrt(undithered_sine(float(size), float(left), step) ** 2 + each * max(1.0 - dense, 0.0))
+    return result
 
 
 def too_coarse(noise: FloatArray, channels: Sequence[DigitizedChannel]) -> tuple[Finding, ...]:

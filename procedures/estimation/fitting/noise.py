@@ -4,6 +4,9 @@ import numpy as np
 
 from procedures.estimation.fitting.fit import FloatArray
 
+#: Noise makes runs of so many equal readings side by side in phase in no record.
+_ALL_ALIKE = 8.0
+
 
 def white_noise(values: FloatArray, resolution: float = 0.0) -> float:
     """Return the standard deviation of the sample-to-sample noise (unit of the values), quantisation included.
@@ -45,3 +48,23 @@ def undithered_sine(amplitude: float, noise: float, resolution: float) -> float:
         return 0.0
     before = max(noise**2 / resolution**2 - 1.0 / 12.0, 0.0)
     return float(0.157 * resolution * np.sqrt(min(resolution / amplitude, 1.0)) * np.exp(-2.0 * np.pi**2 * before))
+
+
+def alike(phase: FloatArray, values: FloatArray, course: FloatArray, noise: float, resolution: float) -> float:
+    """Return how many readings of a periodic signal share one rounding error, 1 where noise averages them out.
+
+    Readings within one step of the signal's `course` at one `phase` (rad), whatever turn they are of, are one reading: sampled at few
+    phases, a turn's rounding comes again in every turn. `noise` is the residual's, quantisation included; of a
+    `resolution` that is not known (0) equal readings tell it.
+    """
+    row = (np.floor(course / resolution) if resolution > 0.0 else values)[
+        np.argsort(np.mod(phase, 2.0 * np.pi), kind="stable")
+    ]
+    starts = np.concatenate(([0], np.flatnonzero(np.diff(row)) + 1))
+    lengths = np.diff(np.append(starts, row.size))
+    run = float(np.sum(lengths**2) / row.size)
+    if resolution <= 0.0:
+        return run if run > _ALL_ALIKE else 1.0
+    own = max(noise**2 / resolution**2, 1.0 / 12.0)
+    share = np.exp(-4.0 * np.pi**2 * (own - 1.0 / 12.0)) / (12.0 * own)
+    return float(1.0 + share * (run - 1.0))

@@ -41,7 +41,7 @@ _LAST_STEP = 1e-4
 LEAST_PERIODS, _NOTEWORTHY = 1.6, 2.5e-3
 #: Up to this share of the periods that the way has, readings may go with a voltage and not with the rotor, unless they swing by more
 #: than this share of their mean: so much no voltage makes.
-_TOO_FEW, _BY_VOLTAGE = 0.65, 0.25
+_TOO_FEW, _BY_VOLTAGE = 0.72, 0.25
 #: Over a period or more the amplitude is half the readings' range; much more is a fit that mean and cosine cancel in.
 _PLAUSIBLE = 0.6
 #: Readings that a first look at a sweep takes, and the degree of its course.
@@ -302,7 +302,8 @@ def fit_timed_sweep(
             "turn (two periods) during the sweep"
         )
     held = held_to_turning_points(fit, values, resolution)
-    others = (*cut, *odd, *_by_voltage(fit, values, expected_periods))
+    # Readings that swing by more than their scatter do so whether or not a cosine follows them.
+    others = (*cut, *odd, *_by_voltage(held, values, expected_periods))
     return replace(held, misfit=Misfit((*others, *held.misfit.findings)), left_out=tuple(wild.tolist()))
 
 

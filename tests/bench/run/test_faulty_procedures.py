@@ -79,3 +79,14 @@ def test_a_unit_for_readers_is_as_large_as_the_parameters_own(unit: str, reader_
     with pytest.raises(ValueError, match=r"parameter own: reader_unit .* is not of the size of"):
         ParameterDefinition("own", "x", unit, text("Own"), reader_unit=reader_unit)
     assert ParameterDefinition("own", "x", "V·s/rad", text("Own"), reader_unit="Wb").reader_unit == "Wb"
+
+
+@pytest.mark.parametrize(
+    ("value", "withheld", "said"), [(1e-9, True, False), (2e-5, False, True), (0.016, False, False), (4e3, False, True)]
+)
+def test_a_size_that_motors_hardly_have_is_asked_about(ran: Ran, value: float, withheld: bool, said: bool) -> None:
+    view = ran(lambda procedure: give(procedure, value, 1e-3 * value))
+    found = view.parameters()
+    reasons = [reason.cause for reason in found.withheld.get("stator_resistance", ())]
+    assert reasons == (["implausible-size"] if withheld else [])
+    assert ("unusual-size" in str(view.as_dict())) is said

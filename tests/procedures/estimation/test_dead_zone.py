@@ -41,3 +41,19 @@ def test_a_winding_s_own_odd_harmonics_are_no_dead_zone() -> None:
     many = tuple((order, 0.2 / order**1.5) for order in range(3, 26, 2))
     assert not any(recorded(seed, harmonics=many).misfit for seed in range(10))
     assert not any(recorded(seed).misfit for seed in range(20))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.2, 0.5])
+@pytest.mark.parametrize("frequency", [20.0, 50.0, 133.3, 200.0, 400.0])
+def test_rounding_that_comes_again_every_turn_is_no_cause(frequency: float, noise: float) -> None:
+    # 20 V in a range of 40 V of eight bits at 2 kHz: few places of a turn, each of them in every turn.
+    random, time, step, held, names = np.random.default_rng(3), np.arange(1600) / 2000.0, 40.0 / 256, 0, "UVW"
+    for amplitude in random.uniform(14.0, 19.9, 4):
+        angle = 2.0 * np.pi * frequency * time + random.uniform(0.0, 6.3) - 2.0 * np.pi / 3.0 * np.arange(3)[:, None]
+        read = np.round((amplitude * np.sin(angle) + noise * step * random.standard_normal(angle.shape)) / step) * step
+        fit = fit_back_emf(time, read, digitized=[DigitizedChannel(name, step, None, 0.01) for name in names])
+        assert {found.cause for found in fit.misfit.findings} <= {Cause.TOO_COARSE}
+        value, uncertainty = fit.mean_flux_linkage()
+        assert uncertainty < 2e-3 * value
+        held += abs(value - amplitude / (2.0 * np.pi * frequency)) < 2.0 * uncertainty
+    assert held >= 3

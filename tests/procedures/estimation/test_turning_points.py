@@ -155,3 +155,27 @@ def test_readings_that_go_with_the_voltage_and_not_with_the_rotor_give_no_axis()
     assert found is not None
     assert found.cause is Cause.WRONG_PERIOD
     assert found.figures["expected"] == 4.0
+
+
+@pytest.mark.slow
+def test_a_voltage_that_hides_the_rotor_s_own_swing_is_never_sure_and_wrong() -> None:
+    # Turned unevenly by hand, a voltage of a few times the rotor's swing makes one course with it, which no cosine follows.
+    given = 0
+    for seed in range(12):
+        random = np.random.default_rng(seed)
+        at = np.arange(160) / 160
+        speed = 1.0 + 0.12 * np.sin(2.0 * np.pi * (random.uniform(0.3, 3.0) * at + random.uniform()))
+        angle = np.cumsum(speed)
+        angle = angle * 4.0 * np.pi / angle[-1] + random.uniform(0.0, 7.0)
+        amplitude, induced = 0.02, random.uniform(0.03, 0.09)
+        values = 1.0 - amplitude * np.cos(2.0 * angle) + induced * speed * np.sin(angle + random.uniform(0.0, 6.3))
+        try:
+            fit = fit_timed_sweep(0.5 * np.arange(160.0), values + random.normal(0.0, 5e-4, 160), expected_periods=4.0)
+        except EstimationError:
+            continue
+        if fit.misfit.withholding("d_axis_inductance"):
+            continue
+        given += 1
+        low, _, u = axes(fit)
+        assert abs(low - (1.0 - amplitude)) < 6.0 * np.hypot(u, 0.001), seed
+    assert given < 12

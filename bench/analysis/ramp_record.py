@@ -1,0 +1,89 @@
+"""One record of a coast-down's or a driven ramp's file, and the parts of it that belong to one motion."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bench.analysis.applied import ErrorInput
+from bench.captures import CaptureChannel
+from bench.captures.capture import FloatArray
+from drivers.interfaces.text import Text, text
+from procedures.estimation.mechanics.release import release_of, standstill_of
+from procedures.estimation.mechanics.turning import SpeedRamp
+
+#: What stands for the channel of a torque that no column has.
+_GIVEN = "as given"
+
+
+@dataclass(frozen=True)
+class RampRecord:
+    """One file: time (s), speed (rad/s), and the torque's channel, or the torque (N·m) where no column has it; `filters` are the time
+    constants (s) of speed and torque.
+    """
+
+    time: FloatArray
+    speed: CaptureChannel
+    torque: CaptureChannel | float
+    filters: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def torque_name(self) -> str:
+        """What the torque is called; empty for none."""
+        return self.torque.name if isinstance(self.torque, CaptureChannel) else _GIVEN * bool(self.torque)
+
+    def ramp(self, error: ErrorInput | None = None, by: float = 0.0) -> SpeedRamp:
+        """Return the ramp as recorded, or off by an error at its limit times `by`."""
+        torque = (
+            self.torque.values if isinstance(self.torque, CaptureChannel) else np.asarray(self.torque, dtype=np.float64)
+        )
+        time, speed = self.time, self.speed.values
+        if error is not None:
+            time = error.on("time", "time", time, by)
+            speed = error.on("speed", self.speed.name, speed, by)
+            torque = error.on("torque", self.torque_name, torque, by)
+        result = torque if torque.ndim else float(torque)
+        return SpeedRamp(time, speed, result, self.speed.resolution, *self.filters)
+
+
+def coasting(record: RampRecord) -> tuple[RampRecord, list[Text]]:
+    """Return the part of a record without a torque in which the shaft coasts, and what is said of the rest."""
+    speeds, time = record.speed.values, record.time
+    first, after = release_of(time, speeds), standstill_of(speeds)
+    notes = []
+    if first:
+        notes.append(
+            text(
+                "the coast-down begins at {begin:.6g} s: before, the speed was held or driven, which is left out; --from says another "
+                "beginning",
+                begin=time[first],
+            )
+        )
+    if after < time.size:
+        notes.append(
+            text(
+                "the reading stands still from {end:.6g} s on, as the shaft or its sensor does: left out; --to says another end",
+                end=time[after],
+            )
+        )
+    if not notes or after - first < 2:
+        return record, []
+    part = slice(first, after)
+    return replace(record, time=time[part], speed=replace(record.speed, values=speeds[part])), notes
+
+
+def split(ramp: SpeedRamp) -> list[SpeedRamp]:
+    """Part a record with a torque column where the drive lets go: before it a driven ramp, after it a coast-down."""
+    torque = np.asarray(ramp.torque, dtype=np.float64)
+    if torque.ndim == 0:
+        return [ramp]
+    level = float(np.median(np.abs(torque[np.abs(torque) > 0.5 * np.max(np.abs(torque))]))) if np.any(torque) else 0.0
+    driving = np.abs(torque) > 0.5 * level
+    last = np.flatnonzero(driving)
+    if level == 0 or not last.size or last[-1] >= torque.size - 8 or last[-1] < 8:
+        return [ramp]
+    # The samples around the change belong to neither.
+    end, begin = int(last[-1]), int(last[-1]) + 2
+    rest = torque[begin:]
+    quiet = float(np.mean(np.abs(rest))) < 0.1 * level
+    parts = [(slice(0, end), torque[:end]), (slice(begin, None), np.zeros(rest.size) if quiet else rest)]
+    return [replace(ramp, time=ramp.time[s], speed=ramp.speed[s], torque=t) for s, t in parts]

@@ -1,0 +1,58 @@
+"""A coast-down's record that begins before the release or goes on behind the standstill gives the shaft's own friction."""
+
+import numpy as np
+import pytest
+
+from bench.analysis.coast_down import analyze_coast_down
+
+COULOMB, VISCOUS, TOP, STEP = 20.0, 0.1, 300.0, 0.002
+
+
+def analysed(tmp_path, before, behind=(), noise=0.1):
+    time = np.arange(0.0, 9.0, STEP)
+    coast = (TOP + COULOMB / VISCOUS) * np.exp(-VISCOUS * time) - COULOMB / VISCOUS
+    speed = np.concatenate((before, coast[coast > 10.0]))
+    speed = speed + np.random.default_rng(5).normal(0.0, noise, speed.size)
+    speed = np.concatenate((speed, behind))
+    path = tmp_path / "coast.csv"
+    table = np.column_stack((STEP * np.arange(speed.size), speed))
+    np.savetxt(path, table, delimiter=",", header="time (s),speed (rad/s)", comments="")
+    return analyze_coast_down(path)
+
+
+def holds(found):
+    truths = {"coulomb_deceleration": COULOMB, "viscous_rate": VISCOUS}
+    return all(
+        low <= truths[name] <= high
+        for name, figure in found["parameters"].items()
+        for low, high in [figure["coverage_interval"]]
+    )
+
+
+@pytest.mark.parametrize(
+    "before",
+    [np.full(100, TOP), np.full(1500, TOP), np.full(6000, TOP), np.linspace(30.0, TOP, 2000)],
+    ids=["short", "held", "long", "driven"],
+)
+def test_what_comes_before_the_release_is_left_out_and_said(tmp_path, before):
+    found = analysed(tmp_path, before)
+    [said] = [each for each in found["assumptions"] if "the coast-down begins at" in each]
+    begin = float(said.split("begins at ")[1].split(" s:")[0])
+    released = STEP * before.size
+    assert released <= begin < released + 0.3
+    assert not found["misfit"]
+    assert holds(found)
+
+
+def test_a_coast_down_alone_is_taken_whole(tmp_path):
+    found = analysed(tmp_path, np.zeros(0))
+    assert not any("the coast-down begins" in each or "stands still" in each for each in found["assumptions"])
+    assert holds(found)
+
+
+@pytest.mark.parametrize("behind", [np.zeros(2000), np.full(800, 9.0)], ids=["zero", "last value"])
+def test_what_comes_behind_the_standstill_is_left_out(tmp_path, behind):
+    found = analysed(tmp_path, np.full(500, TOP), behind)
+    assert any("stands still from" in each for each in found["assumptions"])
+    assert not found["misfit"]
+    assert holds(found)
