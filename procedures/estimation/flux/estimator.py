@@ -115,7 +115,8 @@ def estimate_flux_map(
                 })
             )  # fmt: skip
     findings += _odd_readings(readings, fit, growth)
-    grown = replace(fit.map, covariance=fit.map.covariance * growth)
+    by_sessions = None if fit.map.by_sessions is None else fit.map.by_sessions * growth
+    grown = replace(fit.map, covariance=fit.map.covariance * growth, by_sessions=by_sessions)
     return FluxMapEstimate(grown, replace(fit, map=grown), even, tested, odd_parts, Misfit(tuple(findings)))
 
 
