@@ -1,7 +1,7 @@
 """From readings at constant speed to the flux map: one weighted least squares of all of them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -52,7 +52,8 @@ class MapFit:
     `angle` (rad) is what the inverter's zero lies behind the magnet, `delay` (s) that of the voltages against the currents, `followed` the
     share of what was read beside the asked current that the voltages follow, the rest being its sensors' noise; `resistance`
     (n,) in Ω and `magnet_change` (n,) in V·s are at the readings' times, with standard uncertainties. `residuals` (2n,) are whitened,
-    their squares are `cost`. `angle` is that of the first session; `sessions` tell each, where there are several.
+    their squares are `cost`. `angle` is that of the first session; `sessions` tell each, where there are several, and
+    `apart` (k, 2) by how much ψ at currents that were read again is other there, where it was left free.
     """
 
     map: MeasuredFluxMap
@@ -69,6 +70,7 @@ class MapFit:
     cost: float
     degrees_of_freedom: int
     sessions: Sequence[SessionUnknowns] = ()
+    apart: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property
     def variance_ratio(self) -> float:
@@ -220,7 +222,7 @@ def _result(
     return MapFit(
         estimate, model.locations, surface, common(layout.angle), common(layout.delay),
         common(layout.followed), *resistance, *magnet,
-        residuals, cost, freedom, told if len(sessions) > 1 else (),
+        residuals, cost, freedom, told if len(sessions) > 1 else (), unknowns[layout.apart].reshape(-1, 2),
     )  # fmt: skip
 
 

@@ -164,10 +164,12 @@ def remaining(
     read: Sequence[PlannedReading],
     random: np.random.Generator,
     *,
+    tie: bool = True,
     block: int = BETWEEN_ZEROS,
 ) -> Sequence[PlannedReading]:
-    """Return what of a plan is left where an earlier session read a part of it: with currents of that part again, at both speeds, three
-    and one more for each block, which tie the sessions, in the order that `reading_order` has. Empty where nothing is left.
+    """Return what of a plan is left where a part of it was read, in the order that `reading_order` has. Empty where nothing is.
+
+    Where it is a `tie` to an earlier session, currents of the part come again, at both speeds: three, and one more for each block.
     """
     left = list(planned)
     for each in read:
@@ -182,7 +184,7 @@ def remaining(
     if not most:
         return []
     repeated: dict[int, list[PlannedReading]] = {1: [], -1: []}
-    if loaded:
+    if loaded and tie:
         points = np.array([(each.i_d, each.i_q) for each in loaded])
         chosen = anchors(points, _TIES + most // block)
         for place in chosen if chosen.size else [int(np.argmax(np.abs(points[:, 0])))]:

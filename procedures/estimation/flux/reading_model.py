@@ -133,8 +133,8 @@ class ReadingModel:
         ).tolist()
         return UnknownsLayout(
             len(points), free_q, slice(edges[0], edges[1]), slice(edges[1], edges[2]), edges[2], edges[3],
-            slice(edges[4], edges[5]), slice(edges[5], edges[6]), edges[6],
-            *(slice(edges[k], edges[k + 1]) for k in (7, 8, 9, 10)), edges[11],
+            slice(edges[4], edges[5]), slice(edges[5], edges[6]), edges[6], slice(edges[7], edges[8]),
+            slice(edges[8], edges[9]), slice(edges[9], edges[10]), slice(edges[10], edges[11]), edges[11],
         )  # fmt: skip
 
     def of_later_sessions(self) -> NDArray[np.intp]:
