@@ -13,7 +13,7 @@ from procedures.techniques.maps.earlier import earlier_points, earlier_readings
 from procedures.techniques.maps.estimates import joined
 from procedures.techniques.maps.readings import MapReadings
 
-_NAME = "flux-map"
+_NAME, _STANDSTILL = "flux-map", "flux-map-standstill"
 
 
 def map_of_run(path: Path) -> tuple[FluxMapEstimate, BrokenTie | None]:
@@ -23,12 +23,24 @@ def map_of_run(path: Path) -> tuple[FluxMapEstimate, BrokenTie | None]:
     Raises InputError where there is no journal or no reading, EstimationError where they are too few for a map.
     """
     events = read_journal(RunFolder(path).journal).events
-    attempts = attempts_of(events, [_NAME]).get(_NAME, ())
+    found = attempts_of(events, [_NAME, _STANDSTILL])
+    attempts = found.get(_NAME, ())
     taken = earlier_readings(attempts)
     if not taken.points:
         # None has enough of them to be tied to another.
         alone = max((earlier_points(attempt, 0) for attempt in attempts), key=len, default=())
         taken = MapReadings(list(alone))
+    if not taken.points and _STANDSTILL in found:
+        raise InputError(
+            at(
+                str(path),
+                text(
+                    "the run has strokes of flux-map-standstill only, of which its procedure alone makes a map: measure it again with "
+                    "motorbench run --resume {path}; a run that was aborted has its flux_map.csv already",
+                    path=str(path),
+                ),
+            )
+        )
     if not taken.points:
         raise InputError(
             at(str(path), text("the run has no readings of flux-map; name a run of that procedure, or a table"))

@@ -142,8 +142,8 @@ class FoundConfiguration:
         lowered = math.floor(most * 10.0**decimals * (1.0 + 1e-12)) / 10.0**decimals
         kept = struct.unpack("<f", struct.pack("<f", lowered))[0]
         step = 2.0 ** (math.frexp(kept)[1] - _SINGLE)
-        said = (lowered, kept, kept - step, kept + step)
-        return WantedSetting(name, tuple(dict.fromkeys(f"{each:.6f}" for each in said)), effect, _WRITE)
+        rounded = tuple(f"{each:.6f}" for each in (kept, kept - step, kept + step))
+        return WantedSetting(name, (f"{lowered:.6f}",), effect, _WRITE, rounded=rounded)
 
     def _fixed(self, name: str, wanted: str, effect: Text) -> WantedSetting:
         return WantedSetting(name, (wanted,), effect, remedy=_at_console(name, wanted))
