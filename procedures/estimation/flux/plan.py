@@ -189,7 +189,7 @@ def remaining(
         chosen = anchors(points, _TIES + most // block)
         for place in chosen if chosen.size else [int(np.argmax(np.abs(points[:, 0])))]:
             for direction in (1, -1):
-                repeated[direction].append(PlannedReading(*points[place].tolist(), direction))
+                repeated[direction].append(PlannedReading(float(points[place, 0]), float(points[place, 1]), direction))
     return _in_blocks(single, repeated, random, block)
 
 

@@ -94,11 +94,11 @@ class ReadingModel:
         self._apart = repeated(readings.session, locations) if apart else []
         self._resistance = in_blocks(
             readings.session,
-            [splines(time[own], _RESISTANCE_KNOTS, np.count_nonzero(own)) for own in readings.sessions()],
+            [splines(time[own], _RESISTANCE_KNOTS, int(np.count_nonzero(own))) for own in readings.sessions()],
         )
         self._drops = np.column_stack([np.tanh(size / (width * self._largest)) for width in _DROP_WIDTHS])
         first, *others = readings.sessions()
-        magnet = splines(np.append(time[first], reference_time), MAGNET_KNOTS, np.count_nonzero(first))
+        magnet = splines(np.append(time[first], reference_time), MAGNET_KNOTS, int(np.count_nonzero(first)))
         # What the splines have in common is the map itself.
         own = [(magnet[:-1] - magnet[-1])[:, 1:], *(slow_change(time[other]) for other in others)]
         self._magnet = in_blocks(readings.session, own)

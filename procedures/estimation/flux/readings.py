@@ -59,7 +59,8 @@ class FluxReadings:
         noises = [np.broadcast_to(np.asarray(each, dtype=np.float64), n) for each in (voltage_noise, current_noise)]
         # Whatever they are numbered by, the earliest is 0.
         numbers = np.unique(np.broadcast_to(np.asarray(session, dtype=np.intp), n), return_inverse=True)[1]
-        return cls(*arrays, *noises, numbers.astype(np.intp))
+        at, d, q, u_d, u_q, speed = arrays
+        return cls(at, d, q, u_d, u_q, speed, noises[0], noises[1], numbers.astype(np.intp))
 
     def sessions(self) -> list[NDArray[np.bool_]]:
         """Return which readings each session has (n,)."""

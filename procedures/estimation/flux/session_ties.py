@@ -10,8 +10,9 @@ from procedures.estimation.flux.flux_map import GainLimits
 from procedures.estimation.flux.map_fit import fit_map
 from procedures.estimation.flux.readings import FluxReadings
 
-#: So unlikely a difference is one where it is more than this share of the largest flux linkage.
-_APART, _SEEN_SHARE = 1e-6, 1e-3
+#: So unlikely a difference is one where it is more than this share of the largest flux linkage; magnets and gains that moved are known to
+#: a part of it only.
+_APART, _SEEN_SHARE = 1e-6, 2e-3
 #: Two gains within their limits differ by no more than the sum, and this many standard uncertainties.
 _BEYOND = 3.0
 #: Noise that is taken where none is stated, in shares of the largest voltage; their ratio alone counts.
@@ -42,7 +43,7 @@ def broken_tie(
         noise = np.full(readings.time.size, _NOISE * float(np.max(np.abs(readings.voltage))))
         readings = replace(readings, voltage_noise=noise)
     tied, free = (
-        fit_map(readings, symmetric=symmetric, gains=gains, wanted=wanted, unsure=False, apart=apart)
+        fit_map(readings, symmetric=symmetric, gains=gains, wanted=wanted, unsure=True, apart=apart)
         for apart in (False, True)
     )
     share = float(np.max(np.hypot(*free.apart.T), initial=0.0)) / tied.map.full_scale

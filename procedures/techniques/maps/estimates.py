@@ -52,7 +52,8 @@ def joined(taken: MapReadings, *, symmetric: bool | None) -> tuple[MapReadings, 
 
 def _is_tied(taken: MapReadings, session: int) -> bool:
     """Tell whether a session has zero current at both speeds, and two currents that were read before it."""
-    own, before = set(), set()
+    own: set[tuple[float, float]] = set()
+    before: set[tuple[float, float]] = set()
     for point in taken.points:
         if point.session <= session:
             (own if point.session == session else before).add((point.planned.i_d, point.planned.i_q))
