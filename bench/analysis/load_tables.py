@@ -21,6 +21,7 @@ from procedures.estimation.flux.inductances import characteristic_current, induc
 from procedures.estimation.flux.mtpa import MtpaPoint, maximum_torque_per_ampere
 from procedures.estimation.flux.published_map import read_map
 from procedures.estimation.flux.short_circuit import fit_short_circuit
+from procedures.techniques.maps.ended import LEFT_OUT, broken_words
 from procedures.techniques.maps.results import AT_EDGE, at_edge, table_of
 
 _MAP = {
@@ -120,8 +121,11 @@ def analyze_run_map(
     Raises InputError where the run's folder has no readings, or too few for a map.
     """
     try:
-        found = map_of_run(path)
+        found, broken = map_of_run(path)
         made = told(path, found.misfit, translate)
+        if broken is not None:
+            message = broken_words(broken, LEFT_OUT).render(translate)
+            made["warnings"].append({"id": "sessions-contradict", "text": message})
         made["details"] |= {
             "readings": found.fit.residuals.size // 2,
             "points": len(found.map.points),

@@ -1,6 +1,6 @@
 """One run from its request to the written result."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from datetime import date
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from bench.i18n.errors import UsageError
 from bench.i18n.language import translator
 from bench.journal.disk import Reserve, write_file
+from bench.journal.earlier_attempts import attempts_of
 from bench.journal.encoding import plain
 from bench.journal.journal import Journal, Listener
 from bench.journal.journal_file import JournalFile
@@ -54,6 +55,7 @@ from bench.virtual.fault_hooks import StepReporter, recording
 from drivers.interfaces import InstrumentError
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Role
+from procedures.core.earlier_call import EarlierAttempt
 from procedures.verification.stated_probes import StatedProbes
 from procedures.verification.verified_channels import VerifiedChannels
 
@@ -131,12 +133,15 @@ def carry_out(
         if Role.OSCILLOSCOPE in used and not verified_before(request, plan):
             check_asked(context.station, probes, somebody=not isinstance(context.operator, FixtureHands))
         previous, view, verified = None, RunView(), VerifiedChannels()
+        earlier: Mapping[str, Sequence[EarlierAttempt]] = {}
         if request.probe_verification:
             verified = verified_channels(request.probe_verification, request.runs, context.station, wall_date())
         if request.resume:
             previous, began = begun(request.resume)
             check_unchanged(request.resume, began, request.motor, context.station, options.versions)
             view = view_of(previous.events)
+            anew = {*view.finished, *request.repeat}
+            earlier = attempts_of(previous.events, {each.name for each in plan if each.procedure.goes_on} - anew)
             _check_instruments(request, previous, plan, context, set(view.finished) - set(request.repeat))
         # Refused before the run has a folder.
         photos = kept_photos(request, context.station) if options.folder is None and previous is None else {}
@@ -227,6 +232,7 @@ def carry_out(
             lambda: context.operator.hand_time,
             context.operator.onlooker,
             context.simulation.check_modelled,
+            earlier=earlier,
         )
         begin = beginning(
             request,

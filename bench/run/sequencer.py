@@ -38,6 +38,7 @@ from bench.station.shutdown_sequence import OFF_BY, ShutdownSequence
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from drivers.interfaces.text import Text, Translate, lines, text, word
 from procedures.core.bench import Bench, Operator, ProcedureError, Role
+from procedures.core.earlier_call import EarlierAttempt
 from procedures.core.events import Event
 from procedures.core.live_plot import NobodyLooks, Onlooker
 from procedures.core.nameplate import Nameplate
@@ -101,6 +102,8 @@ class Runner:
     #: Raises where a virtual bench was brought, since a bench time (s), where its physics does not follow.
     check_modelled: Callable[[float], None] = lambda _: None
     partial: PartialResults = field(default_factory=PartialResults)
+    #: What earlier sessions did in procedures that were left, by name.
+    earlier: Mapping[str, Sequence[EarlierAttempt]] = field(default_factory=dict)
 
     def run(
         self,
@@ -231,6 +234,7 @@ class Runner:
         def made() -> Procedure[Any]:
             procedure = planned.procedure(bench, self.nameplate, planned.settings, parameters.parameters)
             procedure.withheld_before = parameters.withheld
+            procedure.earlier = self.earlier.get(planned.name, ())
             self.partial.begin(procedure)
             return procedure
 

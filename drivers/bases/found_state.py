@@ -18,7 +18,7 @@ class WantedSetting:
 
     The first of `wanted` is what is set, by `command` with `{value}` in it; without a command it may not be set, and `remedy`
     says what a person does, as where it is one of `busy`: somebody is at work there. Without `wanted` it is told only. An `optional`
-    one that the instrument refuses to tell it has not.
+    one that the instrument refuses to tell it has not. `rounded` are answers that mean the first of `wanted`, as the instrument keeps it.
     """
 
     query: str
@@ -28,6 +28,7 @@ class WantedSetting:
     remedy: Text | str = ""
     optional: bool = False
     busy: tuple[str, ...] = ()
+    rounded: tuple[str, ...] = ()
 
 
 class FoundState:
@@ -67,7 +68,7 @@ class FoundState:
         """Make sure that nobody has changed a setting since; raises ReportedError where one is not as it must be."""
         for row in rows:
             found = self._answer(row)
-            if found is not None and row.wanted and not matches(found, row.wanted):
+            if found is not None and row.wanted and not matches(found, (*row.wanted, *row.rounded)):
                 raise self._refused(row, found, row.remedy or _AT_THE_INSTRUMENT)
 
     def give_back(self) -> None:
@@ -92,7 +93,7 @@ class FoundState:
         self._changed.append((row, found))
         self._put(row, wanted)
         kept = self._ask(row).strip()
-        if not matches(kept, row.wanted):
+        if not matches(kept, (*row.wanted, *row.rounded)):
             raise self._refused(row, kept, row.remedy or _AT_THE_INSTRUMENT)
         self._found.append(FoundSetting(row.query, found, wanted, row.effect, changed=True))
 

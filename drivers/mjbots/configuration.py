@@ -1,6 +1,7 @@
 """What a moteus is set up for, as it is found: read when it is opened, set where that may be, and given back at the end."""
 
 import math
+import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -17,6 +18,8 @@ _POLES = "motor.poles"
 _RATIO = "motor_position.rotor_to_output_ratio"
 _SIGN = "motor_position.output.sign"
 _MAXIMUM_CURRENT, _MAXIMUM_VOLTAGE = "servo.max_current_A", "servo.max_voltage"
+#: Binary places of single precision; decimal digits that a value is said with at least, and what that rounds by at most (relative).
+_SINGLE, _DIGITS, _ROUNDED = 24, 6, 5e-6
 _MOTOR_TEMPERATURE = "servo.enable_motor_temperature"
 
 
@@ -128,10 +131,19 @@ class FoundConfiguration:
         yield self._told(_MOTOR_TEMPERATURE, text("whether it reads the winding's temperature"), optional=True)
 
     def _lowered(self, name: str, most: float | None, effect: Text) -> WantedSetting:
-        """Return the row of a limit of the drive's own, which is lowered to the station's where it is above it."""
-        if most is None or self._number(name, self._stream.get(name)) <= most:
+        """Return the row of a limit of the drive's own, which is lowered to the station's where it is above it.
+
+        The drive keeps single precision, and some firmware says six digits of it: what is set has no more, and what is above the limit
+        by less is the limit.
+        """
+        if most is None or self._number(name, self._stream.get(name)) <= most * (1.0 + _ROUNDED):
             return self._told(name, text("what it limits itself to"))
-        return WantedSetting(name, (f"{most:.6f}",), effect, _WRITE)
+        decimals = _DIGITS - 1 - math.floor(math.log10(most))
+        lowered = math.floor(most * 10.0**decimals * (1.0 + 1e-12)) / 10.0**decimals
+        kept = struct.unpack("<f", struct.pack("<f", lowered))[0]
+        step = 2.0 ** (math.frexp(kept)[1] - _SINGLE)
+        rounded = tuple(f"{each:.6f}" for each in (kept, kept - step, kept + step))
+        return WantedSetting(name, (f"{lowered:.6f}",), effect, _WRITE, rounded=rounded)
 
     def _fixed(self, name: str, wanted: str, effect: Text) -> WantedSetting:
         return WantedSetting(name, (wanted,), effect, remedy=_at_console(name, wanted))

@@ -10,6 +10,7 @@ from GTC.lib import UncertainReal
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Bench, ProcedureError, Role
 from procedures.core.demand import Demands
+from procedures.core.earlier_call import EarlierAttempt
 from procedures.core.events import WarningGiven
 from procedures.core.figure_check import possible, unusual
 from procedures.core.misfit_text import misfit_row, sentence
@@ -56,6 +57,9 @@ class Procedure(ABC, Generic[C]):
     manual: ClassVar[bool] = False
     #: What earlier procedures of the run withheld and none gave, by name.
     withheld_before: Mapping[str, Sequence[Withheld]] = MappingProxyType({})
+    #: Whether it can go on in a resumed run with what it had read before it was left, and what it did then, oldest first.
+    goes_on: ClassVar[bool] = False
+    earlier: Sequence[EarlierAttempt] = ()
 
     def __init_subclass__(cls) -> None:
         """Look up what the procedure gives. Raises TypeError for a parameter that nothing defines, or that is defined otherwise."""

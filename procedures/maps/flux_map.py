@@ -25,10 +25,14 @@ from procedures.estimation.flux.plan import (
     grid_locations,
     other_sides,
     reading_order,
+    remaining,
     within_voltage,
 )
+from procedures.estimation.flux.session_ties import BrokenTie
 from procedures.maps.flux_map_settings import FluxMapSettings
-from procedures.techniques.maps.estimates import estimate_of, gains_of
+from procedures.techniques.maps.earlier import earlier_readings
+from procedures.techniques.maps.ended import LEFT_OUT, READ_AGAIN, broken_words, session_row, tell_left_out
+from procedures.techniques.maps.estimates import gains_of, joined
 from procedures.techniques.maps.plots import map_plot
 from procedures.techniques.maps.readings import MapReadings, Pace, read_points
 from procedures.techniques.maps.results import (
@@ -84,7 +88,8 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         ),
     }
     at_load: ClassVar[bool] = True
-    _estimated: tuple[int, FluxMapEstimate] | None = None
+    goes_on: ClassVar[bool] = True
+    _estimated: tuple[int, MapReadings, BrokenTie | None, FluxMapEstimate] | None = None
     _taken: MapReadings | None = None
 
     def measure(self) -> None:
@@ -133,19 +138,47 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         def progress(taken: MapReadings, left: float) -> None:
             self.bench.show(lambda: map_plot(plan, taken, self._pairs, left))
 
-        self._taken = taken = MapReadings()
-        self._planned = len(plan)
-        read_points(self.bench, self.nameplate, plan, self._speed, pace, progress, taken)
+        def take(points: Sequence[PlannedReading]) -> None:
+            left = self._left(points, taken)
+            self._planned = len(taken.points) + len(left)
+            if left and taken.ended is None:
+                read_points(self.bench, self.nameplate, left, self._speed, pace, progress, taken)
+
+        self._taken = taken = earlier_readings(self.earlier)
+        take(plan)
+        if self._contradicts(taken):
+            taken.points = taken.of_session(taken.session).points
+            take(plan)
         for chosen in (self._other_sides, self._about_mtpa):
             more = chosen(plan, taken) if taken.ended is None else []
             if more:
                 plan = [*plan, *more]
-                self._planned = len(plan)
-                read_points(self.bench, self.nameplate, more, self._speed, pace, progress, taken)
-        self.findings["readings"] = len(plan)
+                take(more)
+        self.findings["readings"] = max(self._planned, len(taken.points))
         self.bench.dynamometer.stop()
-        self._tell_left_out(taken)
+        tell_left_out(self, taken, self._planned)
         return taken
+
+    def _left(self, points: Sequence[PlannedReading], taken: MapReadings) -> Sequence[PlannedReading]:
+        """Return what is left to read of planned points where earlier sessions read a part, with what ties this one to them."""
+        if not taken.session:
+            return points
+        tied = any(point.session == taken.session for point in taken.points)
+        read = [point.planned for point in taken.points]
+        return remaining(points, read, np.random.default_rng(_ORDER), tie=not tied)
+
+    def _contradicts(self, taken: MapReadings) -> bool:
+        """Tell whether earlier sessions contradict this one, and say that all is then read in this one."""
+        if taken.ended is not None or np.unique(taken.sessions).size < 2:
+            return False
+        try:
+            _, _, broken = joined(taken, symmetric=self.settings.symmetric)
+        except EstimationError:
+            # What is wrong is told where the map is made.
+            return False
+        if broken is not None:
+            self.notice("sessions-contradict", broken_words(broken, READ_AGAIN))
+        return broken is not None
 
     def conclude_early(self, why: Text) -> bool:
         """Make the map of what was read before an error or an abort."""
@@ -153,35 +186,18 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         if taken is None or not taken.points:
             return False
         taken.ended = why
-        self._tell_left_out(taken)
+        tell_left_out(self, taken, self._planned)
         self.conclude(taken)
         return True
-
-    def _tell_left_out(self, taken: MapReadings) -> None:
-        if taken.ended is not None:
-            self.notice(
-                "ended-early",
-                text(
-                    "{read} of {planned} readings were taken: {why}. The map is of these",
-                    read=len(taken.points),
-                    planned=self._planned,
-                    why=taken.ended,
-                ),
-            )
-        if taken.limited:
-            self.notice(
-                "limited",
-                text(
-                    "at {count} of the currents the inverter's output was limited, and they are left out; lower speed_share, or raise "
-                    "the bus voltage",
-                    count=len(taken.limited),
-                ),
-            )
 
     @step("M1/4", "Flux linkages at the currents, with their uncertainty; largest torque per ampere")
     def conclude(self, taken: MapReadings) -> None:
         """Report the map."""
         found = self._estimate(taken)
+        if self._estimated is not None:
+            _, taken, broken, _ = self._estimated
+            if broken is not None:
+                self.notice("sessions-contradict", broken_words(broken, LEFT_OUT))
         self.tell_misfit(found.misfit)
         fit, flux_map = found.fit, found.map
         self.findings |= {
@@ -193,6 +209,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             "delay": vars(fit.delay),
             "resistance": curve(time=taken.column("time"), resistance=fit.resistance),
             "magnet_change": curve(time=taken.column("time"), flux=fit.magnet_change),
+            **({"sessions": [session_row(session) for session in fit.sessions]} if fit.sessions else {}),
             "variance_ratio": fit.variance_ratio,
             "pole_pairs": self._pairs,
             "grid": grid_of(flux_map),
@@ -261,8 +278,9 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
     def _estimate(self, taken: MapReadings) -> FluxMapEstimate:
         """Return the map of what was read, made once of the same readings."""
         if self._estimated is None or self._estimated[0] != len(taken.points):
-            self._estimated = len(taken.points), estimate_of(taken, symmetric=self.settings.symmetric)
-        return self._estimated[1]
+            kept, made, broken = joined(taken, symmetric=self.settings.symmetric)
+            self._estimated = len(taken.points), kept, broken, made
+        return self._estimated[3]
 
     def _report_figures(self, flux_map: MeasuredFluxMap) -> None:
         """Report the flux linkage at no current, and the largest torque at the largest current with its angle."""

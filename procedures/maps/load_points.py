@@ -8,7 +8,7 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import ProbeKind
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import (
     ALL_OPEN,
     INVERTER,
@@ -31,8 +31,9 @@ from procedures.maps.load_results import LoadGrid, LoadResults
 from procedures.maps.load_run import DrivenPoint, LoadRun
 from procedures.maps.settings import SpeedsSettings
 from procedures.maps.turned_points import held_torque, line
+from procedures.techniques.ended_early import tell_ended
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
-from procedures.techniques.shaft.torque_zero import TorqueZero, ZeroLine, read_zero
+from procedures.techniques.shaft.torque_zero import OpenZeroLine, ZeroLine, read_zero
 from procedures.techniques.temperature.correction import winding_temperature
 from procedures.techniques.temperature.settings import (
     CopperCoefficient,
@@ -102,18 +103,42 @@ class EfficiencyAtLoad(Procedure[EfficiencyAtLoadSettings]):
         Role.OSCILLOSCOPE: Demand(waveforms=True, probes={ProbeKind.VOLTAGE: 3, ProbeKind.CURRENT: 1}),
     }
     at_load: ClassVar[bool] = True
+    _tare: Fit | None = None
+    _turned: tuple[Fit, ZeroLine, UncertainReal] | None = None
+    _run: LoadRun | None = None
+    _ratio: tuple[float, float] | None = None
 
     def measure(self) -> None:
         """Take the tare, turn without a current, load, and conclude."""
         shares = sorted(set(self.settings.speed_shares))
         self._speeds = [driving_speed_rad(self.bench, self.nameplate, share) for share in shares]
-        tare = self.tare()
+        self._tare = self.tare()
         self.connect()
-        drags, before, cold = self.turn()
+        self._turned = drags, zero, cold = self.turn()
         points, ratio = self.load()
         hot = self.temperature()
         after = read_zero(self.bench, self.settings.interval, self.settings.zero_rest)
-        self.conclude(LoadGrid(tuple(points), ratio, drags, tare, ZeroLine(before, after), cold, hot))
+        self.conclude(LoadGrid(tuple(points), ratio, drags, self._tare, ZeroLine(zero.before, after), cold, hot))
+
+    def conclude_early(self, why: Text) -> bool:
+        """Report the points that were read; phases, the winding's warmth and the torque's zero are as open as they were left."""
+        points = self._run.points if self._run is not None else ()
+        if self._turned is None or not points:
+            return False
+        tell_ended(
+            self,
+            why,
+            text(
+                "{count} load points were read; the torque's zero was not read again, and without the winding's last temperature the loss "
+                "is not parted",
+                count=len(points),
+            ),
+        )
+        drags, zero, cold = self._turned
+        open_line = OpenZeroLine(zero.before, zero.after, points[-1].torque.time)
+        ratio = self._ratio or (1.0, self.settings.unbalance)
+        self.conclude(LoadGrid(tuple(points), ratio, drags, self._tare, open_line, cold, None))
+        return True
 
     @step("M5/1", "The dynamometer alone at each speed: its own drag", by_hand=True)
     def tare(self) -> Fit | None:
@@ -139,8 +164,8 @@ class EfficiencyAtLoad(Procedure[EfficiencyAtLoadSettings]):
         self.wiring.inverter.direction(INVERTER)
 
     @step("M5/3", "At each speed, the inverter off: the drag of the motor without a current")
-    def turn(self) -> tuple[Fit, TorqueZero, UncertainReal]:
-        """Return the drag over speed, the torque's zero before it, and the winding's temperature."""
+    def turn(self) -> tuple[Fit, ZeroLine, UncertainReal]:
+        """Return the drag over speed, the torque's zero before and after it, and the winding's temperature."""
         temperature = winding_temperature(
             self, self.settings.winding_temperature, self.settings.temperature_uncertainty
         )
@@ -151,9 +176,10 @@ class EfficiencyAtLoad(Procedure[EfficiencyAtLoadSettings]):
     def load(self) -> tuple[list[DrivenPoint], tuple[float, float]]:
         """Return the points, and all phases' power over three times that of A with what it is not known by."""
         self.bench.thermometer.warmed()
-        run = LoadRun(self, self._voltages, self._probe)
+        self._run = run = LoadRun(self, self._voltages, self._probe)
         points = run.grid(self._speeds, self._levels())
-        return points, run.ratio_of_phases(points)
+        self._ratio = run.ratio_of_phases(points)
+        return points, self._ratio
 
     @step("M5/5", "Right after the last point: the winding's temperature", by_hand=True)
     def temperature(self) -> UncertainReal:
@@ -165,8 +191,8 @@ class EfficiencyAtLoad(Procedure[EfficiencyAtLoadSettings]):
         """Report the largest efficiency and the loss at the largest power; keep all points."""
         LoadResults(self, grid).report()
 
-    def _without_current(self) -> tuple[Fit, TorqueZero]:
-        """Return the drag over speed with the transducer's zero off, and that zero before it."""
+    def _without_current(self) -> tuple[Fit, ZeroLine]:
+        """Return the drag over speed with the transducer's zero off, and that zero."""
         bench, settings = self.bench, self.settings
         before = read_zero(bench, settings.interval, settings.zero_rest)
         taken = []
@@ -177,7 +203,7 @@ class EfficiencyAtLoad(Procedure[EfficiencyAtLoadSettings]):
         zero = ZeroLine(before, read_zero(bench, settings.interval, settings.zero_rest))
         torques = np.array([each.torque for each in taken]) - zero.at(np.array([each.time for each in taken]))
         fit = fit_drag([each.speed for each in taken], torques, [each.uncertainty for each in taken])
-        return fit, before
+        return fit, zero
 
     def _levels(self) -> list[float]:
         """Return the q-axis currents (A, peak), the smallest first, as far as inverter, motor and dynamometer take them."""

@@ -27,7 +27,8 @@ _LEAST = 1e-3
 @dataclass(frozen=True)
 class LoadGrid:
     """All points; `ratio` is all phases' power over three times that of A with its half-width, `drags` the motor's and dynamometer's drag
-    without a current, `tare` the dynamometer's alone; temperatures (°C) are the winding's before and right after.
+    without a current, `tare` the dynamometer's alone; temperatures (°C) are the winding's before and right after, None
+    where nobody read it.
     """
 
     points: tuple[DrivenPoint, ...]
@@ -36,7 +37,7 @@ class LoadGrid:
     tare: Fit | None
     zero: ZeroLine
     cold: UncertainReal
-    hot: UncertainReal
+    hot: UncertainReal | None
 
 
 @dataclass(frozen=True)
@@ -63,12 +64,8 @@ class LoadResults:
         self._torque = torque_gain(self._unc, grid.points[0].torque.torque_accuracy, largest)
         self._zero = grid.zero.left(self._unc)
         self._phases = self._unc.limit("all phases' power over three times that of A", *grid.ratio)
+        self._between: UncertainReal | None = None
         self._delay = self._unc.limit("delay between voltage and current channels", 0.0, self._settings.skew)
-        rise = float(grid.hot.x) - float(grid.cold.x)
-        # It warmed under way: the first points were as cold as the beginning, the last as warm as the end.
-        self._warmth = 0.5 * (grid.cold + grid.hot) + self._unc.limit(
-            "warmth of a point between begin and end", 0.0, 0.5 * abs(rise)
-        )
 
     def report(self) -> None:
         """Report the largest efficiency and the loss at the largest power, and keep all points."""
@@ -76,7 +73,10 @@ class LoadResults:
         powers = [self._powers(point) for point in grid.points]
         procedure.findings |= {
             "points": [self._row(point, each) for point, each in zip(grid.points, powers, strict=True)],
-            "winding_temperature": {"before": float(grid.cold.x), "after": float(grid.hot.x)},
+            "winding_temperature": {
+                "before": float(grid.cold.x),
+                "after": None if grid.hot is None else float(grid.hot.x),
+            },
             "phases": {"ratio": grid.ratio[0], "half_width": grid.ratio[1]},
             "drag": dict(zip(grid.drags.names, grid.drags.values.tolist(), strict=True)),
             "tare": None if grid.tare is None else dict(zip(grid.tare.names, grid.tare.values.tolist(), strict=True)),
@@ -153,13 +153,24 @@ class LoadResults:
 
     def _resistance(self) -> UncertainReal | None:
         """Return the winding's resistance (Ω) as warm as it was, None where it is not known."""
-        known = self._procedure.known.get("stator_resistance")
-        if known is None:
+        known, grid = self._procedure.known.get("stator_resistance"), self._grid
+        if known is None or grid.hot is None:
             return None
         settings = self._settings
         return at_temperature(
-            self._unc.of_parameter(known), COLD, self._warmth, settings.coefficient, settings.coefficient_reference
+            self._unc.of_parameter(known),
+            COLD,
+            self._warmth(grid.cold, grid.hot),
+            settings.coefficient,
+            settings.coefficient_reference,
         )
+
+    def _warmth(self, cold: UncertainReal, hot: UncertainReal) -> UncertainReal:
+        """Return how warm (°C) the winding was at a point: the first were as cold as the beginning, the last as warm as the end."""
+        if self._between is None:
+            rise = float(hot.x) - float(cold.x)
+            self._between = self._unc.limit("warmth of a point between begin and end", 0.0, 0.5 * abs(rise))
+        return 0.5 * (cold + hot) + self._between
 
     def _contradictions(self, powers: list[PointPowers]) -> None:
         """Alarm powers that no motor has: a loss below none, or below what copper and drag alone take."""
@@ -185,7 +196,7 @@ class LoadResults:
                     points=len(powers),
                 ),
             )
-        if all(each.copper is None for each in powers):
+        if all(each.copper is None for each in powers) and self._grid.hot is not None:
             self._procedure.notice(
                 "loss-parts",
                 text(

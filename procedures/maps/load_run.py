@@ -51,6 +51,11 @@ class LoadRun:
         self._rated = self._plate.rated_current
         self._done: list[DrivenPoint] = []
 
+    @property
+    def points(self) -> Sequence[DrivenPoint]:
+        """What was read so far."""
+        return tuple(self._done)
+
     def grid(self, speeds: Sequence[float], levels: Sequence[float]) -> list[DrivenPoint]:
         """Return the points at every speed (rad/s) and current (A), the smallest first; after each the motor rests as its warmth asks for.
 

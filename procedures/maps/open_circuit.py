@@ -10,7 +10,7 @@ from GTC.lib import UncertainReal
 from pydantic import Field
 
 from drivers.interfaces import ProbeKind
-from drivers.interfaces.text import text
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import (
     ALL_OPEN,
     ConnectProbes,
@@ -43,6 +43,7 @@ from procedures.maps.turned_points import (
     pole_pairs_of,
     torque_gain,
 )
+from procedures.techniques.ended_early import tell_ended
 from procedures.techniques.shaft.emf_at_speed import trend_rows
 from procedures.techniques.shaft.torque_zero import ZeroLine, read_zero
 from procedures.techniques.temperature.correction import magnet_factor, winding_temperature
@@ -55,6 +56,8 @@ from procedures.techniques.temperature.settings import (
 )
 
 _RPM = math.pi / 30.0
+#: So few speeds make a flux linkage.
+_FEWEST = 3
 #: Warming goes on in stretches of this length (s).
 _STRETCH = 10.0
 
@@ -111,19 +114,43 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
         Role.OSCILLOSCOPE: Demand(waveforms=True, probes={ProbeKind.VOLTAGE: 3}),
     }
     at_load: ClassVar[bool] = True
+    _passes: tuple[OpenPass, ...] = ()
+    _tare: Fit | None = None
+    _left: OpenPass | None = None
 
     def measure(self) -> None:
         """Take the tare, turn with open terminals at every speed, again when warm, and conclude."""
         self._speeds = geometric_speeds(
             self.bench, self.nameplate, self.settings.lowest, self.settings.highest, self.settings.speeds
         )
-        tare = self.tare()
+        self._tare = self.tare()
         self.connect()
-        passes = [self.turn()]
+        self._passes = (self.turn(),)
         if (warm := self.warm()) is not None:
-            passes.append(warm)
-        self.conclude_emf(passes)
-        self.conclude_drag(passes[0], tare)
+            self._passes = (*self._passes, warm)
+        self.conclude_emf(self._passes)
+        self.conclude_drag(self._passes[0], self._tare)
+
+    def conclude_early(self, why: Text) -> bool:
+        """Report what whole passes tell, and of one that was left the flux linkage: torques want their zero once more."""
+        if self._passes:
+            tell_ended(self, why, text("figures are of the {count} whole passes", count=len(self._passes)))
+            self.conclude_emf(self._passes)
+            self.conclude_drag(self._passes[0], self._tare)
+            return True
+        if self._left is None or len(self._left.emf) < _FEWEST:
+            return False
+        tell_ended(
+            self,
+            why,
+            text(
+                "the flux linkage is of {count} of {planned} speeds; the torques are left out, for their zero was not read again",
+                count=len(self._left.emf),
+                planned=len(self._speeds),
+            ),
+        )
+        self.conclude_emf([self._left])
+        return True
 
     @step("M3/1", "The dynamometer alone at each speed: its own drag", by_hand=True)
     def tare(self) -> Fit | None:
@@ -277,6 +304,8 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
                 torque.append(held_torque(bench, settings, speed))
             ranges = dict(zip(ranges, emf[-1].ranges, strict=True))
             self._show(emf, torque)
+            # Nobody has read the zero after it yet: only the EMF of it counts.
+            self._left = OpenPass(tuple(reversed(emf)), tuple(reversed(torque)), ZeroLine(before, before), temperature)
         bench.dynamometer.stop()
         pole_pairs_of(emf[0].electrical_speed, torque[0].speed, self.known_value("pole_pairs"))
         zero = ZeroLine(before, read_zero(bench, settings.interval, settings.zero_rest))
@@ -361,7 +390,8 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
             "electrical_speed": line([each.electrical_speed for each in taken.emf]),
             "amplitude": line([each.mean for each in taken.emf]),
             "amplitude_uncertainty": line([each.uncertainty for each in taken.emf]),
-            "torque": line(taken.drags()),
+            # Without its zero once more a torque is none.
+            "torque": line(taken.drags() if taken.zero.closed else []),
             "flux_linkage": over.value,
             "flux_uncertainty": over.uncertainty,
             "speed_trend": trend_rows(over),

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from drivers.interfaces import ProbeKind
+from drivers.interfaces.text import Text, text
 from procedures.core.actions import ALL_OPEN, CoupleDynamometer, CurrentProbe, ReleaseRotor, Terminal, phases_on
 from procedures.core.bench import Role
 from procedures.core.demand import Demand, Demands
@@ -19,7 +20,8 @@ from procedures.maps.settings import SpeedsSettings
 from procedures.maps.short_points import OpenBefore, ShortSweep, fit_sweep
 from procedures.maps.short_results import ShortResults
 from procedures.maps.short_run import ShortRun
-from procedures.maps.turned_points import fundamentals, geometric_speeds, held_torque, pole_pairs_of
+from procedures.maps.turned_points import fundamentals, geometric_speeds, held_torque, line, pole_pairs_of
+from procedures.techniques.ended_early import tell_ended
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.shaft.torque_zero import ZeroLine, read_zero
 from procedures.techniques.temperature.correction import winding_temperature
@@ -97,15 +99,44 @@ class ShortCircuit(Procedure[ShortCircuitSettings]):
         Role.OSCILLOSCOPE: Demand(waveforms=True, probes={ProbeKind.VOLTAGE: 3, ProbeKind.CURRENT: 1}),
     }
     at_load: ClassVar[bool] = True
+    _before: OpenBefore | None = None
+    _sweeps: tuple[ShortSweep, ...] = ()
+    _turning: ShortRun | None = None
 
     def measure(self) -> None:
         """Turn with open terminals, join them, turn again, and conclude."""
-        before = self.turn_open()
+        self._before = before = self.turn_open()
         self.join(before)
-        sweeps = [self.sweep(before)]
-        if (warm := self.sweep_warm(before, sweeps[0])) is not None:
-            sweeps.append(warm)
-        self.conclude(before, sweeps)
+        self._sweeps = (self.sweep(before),)
+        if (warm := self.sweep_warm(before, self._sweeps[0])) is not None:
+            self._sweeps = (*self._sweeps, warm)
+        self.conclude(before, self._sweeps)
+
+    def conclude_early(self, why: Text) -> bool:
+        """Report what whole sweeps tell; of one that was left the readings are kept, without the warmth and the zero at its end."""
+        if self._before is not None and self._sweeps:
+            tell_ended(self, why, text("figures are of the {count} whole sweeps", count=len(self._sweeps)))
+            self.conclude(self._before, self._sweeps)
+            return True
+        taken = self._turning.points if self._turning is not None else ()
+        if not taken:
+            return False
+        tell_ended(
+            self,
+            why,
+            text(
+                "{count} currents of the short circuit are kept among the findings, and no figure is made of them: how warm the winding "
+                "became, and the torque's zero, were not read again",
+                count=len(taken),
+            ),
+        )
+        self.findings["left"] = {
+            "electrical_speed": line([each.current.electrical_speed for each in taken]),
+            "current": line([each.current.mean for each in taken]),
+            "current_uncertainty": line([each.current.uncertainty for each in taken]),
+            "torque_with_zero": line([each.torque.torque for each in taken]),
+        }
+        return True
 
     @step("M4/1", "Terminals open: the EMF at the highest speed, and at each speed the drag", by_hand=True)
     def turn_open(self) -> OpenBefore:
@@ -126,9 +157,9 @@ class ShortCircuit(Procedure[ShortCircuitSettings]):
             with bench.dynamometer.driving_speed(speed):
                 drags.append(held_torque(bench, settings, speed))
         bench.dynamometer.stop()
-        line = ZeroLine(zero, read_zero(bench, settings.interval, settings.zero_rest))
+        zeros = ZeroLine(zero, read_zero(bench, settings.interval, settings.zero_rest))
         temperature = winding_temperature(self, settings.winding_temperature, settings.temperature_uncertainty)
-        return OpenBefore(emf, tuple(reversed(drags)), line, pairs, tuple(speeds), temperature)
+        return OpenBefore(emf, tuple(reversed(drags)), zeros, pairs, tuple(speeds), temperature)
 
     @step(
         "M4/2",
@@ -181,7 +212,8 @@ class ShortCircuit(Procedure[ShortCircuitSettings]):
         ShortResults(self, before, sweeps, fitted).report()
 
     def _run(self, before: OpenBefore) -> ShortRun:
-        return ShortRun(self, before, self._probe(Terminal.A), self._bound)
+        self._turning = ShortRun(self, before, self._probe(Terminal.A), self._bound)
+        return self._turning
 
     def _planned(self, pairs: int, top: float, flux: float) -> list[float]:
         """Return the mechanical speeds (rad/s), the slowest first: by R and L where they are known, else by their ratio."""

@@ -36,6 +36,11 @@ class ShortRun:
         self._bench, self._settings = procedure.bench, procedure.settings
         self._points: list[ShortPoint] = []
 
+    @property
+    def points(self) -> Sequence[ShortPoint]:
+        """What was read so far, the slowest speed first."""
+        return tuple(self._points)
+
     def sweep(self, others: Sequence[CurrentProbe], temperature: UncertainReal | None = None) -> ShortSweep:
         """Return the points, from the slowest speed as far as current and torque allow; `others` are the other phases' probe places.
 

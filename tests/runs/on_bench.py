@@ -13,6 +13,7 @@ from drivers.interfaces import Instrument
 from procedures.core.bench import Bench, Operator, Role
 from procedures.core.live_plot import Onlooker
 from procedures.core.nameplate import Nameplate
+from procedures.core.procedure import Procedure
 from procedures.core.result import Parameter, ProcedureResult
 from sim_instruments.bench import VirtualBench
 from tests.studies.measured_motor import NoRecord
@@ -26,10 +27,12 @@ def measure(
     known: Mapping[str, Parameter] | None = None,
     hands: Callable[[dict[Role, Instrument], Operator], Operator] = lambda _, operator: operator,
     onlooker: Onlooker | None = None,
+    run: Callable[[Procedure[Any]], ProcedureResult] = lambda procedure: procedure.run(),
 ) -> ProcedureResult:
     """Run a procedure with settings as `--set` has them; the bench is left switched off.
 
-    `hands` may put others in place of instruments, and returns who is the operator; `onlooker` is shown the plots.
+    `hands` may put others in place of instruments, and returns who is the operator; `onlooker` is shown the plots,
+    `run` may run it otherwise.
     """
     record: Any = NoRecord()
     instruments = StationInstruments(
@@ -47,7 +50,7 @@ def measure(
         available = dict(instruments.available())
         operator = hands(available, VirtualOperator(virtual.world, 1))
         bench = Bench(available, operator, virtual.clock, record, onlooker=onlooker)
-        return planned.procedure(bench, plate, planned.settings, known or {}).run()
+        return run(planned.procedure(bench, plate, planned.settings, known or {}))
     finally:
         instruments.close()
 

@@ -91,10 +91,15 @@ def true_flux(motor: TrueMotor, current: Complex, fallen: Array) -> Complex:
 
 
 def read(
-    motor: TrueMotor, bench: RandomBench, plan: Sequence[PlannedReading], random: np.random.Generator
+    motor: TrueMotor,
+    bench: RandomBench,
+    plan: Sequence[PlannedReading],
+    random: np.random.Generator,
+    *,
+    start: float = 0.0,
 ) -> tuple[FluxReadings, Array]:
-    """Return what a bench reads at the planned currents, and these currents (n, 2)."""
-    time = SECONDS * np.arange(len(plan))
+    """Return what a bench reads at the planned currents, and these currents (n, 2); the first at `start` (s) of its warming."""
+    time = start + SECONDS * np.arange(len(plan))
     speed = motor.electrical_speed * np.array([each.direction for each in plan], dtype=float)
     wanted = np.array([[each.i_d, each.i_q] for each in plan])
     shown: NDArray[np.complex128] = wanted[:, 0] + 1j * wanted[:, 1]

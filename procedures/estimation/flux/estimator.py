@@ -76,11 +76,13 @@ def estimate_flux_map(
     def fitted(even: bool, noisy: FluxReadings, *, unsure: bool = False) -> MapFit:
         return fit_map(noisy, symmetric=even, gains=gains, wanted=wanted, reference_time=reference_time, unsure=unsure)
 
+    # Between sessions magnets and gains move readings farther than within one: then what the surface is not known to counts here too.
+    several = bool(np.any(readings.session))
     pairs = _pairs(readings, wanted)
     tested = symmetric is None and len(pairs) >= _LEAST_PAIRS
     for even in (True, False) if tested else ((symmetric is not False),):
         try:
-            fits[even] = fitted(even, readings)
+            fits[even] = fitted(even, readings, unsure=several)
         except EstimationError:
             # On a motor far from symmetric the symmetric fit finds no end.
             if not (tested and even):
@@ -89,7 +91,7 @@ def estimate_flux_map(
         # The model with the most freedom says what the noise is.
         ratio = fits[min(fits)].variance_ratio
         readings = replace(readings, voltage_noise=readings.voltage_noise * np.sqrt(ratio))
-        fits = {even: fitted(even, readings) for even in fits}
+        fits = {even: fitted(even, readings, unsure=several) for even in fits}
     odd_parts = _odd_parts(fits[False]) if False in fits else []
     even = True in fits and not (tested and _contradicted(fits, odd_parts))
     fit = fitted(even, readings, unsure=True)
@@ -115,7 +117,8 @@ def estimate_flux_map(
                 })
             )  # fmt: skip
     findings += _odd_readings(readings, fit, growth)
-    grown = replace(fit.map, covariance=fit.map.covariance * growth)
+    by_sessions = None if fit.map.by_sessions is None else fit.map.by_sessions * growth
+    grown = replace(fit.map, covariance=fit.map.covariance * growth, by_sessions=by_sessions)
     return FluxMapEstimate(grown, replace(fit, map=grown), even, tested, odd_parts, Misfit(tuple(findings)))
 
 

@@ -30,8 +30,8 @@ class GainLimits:
 class MapFigure:
     """One figure that follows from a map, in SI: value, standard uncertainty and 95 % coverage interval.
 
-    `scatter` and `between` are the standard uncertainties of the readings' noise and of what lies between the points, `shared` the
-    half-widths (rectangular, signed) of what all readings share, by name.
+    `scatter` and `between` are the standard uncertainties of the readings' noise and of what lies between the points, `sessions` that of
+    what is other from one session of a run to the next, `shared` the half-widths (rectangular, signed) of what all readings share, by name.
     """
 
     value: float
@@ -40,6 +40,7 @@ class MapFigure:
     scatter: float = 0.0
     between: float = 0.0
     shared: Mapping[str, float] = field(default_factory=dict)
+    sessions: float = 0.0
 
     def as_dict(self) -> dict[str, object]:
         """Return it as `--json` prints it."""
@@ -56,7 +57,8 @@ class MeasuredFluxMap:
 
     Where `symmetric`, points have i_q ≥ 0 and stand for their mirror images: ψ_d even, ψ_q odd in i_q. `covariance` (2m, 2m) of
     ψ_d, ψ_q of the first point, of the second … is that of scatter, at `degrees_of_freedom`; `shared` holds by name what a common
-    error at its limit does to each of them (2m,), rectangular.
+    error at its limit does to each of them (2m,), rectangular. Where the readings are of several sessions, `by_sessions` (2m, 2m) is the
+    part of `covariance` that stems from what was other in them: the angle's zero, the magnets, gains.
     """
 
     points: FloatArray
@@ -65,6 +67,7 @@ class MeasuredFluxMap:
     symmetric: bool
     degrees_of_freedom: float = np.inf
     shared: Mapping[str, FloatArray] = field(default_factory=dict)
+    by_sessions: FloatArray | None = None
 
     @property
     def full_scale(self) -> float:
@@ -103,7 +106,10 @@ class MeasuredFluxMap:
         scattered = [(u, freedom) for u, freedom in ((noise, self.degrees_of_freedom), (between, np.inf)) if u > 0.0]
         half = half_width(limits, scattered, coverage)
         standard = float(np.sqrt(noise**2 + between**2 + sum(a * a for a in limits) / 3.0))
-        return MapFigure(value, standard, (value - half, value + half), noise, between, shared)
+        part = 0.0 if self.by_sessions is None else float(gradient @ self.by_sessions @ gradient)
+        sessions = float(np.sqrt(min(max(part, 0.0), noise**2)))
+        alone = float(np.sqrt(noise**2 - sessions**2))
+        return MapFigure(value, standard, (value - half, value + half), alone, between, shared, sessions)
 
     def half_widths(self, coverage: float = 0.95) -> FloatArray:
         """Return the half-widths (m, 2) in V·s of the coverage intervals of the flux linkages."""

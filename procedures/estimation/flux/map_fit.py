@@ -1,6 +1,7 @@
 """From readings at constant speed to the flux map: one weighted least squares of all of them."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -31,13 +32,28 @@ class CommonUnknown:
 
 
 @dataclass(frozen=True)
+class SessionUnknowns:
+    """What one session's readings have of their own: the angle's zero (rad), the mean resistance (Ω) and change of the magnet (V·s), and
+    by what share its gains of voltage and current differ from those of the first.
+    """
+
+    readings: int
+    angle: CommonUnknown
+    resistance: CommonUnknown
+    magnet_change: CommonUnknown
+    voltage_gain: CommonUnknown
+    current_gain: CommonUnknown
+
+
+@dataclass(frozen=True)
 class MapFit:
     """What one least squares of readings gives, before it is judged.
 
     `angle` (rad) is what the inverter's zero lies behind the magnet, `delay` (s) that of the voltages against the currents, `followed` the
     share of what was read beside the asked current that the voltages follow, the rest being its sensors' noise; `resistance`
     (n,) in Ω and `magnet_change` (n,) in V·s are at the readings' times, with standard uncertainties. `residuals` (2n,) are whitened,
-    their squares are `cost`.
+    their squares are `cost`. `angle` is that of the first session; `sessions` tell each, where there are several, and
+    `apart` (k, 2) by how much ψ at currents that were read again is other there, where it was left free.
     """
 
     map: MeasuredFluxMap
@@ -53,6 +69,8 @@ class MapFit:
     residuals: FloatArray
     cost: float
     degrees_of_freedom: int
+    sessions: Sequence[SessionUnknowns] = ()
+    apart: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property
     def variance_ratio(self) -> float:
@@ -68,16 +86,17 @@ def fit_map(
     wanted: FloatArray | None = None,
     reference_time: float | None = None,
     unsure: bool = True,
+    apart: bool = False,
 ) -> MapFit:
-    """Return the least squares of readings with ψ free at each location.
+    """Return the least squares of readings with ψ free at each location, and with `apart` once more in a later session.
 
     Unless it is `unsure` of it, the smooth surface is taken as it is from a location to where magnets and iron move its readings; such
     fits may be compared by their costs. `wanted` (n, 2) as `locations_of` has it. Raises EstimationError where the readings do not
     determine the map.
     """
     locations = locations_of(readings, symmetric=symmetric, wanted=wanted)
-    reference = float(np.min(readings.time)) if reference_time is None else reference_time
-    model = ReadingModel(readings, locations, symmetric=symmetric, reference_time=reference)
+    reference = float(np.min(readings.time[readings.session == 0])) if reference_time is None else reference_time
+    model = ReadingModel(readings, locations, symmetric=symmetric, reference_time=reference, gains=gains, apart=apart)
     scale = float(np.max(np.abs(readings.voltage) / np.abs(readings.electrical_speed)))
     reached = _round(readings, model, model.start(), None, scale, unsure=unsure)
     for turn in range(1, _ROUNDS):
@@ -165,7 +184,13 @@ def _result(
         "delay": -gains.delay * float(np.mean(model.resistance() @ unknowns[layout.resistance])) * points.ravel(),
     }
     shared = {name: each for name, each in shared.items() if np.any(each)}
-    estimate = MeasuredFluxMap(points, flux, of_map, symmetric, float(freedom), shared)
+    by_sessions = None
+    if (other := model.of_later_sessions()).size:
+        # What would not be there if it were known by how much the sessions differ.
+        among = covariance[np.ix_(np.arange(places.size), other)]
+        by_sessions = np.zeros_like(of_map)
+        by_sessions[np.ix_(places, places)] = among @ np.linalg.solve(covariance[np.ix_(other, other)], among.T)
+    estimate = MeasuredFluxMap(points, flux, of_map, symmetric, float(freedom), shared, by_sessions)
 
     def common(place: int) -> CommonUnknown:
         return CommonUnknown(float(unknowns[place]), float(np.sqrt(max(covariance[place, place], 0.0))))
@@ -174,11 +199,30 @@ def _result(
         spread = np.einsum("nk,kl,nl->n", rows, covariance[part, part], rows)
         return np.asarray(rows @ unknowns[part]), np.sqrt(np.maximum(spread, 0.0))
 
+    def mean(rows: FloatArray, part: slice, own: NDArray[np.bool_]) -> CommonUnknown:
+        value, spread = series(np.mean(rows[own], axis=0, keepdims=True), part)
+        return CommonUnknown(float(value[0]), float(spread[0]))
+
+    def difference(part: slice, number: int) -> CommonUnknown:
+        return common(part.start + number - 1) if number and part.stop > part.start else CommonUnknown(0.0, 0.0)
+
+    sessions = model.sessions()
+    told = [
+        SessionUnknowns(
+            int(np.count_nonzero(own)),
+            common(layout.angles.start + number - 1 if number else layout.angle),
+            mean(model.resistance(), layout.resistance, own),
+            mean(model.magnet(), layout.magnet, own),
+            difference(layout.voltage_gains, number),
+            difference(layout.current_gains, number),
+        )
+        for number, own in enumerate(sessions)
+    ]
     resistance, magnet = series(model.resistance(), layout.resistance), series(model.magnet(), layout.magnet)
     return MapFit(
         estimate, model.locations, surface, common(layout.angle), common(layout.delay),
         common(layout.followed), *resistance, *magnet,
-        residuals, cost, freedom,
+        residuals, cost, freedom, told if len(sessions) > 1 else (), unknowns[layout.apart].reshape(-1, 2),
     )  # fmt: skip
 
 

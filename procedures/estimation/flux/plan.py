@@ -13,6 +13,8 @@ _DENSER = 1.4
 _LEAST = 8
 #: Locations that are read in all four quadrants, and readings from one at zero current to the next.
 ANCHORS, BETWEEN_ZEROS = 6, 6
+#: Currents that tie a session to those before, one more for each block.
+_TIES = 3
 
 
 @dataclass(frozen=True)
@@ -155,6 +157,40 @@ def further_readings(
         if both_sides:
             single[-direction].append(PlannedReading(i_d, -direction * i_q, -direction))
     return _in_blocks(single, {1: [], -1: []}, random, block) if len(points) else []
+
+
+def remaining(
+    planned: Sequence[PlannedReading],
+    read: Sequence[PlannedReading],
+    random: np.random.Generator,
+    *,
+    tie: bool = True,
+    block: int = BETWEEN_ZEROS,
+) -> Sequence[PlannedReading]:
+    """Return what of a plan is left where a part of it was read, in the order that `reading_order` has. Empty where nothing is.
+
+    Where it is a `tie` to an earlier session, currents of the part come again, at both speeds: three, and one more for each block.
+    """
+    left = list(planned)
+    for each in read:
+        if each in left:
+            left.remove(each)
+    single: dict[int, list[PlannedReading]] = {1: [], -1: []}
+    for each in left:
+        if each.i_d or each.i_q:
+            single[each.direction].append(each)
+    loaded = [each for each in read if each.i_d or each.i_q]
+    most = max(len(single[1]), len(single[-1]))
+    if not most:
+        return []
+    repeated: dict[int, list[PlannedReading]] = {1: [], -1: []}
+    if loaded and tie:
+        points = np.array([(each.i_d, each.i_q) for each in loaded])
+        chosen = anchors(points, _TIES + most // block)
+        for place in chosen if chosen.size else [int(np.argmax(np.abs(points[:, 0])))]:
+            for direction in (1, -1):
+                repeated[direction].append(PlannedReading(float(points[place, 0]), float(points[place, 1]), direction))
+    return _in_blocks(single, repeated, random, block)
 
 
 def _in_blocks(

@@ -6,13 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.flux.flux_map import GainLimits
 from procedures.estimation.flux.readings import FluxReadings, Locations
+from procedures.estimation.flux.sessions import MAGNET_KNOTS, in_blocks, repeated, slow_change, splines
 from procedures.estimation.flux.surface import FluxSurface
 
 ComplexArray = NDArray[np.complex128]
 
-#: Between knots (s) of the winding's resistance and of the magnet's flux over time, and readings a knot at least.
-_RESISTANCE_KNOTS, _MAGNET_KNOTS, _READINGS_A_KNOT = 80.0, 200.0, 6
+#: Between knots (s) of the winding's resistance over time.
+_RESISTANCE_KNOTS = 80.0
 #: Saturating functions of the current that dead time and drops are made of: their widths in shares of the largest current.
 _DROP_WIDTHS = (0.02, 0.08, 0.3)
 #: What is known beforehand (standard deviations): by how much the resistance bends from knot to knot, in shares of it; drops in shares of
@@ -21,11 +23,16 @@ _DROP_WIDTHS = (0.02, 0.08, 0.3)
 _BEND, _DROP, _ANGLE, _IRON, _MAGNET, _FOLLOWED = 0.05, 0.2, 0.1, 0.05, 0.05, 1.0
 #: Above this ratio of speeds, hysteresis and eddy currents are told apart.
 _TWO_SPEEDS = 1.2
+#: Two limits of error, rectangular, differ by so much of one (standard deviation).
+_TWO_LIMITS = float(np.sqrt(2.0 / 3.0))
 
 
 @dataclass(frozen=True)
 class UnknownsLayout:
-    """Which unknown is which: ψ_d of each location, ψ_q of those where it is free, then what all readings share."""
+    """Which unknown is which: ψ_d of each location, ψ_q of those where it is free, then what all readings share, then what each later
+    session has of its own: the angle's zero, by how much its gains of voltage and current differ, and its flux linkages at repeated
+    currents where those are asked for.
+    """
 
     locations: int
     free_q: NDArray[np.intp]
@@ -36,6 +43,10 @@ class UnknownsLayout:
     iron: slice
     magnet: slice
     followed: int
+    angles: slice
+    voltage_gains: slice
+    current_gains: slice
+    apart: slice
     size: int
 
 
@@ -53,11 +64,22 @@ class ReadingModel:
 
     i is the location's current and a share, common to all readings, of what was read beside it: a regulator that misses its set-point
     moves the flux (1), a sensor's noise does not (0), and the voltages tell which.
-    `reference_time` (s) is when the magnet is as the map shall show it. Source: the machine's equations in the rotor's frame; the iron's
-    current is (k_h + k_e·|ω|)·sign(ω)·jψ, a change of the magnet's flux Δλ a shift of i_d by Δλ/L_d(0).
+    `reference_time` (s), of the first session, is when the magnet is as the map shall show it. Source: the machine's equations in the
+    rotor's frame; the iron's current is (k_h + k_e·|ω|)·sign(ω)·jψ, a change of the magnet's flux Δλ a shift of i_d by Δλ/L_d(0).
+    A later session has R, ε and magnet of its own, and gains that may differ from the first one's as far as `gains` has limits for them;
+    with `apart` its flux linkages at the currents that were read before are its own as well.
     """
 
-    def __init__(self, readings: FluxReadings, locations: Locations, *, symmetric: bool, reference_time: float) -> None:
+    def __init__(
+        self,
+        readings: FluxReadings,
+        locations: Locations,
+        *,
+        symmetric: bool,
+        reference_time: float,
+        gains: GainLimits | None = None,
+        apart: bool = False,
+    ) -> None:
         self._readings = readings
         self.locations, self.symmetric = locations, symmetric
         time, count = readings.time, readings.time.size
@@ -67,11 +89,20 @@ class ReadingModel:
         self._at = locations.currents()
         size = np.abs(self._at)
         self._direction = self._at / np.where(size > 0.0, size, 1.0)
-        self._resistance = _splines(time, _RESISTANCE_KNOTS, count)
+        self._gains = gains or GainLimits()
+        self._later = readings.later_sessions()
+        self._apart = repeated(readings.session, locations) if apart else []
+        self._resistance = in_blocks(
+            readings.session,
+            [splines(time[own], _RESISTANCE_KNOTS, int(np.count_nonzero(own))) for own in readings.sessions()],
+        )
         self._drops = np.column_stack([np.tanh(size / (width * self._largest)) for width in _DROP_WIDTHS])
-        magnet = _splines(np.append(time, reference_time), _MAGNET_KNOTS, count)
+        first, *others = readings.sessions()
+        magnet = splines(np.append(time[first], reference_time), MAGNET_KNOTS, int(np.count_nonzero(first)))
         # What the splines have in common is the map itself.
-        self._magnet = (magnet[:-1] - magnet[-1])[:, 1:]
+        own = [(magnet[:-1] - magnet[-1])[:, 1:], *(slow_change(time[other]) for other in others)]
+        self._magnet = in_blocks(readings.session, own)
+        self._first_magnet = own[0].shape[1]
         fastest, slowest = np.max(np.abs(self._speed)), np.min(np.abs(self._speed))
         self._iron = np.sign(self._speed)[:, None] * np.ones((count, 1))
         if fastest > _TWO_SPEEDS * slowest:
@@ -93,12 +124,24 @@ class ReadingModel:
                 1,
                 self._iron.shape[1],
                 self._magnet.shape[1],
+                1,
+                self._later.shape[1],
+                self._later.shape[1] if self._gains.voltage > 0.0 else 0,
+                self._later.shape[1] if self._gains.current > 0.0 else 0,
+                2 * len(self._apart),
             ]
         ).tolist()
         return UnknownsLayout(
             len(points), free_q, slice(edges[0], edges[1]), slice(edges[1], edges[2]), edges[2], edges[3],
-            slice(edges[4], edges[5]), slice(edges[5], edges[6]), edges[6], edges[6] + 1,
+            slice(edges[4], edges[5]), slice(edges[5], edges[6]), edges[6], slice(edges[7], edges[8]),
+            slice(edges[8], edges[9]), slice(edges[9], edges[10]), slice(edges[10], edges[11]), edges[11],
         )  # fmt: skip
+
+    def of_later_sessions(self) -> NDArray[np.intp]:
+        """Return which unknowns say what is other in a later session: magnet, angle's zero, gains."""
+        layout = self.layout
+        magnet = np.arange(layout.magnet.start + self._first_magnet, layout.magnet.stop)
+        return np.concatenate((magnet, np.arange(layout.angles.start, layout.current_gains.stop)))
 
     def start(self) -> FloatArray:
         """Return unknowns to begin with."""
@@ -123,12 +166,20 @@ class ReadingModel:
         """Return what each of its unknowns counts for the change of the magnet's flux linkage at the readings (n, k)."""
         return np.asarray(self._magnet)
 
+    def sessions(self) -> list[NDArray[np.bool_]]:
+        """Return which readings each session has (n,)."""
+        return self._readings.sessions()
+
     def predict(self, unknowns: FloatArray, surface: FluxSurface | None) -> Predicted:
         """Return the voltages that the unknowns give; `surface` tells how the flux changes about each location."""
         layout, speed = self.layout, self._speed
         deviation = self._readings.current - self._at
         current = self._at + unknowns[layout.followed] * deviation
-        turn, late = np.exp(-1j * unknowns[layout.angle]), np.exp(-1j * speed * unknowns[layout.delay])
+        more_current = 1.0 + self._of_later(unknowns, layout.current_gains)
+        more_voltage = 1.0 + self._of_later(unknowns, layout.voltage_gains)
+        angle = unknowns[layout.angle] * (1.0 - np.sum(self._later, axis=1)) + self._of_later(unknowns, layout.angles)
+        turn, late = np.exp(-1j * angle), more_voltage * np.exp(-1j * speed * unknowns[layout.delay])
+        current = more_current * current
         true = current / turn
         at_location = self._flux_at_locations(unknowns)
         shift = self._magnet @ unknowns[layout.magnet]
@@ -156,13 +207,25 @@ class ReadingModel:
         slopes[rows[has], column[has]] = (1j * self._sign_q * through)[has]
         slopes[:, layout.resistance] = self._resistance * (current * late)[:, None]
         slopes[:, layout.drop] = self._drops * (self._direction * late)[:, None]
-        slopes[:, layout.angle] = through * (-1j * flux + _act(inductance, 1j * true))
+        of_angle = through * (-1j * flux + _act(inductance, 1j * true))
+        slopes[:, layout.angle] = of_angle * (1.0 - np.sum(self._later, axis=1))
+        slopes[:, layout.angles] = of_angle[:, None] * self._later
         slopes[:, layout.delay] = -1j * speed * (late * voltage + through * flux)
         slopes[:, layout.iron] = (through * _act(inductance, -1j * at_location))[:, None] * self._iron
         slopes[:, layout.magnet] = (through * _act(inductance, np.full_like(true, per_flux)))[:, None] * self._magnet
         resisted = self._resistance @ unknowns[layout.resistance] * deviation * late
         slopes[:, layout.followed] = resisted + through * _act(inductance, deviation / turn)
-        return Predicted(late * voltage + through * flux, slopes, np.column_stack((at.real, at.imag)))
+        predicted = late * voltage + through * flux
+        if layout.voltage_gains.stop > layout.voltage_gains.start:
+            slopes[:, layout.voltage_gains] = predicted[:, None] * self._later
+        if layout.current_gains.stop > layout.current_gains.start:
+            moved = late * (self._resistance @ unknowns[layout.resistance]) * current + through * _act(inductance, true)
+            slopes[:, layout.current_gains] = moved[:, None] * self._later
+        for number, own in enumerate(self._apart):
+            place = layout.apart.start + 2 * number
+            slopes[own, place] = through[own]
+            slopes[own, place + 1] = (1j * self._sign_q * through)[own]
+        return Predicted(predicted, slopes, np.column_stack((at.real, at.imag)))
 
     def known_beforehand(self, flux_scale: float, resistance: float) -> FloatArray:
         """Return what is known of the unknowns without readings: rows (r, k) whose products with them are 0 with a standard uncertainty
@@ -176,16 +239,25 @@ class ReadingModel:
         spread[layout.iron] = _IRON * self._largest / flux_scale
         spread[layout.magnet] = _MAGNET * flux_scale
         spread[layout.followed] = _FOLLOWED
-        rows = np.diag(1.0 / spread)[np.isfinite(spread)]
-        count = layout.resistance.stop - layout.resistance.start
-        if resistance <= 0.0 or count < 3:
-            return np.asarray(rows)
-        bends = np.zeros((count - 2, layout.size))
-        bends[:, layout.resistance] = np.diff(np.eye(count), 2, axis=0) / (_BEND * resistance)
-        return np.vstack((rows, bends))
+        spread[layout.angles] = _ANGLE
+        spread[layout.voltage_gains] = _TWO_LIMITS * self._gains.voltage
+        spread[layout.current_gains] = _TWO_LIMITS * self._gains.current
+        rows = [np.diag(1.0 / spread)[np.isfinite(spread)]]
+        for own in self._readings.sessions() if resistance > 0.0 else ():
+            places = layout.resistance.start + np.flatnonzero(np.any(self._resistance[own] != 0.0, axis=0))
+            bends = np.zeros((places.size - 2, layout.size))
+            bends[:, places] = np.diff(np.eye(places.size), 2, axis=0) / (_BEND * resistance)
+            rows.append(bends)
+        return np.vstack(rows)
+
+    def _of_later(self, unknowns: FloatArray, part: slice) -> FloatArray:
+        """Return what each reading has of an unknown of the later sessions (n,): 0 in the first, and where there is none."""
+        return self._later @ unknowns[part] if part.stop > part.start else np.zeros(self._speed.size)
 
     def _flux_at_locations(self, unknowns: FloatArray) -> ComplexArray:
         flux = self.flux(unknowns)[self.locations.of]
+        for number, own in enumerate(self._apart):
+            flux[own] += unknowns[self.layout.apart][2 * number : 2 * number + 2]
         return np.asarray(flux[:, 0] + 1j * self._sign_q * flux[:, 1])
 
 
@@ -194,15 +266,3 @@ def _act(inductance: FloatArray, current: ComplexArray) -> ComplexArray:
     d = inductance[:, 0, 0] * current.real + inductance[:, 0, 1] * current.imag
     q = inductance[:, 1, 0] * current.real + inductance[:, 1, 1] * current.imag
     return np.asarray(d + 1j * q)
-
-
-def _splines(time: FloatArray, between: float, readings: int) -> FloatArray:
-    """Return cubic B-splines at times (n, k) with knots so far apart, as many as readings carry."""
-    first, last = float(np.min(time)), float(np.max(time))
-    length = max(last - first, 1e-9)
-    pieces = int(np.clip(round(length / between), 1, max(readings // _READINGS_A_KNOT - 3, 1)))
-    inner = np.linspace(first, first + length, pieces + 1)
-    knots = np.concatenate((np.full(3, inner[0]), inner, np.full(3, inner[-1])))
-    from scipy.interpolate import BSpline
-
-    return np.asarray(BSpline.design_matrix(np.clip(time, inner[0], inner[-1]), knots, 3).toarray())

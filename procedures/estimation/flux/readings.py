@@ -16,7 +16,8 @@ _LEAST = 8
 @dataclass(frozen=True)
 class FluxReadings:
     """Readings (n,): `time` (s), currents and voltages (A, V, peak) in the frame that the inverter's angle gives, electrical speed
-    (rad/s, signed), and the standard deviation of one voltage's and one current's noise.
+    (rad/s, signed), the standard deviation of one voltage's and one current's noise, and the `session` each was taken in, counted from
+    0: times of different sessions have nothing to do with each other.
 
     A noise of 0 for all means that it is not known: the fit's residuals say it.
     """
@@ -29,6 +30,7 @@ class FluxReadings:
     electrical_speed: FloatArray
     voltage_noise: FloatArray
     current_noise: FloatArray
+    session: NDArray[np.intp]
 
     @classmethod
     def of(
@@ -41,6 +43,7 @@ class FluxReadings:
         electrical_speed: ArrayLike,
         voltage_noise: ArrayLike = 0.0,
         current_noise: ArrayLike = 0.0,
+        session: ArrayLike = 0,
     ) -> "FluxReadings":
         """Return readings of these values. Raises EstimationError where they are too few, not numbers, or no speed."""
         names = ("time", "i_d", "i_q", "u_d", "u_q", "electrical speed")
@@ -54,7 +57,18 @@ class FluxReadings:
             )
         n = arrays[0].size
         noises = [np.broadcast_to(np.asarray(each, dtype=np.float64), n) for each in (voltage_noise, current_noise)]
-        return cls(*arrays, *noises)
+        # Whatever they are numbered by, the earliest is 0.
+        numbers = np.unique(np.broadcast_to(np.asarray(session, dtype=np.intp), n), return_inverse=True)[1]
+        at, d, q, u_d, u_q, speed = arrays
+        return cls(at, d, q, u_d, u_q, speed, noises[0], noises[1], numbers.astype(np.intp))
+
+    def sessions(self) -> list[NDArray[np.bool_]]:
+        """Return which readings each session has (n,)."""
+        return [self.session == number for number in range(int(np.max(self.session)) + 1)]
+
+    def later_sessions(self) -> FloatArray:
+        """Return for each session but the first 1 for its readings and 0 for all others (n, sessions − 1)."""
+        return np.column_stack([*self.sessions()]).astype(np.float64)[:, 1:]
 
     @property
     def noise_stated(self) -> bool:

@@ -6,6 +6,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers.interfaces import DqReading, DynamometerReading
 from drivers.interfaces.errors import LimitError, MeasurementError, ReportedError
@@ -21,20 +22,33 @@ _FORGOTTEN = 5.0
 
 @dataclass(frozen=True)
 class MapPoint:
-    """What one planned reading gave: the inverter's reading, and the shaft's taken at its end."""
+    """What one planned reading gave: the inverter's reading, and the shaft's taken at its end; in which session of the run, from 0."""
 
     planned: PlannedReading
     reading: DqReading
     shaft: DynamometerReading
+    session: int = 0
 
 
 @dataclass
 class MapReadings:
-    """The points that were read, those at which the inverter had no voltage left, and why it ended before its plan did."""
+    """The points that were read, those at which the inverter had no voltage left, why it ended before its plan did, and the session that
+    reads now: points of earlier ones come first.
+    """
 
     points: list[MapPoint] = field(default_factory=list)
     limited: list[PlannedReading] = field(default_factory=list)
     ended: Text | None = None
+    session: int = 0
+
+    @property
+    def sessions(self) -> NDArray[np.intp]:
+        """The session (n,) of each point."""
+        return np.array([point.session for point in self.points], dtype=np.intp)
+
+    def of_session(self, session: int) -> "MapReadings":
+        """Return the points of one session."""
+        return MapReadings([point for point in self.points if point.session == session], session=session)
 
     @property
     def planned(self) -> FloatArray:
@@ -84,7 +98,7 @@ def read_points(
     time counts.
     """
     taken, begun = before or MapReadings(), bench.clock.now()
-    first = taken.points[0].reading.time if taken.points else begun
+    first = next((point.reading.time for point in taken.points if point.session == taken.session), begun)
     try:
         with ExitStack() as running:
             direction = planned[0].direction
@@ -116,7 +130,7 @@ def _read(bench: Bench, point: PlannedReading, speed: float, pace: Pace, taken: 
         lag = _FORGOTTEN * taken.points[-1].shaft.torque_filter if taken.points else 0.0
         bench.clock.sleep(max(pace.settling, lag))
         reading = bench.inverter.measure_dq(pace.turns * 2.0 * math.pi / speed)
-        taken.points.append(MapPoint(point, reading, bench.dynamometer.measure()))
+        taken.points.append(MapPoint(point, reading, bench.dynamometer.measure(), taken.session))
     except MeasurementError:
         # The voltage does not carry this current: the next one may be carried.
         taken.limited.append(point)

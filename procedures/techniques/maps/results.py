@@ -114,6 +114,13 @@ def report_figure(
     """Report a figure of a map as a parameter: its scatter, what lies between the points, and what they share as limits."""
     unc = procedure.bench.uncertainties
     made = unc.statistical(budget.scatter, figure.value, figure.scatter, flux_map.degrees_of_freedom)
+    if figure.sessions:
+        made = made + unc.statistical(
+            text("what was other in the run's sessions: angle's zero, magnets, gains"),
+            0.0,
+            figure.sessions,
+            flux_map.degrees_of_freedom,
+        )
     if figure.between:
         made = made + unc.statistical("what lies between the map's points", 0.0, figure.between)
     for what, half_width in figure.shared.items():

@@ -7,6 +7,7 @@ import numpy as np
 from GTC.lib import UncertainReal
 from numpy.typing import NDArray
 
+from drivers.interfaces.text import text
 from procedures.core.bench import Bench
 from procedures.core.budget import Uncertainties
 from procedures.estimation.fitting.misfit import ALARM, NO_MISFIT, Answer, Cause, Finding, Misfit
@@ -40,6 +41,11 @@ class ZeroLine:
         return np.asarray(begin.value + (time - begin.time) * (end.value - begin.value) / (end.time - begin.time))
 
     @property
+    def closed(self) -> bool:
+        """Whether it was read at both ends."""
+        return self.after.time > self.before.time
+
+    @property
     def _drift(self) -> float:
         return self.after.value - self.before.value
 
@@ -65,6 +71,27 @@ class ZeroLine:
             "time": self.after.time - self.before.time,
         }
         return Misfit((Finding(Cause.TORQUE_ZERO, Answer.MODELLED, score=self._score, figures=figures),))
+
+
+@dataclass(frozen=True)
+class OpenZeroLine(ZeroLine):
+    """The zero after its last reading, where nobody read it again: it stays, within what it moved by until then and what its readings
+    leave open, longer as time (s) goes on until `end`.
+    """
+
+    end: float = 0.0
+
+    def at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the zero (N·m) at bench times (s)."""
+        return np.full_like(time, self.after.value)
+
+    def left(self, unc: Uncertainties) -> UncertainReal:
+        """Return what is left of the zero (N·m): the readings' scatter, and what it may have moved by since."""
+        scatter = max(self.before.uncertainty, self.after.uncertainty)
+        longer = max(1.0, (self.end - self.after.time) / max(self.after.time - self.before.time, 1e-9))
+        moved = (abs(self._drift) + 2.0 * scatter) * longer
+        zero = unc.statistical("zeroing the torque", 0.0, scatter, float(_READINGS - 1))
+        return zero + unc.limit(text("torque's zero, not read again"), 0.0, moved)
 
 
 def read_zero(bench: Bench, interval: float, rest: float) -> TorqueZero:

@@ -40,6 +40,8 @@ class Moteus:
     def __init__(self) -> None:
         self.configuration = dict(CONFIGURATION)
         self.set: list[tuple[str, str]] = []
+        #: What it says of a value that it was set to.
+        self.kept: Callable[[str], str] = str
         self.mode, self.fault, self.code = 0, 0, 0
         self.d = self.q = 0.0
         self.steps = 0  # of starting
@@ -158,7 +160,7 @@ class Moteus:
                     else b"ERR error reading\r\n"
                 )
             case ["conf", "set", name, value]:
-                self.configuration[name] = value
+                self.configuration[name] = self.kept(value)
                 self.set.append((name, value))
                 return b"OK\r\n"
             case ["tel", "fmt", *_] | ["tel", "stop"]:

@@ -38,6 +38,24 @@ def test_what_may_be_set_is_set_and_given_back(opened: Opened, moteus: Any) -> N
     assert len(moteus.set) == 4
 
 
+@pytest.mark.parametrize("most", [52.815870482657814, 123.4567891, 7.0000004, 0.381371211])
+@pytest.mark.parametrize("said", ["{:g}", "{:f}"])
+def test_a_limit_with_more_digits_than_the_drive_has_is_set(
+    opened: Opened, moteus: Any, most: float, said: str
+) -> None:
+    """What the drive keeps is single precision, and what it says of it is rounded once more."""
+
+    moteus.kept = lambda value: said.format(struct.unpack("<f", struct.pack("<f", float(value)))[0])
+    moteus.configuration["servo.max_current_A"] = moteus.kept(repr(most))
+    inverter = opened(maximum_current=most)
+    assert inverter.maximum_current == pytest.approx(most, rel=1e-5)
+    inverter.close()
+    moteus.configuration["servo.max_current_A"] = moteus.kept("200")
+    inverter = opened(maximum_current=most)
+    assert inverter.maximum_current <= most * (1.0 + 1e-6)
+    assert inverter.maximum_current == pytest.approx(most, rel=1e-5)
+
+
 def test_nothing_is_given_back_under_power(opened: Opened, moteus: Any) -> None:
     inverter = opened()
     moteus.set.clear()

@@ -18,9 +18,11 @@ def law(i_d: ArrayLike, i_q: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np
     return psi_d, psi_q
 
 
-def findings(uncertainty: float = 2e-5) -> dict[str, object]:
+def findings(uncertainty: float = 2e-5, low: float = -REACH, high: float = REACH) -> dict[str, object]:
+    """Return them with d-axis currents from `low` to `high` (A)."""
     axis = np.linspace(-REACH, REACH, 25)
-    d, q = np.meshgrid(axis, axis, indexing="ij")
+    along = np.linspace(low, high, 25)
+    d, q = np.meshgrid(along, axis, indexing="ij")
     psi_d, psi_q = law(d, q)
     near = np.hypot(d, q) <= REACH * 1.001
     half = near & (q >= 0.0)
@@ -34,7 +36,7 @@ def findings(uncertainty: float = 2e-5) -> dict[str, object]:
         "pole_pairs": PAIRS,
         "resistance": {"time": [0.0, 1.0], "resistance": [0.044, 0.046]},
         "grid": {
-            "i_d": axis.tolist(),
+            "i_d": along.tolist(),
             "i_q": axis.tolist(),
             "psi_d": psi_d.tolist(),
             "psi_q": psi_q.tolist(),

@@ -97,8 +97,21 @@ def test_mathworks_tables_both_ways(subject: Subject) -> None:
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="the machine has no C compiler")
 def test_c_tables_compiled(subject: Subject, tmp_path: Path) -> None:
-    (tmp_path / "flux_map.h").write_text(written("c-tables", subject), encoding="ascii")
     places = [*POINTS, (-25.0, 25.0), (-40.0, 0.0)]
+    rows = c_rows(subject, places, tmp_path)
+    psi_d, psi_q = law(*np.clip(np.array(places), -REACH, REACH).T)
+    error = rows[0, 6]
+    assert 0.0 < error < 1e-4
+    assert np.max(np.abs(rows[:-2, 1] - psi_d[:-2])) < error + 1e-8
+    assert np.max(np.abs(rows[:-2, 2] - psi_q[:-2])) < error + 1e-8
+    # One step of 15 bits each of current and flux linkage.
+    assert np.max(np.abs(rows[:, 4:6] - rows[:, 1:3])) < 2.5e-6
+    assert rows[:, 0].tolist() == [1, 1, 1, 1, 1, 0, 0]
+
+
+def c_rows(subject: Subject, places: list[tuple[float, float]], tmp_path: Path) -> np.ndarray:
+    """Return what the compiled C tables give at currents (A): inside, both flux linkages, the same in fixed point, the stated error."""
+    (tmp_path / "flux_map.h").write_text(written("c-tables", subject), encoding="ascii")
     calls = "\n".join(f"show({d:.6f}f, {q:.6f}f);" for d, q in places)
     (tmp_path / "main.c").write_text(
         '#include <stdio.h>\n#include "flux_map.h"\n'
@@ -115,15 +128,43 @@ def test_c_tables_compiled(subject: Subject, tmp_path: Path) -> None:
     flags = ["-std=c99", "-Wall", "-Wextra", "-Werror"]
     subprocess.run(["cc", *flags, "main.c", "-o", "main"], cwd=tmp_path, check=True, capture_output=True)
     shown = subprocess.run([str(tmp_path / "main")], check=True, capture_output=True, text=True).stdout
-    rows = np.array([[float(word) for word in line.split()] for line in shown.splitlines()])
-    psi_d, psi_q = law(*np.clip(np.array(places), -REACH, REACH).T)
-    error = rows[0, 6]
-    assert 0.0 < error < 1e-4
-    assert np.max(np.abs(rows[:-2, 1] - psi_d[:-2])) < error + 1e-8
-    assert np.max(np.abs(rows[:-2, 2] - psi_q[:-2])) < error + 1e-8
-    # One step of 15 bits each of current and flux linkage.
-    assert np.max(np.abs(rows[:, 4:6] - rows[:, 1:3])) < 2.5e-6
-    assert rows[:, 0].tolist() == [1, 1, 1, 1, 1, 0, 0]
+    return np.array([[float(word) for word in line.split()] for line in shown.splitlines()])
+
+
+#: Maps of half the plane: without positive or negative d-axis current; and places in either.
+HALVES = {
+    "weakening": ((-REACH, 0.0), [(-7.3, 15.1), (-0.01, 20.0), (0.0, -14.2), (-20.0, 1.0)]),
+    "strengthening": ((0.0, REACH), [(7.3, 15.1), (0.01, 20.0), (0.0, -14.2), (20.0, 1.0)]),
+}
+
+
+@pytest.mark.parametrize("name", HALVES)
+def test_a_map_of_half_the_plane(name: str, make_subject: Make, tmp_path: Path) -> None:
+    (low, high), places = HALVES[name]
+    subject = make_subject(flux_map=exported_map("flux-map", findings(low=low, high=high)))
+    for target in MAPS:
+        assert not re.search(r"(?<![\w.])(nan|inf)(?![\w(])", written(target, subject), re.IGNORECASE)
+    if shutil.which("cc") is not None:
+        outside = (-places[0][0], 5.0)
+        rows = c_rows(subject, [*places, outside], tmp_path)
+        psi_d, psi_q = law(*np.array(places).T)
+        error = rows[0, 6] + 1e-8
+        assert np.max(np.abs(rows[:-1, 1] - psi_d)) < error
+        assert np.max(np.abs(rows[:-1, 2] - psi_q)) < error
+        assert np.max(np.abs(rows[:-1, 4:6] - rows[:-1, 1:3])) < 2.5e-6
+        assert rows[:, 0].tolist() == [1, 1, 1, 1, 0]
+    read = matlab_tables(written("mathworks-lut", subject))
+    d, q = np.meshgrid(read["idVec"], read["iqVec"], indexing="ij")
+    for table, wanted in zip(("FluxD", "FluxQ"), law(d, q), strict=True):
+        assert np.allclose(read[table], wanted, rtol=1e-8, atol=1e-12)
+    back = law(read["id"], read["iq"])
+    flux_d, flux_q = np.meshgrid(read["flux_d"], read["flux_q"], indexing="ij")
+    assert np.max(np.abs(back[0] - flux_d)) < 2e-7
+    assert np.max(np.abs(back[1] - flux_q)) < 2e-7
+    module = executed("motulator-map", subject)
+    # Its table over flux linkages ends where currents on the edge lie.
+    for i_d, i_q in (place for place in places if low < place[0] < high and abs(place[0]) > 1.0):
+        assert module.i_s(complex(*law(i_d, i_q))) == pytest.approx(complex(i_d, i_q), abs=1e-3)
 
 
 def test_csv_has_both_sides_with_their_uncertainty(subject: Subject) -> None:

@@ -1,0 +1,52 @@
+"""What is said of a map whose readings ended early, were limited, or contradict those of an earlier session."""
+
+from typing import Any
+
+from drivers.interfaces.text import Text, text
+from procedures.core.procedure import Procedure
+from procedures.estimation.flux.map_fit import SessionUnknowns
+from procedures.estimation.flux.session_ties import BrokenTie
+from procedures.techniques.maps.readings import MapReadings
+
+#: What becomes of readings that contradict each other, by whether there was time to read all again.
+READ_AGAIN = text("they are left out, and what they had read was read again")
+LEFT_OUT = text("the map is of the session that read most; measure again with --repeat flux-map")
+
+
+def tell_left_out(procedure: Procedure[Any], taken: MapReadings, planned: int) -> None:
+    """Say why readings ended before so many were taken, and at how many currents the inverter was limited."""
+    if taken.ended is not None:
+        procedure.notice(
+            "ended-early",
+            text(
+                "{read} of {planned} readings were taken: {why}. The map is of these",
+                read=len(taken.points),
+                planned=planned,
+                why=taken.ended,
+            ),
+        )
+    if taken.limited:
+        procedure.notice(
+            "limited",
+            text(
+                "at {count} of the currents the inverter's output was limited, and they are left out; lower speed_share, or raise "
+                "the bus voltage",
+                count=len(taken.limited),
+            ),
+        )
+
+
+def broken_words(broken: BrokenTie, answer: Text) -> Text:
+    """Return that sessions contradict each other, and what is done about it."""
+    return text(
+        "currents that were read again contradict what sessions before had read: flux linkages differ by {share:.2g} % of the "
+        "largest, gains by {gain:.2g} %, more than temperatures, the angle's zero and stated limits explain; {answer}",
+        share=100.0 * broken.share,
+        gain=100.0 * broken.gain,
+        answer=answer,
+    )
+
+
+def session_row(session: SessionUnknowns) -> dict[str, Any]:
+    """Return what a session's readings have of their own, as it stands among the findings."""
+    return {name: each if isinstance(each, int) else vars(each) for name, each in vars(session).items()}
