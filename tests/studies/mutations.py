@@ -137,7 +137,7 @@ def preload() -> None:
 def unchanged(modules: Iterable[str]) -> Iterator[Outcome]:
     """Give what the kit says of drivers whose modules are loaded anew and not changed, once for each driver."""
     served = {**TARGETS, **SUPPORTING}
-    for driver, module in {driver: module for module in modules for driver in served[module]}.items():
+    for driver, module in {driver: one for one in modules for driver in served[one]}.items():
         nothing = Mutant(module, "nothing", 0, "nothing", path_of(module).read_text(encoding="utf-8"))
         yield examine(nothing, (driver,))
 
