@@ -22,10 +22,9 @@ from types import ModuleType
 from typing import Any
 
 from bench.plugins.catalogues import installed
-from bench.testing.conformance.driver import check_driver
-from bench.testing.conformance.report import ConformanceReport
-from bench.testing.conformance.session import session_of
-from drivers.interfaces import Role
+from bench.testing.conformance.driver import check_driver, subject_of
+from bench.testing.conformance.report import Checks, ConformanceReport
+from bench.testing.conformance.session import Trial, session_of
 from tests.studies.mutants import SUPPORTING, TARGETS, Mutant, mutants, path_of
 
 _OWN = "tests.bench.testing.conformance.own_"
@@ -124,14 +123,11 @@ def examine(mutant: Mutant, drivers: Sequence[str] = ()) -> Outcome:
 def preload() -> None:
     """Load what every check needs, so that a forked process has it."""
     known, own = installed(), importlib.import_module(f"{_OWN}drivers")
-    for role in Role:
-        session_of(role)
     for name in own.OPTIONS:
-        if own.driver_named(name) == name:
-            known.driver(name, Role.SUPPLY)
-    check_driver("keysight-e36300", options=own.OPTIONS["keysight-e36300"], first_only=True)
-    check_driver("delta-dyn200", options=own.OPTIONS["delta-dyn200"], first_only=True)
-    check_driver("cia402-inverter", options=own.OPTIONS["cia402-inverter"], first_only=True)
+        driver = own.driver_named(name)
+        subject = subject_of(driver, None, own.OPTIONS[name], known, found=own.FOUND.get(name))
+        with Trial(subject, session_of(subject.role), Checks(), 0).opened():
+            """Opening is what imports."""
 
 
 def unchanged(modules: Iterable[str]) -> Iterator[Outcome]:
