@@ -134,7 +134,8 @@ class Manual:
     settings that a last user may have left. `lacks` are messages (regular expressions) that others of its family refuse: the driver
     does without them, and tells where any other of its questions at opening is refused. `others` are replies to the question that it
     is recognised by, of instruments that are none of its. `trip` is a fault of its own, `stopped` what somebody else may do to it
-    while it feeds, as another master that takes its enable away.
+    while it feeds, as another master that takes its enable away. `local` is the message (a regular expression) that gives the front
+    panel back, the last that close() sends.
     """
 
     identity: Identity | None = None
@@ -153,3 +154,4 @@ class Manual:
     left: Sequence[Left] = ()
     lacks: Sequence[str] | None = None
     others: Sequence[Any] = ()
+    local: str = ""
