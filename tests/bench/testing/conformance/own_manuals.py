@@ -327,8 +327,9 @@ _DELTA = Manual(
                 bytes.fromhex(shown),
                 reads={"torque": torque, "speed": rpm * _RPM, "power": torque * rpm * _RPM},
                 call="measure",
+                times=2,
             )
-            # The sensor tells no direction, and one reading does not settle the scale of its power.
+            # The sensor tells no direction, and two readings do not settle the scale of its power.
             for shown, torque, rpm in (
                 ("00003039 00001770 0000004e", 1.2345, 60.0),
                 ("ffffcfc7 00001770 0000004e", -1.2345, 60.0),

@@ -161,7 +161,7 @@ _IDENTITIES: Sequence[Model] = (
     *(
         Model(
             {_WHO: _IDENTITY.replace(word, _EXTREME)},
-            states={"identity.serial_number": b64encode(_NUMBER.replace(word, _EXTREME)).decode()},
+            states={"identity.serial_number": b64encode(_NUMBER.replace(word, _EXTREME[::-1])).decode()},
         )
         for word in (b"\x11" * 4, b"\x33" * 4)
     ),
