@@ -69,13 +69,13 @@ def check_altered(trial: Trial) -> None:
 def _malformed(reply: str, *, fixed: bool) -> Iterator[str]:
     """Give a reply with one character that cannot be there, in the place of each of its digits' groups.
 
-    Where its length is `fixed`, also in the place of its beginning, and with one more and one less of each.
+    Where its length is `fixed`, also with one more and one less of each.
     """
     for found in re.finditer(r"[0-9][0-9.]*", reply):
         places = range(found.start(), found.end()) if fixed else (found.start(),)
         yield from (f"{reply[:place]}?{reply[place + 1 :]}" for place in places)
     if fixed:
-        yield from (f"?{reply[1:]}", reply[:2] + reply[1:], reply[:-2] + reply[-3:], reply[:-2] + reply[-1:])
+        yield from (reply[:2] + reply[1:], reply[:-2] + reply[-3:], reply[:-2] + reply[-1:])
     if "," in reply:
         yield reply.rpartition(",")[0] + "\n"
         yield reply.rstrip("\n") + ",1\n"

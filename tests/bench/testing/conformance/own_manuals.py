@@ -292,6 +292,7 @@ _LUTRON = Manual(
         Reply("frame", b"\x0241220400001234\r", CommunicationError),
         Reply("frame", b"\x0242220100001234\r", CommunicationError),
         Reply("frame", b"\x0241??0100001234\r", CommunicationError),
+        Reply("frame", b"?41220100001234\r", CommunicationError, says="no frame between"),
         Reply("frame", b"\x024122010000123\r", CommunicationError),
         Reply("frame", b"\x02412201000012345\r", CommunicationError),
     ),
