@@ -127,7 +127,8 @@ class ProtectionTrip:
 class Manual:
     """What the manual states, each where it is given.
 
-    `accuracies` go by the name of the check ("at voltage: voltage reading"), `accuracies_at` by the arguments of `accuracy_at`.
+    `accuracies` go by the name of the check ("at voltage: voltage reading"), `accuracies_at` by the arguments of `accuracy_at`, with the
+    error where it states none.
     `identity` is what the driver makes of the simulated instrument's, `defaults` the options that may be left out. `takes` is how
     long (s) a call of a method lasts, at least and at most; `steps` are those to which a setting is rounded that a query (a
     regular expression) reads back; `port` is how a serial line is set up (`baudrate`, `parity` … as pyserial names them). `left` are
@@ -141,7 +142,9 @@ class Manual:
     identity: Identity | None = None
     defaults: Mapping[str, Any] = field(default_factory=dict)
     accuracies: Mapping[str, Accuracy] = field(default_factory=dict)
-    accuracies_at: Mapping[tuple[Any, ...], Accuracy | tuple[Accuracy, ...]] = field(default_factory=dict)
+    accuracies_at: Mapping[tuple[Any, ...], Accuracy | tuple[Accuracy, ...] | type[InstrumentError]] = field(
+        default_factory=dict
+    )
     limits: Sequence[StatedLimits] = ()
     replies: Sequence[Reply] = ()
     not_yet: Sequence[NotYet] = ()

@@ -134,7 +134,12 @@ _AT_1_KHZ = (1.0, 1e-3, 1000.0, 1.0, Aperture.MEDIUM)
 _DIGITS = {"inductance_accuracy.resolution": 1e-9, "resistance_accuracy.resolution": 1e-5, "frequency": 1000.0}
 _E4980A = Manual(
     identity=Identity("Keysight Technologies", "E4980AL", "MY54101234", "B.07.03"),
-    accuracies_at={**_STATED, (1.0, 1e-3, 1000.0): _STATED[_AT_1_KHZ]},
+    accuracies_at={
+        **_STATED,
+        (1.0, 1e-3, 1000.0): _STATED[_AT_1_KHZ],
+        (1.0, 1e-3, 19.9): MeasurementError,
+        (1.0, 1e-3, 100.1e3): MeasurementError,
+    },
     models=(
         Model({r"\*IDN\?": b"Agilent Technologies,E4980A,MY1,A.02.10"}, states={"maximum_frequency": 2e6}),
         Model({r"\*OPT\?": b"032"}, states={"maximum_frequency": 300e3}),

@@ -182,6 +182,7 @@ def test_mistakes_are_found(
             Manual(accuracies_at={(5.0,): Accuracy(gain=3.5e-5, offset=5e-5, resolution=1e-5, source="elsewhere")}),
             "accuracy_at(5.0,): accuracy as the",
         ),
+        ("keysight-34461a", Manual(accuracies_at={(5.0,): MeasurementError}), "accuracy_at(5.0,): none is stated"),
         ("gwinstek-gpt9800", Manual(local="^SYST:LOC$"), "close() gives the front panel back"),
         (
             "keysight-34461a",
