@@ -157,12 +157,13 @@ def _torque(stand: Stand, dynamometer: Any, checks: Checks) -> None:
                 checks.close("command_zero(): torque", left, 0.0, 0.02, "Command no speed and no torque")
         stand.off(checks)
     stand.world.set_stuck_rotor(False)
-    with dynamometer.driving_torque(_torque_of(dynamometer), _TURNING):
-        stand.wait(1.0)
-        _compare(stand, dynamometer, checks, "at a torque")
-        dynamometer.stop()
-        speed = stand.world.dynamometer.speed()
-        checks.close("stop() in a block of torque: at rest", speed, 0.0, _REST, "Switch off before the mode is changed")
+    for sign in (-1.0, 1.0):
+        with dynamometer.driving_torque(sign * _torque_of(dynamometer), _TURNING):
+            stand.wait(1.0)
+            _compare(stand, dynamometer, checks, "at a torque")
+            dynamometer.stop()
+            speed, advice = stand.world.dynamometer.speed(), "Switch off before the mode is changed"
+            checks.close("stop() in a block of torque: at rest", speed, 0.0, _REST, advice)
     wrong = ((math.nan, 40.0), (2.0 * dynamometer.maximum_torque, 40.0), (0.1, -1.0), (0.1, 1e5))
     checks.rejects("torques that cannot be", dynamometer.driving_torque, *wrong)
     dynamometer.stop()
