@@ -231,7 +231,8 @@ def placed_reason(error: BaseException, module: str) -> Text:
 
 def place_in(error: BaseException, module: str) -> tuple[str, int] | None:
     """Return file and line of the last call within a module's package, None where there is none."""
-    package, found, trace = module.partition(".")[0], None, error.__traceback__
+    found: tuple[str, int] | None = None
+    package, trace = module.partition(".")[0], error.__traceback__
     while trace is not None:
         if package and str(trace.tb_frame.f_globals.get("__name__", "")).partition(".")[0] == package:
             found = basename(trace.tb_frame.f_code.co_filename), trace.tb_lineno

@@ -106,7 +106,7 @@ _UNITS: Sequence[Model] = (
     _refuses(None, "velocity_unit", _ratio(_FACTOR, 1, 1), _ratio(_FEED, 500, 1)),
 )  # fmt: skip
 #: A drive that turns in velocity mode alone, by its objects of 16 bits in rpm.
-_VELOCITY_MODE: Mapping[str, bytes | None] = {
+_VELOCITY_MODE: dict[str, bytes | None] = {
     "^read 6502H": _number(1 << 1 | 1 << 3),
     "^read 6044H": (-600).to_bytes(2, "little", signed=True),
 }

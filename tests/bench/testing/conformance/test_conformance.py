@@ -231,7 +231,7 @@ def test_a_driver_that_is_not_as_its_manual_is_found(driver: str, manual: Manual
 @pytest.mark.parametrize("name", sorted({*OPTIONS} - {"scpi-supply"}))
 def test_the_use_that_is_disturbed_is_of_everything_that_feeds(name: str) -> None:
     subject = subject_of(driver_named(name), None, OPTIONS[name], installed(), found=FOUND.get(name))
-    used = set()
+    used: set[str] = set()
 
     class Noted:
         def __init__(self, instrument: Any) -> None:
