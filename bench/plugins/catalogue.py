@@ -5,11 +5,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from enum import EnumMeta
+from os.path import basename
 from typing import Any, Generic, TypeVar
 
 from bench.files.toml_file import nearest
 from bench.i18n.errors import InputError
-from drivers.interfaces.strangers_code import strangers_code
+from drivers.interfaces.strangers_code import LeftError, strangers_code
 from drivers.interfaces.text import Text, lines, text, text_of
 
 T = TypeVar("T")
@@ -35,11 +36,12 @@ class Origin:
 
 @dataclass(frozen=True)
 class UnloadedDeclaration:
-    """A declaration that is not loaded yet."""
+    """A declaration that is not loaded yet; `module` is where it stands, empty for ours."""
 
     name: str
     origin: Origin
     load: Callable[[], object]
+    module: str = ""
 
 
 @dataclass(frozen=True)
@@ -119,7 +121,7 @@ class Catalogue(Mapping[str, T], Generic[T]):
                     loaded = self._accept(name, entry.load())
                 self._check_against_earlier(entry, loaded)
             except Exception as error:  # noqa: BLE001  a stranger's code may raise anything
-                self._broken[name, entry.origin] = BrokenPlugin(name, entry.origin, reason(error))
+                self._broken[name, entry.origin] = BrokenPlugin(name, entry.origin, placed_reason(error, entry.module))
                 continue
             found, self._holders[name] = loaded, entry
         return found
@@ -213,3 +215,26 @@ def reason(error: BaseException) -> Text:
         message = text("{kind} has no {name}; {hint}", kind=error.obj.__name__, name=error.name, hint=hint)
     one_line = " ".join(str(message).split())
     return text("{kind}: {said}", kind=type(error).__name__, said=message if one_line == str(message) else one_line)
+
+
+def placed_reason(error: BaseException, module: str) -> Text:
+    """Return what an error of a plug-in says, with the last line in the package of its `module` that led to it.
+
+    A syntax error names its own.
+    """
+    # Where somebody wanted to end the program, that is what he did.
+    where = error.__cause__ if isinstance(error, LeftError) and error.__cause__ else error
+    place = None if isinstance(where, SyntaxError) else place_in(where, module)
+    said = reason(error)
+    return said if place is None else text("{error} ({file}, line {line})", error=said, file=place[0], line=place[1])
+
+
+def place_in(error: BaseException, module: str) -> tuple[str, int] | None:
+    """Return file and line of the last call within a module's package, None where there is none."""
+    found: tuple[str, int] | None = None
+    package, trace = module.partition(".")[0], error.__traceback__
+    while trace is not None:
+        if package and str(trace.tb_frame.f_globals.get("__name__", "")).partition(".")[0] == package:
+            found = basename(trace.tb_frame.f_code.co_filename), trace.tb_lineno
+        trace = trace.tb_next
+    return found

@@ -103,8 +103,9 @@ def installed() -> Catalogues:
         for point in distribution.entry_points:
             group = point.group.removeprefix(_PREFIX)
             if point.group.startswith(_PREFIX) and group in found:
-                load = point.load if name == OURS else partial(_load_with_translations, point)
-                found[group].append(UnloadedDeclaration(point.name, origin, load))
+                ours = name == OURS
+                load = point.load if ours else partial(_load_with_translations, point)
+                found[group].append(UnloadedDeclaration(point.name, origin, load, "" if ours else point.module))
     for entries in found.values():
         entries.sort(key=lambda entry: (entry.origin.name != OURS, entry.origin.name))
     places = {name: place for place, name in enumerate(ORDER)}

@@ -3,10 +3,9 @@
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
-from os.path import basename
 
 from bench.i18n.errors import InputError, at, fault
-from bench.plugins.catalogue import OURS, Origin
+from bench.plugins.catalogue import OURS, Origin, place_in
 from bench.plugins.catalogues import installed
 from drivers.interfaces.strangers_code import strangers_code
 from drivers.interfaces.text import Text, text
@@ -24,9 +23,9 @@ def procedure_origin(name: str, kind: type) -> Origin | None:
 
 def plugin_fault(error: BaseException, what: Text, origin: Origin, module: str) -> Text:
     """Return what to say of an error inside `what` of a plug-in, whose `module` is looked for among the lines that led to it."""
-    said, place = fault(error), _place_in(error, module)
-    if place and place not in str(said):
-        said = at(place, said)
+    said, place = fault(error), place_in(error, module)
+    if place and (shown := f"{place[0]}:{place[1]}") not in str(said):
+        said = at(shown, said)
     return text(
         "an error in {what} from {origin}: {fault}; report it to its author",
         what=what,
@@ -46,13 +45,3 @@ def plugin_code(what: Text, origin: Origin, module: str, *passing: type[Exceptio
         raise
     except Exception as error:
         raise InputError(plugin_fault(error, what, origin, module)) from error
-
-
-def _place_in(error: BaseException, module: str) -> str:
-    """Return file and line of the last call within a module's package, empty where there is none."""
-    package, found, trace = module.partition(".")[0], "", error.__traceback__
-    while trace is not None:
-        if str(trace.tb_frame.f_globals.get("__name__", "")).partition(".")[0] == package:
-            found = f"{basename(trace.tb_frame.f_code.co_filename)}:{trace.tb_lineno}"
-        trace = trace.tb_next
-    return found

@@ -14,12 +14,12 @@ from pydantic import Field
 from bench.files.toml_file import Section
 from bench.i18n.errors import FileError
 from bench.i18n.language import add_translations_beside
-from bench.plugins.catalogue import Origin, PluginFile, UnloadedDeclaration, reason
+from bench.plugins.catalogue import Origin, PluginFile, UnloadedDeclaration, placed_reason
 from bench.plugins.catalogues import GROUPS, Catalogues, installed
 from bench.plugins.records import RecordOutput
 from drivers.catalogue import Driver
 from drivers.interfaces.strangers_code import strangers_code
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import text
 from drivers.safety_devices import InterlockDriver, RelayDriver
 
 KEY = "plugins"
@@ -90,10 +90,10 @@ def load_file(path: Path, source: str) -> PluginFile:
         with strangers_code():
             module = sys.modules.get(name) or _import(name, path.resolve(), content)
     except Exception as error:  # noqa: BLE001  a stranger's code may raise anything
-        return PluginFile(origin, error=_placed(error, path.resolve()))
+        return PluginFile(origin, error=placed_reason(error, name))
     entries: dict[str, list[UnloadedDeclaration]] = {group: [] for group in GROUPS}
     for group, declared, value in _declarations(module):
-        entries[group].append(UnloadedDeclaration(declared, origin, lambda value=value: value))  # type: ignore[misc]
+        entries[group].append(UnloadedDeclaration(declared, origin, lambda value=value: value, name))  # type: ignore[misc]
     if not any(entries.values()):
         return PluginFile(
             origin,
@@ -102,17 +102,6 @@ def load_file(path: Path, source: str) -> PluginFile:
             ),
         )
     return PluginFile(origin, entries)
-
-
-def _placed(error: BaseException, path: Path) -> Text:
-    """Return what an error says, with the last line of the file that led to it; a syntax error names its own."""
-    found, trace = 0, error.__traceback__
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == str(path):
-            found = trace.tb_lineno
-        trace = trace.tb_next
-    said = reason(error)
-    return text("{error} ({file}, line {line})", error=said, file=path.name, line=found) if found else said
 
 
 def _import(name: str, path: Path, content: bytes) -> ModuleType:

@@ -209,12 +209,12 @@ class DeltaDyn200(Dynamometer):
         Where nobody told the shaft its direction, the speed is a magnitude, and its accuracy says so. Raises MeasurementError
         where power, torque, speed and the drive's frequency contradict each other.
         """
-        shaft = self._transducer.read()
-        time = self._clock.now()
-        scale = self._transducer.speed_scale
-        if self._pushing and not scale.settled and shaft.speed:
-            scale.compare(shaft.speed, self._drive.output_speed(), CHANGING, READINGS)
-        return self._transducer.as_reading(shaft, time)
+        while True:
+            shaft = self._transducer.read()
+            time = self._clock.now()
+            if self._may_be_used(shaft.speed):
+                return self._transducer.as_reading(shaft, time)
+            self._clock.sleep(self._options.settle_interval)
 
     def stop(self) -> None:
         """Brake to standstill, wait until the shaft is at rest, and disable the drive.
@@ -261,6 +261,13 @@ class DeltaDyn200(Dynamometer):
         check_setpoint(
             self._name, "speed", speed, "rad/s", -self._maximum_speed, self._maximum_speed, self._speed_owner
         )
+
+    def _may_be_used(self, speed: float) -> bool:
+        """Tell whether a speed (rad/s) contradicts the drive's frequency in no way; an error where it does so again and again."""
+        scale = self._transducer.speed_scale
+        if not self._pushing or scale.settled or not speed:
+            return True
+        return scale.compare(speed, self._drive.output_speed(), CHANGING, READINGS)
 
     def _prepare(self, mode: ControlMode) -> None:
         self._drive.check_fault()

@@ -89,24 +89,26 @@ class SpeedScale:
         self._against = 0
         self.settled = False
 
-    def compare(self, shown: float, driven: float, within: float = STEADY, readings: int = 1) -> None:
+    def compare(self, shown: float, driven: float, within: float = STEADY, readings: int = 1) -> bool:
         """Compare the speed shown (rad/s) with that of the drive's output frequency (rad/s); signs do not count.
 
-        Raises MeasurementError where their ratio is not `within`, so many `readings` one after the other.
+        Returns whether the reading may be used: another is to be taken where it contradicts and is not the last. Raises
+        MeasurementError where their ratio is not `within`, so many `readings` one after the other.
         """
         shown, driven = abs(shown), abs(driven)
         ratio = max(shown, 1e-9) / max(driven, 1e-9)
-        # While it changes, the slow beginning settles nothing. Later slip may, but it makes no powers of ten.
-        if (readings > 1 and min(shown, driven) < _SLOWEST) or (
-            max(shown, driven) < _SLOWEST and not self._decades(ratio)
-        ):
-            return
+        # While it changes, the slow beginning settles nothing. Slip and filters may make much of it, but no powers of ten.
+        slow, changing = max(shown, driven) < _SLOWEST, readings > 1
+        slowly = slow or (changing and min(shown, driven) < _SLOWEST)
+        if slowly and ((slow and changing) or not self._decades(ratio)):
+            return True
         if 1 / STEADY <= ratio <= STEADY:
             self.settled, self._against = True, 0
-            return
+            return True
         self._against = 0 if 1 / within <= ratio <= within else self._against + 1
         if self._against >= readings:
             raise self._contradiction(shown, driven, ratio)
+        return self._against == 0
 
     def _decades(self, ratio: float) -> int:
         """Return by how many decimals sensor over drive is off; 0 where no other number of decimals explains it."""

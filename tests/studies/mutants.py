@@ -103,6 +103,10 @@ def path_of(module: str) -> Path:
     return ROOT / (module.replace(".", "/") + ".py")
 
 
+def _tree_of(module: str) -> ast.Module:
+    return ast.parse(path_of(module).read_text(encoding="utf-8"))
+
+
 class _Sites:
     """Tells what can be changed at a node of a module's tree."""
 
@@ -153,7 +157,7 @@ class _Sites:
 
 def sites_of(module: str) -> tuple[ast.Module, list[tuple[str, int]]]:
     """Return a module's tree and what can be changed in it: the kind and the node's place in a walk."""
-    tree = ast.parse(path_of(module).read_text(encoding="utf-8"))
+    tree = _tree_of(module)
     finder = _Sites(tree)
     excluded = unobservable(tree)
     nodes = list(ast_nodes(tree))
@@ -165,7 +169,7 @@ def sites_of(module: str) -> tuple[ast.Module, list[tuple[str, int]]]:
 
 def mutated(module: str, kind: str, number: int, generator: np.random.Generator) -> Mutant:
     """Return the module with one change."""
-    tree, _ = sites_of(module)
+    tree = _tree_of(module)
     finder = _Sites(tree)
     parents = {child: parent for parent in ast_nodes(tree) for child in ast.iter_child_nodes(parent)}
     node: Any = list(ast_nodes(tree))[number]

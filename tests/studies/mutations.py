@@ -12,7 +12,7 @@ import resource
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.abc import Loader, MetaPathFinder
@@ -22,10 +22,9 @@ from types import ModuleType
 from typing import Any
 
 from bench.plugins.catalogues import installed
-from bench.testing.conformance.driver import check_driver
-from bench.testing.conformance.report import ConformanceReport
-from bench.testing.conformance.session import session_of
-from drivers.interfaces import Role
+from bench.testing.conformance.driver import check_driver, subject_of
+from bench.testing.conformance.report import Checks, ConformanceReport
+from bench.testing.conformance.session import Trial, session_of
 from tests.studies.mutants import SUPPORTING, TARGETS, Mutant, mutants, path_of
 
 _OWN = "tests.bench.testing.conformance.own_"
@@ -85,17 +84,17 @@ def check_own(driver: str, *, first_only: bool = False, thorough: bool = True) -
     )
 
 
-def first_failure(mutant: Mutant) -> str:
-    """Return the first check that a mutant fails, in this process; empty where it passes all."""
+def first_failure(mutant: Mutant, drivers: Sequence[str] = ()) -> str:
+    """Return the first check that a mutant fails, in this process, of the drivers made of it or of these; empty where it passes all."""
     _load(mutant)
-    for driver in {**TARGETS, **SUPPORTING}[mutant.module]:
+    for driver in drivers or {**TARGETS, **SUPPORTING}[mutant.module]:
         report = check_own(driver, first_only=True)
         if report.failures:
             return str(report.failures[0])
     return ""
 
 
-def examine(mutant: Mutant) -> Outcome:
+def examine(mutant: Mutant, drivers: Sequence[str] = ()) -> Outcome:
     """Return what the kit says of a mutant, in a process forked for it."""
     started = time.perf_counter()
     reading, writing = os.pipe()
@@ -106,7 +105,7 @@ def examine(mutant: Mutant) -> Outcome:
         said = "it cannot be loaded"
         try:
             sys.stdout = sys.stderr = open(os.devnull, "w")  # noqa: SIM115  it ends with the process
-            said = first_failure(mutant)
+            said = first_failure(mutant, drivers)
         except BaseException as error:  # noqa: BLE001  a mutant may raise anything
             said = f"{type(error).__name__}: {error}"
         finally:
@@ -124,46 +123,52 @@ def examine(mutant: Mutant) -> Outcome:
 def preload() -> None:
     """Load what every check needs, so that a forked process has it."""
     known, own = installed(), importlib.import_module(f"{_OWN}drivers")
-    for role in Role:
-        session_of(role)
     for name in own.OPTIONS:
-        if own.driver_named(name) == name:
-            known.driver(name, Role.SUPPLY)
-    check_driver("keysight-e36300", options=own.OPTIONS["keysight-e36300"], first_only=True)
-    check_driver("delta-dyn200", options=own.OPTIONS["delta-dyn200"], first_only=True)
-    check_driver("cia402-inverter", options=own.OPTIONS["cia402-inverter"], first_only=True)
+        driver = own.driver_named(name)
+        subject = subject_of(driver, None, own.OPTIONS[name], known, found=own.FOUND.get(name))
+        with Trial(subject, session_of(subject.role), Checks(), 0).opened():
+            """Opening is what imports."""
 
 
 def unchanged(modules: Iterable[str]) -> Iterator[Outcome]:
-    """Give what the kit says of drivers whose modules are loaded anew and not changed, once for each set of drivers."""
+    """Give what the kit says of drivers whose modules are loaded anew and not changed, once for each driver."""
     served = {**TARGETS, **SUPPORTING}
-    for module in {tuple(served[module]): module for module in modules}.values():
-        yield examine(Mutant(module, "nothing", 0, "nothing", path_of(module).read_text(encoding="utf-8")))
+    for driver, module in {driver: one for one in modules for driver in served[one]}.items():
+        nothing = Mutant(module, "nothing", 0, "nothing", path_of(module).read_text(encoding="utf-8"))
+        yield examine(nothing, (driver,))
+
+
+def _study(made: Sequence[Mutant], jobs: int) -> Iterator[Outcome]:
+    """Give what the kit says of each mutant, and print it."""
+    with ThreadPoolExecutor(jobs) as pool:
+        for number, outcome in enumerate(pool.map(examine, made), 1):
+            said = f"found by '{outcome.check[:90]}'" if outcome.check else "not found"
+            print(f"{number}: {outcome.mutant.name}: {said} ({outcome.seconds:.1f} s)", flush=True)
+            yield outcome
 
 
 def main() -> None:
     """Make the mutants, examine each, and print what was found and what was not."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--count", type=int, default=200, help="so many of each seed")
+    parser.add_argument("--seed", type=int, nargs="+", default=[1])
     parser.add_argument("--module", action="append", help="only these modules")
     parser.add_argument("--supporting", action="store_true", help="the modules that serve those of the drivers' use")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--json", type=Path, help="write every outcome there")
     chosen = parser.parse_args()
     preload()
-    made = mutants(chosen.count, chosen.seed, chosen.module or tuple(SUPPORTING if chosen.supporting else TARGETS))
-    for outcome in unchanged(one.module for one in made):
+    modules = chosen.module or tuple(SUPPORTING if chosen.supporting else TARGETS)
+    made = {seed: mutants(chosen.count, seed, modules) for seed in chosen.seed}
+    for outcome in unchanged({one.module for each in made.values() for one in each}):
         if outcome.check:
             parser.error(f"{outcome.mutant.module} as it is does not pass: {outcome.check}")
     outcomes = []
-    with ThreadPoolExecutor(chosen.jobs) as pool:
-        for number, outcome in enumerate(pool.map(examine, made), 1):
-            outcomes.append(outcome)
-            if not outcome.check:
-                print(f"{number}: not found ({outcome.seconds:.1f} s): {outcome.mutant.name}", flush=True)
-    found = [one for one in outcomes if one.check]
-    print(f"{len(found)} of {len(outcomes)} found ({100.0 * len(found) / len(outcomes):.1f} %)")
+    for seed, mutants_of_seed in made.items():
+        here = list(_study(mutants_of_seed, chosen.jobs))
+        found = [one for one in here if one.check]
+        print(f"seed {seed}: {len(found)} of {len(here)} found ({100.0 * len(found) / len(here):.1f} %)", flush=True)
+        outcomes += here
     for kind, number in Counter(one.mutant.kind.split(" ")[0] for one in outcomes if not one.check).items():
         print(f"  not found: {number} × {kind}")
     if chosen.json:

@@ -14,6 +14,7 @@
 """
 
 import ast
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -24,9 +25,10 @@ _DRIVERS = Path(__file__).parents[2] / "drivers"
 
 def ast_nodes(node: ast.AST) -> Iterator[ast.AST]:
     """Give a node and all below it, in one order."""
-    yield node
-    for child in ast.iter_child_nodes(node):
-        yield from ast_nodes(child)
+    waiting = [node]
+    while waiting:
+        yield (here := waiting.pop())
+        waiting += reversed(list(ast.iter_child_nodes(here)))
 
 
 def unobservable(tree: ast.Module) -> set[int]:
@@ -213,6 +215,13 @@ def _modules() -> tuple[ast.Module, ...]:
 
 
 @cache
+def _words() -> tuple[frozenset[str], ...]:
+    """Return the words of each of the drivers' modules: most have a name in a few of them only."""
+    paths = sorted(_DRIVERS.rglob("*.py"))
+    return tuple(frozenset(re.findall(r"\w+", path.read_text(encoding="utf-8"))) for path in paths)
+
+
+@cache
 def _shown(*, texts: bool = False) -> frozenset[str]:
     """Return the attributes that the drivers' modules read in messages only, or only in their `texts`."""
     shown, other = set(), set()
@@ -242,7 +251,7 @@ def _imported() -> frozenset[str]:
 def _calls_of(name: str) -> tuple[ast.Call, ...] | None:
     """Return the calls that make one of a class, None where it is also handed on or derived from."""
     calls: list[ast.Call] = []
-    for tree in _modules():
+    for tree in (each for each, words in zip(_modules(), _words(), strict=True) if name in words):
         places = [(tree, name)]
         places += [(owner, "cls") for owner in tree.body if isinstance(owner, ast.ClassDef) and owner.name == name]
         for place, called in places:

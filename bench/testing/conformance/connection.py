@@ -1,5 +1,6 @@
 """A driver's connection: closed, opened again, refused where another instrument or nothing answers."""
 
+import re
 from contextlib import suppress
 from typing import Any
 from unittest.mock import patch
@@ -43,6 +44,8 @@ def check_connection(trial: Trial) -> None:
             made.open(guarding=True).close()
             remedy = "Ask nothing that the run could notice"
             checks.that("guarding asks nothing when it opens", not made.messages, f"{made.messages}", remedy)
+    if checks.manual.local:
+        _gives_the_panel_back(trial)
     if checks.manual.port:
         _check_port(trial)
     with trial.stand() as made:
@@ -69,6 +72,14 @@ def check_connection(trial: Trial) -> None:
                 trial.brief(made, instrument)
             finally:
                 instrument.close()
+
+
+def _gives_the_panel_back(trial: Trial) -> None:
+    with trial.opened(listening=True) as (made, instrument):
+        instrument.close()
+        last = made.messages[-1][0].strip()
+    right = re.search(trial.checks.manual.local, last) is not None
+    trial.checks.that("close() gives the front panel back", right, f"'{last}' is its last message", "Go to local last")
 
 
 def _failing(*_: Any) -> bytes:

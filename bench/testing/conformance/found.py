@@ -29,6 +29,8 @@ def check_left(trial: Trial) -> None:
             _not_kept(having, left)
         if left.watched:
             _changed_meanwhile(having, left)
+    if trial.thorough:
+        _works_with(trial, [left for left in trial.checks.manual.left if _only_told(left) and not left.options])
     _refused_midway(trial, [left for left in trial.checks.manual.left if left.wanted and left.error is None])
     for seed in (None, *range(_DRAWN_THOROUGHLY if trial.thorough else _DRAWN)):
         _as_drawn(trial, seed)
@@ -62,10 +64,28 @@ def _taken_over(trial: Trial, left: Left) -> None:
             checks.that(f"{name}: set", now() != before, f"it stays {before}", TAKE_OVER)
         if not left.alters:
             # What is only told may be a scale.
-            wrong = trial.wrong(made, instrument, full=trial.thorough and not left.wanted)
+            wrong = trial.wrong(made, instrument)
             checks.that(f"{name}: it works", not wrong, wrong, TAKE_OVER)
         instrument.close()
         checks.that(f"{name}: put back", now() == before, f"{now()} instead of {before}", _BACK)
+
+
+def _only_told(left: Left) -> bool:
+    """Tell whether a setting is told, and changes neither what the driver does nor what is measured."""
+    return not left.wanted and left.error is None and not left.alters
+
+
+def _works_with(trial: Trial, rows: Sequence[Left]) -> None:
+    """Check the full use beside everything that is only told."""
+    if not rows:
+        return
+    with trial.stand() as made:
+        trial.session.prepare(made)
+        _all_left(made, rows)
+        instrument = made.open()
+        wrong = trial.wrong(made, instrument, full=True)
+        trial.checks.that("left with what is only told: it works", not wrong, wrong, TAKE_OVER)
+        instrument.close()
 
 
 def _row(checks: Checks, name: str, row: FoundSetting, left: Left) -> None:

@@ -52,6 +52,11 @@ def check_interface(trial: Trial) -> None:
         if "configure" in declarations(interface) and not subject.role.feeds:
             _unready(trial, instrument)
         for arguments, accuracy in checks.manual.accuracies_at.items():
+            if isinstance(accuracy, type):
+                remedy = "Raise where the manual states none"
+                with checks.refuses(f"accuracy_at{arguments}: none is stated", accuracy, remedy=remedy):
+                    instrument.accuracy_at(*arguments)
+                continue
             found = instrument.accuracy_at(*arguments)
             several = (found, accuracy) if isinstance(accuracy, tuple) else ((found,), (accuracy,))
             for is_so, is_stated in zip(*several, strict=True):

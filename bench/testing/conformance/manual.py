@@ -127,20 +127,24 @@ class ProtectionTrip:
 class Manual:
     """What the manual states, each where it is given.
 
-    `accuracies` go by the name of the check ("at voltage: voltage reading"), `accuracies_at` by the arguments of `accuracy_at`.
+    `accuracies` go by the name of the check ("at voltage: voltage reading"), `accuracies_at` by the arguments of `accuracy_at`, with the
+    error where it states none.
     `identity` is what the driver makes of the simulated instrument's, `defaults` the options that may be left out. `takes` is how
     long (s) a call of a method lasts, at least and at most; `steps` are those to which a setting is rounded that a query (a
     regular expression) reads back; `port` is how a serial line is set up (`baudrate`, `parity` … as pyserial names them). `left` are
     settings that a last user may have left. `lacks` are messages (regular expressions) that others of its family refuse: the driver
     does without them, and tells where any other of its questions at opening is refused. `others` are replies to the question that it
     is recognised by, of instruments that are none of its. `trip` is a fault of its own, `stopped` what somebody else may do to it
-    while it feeds, as another master that takes its enable away.
+    while it feeds, as another master that takes its enable away. `local` is the message (a regular expression) that gives the front
+    panel back, the last that close() sends.
     """
 
     identity: Identity | None = None
     defaults: Mapping[str, Any] = field(default_factory=dict)
     accuracies: Mapping[str, Accuracy] = field(default_factory=dict)
-    accuracies_at: Mapping[tuple[Any, ...], Accuracy | tuple[Accuracy, ...]] = field(default_factory=dict)
+    accuracies_at: Mapping[tuple[Any, ...], Accuracy | tuple[Accuracy, ...] | type[InstrumentError]] = field(
+        default_factory=dict
+    )
     limits: Sequence[StatedLimits] = ()
     replies: Sequence[Reply] = ()
     not_yet: Sequence[NotYet] = ()
@@ -153,3 +157,4 @@ class Manual:
     left: Sequence[Left] = ()
     lacks: Sequence[str] | None = None
     others: Sequence[Any] = ()
+    local: str = ""

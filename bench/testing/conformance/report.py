@@ -136,11 +136,11 @@ class Checks:
             self.same_accuracy(check, stated, manual)
 
     def same_accuracy(self, check: str, stated: Accuracy, manual: Accuracy) -> None:
-        """Note whether two accuracies are the same, but for their sources."""
+        """Note whether two accuracies are the same; their sources where the manual states one."""
         same = all(
             math.isclose(getattr(stated, part), getattr(manual, part), rel_tol=1e-6, abs_tol=1e-15)
             for part in ("gain", "offset", "resolution", "noise")
-        )
+        ) and manual.source in ("", stated.source)
         self.that(f"{check}: accuracy as the manual states it", same, f"{stated} instead of {manual}", "Correct it")
 
     @contextmanager

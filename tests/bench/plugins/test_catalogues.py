@@ -96,12 +96,14 @@ def test_plug_ins_in_wheels(tmp_path: Path) -> None:
         "bad_motorbench",
         "[motorbench.drivers]\n"
         "keysight-e36300 = bad_plugin:DRIVER\nnothing = bad_plugin:ABSENT\nraises = raising_plugin:DRIVER\n"
-        "other-name = bad_plugin:DRIVER\nexits = exiting_plugin:DRIVER\n"
+        "other-name = bad_plugin:DRIVER\nexits = exiting_plugin:DRIVER\nunwritten = unwritten_plugin:DRIVER\n"
         "[motorbench.exports]\nwrong = bad_plugin:DRIVER\n",
         {
             "bad_plugin": DRIVER,
-            "raising_plugin": "raise RuntimeError('two\\nlines')",
-            "exiting_plugin": "raise SystemExit(3)",
+            "raising_plugin": "import raising_part",
+            "raising_part": "raise RuntimeError('two\\nlines')",
+            "exiting_plugin": "\nraise SystemExit(3)",
+            "unwritten_plugin": "\nx = (",
         },
     )
     done = subprocess.run(
@@ -121,9 +123,10 @@ def test_plug_ins_in_wheels(tmp_path: Path) -> None:
     errors = {one["name"]: one["error"] for one in told["broken"]}
     assert errors["keysight-e36300"].startswith("the name is taken by motorbench")
     assert "no attribute 'ABSENT'" in errors["nothing"]
-    assert errors["raises"] == "RuntimeError: two lines"
+    assert errors["raises"] == "RuntimeError: two lines (raising_plugin.py, line 1)"
     assert errors["other-name"] == "it declares the name 'my-supply'"
-    assert errors["exits"] == "SystemExit: 3"
+    assert errors["exits"] == "SystemExit: 3 (exiting_plugin.py, line 2)"
+    assert errors["unwritten"] == "SyntaxError: '(' was never closed (unwritten_plugin.py, line 2)"
     assert errors["wrong"] == "it is Driver, but must be a reports.exports.target.Target"
 
 
@@ -147,6 +150,22 @@ def test_a_file_that_cannot_be_used_is_named_and_takes_nothing_else_down(made: M
     assert "plugin.py cannot be used" in str(broken.sentence)
     assert "\n" not in str(broken.sentence)
     assert catalogues.driver("manual", Role.SUPPLY) is not None
+
+
+@pytest.mark.parametrize("code", ["\n\nraise SystemExit", "\n\nimport no_such_library", "x = 0\n\n1 / x"])
+def test_a_file_that_cannot_be_used_says_in_which_line(made: Made, code: str) -> None:
+    (broken,) = made(code).unusable
+    assert str(broken.sentence).endswith("(plugin.py, line 3)")
+
+
+def test_a_declaration_that_raises_when_it_is_looked_at_says_in_which_line(made: Made) -> None:
+    (broken,) = made(
+        "from procedures.core.procedure import Procedure, Settings\n"
+        "class Wild(Procedure[Settings]):\n    name, title, section, roles, gives = 'wild', 'Wild', 'own', (), ()\n"
+        "    def measure(self, settings): pass\n"
+        "    @classmethod\n    def settings_type(cls): return cls.absent\n"
+    ).broken()
+    assert str(broken.sentence).endswith("has no attribute 'absent' (plugin.py, line 6)")
 
 
 def test_ctrl_c_while_a_file_is_loaded_ends_the_command(tmp_path: Path) -> None:

@@ -119,6 +119,32 @@ def test_in_torque_control_the_speed_is_compared_too(server: TcpServer, units: U
     dynamometer.close()
 
 
+@pytest.mark.parametrize(("decimals", "speed"), [(3, 1500.0), (4, 100.0)])
+def test_in_torque_control_no_reading_of_a_power_of_ten_too_little_is_given(
+    server: TcpServer, units: Units, clock: Any, decimals: int, speed: float
+) -> None:
+    dynamometer = opened(server, clock, speed_decimals=decimals)
+    with dynamometer.driving_torque(1.0):
+        units.set_speed(speed)
+        units.registers[1, 0x2103] = round(speed / 60.0 * 2 * 100)
+        with pytest.raises(MeasurementError, match="Set speed_decimals = 2"):
+            dynamometer.measure()
+        units.registers[1, 0x2103] = 0
+    dynamometer.close()
+
+
+def test_in_torque_control_a_slow_shaft_whose_slip_is_most_of_its_frequency_is_read(
+    server: TcpServer, units: Units, clock: Any
+) -> None:
+    dynamometer = opened(server, clock)
+    with dynamometer.driving_torque(1.0):
+        units.set_speed(6.0)
+        units.registers[1, 0x2103] = 200  # 2 Hz, 60 rpm
+        assert [dynamometer.measure().speed for _ in range(5)] == pytest.approx(5 * [6.0 * RPM])
+        units.registers[1, 0x2103] = 0
+    dynamometer.close()
+
+
 def test_a_sensor_without_a_register_of_speed_decimals_shows_tenths(
     server: TcpServer, units: Units, clock: Any
 ) -> None:

@@ -11,6 +11,8 @@ from drivers.interfaces import InstrumentError, MeasurementError
 
 #: How far a speed may be from the one commanded: relative, and rad/s.
 _SLIP, _STEP = 0.06, 0.1
+#: The torque (share of the largest) that turns a free shaft, up to a speed (rad/s); and how many readings are taken then.
+_PUSH, _TURNING, _READINGS = 0.05, 30.0, 3
 #: How much (relative) a speed that has settled may still change.
 _SETTLED = 0.005
 _REST = 0.1
@@ -22,6 +24,10 @@ def _prepare(stand: Stand) -> None:
 
 def _speed(dynamometer: Any, share: float) -> float:
     return float(f"{share * min(dynamometer.maximum_speed, 150.0):.4g}")
+
+
+def _torque_of(dynamometer: Any) -> float:
+    return float(f"{_PUSH * dynamometer.maximum_torque:.3g}")
 
 
 def _energise(_: Stand, dynamometer: Any) -> AbstractContextManager[None]:
@@ -60,6 +66,14 @@ def _brief(stand: Stand, dynamometer: Any, checks: Checks) -> None:
     dynamometer.stop()
     dynamometer.zero_torque()
     _compare(stand, dynamometer, checks, "at rest")
+    # By torque first: nothing that a driven speed would settle is settled yet.
+    with dynamometer.driving_torque(_torque_of(dynamometer), _TURNING):
+        checks.that("drives in a block", stand.energised, "the drive is off", "Enable it in the block")
+        stand.wait(1.0)
+        for _ in range(_READINGS):
+            _compare(stand, dynamometer, checks, "at a torque")
+    stand.off(checks)
+    dynamometer.stop()
     with dynamometer.driving_speed(speed):
         _hold(stand, checks, speed)
         _compare(stand, dynamometer, checks, "at speed")
@@ -143,12 +157,13 @@ def _torque(stand: Stand, dynamometer: Any, checks: Checks) -> None:
                 checks.close("command_zero(): torque", left, 0.0, 0.02, "Command no speed and no torque")
         stand.off(checks)
     stand.world.set_stuck_rotor(False)
-    with dynamometer.driving_torque(float(f"{0.05 * dynamometer.maximum_torque:.3g}"), 40.0):
-        stand.wait(1.0)
-        _compare(stand, dynamometer, checks, "at a torque")
-        dynamometer.stop()
-        speed = stand.world.dynamometer.speed()
-        checks.close("stop() in a block of torque: at rest", speed, 0.0, _REST, "Switch off before the mode is changed")
+    for sign in (-1.0, 1.0):
+        with dynamometer.driving_torque(sign * _torque_of(dynamometer), _TURNING):
+            stand.wait(1.0)
+            _compare(stand, dynamometer, checks, "at a torque")
+            dynamometer.stop()
+            speed, advice = stand.world.dynamometer.speed(), "Switch off before the mode is changed"
+            checks.close("stop() in a block of torque: at rest", speed, 0.0, _REST, advice)
     wrong = ((math.nan, 40.0), (2.0 * dynamometer.maximum_torque, 40.0), (0.1, -1.0), (0.1, 1e5))
     checks.rejects("torques that cannot be", dynamometer.driving_torque, *wrong)
     dynamometer.stop()

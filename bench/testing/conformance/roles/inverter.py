@@ -66,7 +66,7 @@ def _brief(stand: Stand, inverter: Any, checks: Checks) -> None:
         _turn(stand, inverter, checks, 5.0, _current(inverter, 0.2))
     if _can(inverter, InverterAbility.DQ_CURRENT):
         both_currents(stand, inverter, checks)
-    elif not _can(inverter, InverterAbility.FREQUENCY):
+    if _can(inverter, InverterAbility.Q_CURRENT):
         _regulate(stand, inverter, checks, _current(inverter, 0.2))
 
 

@@ -168,6 +168,9 @@ def _moved(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
         found = _record(stand, scope, [channel], trigger, 0.5)[channel]
         seen, allowed = float((side * found.values).max()), 0.1 * amplitude + found.accuracy.offset
         checks.close(f"an offset {name} zero shows what is there", seen, amplitude, allowed, remedy)
+        edge, beyond = float((side * found.values).min()), 0.2 * amplitude + found.accuracy.offset
+        advice = "Compare the offset's unit and scale with the manual: its value is the middle of the screen"
+        checks.close(f"an offset {name} zero hides what is beyond the screen", edge, 0.0, beyond, advice)
 
 
 def _refused(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:

@@ -87,18 +87,26 @@ INVERTER = _node(
     replies=(
         *_CIA402,
         *_in_fault("measure_frequency", "measure_current", "driving_frequency begins", "driving_frequency ends"),
+        *_in_fault("driving_current begins", "driving_current ends"),
         Reply("read 6075H 0", b"\0\0\0\0", ReportedError),
         Reply("read 6076H 0", b"\0\0\0\0", ReportedError, says="rated torque"),
         Reply("read 60A9H 0", b"\0\0\0\0", ReportedError, says="velocity_unit"),
         Reply("read 60A9H 0", b"\0\x47\xc0\0", ReportedError, says="velocity_unit"),
         Reply("read 607FH 0", b"\0\0\0\0", ReportedError, call="driving_frequency", says="0x607F"),
-        Reply("read 6077H 0", b"\x9c\xff", reads={"value": -1.0}),
+        *(
+            Reply(f"read {limit} 0", b"\1\0", ReportedError, call="driving_current begins", says=f"0x{limit[:4]} is 1")
+            for limit in ("6072H", "6073H")
+        ),
+        Reply("read 6077H 0", b"\x9c\xff", reads={"value": -1.0}, call="measure_current"),
         Reply("read 606CH 0", b"\0\0\0\0", MeasurementError, call="driving_frequency"),
     ),
 )
 #: A drive that counts in rms amperes; 16 bits of a thousandth of the rated 10 A hold no more than 327.67 A.
 INVERTER_VARIANTS = (
-    {"current_scale": 2.0, "manual": Manual(replies=(Reply("read 6077H 0", b"\x9c\xff", reads={"value": -2.0}),))},
+    {
+        "current_scale": 2.0,
+        "manual": Manual(replies=(Reply("read 6077H 0", b"\x9c\xff", reads={"value": -2.0}, call="measure_current"),)),
+    },
     {
         "maximum_current": 1e4,
         "manual": Manual(limits=(StatedLimits("driving_current", "current", -327.67, 327.67, beyond=0.01),)),

@@ -105,6 +105,18 @@ _UNITS: Sequence[Model] = (
     _refuses(None, "velocity_unit", _THOUSAND, _ratio(_FACTOR, 2, 1)),
     _refuses(None, "velocity_unit", _ratio(_FACTOR, 1, 1), _ratio(_FEED, 500, 1)),
 )  # fmt: skip
+#: A drive that turns in velocity mode alone, by its objects of 16 bits in rpm.
+_VELOCITY_MODE: dict[str, bytes | None] = {
+    "^read 6502H": _number(1 << 1 | 1 << 3),
+    "^read 6044H": (-600).to_bytes(2, "little", signed=True),
+}
+_VELOCITY: Sequence[Model] = (
+    Model(_VELOCITY_MODE, states={_TOLD: -10.0}),
+    Model(_VELOCITY_MODE, {"pole_pairs": 4}, {_TOLD: -40.0}),
+    Model(_VELOCITY_MODE | _ratio(0x604C, 1, 60), error=ReportedError, says="0x604C"),
+    # Of both modes, the profile's is the one that is taken.
+    Model({"^read 6502H": _number(1 << 1 | 1 << 2 | 1 << 3), **_unit(_RPM)}, states={_TOLD: 1000.0 / 60.0}),
+)  # fmt: skip
 _RATED: Sequence[Model] = (
     Model(options={"current_scale": None}, error=ReportedError, says="current_scale"),
     Model({"^read 6075H": None}, error=ReportedError, says="State rated_current"),
@@ -183,7 +195,7 @@ _STATED: Sequence[Model] = tuple(
         StatedObject("0x2000:00", "u32", math.inf),
     )
 )
-INVERTER_MODELS: Sequence[Model] = (*_UNITS, *_RATED, *_IDENTITIES, *_WATCHES, *_STATED)
+INVERTER_MODELS: Sequence[Model] = (*_UNITS, *_VELOCITY, *_RATED, *_IDENTITIES, *_WATCHES, *_STATED)
 #: The maker's objects as others have them: subindex, width, sign.
 SIX_STEP_MODELS: Sequence[Model] = tuple(
     Model({f"^read {index}H {sub}$": data}, {"bus_current": stated}, {"measure_bus_current.value": value})

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from bench.testing.conformance.manual import Manual, Reply
+from bench.testing.conformance.manual import Manual, NotYet, Reply
 from drivers.interfaces import MeasurementError
 
 _BEGINS = "driving_speed begins"
@@ -33,6 +33,11 @@ SCALES: Sequence[Reply] = (
     # 0.1, 1 and 10 W a count, within a factor of two; too few counts settle nothing.
     *(_power(counts) for counts in (185, -185, 2, 100, 360)),
     *(_power(counts, "its decimals (08H, 20H)") for counts in (80, 400, 1000)),
+)
+#: A shaft that is pushed to 30 rad/s: a power of ten may be a filter that lags, but not three readings of it.
+PUSHED: Sequence[NotYet] = tuple(
+    NotYet("read 1 2103H 1", frequency.to_bytes(2, "big"), call="measure", between="read 2 0000H")
+    for frequency in (9550, 95)
 )
 #: The station says what a count is.
 POWER_STATED = {

@@ -13,7 +13,13 @@ from tests.bench.testing.conformance.own_cia402_manuals import CIA402_INVERTER, 
 from tests.bench.testing.conformance.own_cia402_models import INVERTER_MODELS, SIX_STEP_MODELS
 from tests.bench.testing.conformance.own_delta_scales import POWER_STATED
 from tests.bench.testing.conformance.own_found_states import LACKS, LEFT
-from tests.bench.testing.conformance.own_manuals import DELTA_BY_COMMAND, E4980A_CALIBRATED, GPT9800_SLOW, MANUALS
+from tests.bench.testing.conformance.own_manuals import (
+    DELTA_BY_COMMAND,
+    DELTA_BY_POWER,
+    E4980A_CALIBRATED,
+    GPT9800_SLOW,
+    MANUALS,
+)
 
 VOLTAGE, CURRENT = Probe(ProbeKind.VOLTAGE, 10.0), Probe(ProbeKind.CURRENT, 10.0)
 _POINT = Accuracy(gain=1e-3, source="calibration")
@@ -171,7 +177,13 @@ VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
     "keysight-34461a": ({"calibration": {10.0: _POINT}},),
     "keysight-infiniivision": ({"calibration": {1: Accuracy(gain=0.02, offset=0.1, source="calibration")}},),
     "keysight-34970a": ({"crosspoints": {}}, {"fixed": ("A:channel4~", "A:voltmeter+")}),
-    "delta-dyn200": ({"direction_from": "command"}, DELTA_BY_COMMAND, POWER_STATED, {"watchdog_time": 2.0}),
+    "delta-dyn200": (
+        {"direction_from": "command"},
+        DELTA_BY_COMMAND,
+        DELTA_BY_POWER,
+        POWER_STATED,
+        {"watchdog_time": 2.0},
+    ),
     "cia402-inverter": ({"heartbeat_time": 1.0}, *INVERTER_VARIANTS),
     "cia402-six-step": ({"heartbeat_time": 1.0},),
     "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}, {"timeout": 0.3}),

@@ -17,16 +17,18 @@ from drivers.interfaces import (
     OverloadError,
     ProbeKind,
     ReportedError,
+    SetpointError,
 )
 from drivers.keysight.options import ImpedanceCalibration
 from tests.bench.testing.conformance.own_cia402_manuals import INVERTER, ROTOR, SIX_STEP
-from tests.bench.testing.conformance.own_delta_scales import SCALES
+from tests.bench.testing.conformance.own_delta_scales import PUSHED, SCALES
 from tests.bench.testing.conformance.own_moteus_manual import MOTEUS
 
 _RPM = 2.0 * math.pi / 60.0
 _VOLTS, _AMPERES = Accuracy(gain=3e-4, offset=2e-3), Accuracy(gain=5e-4, offset=10e-3)
-_TORQUE = Accuracy(offset=5e-3, resolution=1e-4)
-_SPEED = Accuracy(offset=0.01 * _RPM, resolution=0.01 * _RPM)
+_ENTER = "typical of its class; enter the transducer's calibration"
+_TORQUE = Accuracy(offset=5e-3, resolution=1e-4, source=f"0.1 % of full scale, {_ENTER}")
+_SPEED = Accuracy(offset=0.01 * _RPM, resolution=0.01 * _RPM, source=f"one digit, {_ENTER}")
 #: A latch that holds is told before the output is switched on, and after it went off; and shown meanwhile.
 _TRIPS = tuple(
     reply
@@ -45,6 +47,7 @@ _TRIPS = tuple(
 )
 _ON = {r"^OUTP\?": b"1"}
 _E36300 = Manual(
+    local="^SYST:LOC$",
     identity=Identity("Keysight Technologies", "E36313A", "MY59001234", "2.1.0-1.0.4-1.12"),
     defaults={"over_voltage_margin": 0.1, "over_voltage_headroom": 0.5, "over_current_delay": 0.05},
     accuracies={
@@ -75,6 +78,8 @@ _E36300 = Manual(
             options={"maximum_voltage": 5.0, "maximum_current": 2.0},
             states={"maximum_voltage": 5.0, "maximum_current": 2.0},
         ),
+        # A word in its long form is the same.
+        Model({r"^(VOLT|CURR):MODE\?": b"FIXED"}),
         Model(options={"over_current_delay": 0.255}),
         Model(options={"over_current_delay": 0.0}),
     ),
@@ -129,7 +134,12 @@ _AT_1_KHZ = (1.0, 1e-3, 1000.0, 1.0, Aperture.MEDIUM)
 _DIGITS = {"inductance_accuracy.resolution": 1e-9, "resistance_accuracy.resolution": 1e-5, "frequency": 1000.0}
 _E4980A = Manual(
     identity=Identity("Keysight Technologies", "E4980AL", "MY54101234", "B.07.03"),
-    accuracies_at={**_STATED, (1.0, 1e-3, 1000.0): _STATED[_AT_1_KHZ]},
+    accuracies_at={
+        **_STATED,
+        (1.0, 1e-3, 1000.0): _STATED[_AT_1_KHZ],
+        (1.0, 1e-3, 19.9): MeasurementError,
+        (1.0, 1e-3, 100.1e3): MeasurementError,
+    },
     models=(
         Model({r"\*IDN\?": b"Agilent Technologies,E4980A,MY1,A.02.10"}, states={"maximum_frequency": 2e6}),
         Model({r"\*OPT\?": b"032"}, states={"maximum_frequency": 300e3}),
@@ -177,6 +187,7 @@ E4980A_CALIBRATED = tuple(
     )
 )
 _34461A = Manual(
+    local="^SYST:LOC$",
     identity=Identity("Keysight Technologies", "34461A", "MY57201234", "A.03.00-02.40-03.00-00.52-04-02"),
     accuracies_at={
         (0.05,): Accuracy(gain=5e-5, offset=3.5e-6, resolution=1e-7),
@@ -216,6 +227,10 @@ _INFINIIVISION = Manual(
     ),
     models=(
         *(Model(options={"probes": {1: Probe(ProbeKind.VOLTAGE, attenuation)}}) for attenuation in (1e-3, 1e4)),
+        *(
+            Model(options={"probes": {1: Probe(ProbeKind.VOLTAGE, attenuation)}}, error=SetpointError, says="attenuation")
+            for attenuation in (0.99e-3, 1.01e4)
+        ),
         Model(
             options={"probes": {1: Probe(ProbeKind.VOLTAGE, 50.0, maximum_voltage=700.0), 2: Probe(ProbeKind.CURRENT, 10.0)}},
             states={
@@ -282,15 +297,24 @@ _LUTRON = Manual(
         Reply("frame", b"\x0241220400001234\r", CommunicationError),
         Reply("frame", b"\x0242220100001234\r", CommunicationError),
         Reply("frame", b"\x0241??0100001234\r", CommunicationError),
+        Reply("frame", b"?41220100001234\r", CommunicationError, says="no frame between"),
         Reply("frame", b"\x024122010000123\r", CommunicationError),
         Reply("frame", b"\x02412201000012345\r", CommunicationError),
     ),
 )
 _DELTA = Manual(
     identity=Identity("Delta Electronics", "C2000 with DYN-200"),
+    # A transducer has six decimals at the most, a double word each, and turns one way or the other; a drive has a code of one byte.
+    others=(
+        {8: (0, 7), 18: (0, 0)},
+        {8: (1, 2), 18: (0, 0)},
+        {8: (0, 2), 18: (0, 2)},
+        {0: (256,), 0x2100: (0, 0)},
+        {0: (0,), 0x2100: (0, 0)},
+    ),
     accuracies={
         f"{when}: {what} reading": stated
-        for when in ("at speed", "forwards", "backwards")
+        for when in ("at rest", "at a torque", "at speed", "forwards", "backwards")
         for what, stated in (("torque", _TORQUE), ("speed", _SPEED))
     },
     replies=(
@@ -309,14 +333,23 @@ _DELTA = Manual(
                 bytes.fromhex(shown),
                 reads={"torque": torque, "speed": rpm * _RPM, "power": torque * rpm * _RPM},
                 call="measure",
+                times=2,
             )
-            # The sensor tells no direction, and one reading does not settle the scale of its power.
+            # The sensor tells no direction, and two readings do not settle the scale of its power.
             for shown, torque, rpm in (
                 ("00003039 00001770 0000004e", 1.2345, 60.0),
                 ("ffffcfc7 00001770 0000004e", -1.2345, 60.0),
                 ("ffffcfc7 00001770 ffffffb2", -1.2345, 60.0),
                 ("00003039 00000000 00000000", 1.2345, 0.0),
             )
+        ),
+        # Whatever turns it before anything was commanded, the reading says that its direction is not known.
+        Reply(
+            "read 2 0000H 6",
+            bytes.fromhex("00003039 00001770 0000004e"),
+            reads={"speed_accuracy.source": f"{_SPEED.source}; direction not known"},
+            call="measure",
+            times=1,
         ),
         # 0.75 rpm: a shaft stands below half a one.
         Reply("read 2 0000H 6", bytes.fromhex("000000000000004b00000000"), MeasurementError, call="zero_torque"),
@@ -336,10 +369,25 @@ _DELTA = Manual(
     ),
     # An external fault, which stays until a person resets it.
     trip=ProtectionTrip(lambda simulated: simulated.units[1].write(0x2002, [1]), says="49", resets=False),
-    not_yet=(NotYet("read 1 2103H 2", bytes.fromhex("00640000"), 1.0),),
+    not_yet=(NotYet("read 1 2103H 2", bytes.fromhex("00640000"), 1.0), *PUSHED),
 )
 
 
+#: Power against torque is backwards; power with torque, both ways of it, is forwards.
+DELTA_BY_POWER = {
+    "direction_from": "power",
+    "manual": Manual(
+        replies=tuple(
+            Reply("read 2 0000H 6", bytes.fromhex(shown), reads={"speed": rpm * _RPM}, call="measure")
+            for shown, rpm in (
+                ("00003039 00001770 0000004e", 60.0),
+                ("00003039 00001770 ffffffb2", -60.0),
+                ("ffffcfc7 00001770 0000004e", -60.0),
+                ("ffffcfc7 00001770 ffffffb2", 60.0),
+            )
+        )
+    ),
+}
 #: Forwards, before anything was commanded.
 DELTA_BY_COMMAND = {
     "direction_from": "command",
@@ -361,6 +409,7 @@ def _shown(status: str, kilovolts: str, resistance: str, time: str) -> bytes:
 
 
 _GPT9800 = Manual(
+    local=r"^\*RMTOFF$",
     identity=Identity("GW Instek", "GPT-9803", "EM110867", "v2.08"),
     limits=(
         StatedLimits("measure", "voltage", 50.0, 1000.0, {"duration": 1.0}, step=50.0),

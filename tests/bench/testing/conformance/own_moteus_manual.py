@@ -26,7 +26,8 @@ _POLES = load_motor("lg-400w").virtual_motor().pole_pairs
 
 #: Firmware 1.3.4, register map 5, a serial number.
 _IDENTITY = bytes.fromhex("2a8102 04030100 05000000 2ba002 11111111 22222222 33333333")
-_SERIAL = b64encode(bytes.fromhex("111111112222222233333333")).decode()
+_NUMBER, _EXTREME = bytes.fromhex("111111112222222233333333"), bytes.fromhex("00000080")
+_SERIAL = b64encode(_NUMBER).decode()
 _WHO = "^read 101H"
 #: The same by a count of its own, and with a subframe that says nothing.
 _COUNTED = b"\x50" + bytes.fromhex("28 02 8102 04030100 05000000 2ba002 11111111 22222222 33333333")
@@ -155,6 +156,14 @@ _IDENTITIES: Sequence[Model] = (
     *(
         Model({_WHO: said}, states={"identity": Identity("mjbots", "moteus", _SERIAL, "1.3.4")})
         for said in (_IDENTITY, _COUNTED, _IDENTITY.replace(b"\x05", b"\x04", 1))
+    ),
+    # The most negative word is one of a serial number like any other.
+    *(
+        Model(
+            {_WHO: _IDENTITY.replace(word, _EXTREME)},
+            states={"identity.serial_number": b64encode(_NUMBER.replace(word, _EXTREME[::-1])).decode()},
+        )
+        for word in (b"\x11" * 4, b"\x33" * 4)
     ),
     Model({_WHO: _OLD}, error=ReportedError, says="version 3"),
     Model({_WHO: _NEW}, error=ReportedError, says="version 6"),

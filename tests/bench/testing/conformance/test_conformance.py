@@ -29,6 +29,7 @@ from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial, session_of
 from bench.testing.conformance.watchdogs import check_watchdog
 from drivers.interfaces import Accuracy, CommunicationError, Identity, IdentityError, MeasurementError, Reading
+from drivers.interfaces.declarations import Effect, declarations
 from drivers.lutron.options import LutronTachometerOptions
 from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, driver_named, manual_of
 
@@ -178,6 +179,13 @@ def test_mistakes_are_found(
         ("keysight-34461a", Manual(accuracies_at={(5.0,): Accuracy(gain=1e-5)}), "accuracy_at(5.0,): accuracy as the"),
         (
             "keysight-34461a",
+            Manual(accuracies_at={(5.0,): Accuracy(gain=3.5e-5, offset=5e-5, resolution=1e-5, source="elsewhere")}),
+            "accuracy_at(5.0,): accuracy as the",
+        ),
+        ("keysight-34461a", Manual(accuracies_at={(5.0,): MeasurementError}), "accuracy_at(5.0,): none is stated"),
+        ("gwinstek-gpt9800", Manual(local="^SYST:LOC$"), "close() gives the front panel back"),
+        (
+            "keysight-34461a",
             Manual(limits=(StatedLimits("configure", "full_scale", 0.0, 2000.0),)),
             "full_scale as the manual",
         ),
@@ -218,6 +226,42 @@ def test_mistakes_are_found(
 def test_a_driver_that_is_not_as_its_manual_is_found(driver: str, manual: Manual, check: str) -> None:
     report = check_driver(driver_named(driver), options=OPTIONS[driver], manual=manual)
     assert any(check in finding.check for finding in report.failures), "\n".join(map(str, report.failures))
+
+
+@pytest.mark.parametrize("name", sorted({*OPTIONS} - {"scpi-supply"}))
+def test_the_use_that_is_disturbed_is_of_everything_that_feeds(name: str) -> None:
+    subject = subject_of(driver_named(name), None, OPTIONS[name], installed(), found=FOUND.get(name))
+    used: set[str] = set()
+
+    class Noted:
+        def __init__(self, instrument: Any) -> None:
+            self.instrument = instrument
+
+        def __getattr__(self, what: str) -> Any:
+            used.add(what)
+            return getattr(self.instrument, what)
+
+    trial = Trial(subject, session_of(subject.role), Checks(), seed=0)
+    with trial.opened() as (made, instrument):
+        trial.session.brief(made, Noted(instrument), trial.checks)
+        feeds = {
+            method
+            for method, declared in declarations(subject.role.interface).items()
+            if declared.effect is Effect.ENERGISES
+            and (declared.ability is None or declared.ability in instrument.abilities)
+        }
+    assert feeds <= used
+    assert not trial.checks.wrong
+
+
+def test_an_offset_on_another_scale_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.bases.oscilloscope_dialogue.OscilloscopeDialogue._offset_sign", 1e-3)
+    subject = subject_of("keysight-infiniivision", None, OPTIONS["keysight-infiniivision"], installed())
+    trial = Trial(subject, session_of(subject.role), Checks(), seed=0)
+    with trial.opened() as (made, instrument):
+        trial.session.full(made, instrument, trial.checks)
+    failed = [one.check for one in trial.checks.report("oscilloscope").failures]
+    assert [one for one in failed if "hides what is beyond" in one]
 
 
 def test_a_driver_that_waits_too_short_for_a_real_line_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
