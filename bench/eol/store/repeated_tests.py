@@ -2,9 +2,25 @@
 
 import json
 from collections.abc import Collection, Mapping
+from itertools import groupby
 from typing import Any
 
-from sqlalchemy import Connection, Select, Subquery, and_, func, insert, null, select, true
+from sqlalchemy import (
+    ColumnElement,
+    Connection,
+    Select,
+    Subquery,
+    and_,
+    bindparam,
+    false,
+    func,
+    insert,
+    null,
+    or_,
+    select,
+    true,
+    update,
+)
 from sqlalchemy.dialects import postgresql, sqlite
 
 from bench.eol.store.occasions import JUDGED, PLACE, step_of_start
@@ -44,12 +60,42 @@ def keep_repeated(connection: Connection, first: int, last: int) -> None:
         attempts[motor].append((procedure, int(verdict != Verdict.PASS.value)))
     for test in tests:
         test["attempts"] = json.dumps(sorted(attempts[test["motor"]]), ensure_ascii=False)
+        test |= {"place": 0, "tests": 0, "last_passed": False}
     if tests:
         connection.execute(insert(REPEATED_TEST), tests)
+    _put_in_order(connection, again)
 
 
-def repeated_tests_of(connection: Connection, selection: Selection, told_apart: Collection[str]) -> Subquery:
-    """Return the judged tests of serial numbers with several tests, `chosen` telling which are of the selection.
+def _put_in_order(connection: Connection, serial_numbers: Select[str]) -> None:
+    """Say of each kept test of some serial numbers which it is."""
+    table = REPEATED_TEST.c
+    columns = (table.serial_number, table.motor, table.passed, table.place, table.tests, table.last_passed)
+    query = select(*columns).where(table.serial_number.in_(serial_numbers))
+    rows = connection.execute(query.order_by(table.serial_number, table.started, table.motor)).all()
+    changed = []
+    for _, group in groupby(rows, key=lambda row: row.serial_number):
+        tests = list(group)
+        for place, test in enumerate(tests, 1):
+            order = (place, len(tests), tests[-1].passed)
+            if (test.place, test.tests, test.last_passed) != order:
+                changed.append(dict(zip(("key", "place", "tests", "last_passed"), (test.motor, *order), strict=True)))
+    if changed:
+        connection.execute(update(REPEATED_TEST).where(table.motor == bindparam("key")), changed)
+
+
+def in_order(selection: Selection) -> ColumnElement[bool]:
+    """Return the condition that a kept test is chosen, and that all tests of its serial number are kept in their order.
+
+    So it is only where everything is chosen: otherwise the order depends on what is.
+    """
+    if not selection.everything:
+        return false()
+    kept = (REPEATED_TEST.c.place > 0) & REPEATED_TEST.c.serial_number.not_in(_shared_beside(selection))
+    return kept & REPEATED_TEST.c.serial_number.not_in(selection.golden) if selection.golden else kept
+
+
+def not_in_order(connection: Connection, selection: Selection, told_apart: Collection[str]) -> Subquery:
+    """Return the judged tests of serial numbers with several tests that are not `in_order`, `chosen` telling which are selected.
 
     Besides the motor's key, serial number, start and these fields, each has `passed`, `at_once` and `attempts`, which is null for
     those that are not kept here.
@@ -71,6 +117,12 @@ def repeated_tests_of(connection: Connection, selection: Selection, told_apart: 
     )
     beside = _shared_beside(selection)
     read = select(MOTOR.c.id, *columns).where(MOTOR.c.serial_number.in_(beside), JUDGED, _unkept(MOTOR.c.id))
+    if selection.everything:
+        kept = kept.where(or_(table.place == 0, table.serial_number.in_(beside)))
+    else:
+        # Whoever has no test here counts for nothing.
+        here = select(table.serial_number).where(chosen)
+        kept = kept.where(or_(table.serial_number.in_(here), table.serial_number.in_(beside)))
     if selection.golden:
         kept = kept.where(table.serial_number.not_in(selection.golden))
         read = read.where(MOTOR.c.serial_number.not_in(selection.golden))

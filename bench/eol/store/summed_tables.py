@@ -121,12 +121,13 @@ REPEATED_SERIAL = Table(
 
 #: Judged tests of serial numbers that a summed-up test shares with another test, with all that yields ask of them. `step` is that
 #: of the times above; `attempts` is a list in JSON: [procedure, 1 where its first attempt did not pass], in order.
+#: `place` is the test's among the judged `tests` of its serial number, and `last_passed` whether the last of them did; a trigger sets it
+#: to 0 where another of them is removed, and these have to be counted anew.
 REPEATED_TEST = Table(
     "repeated_test",
     METADATA,
     Column("motor", ForeignKey("motor.id", ondelete="CASCADE"), primary_key=True),
-    # Put in order as bytes: by a language's rules a server takes many times as long.
-    Column("serial_number", String(64).with_variant(String(64, collation="C"), "postgresql"), nullable=False),
+    Column("serial_number", String(64), nullable=False),
     Column("started", DateTime(timezone=True), nullable=False),
     Column("step", Integer, nullable=False),
     Column("batch", String(200), nullable=False),
@@ -137,4 +138,8 @@ REPEATED_TEST = Table(
     Column("passed", Boolean, nullable=False),
     Column("at_once", Boolean, nullable=False),
     Column("attempts", Text, nullable=False),
+    Column("place", Integer, nullable=False),
+    Column("tests", Integer, nullable=False),
+    Column("last_passed", Boolean, nullable=False),
+    Index("repeated_test_by_serial_number", "serial_number"),
 )
