@@ -1,7 +1,7 @@
 """Judged tests of motors that have several: kept beside each other as stretches are summed up, and read together with the rest."""
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -30,6 +30,8 @@ from bench.eol.store.stretches import among, unsummed
 from bench.eol.store.summed_tables import REPEATED_SERIAL, REPEATED_TEST
 from bench.eol.verdict import Verdict
 
+#: Serial numbers, or tests, that one query names.
+_AT_ONCE = 500
 _PASSED = MOTOR.c.verdict == Verdict.PASS.value
 _COMMON: Mapping[str, Any] = {
     "serial_number": MOTOR.c.serial_number,
@@ -46,27 +48,38 @@ def keep_repeated(connection: Connection, first: int, last: int) -> None:
         MOTOR.c.id.between(first, last),
         select(others.c.id).where(others.c.serial_number == MOTOR.c.serial_number, others.c.id != MOTOR.c.id).exists(),
     )
-    insertion = (postgresql if connection.dialect.name == "postgresql" else sqlite).insert(REPEATED_SERIAL)
-    connection.execute(insertion.from_select(["serial_number"], again.distinct()).on_conflict_do_nothing())
+    serial_numbers = list(connection.execute(again.distinct()).scalars())
+    # By name: of a query within a query a server that plans it once for all stretches reads every attempt there is.
+    for start in range(0, len(serial_numbers), _AT_ONCE):
+        some = serial_numbers[start : start + _AT_ONCE]
+        insertion = (postgresql if connection.dialect.name == "postgresql" else sqlite).insert(REPEATED_SERIAL)
+        connection.execute(insertion.on_conflict_do_nothing(), [{"serial_number": each} for each in some])
+        _keep_tests(connection, some)
+        _put_in_order(connection, some)
+
+
+def _keep_tests(connection: Connection, serial_numbers: Sequence[str]) -> None:
     columns = {**_COMMON, **PLACE, "step": step_of_start(connection), "batch": MOTOR.c.batch, "model": MOTOR.c.model}
     new = select(MOTOR.c.id.label("motor"), *(column.label(name) for name, column in columns.items())).where(
-        MOTOR.c.serial_number.in_(again), JUDGED, _unkept(MOTOR.c.id)
+        MOTOR.c.serial_number.in_(serial_numbers), JUDGED, _unkept(MOTOR.c.id)
     )
     tests = [dict(row) for row in connection.execute(new).mappings()]
     attempts: dict[int, list[tuple[str, int]]] = {test["motor"]: [] for test in tests}
-    query = select(CHECK.c.motor, CHECK.c.procedure, CHECK.c.verdict).where(CHECK.c.attempt == 1)
-    query = query.where(CHECK.c.motor.in_(new.with_only_columns(MOTOR.c.id)))
-    for motor, procedure, verdict in connection.execute(query):
-        attempts[motor].append((procedure, int(verdict != Verdict.PASS.value)))
+    keys = list(attempts)
+    for start in range(0, len(keys), _AT_ONCE):
+        query = select(CHECK.c.motor, CHECK.c.procedure, CHECK.c.verdict).where(
+            CHECK.c.motor.in_(keys[start : start + _AT_ONCE]), CHECK.c.attempt == 1
+        )
+        for motor, procedure, verdict in connection.execute(query):
+            attempts[motor].append((procedure, int(verdict != Verdict.PASS.value)))
     for test in tests:
         test["attempts"] = json.dumps(sorted(attempts[test["motor"]]), ensure_ascii=False)
         test |= {"place": 0, "tests": 0, "last_passed": False}
     if tests:
         connection.execute(insert(REPEATED_TEST), tests)
-    _put_in_order(connection, again)
 
 
-def _put_in_order(connection: Connection, serial_numbers: Select[str]) -> None:
+def _put_in_order(connection: Connection, serial_numbers: Sequence[str]) -> None:
     """Say of each kept test of some serial numbers which it is."""
     table = REPEATED_TEST.c
     columns = (table.serial_number, table.motor, table.passed, table.place, table.tests, table.last_passed)
