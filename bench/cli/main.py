@@ -104,7 +104,7 @@ def make_app() -> App:
         name="set-framing",
         help="Set rate, format and unit of an instrument on its serial line.",
     )
-    station.command("bench.cli.station.check:reset", name="reset", help="Allow runs again after an interlock was open.")
+    station.command("bench.cli.station.reset:reset", name="reset", help="Allow runs again after an interlock was open.")
     app.command(station)
     eol = App(name="eol", help="End of line: batches of motors, their records and statistics.", default_parameter=lists)
     for where, name, words in (

@@ -91,10 +91,16 @@ def motor_yields(
 ) -> MotorYields:
     """Return the yields of a selection by motor, and by groups of the motors' first judged tests in it."""
     told_apart = list(dict.fromkeys(field for grouping in by for field in _TOLD_APART[grouping]))
-    repeated = repeated_tests(connection, selection, told_apart)
+    repeated = repeated_tests(connection, selection, ())
     places = [field for field in told_apart if field != "step"]
-    by_place = [*counted_by_place(connection, selection, places), *repeated.counted] if places else []
-    by_time = [*counted_by_time(connection, selection), *repeated.counted] if "step" in told_apart else []
+    by_place: list[CountedTests] = []
+    by_time: list[CountedTests] = []
+    if places:
+        by_place += counted_by_place(connection, selection, places)
+        by_place += repeated_tests(connection, selection, places).counted
+    if "step" in told_apart:
+        by_time += counted_by_time(connection, selection)
+        by_time += repeated_tests(connection, selection, ("step",)).counted
     return MotorYields(
         *_proportions([*_all_of(selection), *repeated.counted], confidence),
         rolled=_rolled(first_attempts(connection, selection), confidence),

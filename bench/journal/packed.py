@@ -3,15 +3,18 @@
 `journal.packed` is a line that names the format, and an xz stream of the journal's lines. A line of the chain is kept without its
 number and without the hash of the line before, which no compression could shorten and which the lines themselves give again; its
 date is kept in microseconds since the line before, and its time once. Any other line is kept as it is behind an exclamation mark.
+Alike stands beside alike: the lines' kinds, their dates, their times, and what they say kind by kind; a twentieth less to keep.
 """
 
 import hashlib
 import io
 import lzma
 import re
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from datetime import UTC, datetime, timedelta
+from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
@@ -20,7 +23,9 @@ from bench.journal.disk import write_file
 from drivers.interfaces.text import text
 
 #: The file's first line; another format gets another number.
-_HEAD = b"motorbench journal, packed 1\n"
+_HEAD = b"motorbench journal, packed 2\n"
+#: That of before, whose lines stand in their own order.
+_HEAD_IN_ORDER = b"motorbench journal, packed 1\n"
 _NAME = "journal.packed"
 #: For short texts with long repetitions: no alignment, more context.
 _FILTER = {"id": lzma.FILTER_LZMA2, "preset": 6, "lc": 4, "lp": 0, "pb": 0}
@@ -32,6 +37,7 @@ _SHORTEST_WINDOW, _LONGEST_WINDOW = 1 << 16, 1 << 23
 #: A journal is not longer than this (bytes): a file that was changed may claim anything.
 _LONGEST = 1 << 30
 _AS_IT_IS = b"!"
+_KIND = re.compile(rb'"kind":"([a-z_]+)",')
 _TIMES = re.compile(rb'"wall":"(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{6}\+00:00)","time":([-+.\de]+),')
 #: Stands for the line's own time further on in it.
 _SAME_TIME = b":~"
@@ -65,7 +71,7 @@ def open_journal(journal: Path) -> BinaryIO:
 def pack(journal: Path) -> None:
     """Replace a journal by its packed form, durably and whole or not at all. Raises OSError where it cannot be read or written."""
     content = journal.read_bytes()
-    packed = _HEAD + _compressed(b"\n".join(_shortened(content)))
+    packed = _HEAD + _compressed(b"\n".join(_beside_alike(list(_shortened(content)))))
     if _unpacked(packed_path(journal), packed) != content:
         raise OSError(f"{journal}: its packed form does not give it back")
     write_file(packed_path(journal), packed)
@@ -109,6 +115,52 @@ def _shortened(content: bytes) -> Iterator[bytes]:
     yield _AS_IT_IS + torn
 
 
+def _beside_alike(lines: list[bytes]) -> Iterator[bytes]:
+    """Give how many lines there are, their kinds, the dates and times of those of the chain, and what all say, kind by kind."""
+    kinds, dates, times = list[bytes](), list[bytes](), list[bytes]()
+    said: dict[bytes, list[bytes]] = {}
+    for line in lines:
+        kind, rest = _AS_IT_IS, line[1:]
+        if not line.startswith(_AS_IT_IS):
+            date, time, rest = line.split(b",", 2)
+            dates.append(date)
+            times.append(time)
+            match = _KIND.match(rest)
+            kind, rest = (match[1], rest[match.end() :]) if match else (b"", rest)
+        kinds.append(kind)
+        said.setdefault(kind, []).append(rest)
+    yield b"%d" % len(lines)
+    for part in (kinds, dates, times, *said.values()):
+        yield from part
+
+
+def _in_order(parts: list[bytes]) -> list[bytes]:
+    """Return the lines that `_beside_alike` took apart. Raises ValueError for what it did not give."""
+    left = iter(parts)
+
+    def taken(count: int) -> list[bytes]:
+        some = list(islice(left, count))
+        if len(some) < count:
+            raise ValueError
+        return some
+
+    kinds = taken(int(taken(1)[0]))
+    chained = sum(kind != _AS_IT_IS for kind in kinds)
+    dates, times = iter(taken(chained)), iter(taken(chained))
+    said = {kind: iter(taken(count)) for kind, count in Counter(kinds).items()}
+    if next(left, None) is not None:
+        raise ValueError
+    lines = []
+    for kind in kinds:
+        rest = next(said[kind])
+        if kind == _AS_IT_IS:
+            lines.append(_AS_IT_IS + rest)
+        else:
+            named = b'"kind":"%s",%s' % (kind, rest) if kind else rest
+            lines.append(b"%s,%s,%s" % (next(dates), next(times), named))
+    return lines
+
+
 def _restored(lines: list[bytes]) -> Iterator[bytes]:
     previous, wall, time = "", _EPOCH, b""
     for place, short in enumerate(lines, 1):
@@ -132,10 +184,11 @@ def _frame(place: int, previous: str) -> tuple[bytes, bytes]:
 
 
 def _unpacked(path: Path, packed: bytes) -> bytes:
-    if packed.startswith(_HEAD):
+    if packed.startswith((_HEAD, _HEAD_IN_ORDER)):
         with suppress(lzma.LZMAError, ValueError, OverflowError):
             reader = lzma.LZMADecompressor(lzma.FORMAT_XZ)
             content = reader.decompress(packed[len(_HEAD) :], _LONGEST)
             if reader.eof and not reader.unused_data:
-                return b"\n".join(_restored(content.split(b"\n")))
+                lines = content.split(b"\n")
+                return b"\n".join(_restored(_in_order(lines) if packed.startswith(_HEAD) else lines))
     raise FileError(text("{path}: this is no packed journal, or it was changed or cut off", path=path))

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from bench.cli.station.check import reset
+from bench.cli.station.reset import reset
 from bench.journal.codec import RecordedEvent
 from bench.journal.guardian_record import read_guardian
 from bench.journal.journal_file import read_journal

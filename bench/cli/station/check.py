@@ -2,7 +2,6 @@
 
 import sys
 from collections.abc import Sequence
-from contextlib import ExitStack
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,17 +13,16 @@ from bench.cli.station.calibrations_output import print_due
 from bench.cli.station.missing_counterparts import as_dict, missing_counterparts, print_missing
 from bench.cli.station.needs import good as needs_met
 from bench.cli.station.needs import outlooks, print_outlooks
-from bench.eol.line.line_file import load_line
-from bench.i18n.errors import UsageError, message
+from bench.i18n.errors import message
 from bench.i18n.language import language_of, translator
 from bench.journal.unrecorded import Unrecorded
 from bench.run.console import console_on
-from bench.safety.interlocks import Interlocks, closed, it_is, stood
+from bench.safety.interlocks import Interlocks, it_is, stood
 from bench.safety.ownership.claims import claim_of, interlock_claims, relay_claims
 from bench.safety.ownership.owner import HeldError, Ownership, owning
-from bench.safety.ownership.state_folder import StateFolder, state_folder
+from bench.safety.ownership.state_folder import state_folder
 from bench.safety.station_instruments import StationInstruments
-from bench.safety.trip_latch import Latch, Trip
+from bench.safety.trip_latch import Latch
 from bench.safety.watchdog_relays import open_relay
 from bench.safety.watchdogs import armed_watchdogs
 from bench.station.calibration_list import calibration_list
@@ -144,61 +142,6 @@ def check(
         if named or read.entries:
             print_outlooks(needs, translate)
     return 0 if good else 1
-
-
-def reset(station: Path, *, by: str, json: bool = False, language: str = "auto") -> int:
-    """Allow runs again after an interlock was open; all interlocks must be closed.
-
-    Parameters
-    ----------
-    station
-        The station file.
-    by
-        Name of the person who removed the cause, for the record.
-    json
-        Print one JSON object and nothing else.
-    language
-        en, zh, or auto by the locale.
-
-    """
-    if not by.strip():
-        raise UsageError(text("--by NAME is missing: only a person resets an interlock, and the record keeps the name"))
-    stations = [socket.station for socket in load_line(str(station), None).sockets if socket.station is not None]
-    state = state_folder()
-    with owning(state, "motorbench station reset") as owner, ExitStack() as watching:
-        owner.claim(claim for read in stations for claim in interlock_claims(read))
-        for read in stations:
-            watching.enter_context(closed(read))
-        trips = [trip for read in stations if (trip := _reset(state, read, by.strip())) is not None]
-    if not trips and not any(read.interlocks for read in stations):
-        raise UsageError(text("{station}: the station has no [interlocks]; there is nothing to reset", station=station))
-    trip = trips[0] if trips else None
-    if json:
-        print_json({"reset": trip is not None, "trip": None if trip is None else asdict(trip)})
-    else:
-        was = (
-            text("nothing to reset: no interlock has been open")
-            if trip is None
-            else text("reset by {person}: {stood}", person=by.strip(), stood=stood(trip))
-        )
-        print(was.render(translator(language_of(language))))
-    return 0
-
-
-def _reset(state: StateFolder, station: Station, by: str) -> Trip | None:
-    """Reset what holds a station up. Raises InputError where its file names no contact that could be looked at."""
-    latch = Latch(state, station)
-    trip = None if station.interlocks else latch.standing()
-    if trip is not None:
-        raise UsageError(
-            text(
-                "{station}: {stood}, and this station file has no [interlocks]. Reset it with the station file "
-                "that names the interlock",
-                station=station.source,
-                stood=stood(trip),
-            )
-        )
-    return latch.reset(by)
 
 
 def held(station: Station, entry: Entry, owner: Ownership, translate: Translate) -> dict[str, Any]:

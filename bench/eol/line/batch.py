@@ -24,11 +24,11 @@ from bench.eol.line.panel_channel import PanelChannel
 from bench.eol.line.preparation import (
     BatchRequest,
     Prepared,
-    by_time_over_failures,
     calibrations_of,
     check_operator,
     prepare,
 )
+from bench.eol.line.procedure_order import by_time_over_failures
 from bench.eol.line.record_writer import RecordWriter, open_record_writer
 from bench.eol.line.serial_numbers import QueuedSerials, ScannedSerials, SerialNumbers, open_serials
 from bench.eol.line.warm_up import WarmUp

@@ -11,7 +11,7 @@ from bench.eol.line.batch_log import BatchLog, BatchMotor
 from bench.eol.line.instrument_sharing import Arbiter, LeaseDecision, LeaseReply, LeaseRequest
 from bench.eol.line.line_file import ProductionLine
 from bench.eol.line.messages import Leave, Task
-from bench.eol.line.preparation import sampled
+from bench.eol.line.procedure_order import sampled
 from bench.eol.line.stop_request import StopRequest
 from bench.eol.line.worker_slots import WorkerSlot, WorkerSlots
 from bench.eol.plan import PlannedCheck

@@ -7,7 +7,7 @@ from pathlib import Path
 from bench.eol.limits import ParameterLimits
 from bench.eol.line.limit_notes import check_limits, limit_notes
 from bench.eol.line.line_file import ProductionLine, load_line
-from bench.eol.line.wanted_figures import with_wanted_before
+from bench.eol.line.wanted_figures import late_corrections, with_wanted_before
 from bench.eol.plan import Plan, PlannedCheck, load_plan
 from bench.eol.plans_beside import check_name
 from bench.files.toml_file import nearest, validate
@@ -94,7 +94,10 @@ def prepare(plan_file: Path, station: str, sockets: int | None, operator: str = 
     roles = frozenset(role for each in planned for role in each.procedure.roles)
     limits = plan.limits(motor.nameplate.expected)
     check_limits(plan, limits)
-    notes = tuple(limit_notes(plan, limits, motor.nameplate.expected, catalogues.procedures))
+    notes = (
+        *limit_notes(plan, limits, motor.nameplate.expected, catalogues.procedures),
+        *late_corrections(plan, planned),
+    )
     parameters = {name: one for each in planned for name, one in each.procedure.parameters.items()}
     return Prepared(plan, motor, line, limits, roles, notes, parameters)
 
@@ -205,36 +208,3 @@ def check_operator(request: BatchRequest, line: ProductionLine) -> None:
                 "or each socket a fixture ([sockets.NAME.instruments.switch_matrix], rotor_actuator)"
             )
         )
-
-
-def by_time_over_failures(
-    checks: Sequence[PlannedCheck], experience: Mapping[str, tuple[int, int, float]]
-) -> tuple[PlannedCheck, ...]:
-    """Return the checks with the least time over failure rate first, none before those that it comes after.
-
-    `experience` gives by procedure how many attempts were made, how many did not pass, and their mean time (s). The rate is
-    estimated by (failures + 1)/(attempts + 2) (Laplace's rule of succession), so that few motors decide little.
-    Where one procedure has no experience the listed order stays, for nothing can be compared.
-    Source: W. E. Smith, Naval Research Logistics Quarterly 3 (1956) 59: for independent tests that end with the first
-    failure, the order by time over failure probability has the least expected time.
-    """
-    if any(check.name not in experience for check in checks):
-        return tuple(checks)
-
-    def cost(check: PlannedCheck) -> float:
-        attempts, failures, time = experience[check.name]
-        return time * (attempts + 2) / (failures + 1)
-
-    remaining, ordered = list(checks), list[PlannedCheck]()
-    while remaining:
-        waiting = {check.name for check in remaining}
-        free = [check for check in remaining if not waiting & set(check.after)]
-        best = min(free, key=cost)
-        remaining.remove(best)
-        ordered.append(best)
-    return tuple(ordered)
-
-
-def sampled(checks: Sequence[PlannedCheck], number: int) -> tuple[PlannedCheck, ...]:
-    """Return the checks that a batch's motor of this number (from 1) has: those of every n-th begin with the first."""
-    return tuple(check for check in checks if (number - 1) % check.every == 0)

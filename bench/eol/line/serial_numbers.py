@@ -12,8 +12,8 @@ from bench.eol.line.line_file import ProductionLine
 from bench.eol.line.preparation import BatchRequest
 from bench.eol.plan import Plan
 from bench.files.toml_file import not_utf8
-from bench.i18n.errors import FileError, UsageError
-from drivers.interfaces.text import reason_of, text
+from bench.i18n.errors import FileError, InputError, UsageError
+from drivers.interfaces.text import reason_of, text, text_of
 
 #: Serial numbers that come from a panel, as `--serials` says it.
 PANEL = "panel"
@@ -197,7 +197,18 @@ def open_serials(request: BatchRequest, plan: Plan, line: ProductionLine, stream
         if not 1 <= first <= 1_000_000_000:
             raise UsageError(text("--first-serial {first}: allowed are 1 to 1000000000", first=first))
         for number in (first, first + request.motors - 1):
-            plan.check_serial(plan.spread.serial.format(number=number))
+            try:
+                plan.check_serial(plan.spread.serial.format(number=number))
+            except InputError as error:
+                raise InputError(
+                    text(
+                        "{error}; --motors makes serial numbers up by virtual.serial = {pattern!r} of {source}: write it so that "
+                        "they match, or give --serials FILE",
+                        error=text_of(error),
+                        pattern=plan.spread.serial,
+                        source=plan.source,
+                    )
+                ) from None
         return generated_serials(plan.spread.serial, request.motors, first)
     if first != 1:
         raise UsageError(text("--first-serial {first}: only for the motors of --motors N; add --motors", first=first))

@@ -1,6 +1,6 @@
 """What a plan's procedures rest on, held against its order before the first motor: figures that they want, and corrections."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -59,6 +59,29 @@ def _corrected_before(checks: Sequence[PlannedCheck], planned: Sequence[Planned]
             if reads and correcting.name not in after[name] and name not in rests_on(correcting.name):
                 after[name].append(correcting.name)
     return tuple(replace(check, after=tuple(after[check.name])) for check in checks)
+
+
+def late_corrections(plan: Plan, planned: Sequence[Planned]) -> Iterator[Text]:
+    """Give what of a plan in its `listed` order corrects an instrument only after others have read it."""
+    if plan.order != "listed":
+        return
+    places = {check.name: number for number, check in enumerate(plan.checks)}
+    for each in planned:
+        late = [
+            check.name
+            for check, other in zip(plan.checks, planned, strict=True)
+            if each.name in check.after
+            and each.procedure.corrects & other.procedure.roles
+            and places[check.name] < places[each.name]
+        ]
+        if late:
+            yield text(
+                "{source}: {name} corrects an instrument for what is measured after it, and is listed after {names}, which read "
+                "that instrument uncorrected; put it before them",
+                source=plan.source,
+                name=each.name,
+                names=late,
+            )
 
 
 def _hint(plan: Plan, planned: Sequence[Planned], wanting: PlannedCheck, parameter: str, known: Catalogue) -> Text:

@@ -1,16 +1,19 @@
 """Motors that were tested more than once, and first attempts at procedures."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+import json
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Select, Subquery, case, func, select
 
-from bench.eol.store.occasions import JUDGED, PLACE, CountedTests, occasion_of, step_of_start
-from bench.eol.store.schema import CHECK, MOTOR, REPEATED_SERIAL, SUMMED_ATTEMPTS
+from bench.eol.store.occasions import JUDGED, CountedTests, occasion_of
+from bench.eol.store.repeated_tests import in_order, not_in_order
+from bench.eol.store.schema import CHECK, MOTOR
 from bench.eol.store.selection import Selection
-from bench.eol.store.stretches import StretchesByKey, among, joined, unsummed
+from bench.eol.store.stretches import StretchesByKey, among, joined
 from bench.eol.store.stretches import without as without_stretches
+from bench.eol.store.summed_tables import REPEATED_TEST, SUMMED_ATTEMPTS
 from bench.eol.verdict import Verdict
 
 _BAD = func.sum(case((CHECK.c.verdict == Verdict.PASS.value, 0), else_=1))
@@ -30,15 +33,45 @@ class RepeatedTests:
 
 def repeated_tests(connection: Connection, selection: Selection, told_apart: Collection[str]) -> RepeatedTests:
     """Return what motors with several tests change in counts by these of `station`, `socket`, `plan` and `step`."""
-    fields: Mapping[str, Any] = {**PLACE, "step": step_of_start(connection)}
-    found = _tests(selection, {name: fields[name] for name in told_apart})
+    counted, again = [], 0
+    for query in (_of_kept_order(selection, told_apart), _of_order_to_be_found(connection, selection, told_apart)):
+        for *known, retested, is_first, at_once, passed, motor_at_once, motor_passed, count in connection.execute(
+            query
+        ):
+            occasion = occasion_of(dict(zip(told_apart, known, strict=True)))
+            counted.append(CountedTests(occasion, bool(at_once), bool(passed), -count))
+            again += count if retested else 0
+            if is_first:
+                counted.append(CountedTests(occasion, bool(motor_at_once), bool(motor_passed), count))
+    return RepeatedTests(tuple(counted), again)
+
+
+def _of_kept_order(selection: Selection, told_apart: Collection[str]) -> Select[Any]:
+    """Return the query for counts of tests by these fields and by what they say of their motor."""
+    tests = REPEATED_TEST.c
+    first = tests.place == 1
+    columns = (
+        *(tests[name] for name in told_apart),
+        (first & (tests.tests > 1)).label("retested"),
+        first.label("first"),
+        tests.at_once,
+        tests.passed,
+        (tests.at_once & first).label("motor_at_once"),
+        tests.last_passed,
+    )
+    return select(*columns, func.count()).where(in_order(selection)).group_by(*columns)
+
+
+def _of_order_to_be_found(connection: Connection, selection: Selection, told_apart: Collection[str]) -> Select[Any]:
+    """Return the same query for tests whose order depends on the selection, or is not kept."""
+    found = not_in_order(connection, selection, told_apart)
     motor, there, order = _windows(found, selection)
     tests = select(
         found,
         func.row_number().over(partition_by=motor, order_by=order).label("place_ever"),
         func.row_number().over(partition_by=there, order_by=order).label("place"),
         # Over the window that is in order already: each further order costs the database a sort.
-        func.last_value(found.c.verdict).over(partition_by=there, order_by=order, rows=(None, None)).label("last"),
+        func.last_value(found.c.passed).over(partition_by=there, order_by=order, rows=(None, None)).label("last"),
         func.count().over(partition_by=there, order_by=order, rows=(None, None)).label("tests"),
     ).subquery("ordered")
     first = tests.c.place == 1
@@ -49,52 +82,15 @@ def repeated_tests(connection: Connection, selection: Selection, told_apart: Col
         tests.c.at_once,
         tests.c.passed,
         (tests.c.at_once & (tests.c.place_ever == 1)).label("motor_at_once"),
-        (tests.c.last == Verdict.PASS.value).label("motor_passed"),
+        tests.c.last.label("motor_passed"),
     )
-    counted, again = [], 0
-    for *known, retested, is_first, at_once, passed, motor_at_once, motor_passed, count in connection.execute(
-        select(*columns, func.count()).where(tests.c.chosen).group_by(*columns)
-    ):
-        occasion = occasion_of(dict(zip(told_apart, known, strict=True)))
-        counted.append(CountedTests(occasion, bool(at_once), bool(passed), -count))
-        again += count if retested else 0
-        if is_first:
-            counted.append(CountedTests(occasion, bool(motor_at_once), bool(motor_passed), count))
-    return RepeatedTests(tuple(counted), again)
-
-
-def _tests(selection: Selection, fields: Mapping[str, ColumnElement[Any]]) -> Subquery:
-    """Return the judged tests of serial numbers with several tests, `chosen` telling which are of the selection."""
-    noted = select(REPEATED_SERIAL.c.serial_number).union(_repeated_beside(selection))
-    found = select(
-        MOTOR.c.id,
-        MOTOR.c.serial_number,
-        MOTOR.c.started,
-        MOTOR.c.verdict,
-        (MOTOR.c.verdict == Verdict.PASS.value).label("passed"),
-        (MOTOR.c.first_pass & (MOTOR.c.verdict == Verdict.PASS.value)).label("at_once"),
-        selection.holds(MOTOR.c.id).label("chosen"),
-        *(column.label(name) for name, column in fields.items()),
-    ).where(MOTOR.c.serial_number.in_(noted), JUDGED)
-    if selection.golden:
-        found = found.where(MOTOR.c.serial_number.not_in(selection.golden))
-    return found.subquery("tests")
+    return select(*columns, func.count()).where(tests.c.chosen).group_by(*columns)
 
 
 def _windows(tests: Subquery, selection: Selection) -> tuple[Any, Any, Any]:
     """Return what puts tests of a motor together, those of it in and those out of the selection, and their order."""
     motor = (tests.c.serial_number,)
-    return motor, motor if selection.everything else (*motor, tests.c.chosen), (tests.c.started, tests.c.id)
-
-
-def _repeated_beside(selection: Selection) -> Select[str]:
-    """Return the query for serial numbers that a test beyond the summed-up stretches shares with another."""
-    if not selection.summed:
-        return select(MOTOR.c.serial_number).group_by(MOTOR.c.serial_number).having(func.count() > 1)
-    other = MOTOR.alias("other")
-    shared = select(other.c.id).where(other.c.serial_number == MOTOR.c.serial_number, other.c.id != MOTOR.c.id)
-    beyond = among(MOTOR.c.id, unsummed(selection.summed))
-    return select(MOTOR.c.serial_number).where(beyond, shared.exists()).distinct()
+    return motor, motor if selection.everything else (*motor, tests.c.chosen), (tests.c.started, tests.c.motor)
 
 
 def first_attempts(connection: Connection, selection: Selection) -> dict[str, tuple[int, int]]:
@@ -126,12 +122,26 @@ def first_attempts(connection: Connection, selection: Selection) -> dict[str, tu
         read(beyond, 1)
         unjudged = select(MOTOR.c.id).where(~JUDGED, among(MOTOR.c.id, rest))
         read(beyond & CHECK.c.motor.in_(unjudged), -1)
-    found = _tests(selection, {})
+    kept = REPEATED_TEST.c
+    later = select(kept.attempts, func.count()).where(in_order(selection), kept.place > 1)
+    add(_of_texts(connection.execute(later.group_by(kept.attempts))), -1)
+    found = not_in_order(connection, selection, ())
     _, there, order = _windows(found, selection)
     place = func.row_number().over(partition_by=there, order_by=order).label("place")
-    tests = select(found.c.id, found.c.chosen, place).subquery("ordered")
-    read(CHECK.c.motor.in_(select(tests.c.id).where(tests.c.chosen, tests.c.place > 1)), -1)
+    tests = select(found.c.motor, found.c.attempts, found.c.chosen, place).subquery("ordered")
+    again = tests.c.chosen & (tests.c.place > 1)
+    counts_of = connection.execute(select(tests.c.attempts, func.count()).where(again).group_by(tests.c.attempts)).all()
+    add(_of_texts(row for row in counts_of if row[0] is not None), -1)
+    if any(row[0] is None for row in counts_of):
+        read(CHECK.c.motor.in_(select(tests.c.motor).where(again, tests.c.attempts.is_(None))), -1)
     return {procedure: (tests, bad) for procedure, (tests, bad) in sorted(counts.items()) if tests}
+
+
+def _of_texts(rows: Iterable[Any]) -> Iterator[tuple[str, int, int]]:
+    """Give procedures, tests and first attempts that did not pass from kept texts and how often each is there."""
+    for attempts, count in rows:
+        for procedure, bad in json.loads(attempts):
+            yield procedure, count, count * bad
 
 
 def _summed_attempts(connection: Connection, selection: Selection) -> Sequence[Any]:

@@ -8,9 +8,10 @@ from typing import Any
 from sqlalchemy import ColumnElement, Connection, Select, Table, cast, func, select
 from sqlalchemy import Integer as Whole
 
-from bench.eol.store.schema import MOTOR, SUMMED_PLACES, SUMMED_TIMES
+from bench.eol.store.schema import MOTOR
 from bench.eol.store.selection import Selection
 from bench.eol.store.stretches import among, joined, without
+from bench.eol.store.summed_tables import SUMMED_PLACES, SUMMED_TIMES
 from bench.eol.verdict import Verdict
 
 #: Times are told apart to so much: no zone and no shift begins between.

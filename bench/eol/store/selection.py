@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 from sqlalchemy import ColumnElement, Connection, Integer, Row, Select, and_, cast, func, not_, or_, select, true
 
-from bench.eol.store.schema import GOLDEN, MOTOR, SUMMED_MOTORS
+from bench.eol.store.schema import GOLDEN, MOTOR
 from bench.eol.store.stretches import Stretch, among, joined, summed_stretches, unsummed
+from bench.eol.store.summed_tables import SUMMED_MOTORS
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Text, text

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from sqlalchemy import ColumnElement, Connection, false, or_, select
 
-from bench.eol.store.schema import SUMMED_STRETCH
+from bench.eol.store.summed_tables import SUMMED_STRETCH
 
 #: The first and the last key.
 Stretch = tuple[int, int]
@@ -17,7 +17,7 @@ _GAPS = 200
 
 def summed_stretches(connection: Connection) -> tuple[Stretch, ...]:
     """Return the stretches that are summed up, in order; those that would leave too many gaps are left out."""
-    query = select(SUMMED_STRETCH.c.first, SUMMED_STRETCH.c.last).where(SUMMED_STRETCH.c.by_occasion)
+    query = select(SUMMED_STRETCH.c.first, SUMMED_STRETCH.c.last).where(SUMMED_STRETCH.c.by_test)
     stretches = [(row.first, row.last) for row in connection.execute(query.order_by(SUMMED_STRETCH.c.first))]
     runs = joined(stretches)
     if len(runs) <= _GAPS:

@@ -8,9 +8,9 @@ from sqlalchemy import Connection, select
 from bench.eol.limits import ParameterLimits
 from bench.eol.store.binned_sums import BinnedSums
 from bench.eol.store.limits_of_figures import limits_of
-from bench.eol.store.schema import SUMMED_FIGURES
 from bench.eol.store.selection import Selection
 from bench.eol.store.stretches import Stretch
+from bench.eol.store.summed_tables import SUMMED_FIGURES
 from bench.eol.store.summing import MIXED
 
 

@@ -6,18 +6,16 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection, Engine, and_, case, delete, func, insert, literal, select
-from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy import Connection, Engine, case, delete, func, insert, literal, select, update
 
 from bench.eol.store.binned_sums import BinnedSums, bin_edges, sums_of
 from bench.eol.store.insertion import settle_within
 from bench.eol.store.limits_of_figures import limits_of
 from bench.eol.store.occasions import JUDGED, PLACE, step_of_start
-from bench.eol.store.schema import (
-    CHECK,
-    FIGURE,
-    MOTOR,
-    REPEATED_SERIAL,
+from bench.eol.store.repeated_tests import keep_repeated
+from bench.eol.store.schema import CHECK, FIGURE, MOTOR
+from bench.eol.store.stretches import LAST_KEY
+from bench.eol.store.summed_tables import (
     SUMMED_ATTEMPTS,
     SUMMED_FIGURES,
     SUMMED_MOTORS,
@@ -25,7 +23,6 @@ from bench.eol.store.schema import (
     SUMMED_STRETCH,
     SUMMED_TIMES,
 )
-from bench.eol.store.stretches import LAST_KEY
 from bench.eol.verdict import Verdict
 
 #: Keys of a full stretch: the first begins at 1, the next one after its last.
@@ -68,7 +65,7 @@ def _worth(first: int, last: int, summed: Mapping[int, int]) -> bool:
 
 
 def _summed(connection: Connection) -> dict[int, int]:
-    rows = connection.execute(select(SUMMED_STRETCH.c.first, SUMMED_STRETCH.c.last).where(SUMMED_STRETCH.c.by_occasion))
+    rows = connection.execute(select(SUMMED_STRETCH.c.first, SUMMED_STRETCH.c.last).where(SUMMED_STRETCH.c.by_test))
     return {row.first: row.last for row in rows}
 
 
@@ -96,15 +93,21 @@ def _sum_stretch(connection: Connection, first: int, last: int) -> bool:
     if not _worth(first, last, _summed(connection)):
         return False
     last = min(last, first + STRETCH - 1)
+    keep_repeated(connection, first, last)
+    this = SUMMED_STRETCH.c.first == first
+    # Of one that a program of 0009 summed up only the repeated tests are missing.
+    kept = connection.execute(select(SUMMED_STRETCH.c.last).where(this, SUMMED_STRETCH.c.by_occasion)).scalar()
+    if kept == last:
+        connection.execute(update(SUMMED_STRETCH).where(this).values(by_test=True))
+        return True
     for table in _CHILDREN:
         connection.execute(delete(table).where(table.c.first == first))
-    connection.execute(delete(SUMMED_STRETCH).where(SUMMED_STRETCH.c.first == first))
-    connection.execute(insert(SUMMED_STRETCH).values(first=first, last=last, by_occasion=True))
+    connection.execute(delete(SUMMED_STRETCH).where(this))
+    connection.execute(insert(SUMMED_STRETCH).values(first=first, last=last, by_occasion=True, by_test=True))
     models = _sum_motors(connection, first, last)
     _sum_occasions(connection, first, last)
     _sum_attempts(connection, first, last)
     _sum_figures(connection, first, last, models)
-    _note_repeated(connection, first, last)
     return True
 
 
@@ -218,18 +221,6 @@ def _row(sums: BinnedSums, edges: Sequence[float]) -> dict[str, object]:
         "edges": json.dumps(list(edges)),
         "counts": json.dumps(list(sums.counts)),
     }
-
-
-def _note_repeated(connection: Connection, first: int, last: int) -> None:
-    other = MOTOR.alias("other")
-    again = select(MOTOR.c.serial_number).where(
-        MOTOR.c.id.between(first, last),
-        select(other.c.id)
-        .where(and_(other.c.serial_number == MOTOR.c.serial_number, other.c.id != MOTOR.c.id))
-        .exists(),
-    )
-    insertion = (postgresql if connection.dialect.name == "postgresql" else sqlite).insert(REPEATED_SERIAL)
-    connection.execute(insertion.from_select(["serial_number"], again.distinct()).on_conflict_do_nothing())
 
 
 def _insert(connection: Connection, table: Any, rows: Sequence[Mapping[str, object]]) -> None:

@@ -1,6 +1,7 @@
 """Packed journals give back every byte, whatever they hold, and say where they are none."""
 
 import hashlib
+import lzma
 from pathlib import Path
 
 import pytest
@@ -54,6 +55,8 @@ def test_any_content_comes_back(tmp_path_factory: pytest.TempPathFactory, conten
         (b"+00:00", b"+01:00"),
         (b"supply", b"a:~b"),
         (b'"n":7,', b'"n":8,'),
+        (b'"kind":"reading"', b'"kind":"a reading"'),
+        (b'"kind":"reading"', b'"kind":"setting"'),
         (b"\n", b"\r\n"),
     ],
 )
@@ -101,6 +104,24 @@ def test_a_packed_journal_that_was_changed_is_refused(tmp_path: Path, change: "o
         open_journal(journal)
     with pytest.raises(FileNotFoundError):
         open_journal(tmp_path / "none" / "journal.jsonl")
+
+
+def test_a_journal_that_was_packed_in_its_own_order_is_read(tmp_path: Path) -> None:
+    first = b'{"n":1,"wall":"2000-01-01T00:00:07.000000+00:00","time":0.5,"kind":"reading","data":{"time":0.5},"previous":""}'
+    short = [b'7000000,0.5,"kind":"reading","data":{"time":~}', b"!by hand", b"!"]
+    packed = b"motorbench journal, packed 1\n" + lzma.compress(b"\n".join(short))
+    packed_path(tmp_path / "journal.jsonl").write_bytes(packed)
+    with open_journal(tmp_path / "journal.jsonl") as file:
+        assert file.read() == first + b"\nby hand\n"
+
+
+@pytest.mark.parametrize(
+    "parts", [b"", b"x", b"-1", b"2\n!\n!\nonly one", b"1\n!\na\nmuch", b"1\nreading\n5", b"1\nreading\nx\n0\nz"]
+)
+def test_what_no_journal_comes_to_is_refused(tmp_path: Path, parts: bytes) -> None:
+    packed_path(tmp_path / "journal.jsonl").write_bytes(b"motorbench journal, packed 2\n" + lzma.compress(parts))
+    with pytest.raises(FileError, match="no packed journal"):
+        open_journal(tmp_path / "journal.jsonl")
 
 
 def test_there_is_nothing_to_pack(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

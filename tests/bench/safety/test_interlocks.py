@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from bench.cli.station.check import check, reset
+from bench.cli.station.check import check
+from bench.cli.station.reset import reset
 from bench.i18n.errors import InputError, UsageError
 from bench.journal.codec import data_of
 from bench.journal.events.safety import InterlocksStart

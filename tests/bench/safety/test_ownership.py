@@ -15,7 +15,7 @@ import pytest
 from tomli_w import dumps as toml_text
 
 from bench.cli.doctor import doctor
-from bench.cli.station.check import reset
+from bench.cli.station.reset import reset
 from bench.i18n.errors import InputError
 from bench.i18n.language import translator
 from bench.journal.unrecorded import Unrecorded

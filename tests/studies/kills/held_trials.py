@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
 
-from bench.cli.station.check import reset
+from bench.cli.station.reset import reset
 from tests.studies.kills.proxy import Disturbance, Proxy
 from tests.studies.kills.trial import PROMISED, Trial
 from tests.studies.kills.victim import ENERGISED, Bench, NeverBegunError, Victim, keep, wait_until_let_go

@@ -2,13 +2,15 @@
 
 from collections.abc import Callable
 from datetime import date, timedelta
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from bench.eol.line.line_file import load_line
-from bench.eol.line.preparation import calibrations_of
+from bench.eol.line.preparation import BatchRequest, calibrations_of
+from bench.eol.line.serial_numbers import open_serials
 from bench.eol.line.serial_register import SerialRegister
 from bench.eol.plan import Plan, load_plan
 from bench.eol.plans_beside import PlanBeside, check_name, check_serial, plans_beside
@@ -66,6 +68,20 @@ def test_a_serial_number_of_another_plan_s_type_is_named(tmp_path: Path) -> None
     with pytest.raises(InputError) as refused:
         check_serial(own, "X-1")
     assert "it belongs to" not in str(refused.value)
+
+
+def test_made_up_serial_numbers_that_the_plan_does_not_allow_are_refused_with_what_to_do(tmp_path: Path) -> None:
+    plan = plan_file(tmp_path, "own.toml", pattern("P-[0-9]+", "pump"))
+    request = BatchRequest(tmp_path / "own.toml", "virtual", tmp_path / "runs", motors=2)
+    line = load_line("virtual", 1)
+    with pytest.raises(InputError) as refused:
+        open_serials(request, plan, line, StringIO())
+    assert "does not match the plan's pattern P-[0-9]+; --motors makes serial numbers up by virtual.serial" in str(
+        refused.value
+    )
+    made_up = ("[virtual]", '[virtual]\nserial = "P-{number}"')
+    plan = plan_file(tmp_path, "own.toml", pattern("P-[0-9]+", "pump"), made_up)
+    assert open_serials(request, plan, line, StringIO()).take() == "P-1"
 
 
 def test_the_records_know_a_plan_by_its_name(tmp_path: Path) -> None:

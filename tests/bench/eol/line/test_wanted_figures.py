@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from bench.eol.line.preparation import by_time_over_failures, prepare
+from bench.eol.line.preparation import prepare
+from bench.eol.line.procedure_order import by_time_over_failures
 from bench.i18n.errors import InputError
 
 WINDING = "winding_resistance = 0.3, winding_inductance = 5e-4"
@@ -88,3 +89,26 @@ def test_a_correction_that_is_to_wait_for_a_reader_waits(tmp_path: Path) -> None
         "probe-verification",
         "back-emf-constant",
     ]
+
+
+@pytest.mark.parametrize(
+    ("names", "extra", "late"),
+    [
+        (VERIFIED, "", "back-emf-shape, back-emf-constant"),
+        (VERIFIED[::-1], "", ""),
+        (("probe-verification", "back-emf-shape"), "", ""),
+        # What the plan itself has come first is no mistake.
+        (("back-emf-shape", "back-emf-constant", "probe-verification"), 'after = ["back-emf-shape"]\n', "back-emf-constant"),
+        (("back-emf-shape", "probe-verification"), 'after = ["back-emf-shape"]\n', ""),
+    ],
+)  # fmt: skip
+def test_a_correction_that_is_listed_too_late_is_told_of(
+    tmp_path: Path, names: tuple[str, ...], extra: str, late: str
+) -> None:
+    path = tmp_path / "plan.toml"
+    listed = "".join(PROCEDURE.format(name=name) for name in names)
+    for order in ("listed", "time over failure rate"):
+        path.write_text(f'[plan]\nname = "p"\nmotor = "lg-400w"\norder = "{order}"\n{listed}{extra}', encoding="utf-8")
+        told = [str(note) for note in prepare(path, "virtual", 1).notes if "probe-verification corrects" in str(note)]
+        assert len(told) == (bool(late) and order == "listed")
+        assert all(f"is listed after {late}, which read" in note for note in told)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from sqlalchemy import Engine, delete, func, select, update
+from sqlalchemy import Engine, delete, func, insert, select, update
 from sqlalchemy.exc import DBAPIError
 
 from bench.eol.line.record_writer import RecordWriter
@@ -22,8 +22,9 @@ from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.insertion import insert_record
 from bench.eol.store.records import Records
-from bench.eol.store.schema import MOTOR, REPEATED_SERIAL, SUMMED_PLACES, SUMMED_STRETCH, SUMMED_TIMES
+from bench.eol.store.schema import MOTOR
 from bench.eol.store.spool import Spool
+from bench.eol.store.summed_tables import REPEATED_SERIAL, REPEATED_TEST, SUMMED_PLACES, SUMMED_STRETCH, SUMMED_TIMES
 from bench.eol.store.summing import sum_up
 from bench.eol.verdict import Verdict
 from bench.eol.yields import GROUPINGS
@@ -141,6 +142,7 @@ def test_statistics_are_those_of_the_records(engine: Engine, records: Records, s
     with engine.begin() as connection:
         connection.execute(delete(MOTOR))
         connection.execute(delete(REPEATED_SERIAL))
+        assert connection.execute(select(func.count()).select_from(REPEATED_TEST)).scalar() == 0
     assert stretches(engine) == [], "what is removed is forgotten"
     kept: list[MotorRecord] = []
     for number, step in enumerate(steps, 1):
@@ -159,6 +161,7 @@ def test_statistics_are_those_of_the_records(engine: Engine, records: Records, s
     with engine.begin() as connection:
         connection.execute(delete(SUMMED_STRETCH))
         connection.execute(delete(REPEATED_SERIAL))
+        connection.execute(delete(REPEATED_TEST))
     direct = [statistics(engine, *each) for each in asked]
     for some in (before, summed):
         for found, expected in zip(some, direct, strict=True):
@@ -195,21 +198,47 @@ def test_an_older_station_that_sums_nothing_up_is_counted(engine: Engine, record
     assert {name: each.count for name, each in found.yields.motors.rolled.procedures.items()} == {"r": 11}
 
 
-def test_stretches_of_an_older_station_are_summed_up_anew(engine: Engine, records: Records) -> None:
+@pytest.mark.parametrize("version", ["0008", "0009"])
+def test_stretches_of_an_older_station_are_brought_up(engine: Engine, records: Records, version: str) -> None:
     for number in range(1, 13):
         records.save(record_of(number, number % 7, "A", Verdict.PASS, 10.0, 11.0))
     sum_up(engine)
     summed = statistics(engine, (), "")
-    # What a program of 0008 leaves: nothing by place or time.
+    # What such a program leaves where it has summed up: nothing by place or time before 0009, no tests before 0010.
     with engine.begin() as connection:
-        for table in (SUMMED_PLACES, SUMMED_TIMES):
-            connection.execute(delete(table))
-        connection.execute(update(SUMMED_STRETCH).values(by_occasion=False))
+        connection.execute(delete(REPEATED_TEST))
+        connection.execute(update(SUMMED_STRETCH).values(by_occasion=version == "0009", by_test=False))
+        if version == "0008":
+            for table in (SUMMED_PLACES, SUMMED_TIMES):
+                connection.execute(delete(table))
     assert_same(statistics(engine, (), ""), summed)
     assert sum_up(engine) == 3
     assert_same(statistics(engine, (), ""), summed)
     with engine.connect() as connection:
         assert connection.execute(select(func.sum(SUMMED_TIMES.c.count))).scalar() == 12
+        # Of serial 0, a golden motor, and of 1 to 5: each was tested twice.
+        assert connection.execute(select(func.count()).select_from(REPEATED_TEST)).scalar() == 12 - 2
+
+
+def test_a_station_of_0009_goes_on_beside(engine: Engine, records: Records) -> None:
+    """It sums up its own way, and what it has summed up anew is counted before and after this program has done its part."""
+    for number in range(1, 8):
+        records.save(record_of(number, number % 3, "A", Verdict.PASS, 10.0, 11.0))
+    sum_up(engine)
+    for number in range(8, 12):
+        records.save(record_of(number, number % 3, "B", Verdict.FAIL, 10.4, 11.0))
+    with engine.begin() as connection:
+        # Its growing stretch is begun anew without the mark, as by `insert(...).values(first, last, by_occasion)`.
+        connection.execute(delete(SUMMED_STRETCH).where(SUMMED_STRETCH.c.first == 6))
+        connection.execute(insert(SUMMED_STRETCH).values(first=6, last=7, by_occasion=True))
+    before = statistics(engine, (), "")
+    assert sum_up(engine) == 1
+    after = statistics(engine, (), "")
+    assert_same(before, after)
+    with engine.begin() as connection:
+        connection.execute(delete(SUMMED_STRETCH))
+        connection.execute(delete(REPEATED_TEST))
+    assert_same(after, statistics(engine, (), ""))
 
 
 def test_who_removes_by_other_means_has_the_sums_forgotten(tmp_path: Path) -> None:

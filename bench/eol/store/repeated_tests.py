@@ -1,0 +1,160 @@
+"""Judged tests of motors that have several: kept beside each other as stretches are summed up, and read together with the rest."""
+
+import json
+from collections.abc import Collection, Mapping, Sequence
+from itertools import groupby
+from typing import Any
+
+from sqlalchemy import (
+    ColumnElement,
+    Connection,
+    Select,
+    Subquery,
+    and_,
+    bindparam,
+    false,
+    func,
+    insert,
+    null,
+    or_,
+    select,
+    true,
+    update,
+)
+from sqlalchemy.dialects import postgresql, sqlite
+
+from bench.eol.store.occasions import JUDGED, PLACE, step_of_start
+from bench.eol.store.schema import CHECK, MOTOR
+from bench.eol.store.selection import Selection
+from bench.eol.store.stretches import among, unsummed
+from bench.eol.store.summed_tables import REPEATED_SERIAL, REPEATED_TEST
+from bench.eol.verdict import Verdict
+
+#: Serial numbers, or tests, that one query names.
+_AT_ONCE = 500
+_PASSED = MOTOR.c.verdict == Verdict.PASS.value
+_COMMON: Mapping[str, Any] = {
+    "serial_number": MOTOR.c.serial_number,
+    "started": MOTOR.c.started,
+    "passed": _PASSED,
+    "at_once": MOTOR.c.first_pass & _PASSED,
+}
+
+
+def keep_repeated(connection: Connection, first: int, last: int) -> None:
+    """Keep the judged tests of the serial numbers that a test with a key `first` … `last` shares with another."""
+    others = MOTOR.alias("others")
+    again = select(MOTOR.c.serial_number).where(
+        MOTOR.c.id.between(first, last),
+        select(others.c.id).where(others.c.serial_number == MOTOR.c.serial_number, others.c.id != MOTOR.c.id).exists(),
+    )
+    serial_numbers = list(connection.execute(again.distinct()).scalars())
+    # By name: of a query within a query a server that plans it once for all stretches reads every attempt there is.
+    for start in range(0, len(serial_numbers), _AT_ONCE):
+        some = serial_numbers[start : start + _AT_ONCE]
+        insertion = (postgresql if connection.dialect.name == "postgresql" else sqlite).insert(REPEATED_SERIAL)
+        connection.execute(insertion.on_conflict_do_nothing(), [{"serial_number": each} for each in some])
+        _keep_tests(connection, some)
+        _put_in_order(connection, some)
+
+
+def _keep_tests(connection: Connection, serial_numbers: Sequence[str]) -> None:
+    columns = {**_COMMON, **PLACE, "step": step_of_start(connection), "batch": MOTOR.c.batch, "model": MOTOR.c.model}
+    new = select(MOTOR.c.id.label("motor"), *(column.label(name) for name, column in columns.items())).where(
+        MOTOR.c.serial_number.in_(serial_numbers), JUDGED, _unkept(MOTOR.c.id)
+    )
+    tests = [dict(row) for row in connection.execute(new).mappings()]
+    attempts: dict[int, list[tuple[str, int]]] = {test["motor"]: [] for test in tests}
+    keys = list(attempts)
+    for start in range(0, len(keys), _AT_ONCE):
+        query = select(CHECK.c.motor, CHECK.c.procedure, CHECK.c.verdict).where(
+            CHECK.c.motor.in_(keys[start : start + _AT_ONCE]), CHECK.c.attempt == 1
+        )
+        for motor, procedure, verdict in connection.execute(query):
+            attempts[motor].append((procedure, int(verdict != Verdict.PASS.value)))
+    for test in tests:
+        test["attempts"] = json.dumps(sorted(attempts[test["motor"]]), ensure_ascii=False)
+        test |= {"place": 0, "tests": 0, "last_passed": False}
+    if tests:
+        connection.execute(insert(REPEATED_TEST), tests)
+
+
+def _put_in_order(connection: Connection, serial_numbers: Sequence[str]) -> None:
+    """Say of each kept test of some serial numbers which it is."""
+    table = REPEATED_TEST.c
+    columns = (table.serial_number, table.motor, table.passed, table.place, table.tests, table.last_passed)
+    query = select(*columns).where(table.serial_number.in_(serial_numbers))
+    rows = connection.execute(query.order_by(table.serial_number, table.started, table.motor)).all()
+    changed = []
+    for _, group in groupby(rows, key=lambda row: row.serial_number):
+        tests = list(group)
+        for place, test in enumerate(tests, 1):
+            order = (place, len(tests), tests[-1].passed)
+            if (test.place, test.tests, test.last_passed) != order:
+                changed.append(dict(zip(("key", "place", "tests", "last_passed"), (test.motor, *order), strict=True)))
+    if changed:
+        connection.execute(update(REPEATED_TEST).where(table.motor == bindparam("key")), changed)
+
+
+def in_order(selection: Selection) -> ColumnElement[bool]:
+    """Return the condition that a kept test is chosen, and that all tests of its serial number are kept in their order.
+
+    So it is only where everything is chosen: otherwise the order depends on what is.
+    """
+    if not selection.everything:
+        return false()
+    kept = (REPEATED_TEST.c.place > 0) & REPEATED_TEST.c.serial_number.not_in(_shared_beside(selection))
+    return kept & REPEATED_TEST.c.serial_number.not_in(selection.golden) if selection.golden else kept
+
+
+def not_in_order(connection: Connection, selection: Selection, told_apart: Collection[str]) -> Subquery:
+    """Return the judged tests of serial numbers with several tests that are not `in_order`, `chosen` telling which are selected.
+
+    Besides the motor's key, serial number, start and these fields, each has `passed`, `at_once` and `attempts`, which is null for
+    those that are not kept here.
+    """
+    table, fields = REPEATED_TEST.c, {**PLACE, "step": step_of_start(connection)}
+    chosen = true() if selection.everything else _of_batches(selection, table)
+    kept = select(
+        table.motor,
+        *(table[name] for name in _COMMON),
+        chosen.label("chosen"),
+        table.attempts,
+        *(table[name] for name in told_apart),
+    )
+    columns = (
+        *(column.label(name) for name, column in _COMMON.items()),
+        (true() if selection.everything else _of_batches(selection, MOTOR.c)).label("chosen"),
+        null().label("attempts"),
+        *(fields[name].label(name) for name in told_apart),
+    )
+    beside = _shared_beside(selection)
+    read = select(MOTOR.c.id, *columns).where(MOTOR.c.serial_number.in_(beside), JUDGED, _unkept(MOTOR.c.id))
+    if selection.everything:
+        kept = kept.where(or_(table.place == 0, table.serial_number.in_(beside)))
+    else:
+        # Whoever has no test here counts for nothing.
+        here = select(table.serial_number).where(chosen)
+        kept = kept.where(or_(table.serial_number.in_(here), table.serial_number.in_(beside)))
+    if selection.golden:
+        kept = kept.where(table.serial_number.not_in(selection.golden))
+        read = read.where(MOTOR.c.serial_number.not_in(selection.golden))
+    return kept.union_all(read).subquery("tests")
+
+
+def _of_batches(selection: Selection, columns: Any) -> Any:
+    return and_(columns.batch.in_(selection.batches), columns.model == selection.model)
+
+
+def _unkept(motor: Any) -> Any:
+    return ~select(REPEATED_TEST.c.motor).where(REPEATED_TEST.c.motor == motor).exists()
+
+
+def _shared_beside(selection: Selection) -> Select[str]:
+    """Return the query for serial numbers that a test beyond the summed-up stretches shares with another."""
+    if not selection.summed:
+        return select(MOTOR.c.serial_number).group_by(MOTOR.c.serial_number).having(func.count() > 1)
+    other = MOTOR.alias("other")
+    shared = select(other.c.id).where(other.c.serial_number == MOTOR.c.serial_number, other.c.id != MOTOR.c.id)
+    beyond = among(MOTOR.c.id, unsummed(selection.summed))
+    return select(MOTOR.c.serial_number).where(beyond, shared.exists()).distinct()
