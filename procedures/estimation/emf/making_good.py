@@ -23,6 +23,8 @@ _COARSE = 0.05
 _UNLIKE, _UNLIKE_NOISE = 0.12, 3.0
 #: What a model leaves of a record whose samples may all be noise, share of the amplitude: beyond, every other one may be none.
 _MOST_NOISE = 0.6
+#: So many codes at least make a waveform.
+_CODES = 8.0
 #: Alternations of fit and line until neither moves.
 _ROUNDS = 3
 
@@ -113,9 +115,12 @@ def shared_rounding(
     t: FloatArray, v: FloatArray, model: HarmonicModel, channels: Sequence[DigitizedChannel]
 ) -> FloatArray:
     """Return how many readings of each channel (C,) share one rounding error."""
-    phase = model.phase(t)
-    each = zip(v, v - model.residuals, model.noise, channels, strict=True)
-    return np.array([alike(phase, row, course, float(s), channel.resolution) for row, course, s, channel in each])
+    phase, shared = model.phase(t), np.ones(v.shape[0])
+    for c, (row, left, channel) in enumerate(zip(v, model.residuals, channels, strict=True)):
+        # Of a few codes rounding is most of the waveform, and no error beside it.
+        if np.ptp(row) > _CODES * channel.resolution:
+            shared[c] = alike(phase, row, row - left, float(model.noise[c]), channel.resolution)
+    return shared
 
 
 def as_recorded(v: FloatArray, orders: Sequence[int]) -> MadeGood:
