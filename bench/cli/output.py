@@ -1,12 +1,11 @@
 """What commands print: the summary for people, one JSON object for programs."""
 
-import json
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from shlex import quote
 from typing import TYPE_CHECKING, Any
 
-from bench.journal.encoding import plain
+from bench.journal.encoding import indented
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import RunView
 from bench.plugins.catalogue import BrokenPlugin, Catalogue
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
 def print_json(made: Mapping[str, Any]) -> None:
     """Print one object on standard output."""
-    sys.stdout.write(json.dumps(plain(made), ensure_ascii=False, allow_nan=False, indent=2) + "\n")
+    sys.stdout.write(indented(made) + "\n")
 
 
 def say_broken(broken: Iterable[BrokenPlugin], translate: Translate) -> None:

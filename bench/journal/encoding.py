@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from json.encoder import encode_basestring
 from operator import attrgetter
 from typing import Any
 
@@ -22,6 +23,7 @@ _STORED: Mapping[type, Callable[[Any], Any]] = {
 }
 #: Depth beyond which a value is told instead of taken apart (a structure that contains itself). A sentence within a sentence takes three.
 _DEPTH = 18
+_WORDS: Mapping[bool | None, str] = {None: "null", True: "true", False: "false"}
 
 
 def dumps(value: Mapping[str, Any]) -> str:
@@ -73,6 +75,33 @@ def plain(value: object, depth: int = 0) -> Any:
     if isinstance(value, Iterable):
         return [plain(item, depth + 1) for item in value]
     return _told(value)
+
+
+def indented(value: object, depth: int = 0) -> str:
+    """Return the value in JSON's own types over several lines, two spaces a level.
+
+    The text is that of `json.dumps(plain(value), ensure_ascii=False, indent=2)`, which builds the plain value first, and with an
+    indent has no encoder in C.
+    """
+    if type(value) is str:
+        return encode_basestring(value)
+    if type(value) is float:
+        told = _number(value)
+        return f'"{told}"' if isinstance(told, str) else repr(told)
+    if type(value) is int:
+        return repr(value)
+    if value is None or type(value) is bool:
+        return _WORDS[value]
+    if depth < _DEPTH and value and (type(value) is list or (type(value) is dict and all(type(key) is str for key in value))):
+        begin, between, end = "\n" + "  " * (depth + 1), ",\n" + "  " * (depth + 1), "\n" + "  " * depth
+        if type(value) is list:
+            return f"[{begin}{between.join([indented(item, depth + 1) for item in value])}{end}]"
+        items = [f"{encode_basestring(key)}: {indented(item, depth + 1)}" for key, item in value.items()]
+        return f"{{{begin}{between.join(items)}{end}}}"
+    made = plain(value, depth)
+    if isinstance(made, str):
+        return encode_basestring(made)
+    return indented(made, depth) if made not in ({}, []) else repr(made)
 
 
 def to_bytes(line: str) -> bytes:

@@ -1,6 +1,5 @@
 """Where a run lives on disk."""
 
-import json
 import os
 import re
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from typing import Any
 from bench.files.toml_file import nearest
 from bench.i18n.errors import FileError, InputError
 from bench.journal.disk import write_file
-from bench.journal.encoding import plain, to_bytes
+from bench.journal.encoding import indented, to_bytes
 from bench.journal.packed import is_journal, packed_path
 from drivers.interfaces.text import Text, reason_of, text
 
@@ -61,7 +60,7 @@ class RunFolder:
 
 def stored_form(result: dict[str, Any]) -> bytes:
     """Return the content of `result.json`."""
-    return to_bytes(json.dumps(plain(result), ensure_ascii=False, allow_nan=False, indent=2) + "\n")
+    return to_bytes(indented(result) + "\n")
 
 
 def new_run_folder(runs: Path, motor: str) -> RunFolder:

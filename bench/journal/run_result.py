@@ -5,7 +5,6 @@ from typing import Any
 
 from bench.i18n.errors import InputError
 from bench.journal.disk import write_file
-from bench.journal.encoding import plain
 from bench.journal.events.run import TELLS_WITHHELD, RunFinished
 from bench.journal.journal_file import JournalFile, read_journal
 from bench.journal.run_folder import RunFolder
@@ -51,7 +50,7 @@ def conclude(folder: RunFolder, view: RunView, translate: Translate) -> dict[str
         if journal.events and isinstance(journal.events[-1].event, RunFinished):
             result = result_of(journal, translate)
             folder.write_result(result)
-            for name, content in tables_of(plain(result)):
+            for name, content in tables_of(result):
                 write_file(folder.path / name, content)
             return result
         why = f"{folder.journal} has no end, so there is no result.json"

@@ -4,12 +4,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any
 
+from bench.journal.encoding import plain
+
 #: The finding that holds them: by file name, a table of columns of the same length, each by its heading.
 TABLES = "tables"
 
 
 def tables_of(result: Mapping[str, Any]) -> Iterator[tuple[str, bytes]]:
-    """Yield name and content of each file that belongs to a result as it stands in `result.json`.
+    """Yield name and content of each file that belongs to a result, its numbers as they stand in `result.json`.
 
     Where several procedures have a table of one name, it is that of the procedure whose name it bears, else of the first; the others'
     files have the procedure's name besides.
@@ -17,7 +19,7 @@ def tables_of(result: Mapping[str, Any]) -> Iterator[tuple[str, bytes]]:
     tables: dict[str, dict[str, Mapping[str, Sequence[Any]]]] = {}
     for procedure, found in result.get("procedures", {}).items():
         for name, columns in found.get("findings", {}).get(TABLES, {}).items():
-            tables.setdefault(name, {})[procedure] = columns
+            tables.setdefault(name, {})[procedure] = plain(columns)
     for name, owned in tables.items():
         path = PurePath(name)
         bearers = [procedure for procedure in owned if procedure.replace("-", "_") == path.stem]
