@@ -92,12 +92,13 @@ def indented(value: object, depth: int = 0) -> str:
         return repr(value)
     if value is None or type(value) is bool:
         return _WORDS[value]
-    if depth < _DEPTH and value and (type(value) is list or (type(value) is dict and all(type(key) is str for key in value))):
-        begin, between, end = "\n" + "  " * (depth + 1), ",\n" + "  " * (depth + 1), "\n" + "  " * depth
-        if type(value) is list:
-            return f"[{begin}{between.join([indented(item, depth + 1) for item in value])}{end}]"
+    begin, end = "\n" + "  " * (depth + 1), "\n" + "  " * depth
+    if type(value) is list and value and depth < _DEPTH:
+        items = [indented(item, depth + 1) for item in value]
+        return f"[{begin}{f',{begin}'.join(items)}{end}]"
+    if type(value) is dict and value and depth < _DEPTH and all(type(key) is str for key in value):
         items = [f"{encode_basestring(key)}: {indented(item, depth + 1)}" for key, item in value.items()]
-        return f"{{{begin}{between.join(items)}{end}}}"
+        return f"{{{begin}{f',{begin}'.join(items)}{end}}}"
     made = plain(value, depth)
     if isinstance(made, str):
         return encode_basestring(made)
