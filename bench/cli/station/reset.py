@@ -25,7 +25,7 @@ def reset(station: Path, *, by: str, json: bool = False, language: str = "auto")
     station
         The station file.
     by
-        The name of the person who has seen to it, for the record.
+        Name of the person who removed the cause, for the record.
     json
         Print one JSON object and nothing else.
     language
@@ -33,7 +33,7 @@ def reset(station: Path, *, by: str, json: bool = False, language: str = "auto")
 
     """
     if not by.strip():
-        raise UsageError(text("--by NAME: a person resets, and the record keeps who it was"))
+        raise UsageError(text("--by NAME is missing: only a person resets an interlock, and the record keeps the name"))
     stations = [socket.station for socket in load_line(str(station), None).sockets if socket.station is not None]
     state = state_folder()
     with owning(state, "motorbench station reset") as owner, ExitStack() as watching:
@@ -63,7 +63,8 @@ def _reset(state: StateFolder, station: Station, by: str) -> Trip | None:
     if trip is not None:
         raise UsageError(
             text(
-                "{station}: {stood}, and this file names no [interlocks]: reset it with the station file that names the interlock",
+                "{station}: {stood}, and this station file has no [interlocks]. Reset it with the station file "
+                "that names the interlock",
                 station=station.source,
                 stood=stood(trip),
             )
