@@ -141,7 +141,7 @@ def test_neither_speed_nor_load_is_a_mistake_of_usage() -> None:
         ("inertia = 1.17e-4", "", r"virtual\.inertia is missing; give a number above 0 .*kg·m²"),
         ("advance_angle_degrees = 0.0", "advance_angle_degrees = 120.0", r"above -90 and below 90 ° electrical"),
         ("emf_harmonics = []", "emf_harmonics = [{ order = 4, amplitude = 0.1 }]", "odd orders from 3"),
-        ("[virtual.winding]", "[virtual.windings]", r"\[virtual\.winding\] missing; 92bl-30-25l shows"),
+        ("[virtual.winding]", "[virtual.windings]", r"\[virtual\.winding\] missing; see 92bl-30-25l"),
         ("[virtual]\n", "[virtuel]\n", "unknown key virtuel"),
         ("pole_pairs = 4\n\n", "pole_pairs = 5\n\n", "nameplate.pole_pairs = 5 and virtual.pole_pairs = 4"),
     ],
