@@ -14,7 +14,7 @@ from bench.analysis.probe_connection import PROBES, ProbeConnection, by_name, ju
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
 from bench.analysis.time_base import CONFIRMED, judge_frequency, judge_open_time
-from bench.captures import WHOLE, CaptureError, CapturePart
+from bench.captures import WHOLE, CaptureError, CapturePart, ProbeFactor
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Translate, english, text, text_of
 from procedures.estimation.emf.back_emf import BackEmfFit, line_to_phase
@@ -37,7 +37,7 @@ def analyze_back_emf(
     *,
     connection: ProbeConnection | None = None,
     pole_pairs: int | None = None,
-    scale: Mapping[str, float] | None = None,
+    scale: Mapping[str, float | ProbeFactor] | None = None,
     coupling: Mapping[str, str] | None = None,
     speed_rpm: float | None = None,
     speed_uncertainty_rpm: float | None = None,

@@ -10,7 +10,7 @@ import numpy as np
 from bench.analysis.applied import Applied
 from bench.analysis.outcome import AnalysisOutcome, estimated, named, open_unit, pick, refuse_over_range
 from bench.analysis.statements import Statement
-from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_capture
+from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, ProbeFactor, read_capture
 from drivers.interfaces.text import Translate, english, text, word
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.winding.rotor_sweep import (
@@ -36,7 +36,7 @@ def analyze_rotor_sweep(
     electrical: bool = False,
     column: str | None = None,
     threshold: float = 0.10,
-    scale: Mapping[str, float] | None = None,
+    scale: Mapping[str, float | ProbeFactor] | None = None,
     accuracy: Sequence[Statement] = (),
     selection: CapturePart = WHOLE,
     translate: Translate = english,
