@@ -33,7 +33,7 @@ def translator(language: str) -> Translate:
 
     English needs it for short names only, whose readers' names are in `english_names`.
     """
-    return _looked_up(catalogue(language) if language != "en" else NAMES, _OF_PLUGINS[language])
+    return _looked_up(catalogue(language) if language != "en" else NAMES, _OF_PLUGINS[language], language)
 
 
 @cache
@@ -41,7 +41,17 @@ def catalogue(language: str) -> Mapping[str, str]:
     """Return a language's templates by their English ones; English itself needs none."""
     if language == "en":
         return {}
-    path = resources.files("bench.i18n") / "locale" / language / "LC_MESSAGES" / "motorbench.po"
+    return _shipped("motorbench.po", language)
+
+
+@cache
+def former(language: str) -> Mapping[str, str]:
+    """Return a language's templates by the English ones of former versions, which journals of theirs hold."""
+    return {} if language == "en" else _shipped("former.po", language)
+
+
+def _shipped(name: str, language: str) -> dict[str, str]:
+    path = resources.files("bench.i18n") / "locale" / language / "LC_MESSAGES" / name
     with path.open("rb") as file:
         return _templates(file, language)
 
@@ -95,9 +105,12 @@ def _placeholders(template: str) -> set[str] | None:
         return None
 
 
-def _looked_up(templates: Mapping[str, str], of_plugins: Mapping[str, str]) -> Callable[[str], str]:
+def _looked_up(templates: Mapping[str, str], of_plugins: Mapping[str, str], language: str) -> Callable[[str], str]:
     def translate(template: str) -> str:
-        found = templates.get(template)
-        return of_plugins.get(template, template) if found is None else found
+        for known in (templates, of_plugins):
+            if template in known:
+                return known[template]
+        # A template without spaces is a name, which no version words anew.
+        return former(language).get(template, template) if " " in template else template
 
     return translate
