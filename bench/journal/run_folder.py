@@ -108,7 +108,7 @@ def existing_run_folder(reference: str, runs: Path) -> RunFolder:
     hint = Text("; {near}", {"near": nearest(Path(reference).name, names[-_SHOWN:])}) if names else ""
     raise FileError(
         text(
-            "{reference}: no run was found here or under {runs} (a run's folder contains journal.jsonl){hint}. "
+            "{reference}: no run was found here or under {runs} (a run's folder contains journal.jsonl){hint} — "
             "motorbench results list --runs {runs} lists the runs",
             reference=reference,
             runs=runs,

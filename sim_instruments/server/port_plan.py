@@ -10,7 +10,7 @@ class UnknownEndpointError(ValueError):
 
     def __init__(self, name: str, way: str, known: tuple[str, ...]) -> None:
         self.name, self.way, self.known = name, way, known
-        super().__init__(f"{name}.{way} is no endpoint of this bench; there are {', '.join(known)}")
+        super().__init__(f"this bench has no endpoint {name}.{way}; its endpoints are {', '.join(known)}")
 
 
 class PortError(OSError):

@@ -157,9 +157,13 @@ def test_time_constants_typed_hold_the_truth(bench):
 
 
 REFUSED = {
-    "another column": ("time (s),V_ab (V)", {}, r"no column CH1 for channel 1; there are .*V_ab.*columns\.1"),
+    "another column": (
+        "time (s),V_ab (V)",
+        {},
+        r"no column CH1 was found for channel 1; the columns are .*V_ab.*columns\.1",
+    ),
     "another unit": ("time (s),CH1 (A)", {}, r"CH1 is in A, and the station's probe on channel 1 in V"),
-    "no column of that name": ("time (s),CH1 (V)", {"columns": {1: "U"}}, "no column U for channel 1"),
+    "no column of that name": ("time (s),CH1 (V)", {"columns": {1: "U"}}, "no column U was found for channel 1"),
     "no accuracy": (
         "time (s),CH1 (V)",
         {"amplitude_accuracy": {}},

@@ -261,7 +261,7 @@ def test_it_is_a_run_of_its_own_and_nothing_to_rehearse_or_to_go_on_with(do: Do,
         run(replace(wishes(tmp_path), resume=done.folder), known, quiet)
     with pytest.raises(UsageError, match="cannot be rehearsed"):
         rehearse(wishes(tmp_path), known, quiet)
-    with pytest.raises(UsageError, match="a run of its own"):
+    with pytest.raises(UsageError, match="the only procedure of a run"):
         make_plan(["by-hand", "stator-resistance"], [], known)
     with pytest.raises(InputError, match="cannot be part of a plan"):
         planned_of([PlannedCheck("by-hand", {}, 1, "stop", 0)], "plan.toml", known)

@@ -133,4 +133,4 @@ def test_there_is_nothing_to_pack(tmp_path: Path, capsys: pytest.CaptureFixture[
     (batch / FILE).write_text("")
     code, _, err = called(capsys, "eol", "pack", "B2", "--runs", str(tmp_path))
     assert code == 2
-    assert "no batch is named B2; the batches are: B1" in err
+    assert "contains no batch B2; the batches are: B1" in err

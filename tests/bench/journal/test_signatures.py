@@ -59,7 +59,7 @@ def test_a_journal_that_went_on_voids_it(ended: RunFolder) -> None:
 def test_only_a_run_with_an_end_is_signed(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "journal.jsonl", lambda: 0.0)
     journal.record(event("run_started", procedures=[], settings=[]))
-    with pytest.raises(InputError, match="has no end"):
+    with pytest.raises(InputError, match="has not ended"):
         sign(RunFolder(tmp_path), "J. Doe", "engineer", "", NOON, Meaning.MEASURED)
     journal.close()
     assert signatures(RunFolder(tmp_path)) == ()

@@ -340,7 +340,7 @@ def test_at_a_panel_units_are_typed_and_an_earlier_reading_corrected(operator: D
         assert question["quantity"]["template"] == "{quantity}, {terminals}, reading {number} of {count}"
         assert "is in V" in panel.answer(question, "31 V")["refused"]
         assert "outside" in panel.correct(question, 1, "11")["refused"]
-        assert "does not count" in panel.correct(question, 2, "1")["refused"]
+        assert "is no longer used" in panel.correct(question, 2, "1")["refused"]
         panel.correct(question, 1, "9")
         question = panel.question()
         assert question["uncorrected"]["why"]["template"] == "it has decided the current"

@@ -93,8 +93,8 @@ def test_of_two_that_cannot_be_loaded_both_are_told(declared: Declared) -> None:
     found = together(declared("bad", "x = (", "coil"), declared("worse", "import no_such_library", "coil")).procedures
     assert "coil" not in found
     said = str(found.why_not("coil"))
-    assert "coil of bad 1.0 cannot be used" in said
-    assert "coil of worse 1.0 cannot be used" in said
+    assert "coil from bad 1.0 cannot be used" in said
+    assert "coil from worse 1.0 cannot be used" in said
     assert str(found.origin("coil")) == "bad 1.0"
 
 
@@ -128,8 +128,8 @@ def test_a_file_beside_a_station_does_not_define_an_installed_ones_parameter_oth
     found = catalogues_of(PluginsSection(files=["plugin.py"]), str(tmp_path / "s.toml"), base).procedures
     assert ("coil" in found, "other" in found) == (True, False)
     said = str(found.why_not("other"))
-    assert said.startswith(f"other of {tmp_path / 'plugin.py'} cannot be used: parameter brake_coil_resistance")
-    assert "with unit H, but with Ω in coil of acme 1.0" in said
+    assert said.startswith(f"other from {tmp_path / 'plugin.py'} cannot be used: parameter brake_coil_resistance")
+    assert "with unit H, but with Ω in coil from acme 1.0" in said
 
 
 @pytest.mark.parametrize(

@@ -188,7 +188,7 @@ def test_a_run_whose_disk_fills_up_ends_safely_and_goes_on_later(
     told = json.loads(out)
     assert (code, told["status"]) == (1, "failed")
     assert "journal.jsonl cannot be written: no space is left on the disk" in told["cause"]
-    assert "go on with --resume" in err
+    assert "continue with --resume" in err
     kinds = [json.loads(line)["kind"] for line in (Path(told["run"]) / "journal.jsonl").read_bytes().splitlines()]
     assert kinds[-1] == "run_finished"
     assert {"record_failed", "made_safe"} <= set(kinds)
@@ -206,7 +206,7 @@ def test_the_wrong_name_of_a_run_gets_a_hint(call: Call, tmp_path: Path) -> None
     code, _, err = call("results", folder.name[:-1])
     assert code == 2
     assert f"did you mean {folder.name}?" in err
-    assert "motorbench results list --runs runs lists them" in err
+    assert "motorbench results list --runs runs lists the runs" in err
     assert call("results", "a\0b")[0] == 2
 
 
