@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
-from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, score_test
+from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, none_explains, score_test
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
 from procedures.estimation.winding.step_hum import HumOfBoth, hum_of_voltage
 from procedures.estimation.winding.step_lost import LostSamples, elsewhere, lost_in
@@ -158,9 +158,15 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     if unexplained > alarm or (alarm < COARSE_ALARM and structured(step, fitted)):
         extra = of_parts(step, fitted, scale)
         apart = apart + extra
-        for name, beyond in zip(step.names[:2], _open(fitted, values, growth, apart), strict=True):
-            answer = Answer.WITHHELD if beyond else Answer.WIDENED
-            findings.append(Finding(Cause.UNEXPLAINED, answer, (name,), unexplained))
+        beyond = _open(fitted, values, growth, apart)
+        answers = [Answer.WITHHELD if b else Answer.WIDENED for b in beyond]
+        unknown = [Finding(Cause.UNEXPLAINED, a, (n,), unexplained) for a, n in zip(answers, step.names, strict=False)]
+        if all(beyond):
+            # What the voltage shows before the step is no trial.
+            certain = [f for f in findings if hums.certain and f.cause is Cause.HUM]
+            tried = [f for f in findings if f not in certain]
+            findings, unknown = certain, [none_explains(each, tried, "step") for each in unknown]
+        findings += unknown
     return StepJudgement(fitted, values, growth, apart, tuple(findings), tuple(named), score)
 
 
