@@ -135,7 +135,7 @@ def analyze_coast_down(
         return outcome.as_dict()
     outcome.assume(text("no torque on the shaft but its own friction"))
     reached = min(_reached(np.abs(part.speed)) for part in parts)
-    if reached > _LOW_ENOUGH:
+    if reached > _LOW_ENOUGH and fit.misfit.withholding(_RATES[0]) is None:
         outcome.warn(
             text(
                 "the coast-down ends at {reached:.0%} of its top speed. Friction that rises again at low speed "

@@ -16,7 +16,7 @@ from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, Capture
 from drivers.interfaces import Accuracy
 from drivers.interfaces.text import Translate, english, text, text_of, word
 from procedures.estimation.fitting.fit import EstimationError, FloatArray, WithheldError
-from procedures.estimation.fitting.misfit import Misfit
+from procedures.estimation.fitting.misfit import Cause, Misfit
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.winding.resistance import COPPER_REFERENCE, at_temperature
 from procedures.estimation.winding.step_response import StepFit, fit_step_response, time_constant_63
@@ -179,6 +179,9 @@ def analyze_step_response(
         "E10",
     )
     warn_of_time_constant(outcome, tau)
+    # Where a pulse has ended the current falls again.
+    ended = any(f.cause is Cause.PULSE_ENDS for f in fit.misfit.findings)
+    read = slice(fit.residuals.size if ended else None)
     outcome.detail(
         time_constant=tau,
         correlation_resistance_inductance=fit.correlation("resistance", "inductance"),
@@ -186,7 +189,7 @@ def analyze_step_response(
         voltage_offset=fit.value("voltage_offset") if "voltage_offset" in fit.names else None,
         residual_rms=fit.residual_rms,
         winding_inductance=winding,
-        note_time_constant_63=estimated(capture, lambda: time_constant_63(time, i.values)),
+        note_time_constant_63=estimated(capture, lambda: time_constant_63(time[read], i.values[read])),
     )
     return outcome.as_dict()
 

@@ -156,6 +156,14 @@ _SEEN = {
 }
 #: What is said otherwise of a current step: its findings carry `record` = "step" among their figures.
 _SEEN_IN_STEP = {
+    Cause.SWITCHING: text(
+        "the voltage switches between {low:.3g} V and {high:.3g} V, at about {frequency:.3g} Hz, as a drive's does (PWM), so that its "
+        "samples do not tell what the winding got between them: switch on a plain DC supply instead"
+    ),
+    Cause.PULSE_ENDS: text(
+        "the voltage ends {after:.3g} s after the step while the current goes on, as through a freewheeling diode: what comes after "
+        "{at:.6g} s is left out (--to says another end)"
+    ),
     Cause.PROBE_FACTOR: text(
         "channel {channel} shows {share:.3g} times what the supply and the resistances measured before say: its probe's factor is wrong, "
         "or the probe is off. Multiplied by {factor:.4g} it would agree; correct the probe's attenuation in the station file"
@@ -370,6 +378,27 @@ _SEEN_IN_HAND_SWEEP = {
         "the meter reads, larger than the rotor's own swing, or the shaft was turned less far. Turn all the way, more slowly"
     ),
 }
+#: Of a record that no term explains: which were tried.
+_SEEN_IN_RAMP_TRIED = {
+    Cause.UNEXPLAINED: text(
+        "the speed does not follow from inertia and friction, and nothing that was tried explains it ({tried}): look for another torque on "
+        "the shaft, as of shorted leads or something coupled, and for what the speed passes through, as a filter or a counter's gate"
+    ),
+}
+_SEEN_IN_STEP_TRIED = {
+    Cause.UNEXPLAINED: text(
+        "current and voltage are not those of a winding, and nothing that was tried explains it ({tried}): check both probes, and that the "
+        "rotor is locked"
+    ),
+}
+#: Of ramps and coast-downs.
+_SEEN_IN_RAMP = {
+    Cause.TOO_COARSE: text(
+        "the speed stands still for {readings:.0f} readings ({time:.2g} s) on average and then jumps by about {step:.3g} rad/s, as that of "
+        "a tachometer of few pulses a turn or of a counter with a long gate does, which hides what lies between: use an encoder of more "
+        "pulses a turn, or a shorter gate"
+    ),
+}
 _SEEN_IN = {
     "hand-sweep": _SEEN_IN_HAND_SWEEP,
     "cogging": _SEEN_IN_COGGING,
@@ -382,12 +411,17 @@ _SEEN_IN = {
     "rms-both": _SEEN_IN_MAP_TWICE,
     "step": _SEEN_IN_STEP,
     "step-both": _SEEN_IN_STEP_BOTH,
+    "ramp": _SEEN_IN_RAMP,
+    "ramp-tried": _SEEN_IN_RAMP_TRIED,
+    "step-tried": _SEEN_IN_STEP_TRIED,
     "sweep": _SEEN_IN_SWEEP,
     "emf": _SEEN_IN_EMF,
     "emf-dead-zone": _SEEN_IN_EMF_DEAD_ZONE,
     "emf-jumps": _SEEN_IN_EMF_JUMPS,
     "emf-memory": _SEEN_IN_EMF_MEMORY,
 }
+#: Causes whose sentence tells what was done, too.
+_ALL_SAID = (Cause.PULSE_ENDS,)
 _DONE = {
     Answer.MODELLED: text("the model includes it, and so does the interval of every figure that is given"),
     Answer.WIDENED: text("the interval of every figure that is given is widened by its possible effect"),
@@ -403,6 +437,10 @@ def sentence(finding: Finding) -> Text:
     if "channel" in figures:
         # Where it is a quantity, it is said in the reader's words.
         figures["channel"] = word(str(figures["channel"]))
+    if "tried" in figures:
+        figures["tried"] = [word(name) for name in str(figures["tried"]).split(", ")]
+    if finding.cause in _ALL_SAID:
+        return Text(seen.template, figures)
     return text("{seen}; {done}", seen=Text(seen.template, figures), done=_DONE[finding.answer])
 
 

@@ -25,6 +25,8 @@ class Cause(StrEnum):
     SATURATION = "saturation"
     SECOND_TIME_CONSTANT = "second-time-constant"
     NO_BASELINE = "no-baseline"
+    SWITCHING = "switching"
+    PULSE_ENDS = "pulse-ends"
     SLOPE = "slope"
     WINDAGE = "windage"
     STRIBECK = "stribeck"
@@ -129,6 +131,15 @@ class Misfit:
 
 #: Of a record that is as its model says.
 NO_MISFIT = Misfit()
+
+
+def none_explains(unexplained: Finding, tried: Iterable[Finding], record: str) -> Finding:
+    """Return why nothing of a record is given, which terms were `tried` in vain among the figures: causes that were found they are not.
+
+    `record` is what the sentence is about, as "ramp".
+    """
+    names = ", ".join(dict.fromkeys(finding.cause.value for finding in tried))
+    return replace(unexplained, figures={"record": f"{record}-tried", "tried": names} if names else {})
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
-from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit
+from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit, none_explains
 from procedures.estimation.fitting.noise import undithered
+from procedures.estimation.mechanics.coarse_speed import held_readings
 from procedures.estimation.mechanics.ramp_causes import (
     Family,
     Look,
@@ -111,10 +112,18 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     scale[: growth.size] = np.sqrt(growth[: values.size])
     scale[shared:] = 1.0
     covariance = covariance * np.outer(scale, scale)
+    findings, lost = _windage(best, covariance, shared) + findings, dropouts(runs)
     if unexplained:
-        answer = Answer.WIDENED if _brakes(best.model, values, covariance) else Answer.WITHHELD
-        findings.append(Finding(Cause.UNEXPLAINED, answer, score=score))
-    findings = _windage(best, covariance, shared) + findings + dropouts(runs)
+        given = _brakes(best.model, values, covariance)
+        unknown = Finding(Cause.UNEXPLAINED, Answer.WIDENED if given else Answer.WITHHELD, score=score)
+        if given:
+            findings.append(unknown)
+        else:
+            coarse = held_readings(runs, best.solved.speeds)
+            findings = [coarse or none_explains(unknown, findings, "ramp")]
+            # Where readings are held, those beside a jump look wild.
+            lost = lost if coarse is None else []
+    findings += lost
     return Explained(
         values[:count],
         covariance[:count, :count],

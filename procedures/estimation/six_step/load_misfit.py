@@ -31,7 +31,7 @@ _CHANCE, _CLOSE = 1e-3, 12.0
 #: What a direction takes off χ² by chance, in more than nine of ten records.
 _NOTICED = 3.0
 #: Relative to R_c: a bend that matters; and the chance of one that is none.
-_BENT, _CHANCE_BENT = 0.05, 1e-2
+_BENT, _CHANCE_BENT = 0.05, 2e-3
 #: Loads that must be left, and that it takes to tell which of them is wrong.
 _LEAST, _ENOUGH = 3, 4
 #: What is said of the torque concerns no parameter, but the predictions that are made from the loads.

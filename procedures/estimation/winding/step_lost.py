@@ -19,6 +19,8 @@ _SOUGHT = 1.5
 _SOON, _SETTLED = 0.05, 0.03
 #: How far from where it was sought a gap's place is looked for at first, in samples.
 _FAR = 16
+#: So many places of a gap are tried beside a second circuit, the last so many samples beyond those that are not sought.
+_MOST_PLACES, _BEYOND = 40, 3
 #: A place that the estimates make up for all but this share of its square is not looked at.
 _SEEN = 1e-4
 
@@ -119,6 +121,30 @@ def elsewhere(step: Problem, fitted: Fitted, scale: StepScale, as_likely: float)
     yield from (fit for fit in found.values() if fit is not None)
 
 
+def soon_lost(step: Problem, fitted: Fitted, scale: StepScale) -> Iterator[Fitted]:
+    """Give the fits with a gap sooner after the step than one is sought, in place of a fitted second circuit.
+
+    There both have nearly one direction, and no search tells which it is.
+    """
+    record = step.record
+    others = tuple(term for term in fitted.terms if term.cause is not Cause.SECOND_TIME_CONSTANT)
+    if len(others) == len(fitted.terms) or record.noise_left is None or record.kept is not None:
+        return
+    if any(isinstance(term, LostSamples) for term in others):
+        return
+    last = _first(step, scale)
+    places = np.arange(max(last - _soon(step, scale), record.jump) + 1, min(last + _BEYOND, record.time.size - 1))
+    for place in places[:: -(-places.size // _MOST_PLACES)]:
+        gap = _gap(int(place), step, fitted, scale)
+        for kept in dict.fromkeys((others, ())):
+            try:
+                fit = fit_with(step, (*kept, gap), fitted, scale)
+            except EstimationError:
+                continue
+            if all(t.possible(figures_of(fit.terms, fit.figures, t)) for t in fit.terms):
+                yield fit
+
+
 def _at(place: int, step: Problem, fitted: Fitted, scale: StepScale) -> Fitted | None:
     """Return the fit with the gap at another place, None where there is none."""
     if not _first(step, scale) < place < step.record.time.size - 1:
@@ -144,9 +170,14 @@ def _gap(place: int, step: Problem, fitted: Fitted, scale: StepScale) -> LostSam
 def _first(step: Problem, scale: StepScale) -> int:
     """Return the first sample before which a gap is sought."""
     record = step.record
-    soon = 1 + int(_SOON * scale.time_constant / record.step)
+    soon = _soon(step, scale)
     rising = np.abs(record.drive[record.jump + soon :] - record.drive[record.jump : -soon])
     return record.jump + int(np.argmax(rising < _SETTLED * np.max(np.abs(record.drive)))) + soon
+
+
+def _soon(step: Problem, scale: StepScale) -> int:
+    """Return so many samples after the voltage has risen a gap is told from another inductance."""
+    return 1 + int(_SOON * scale.time_constant / step.record.step)
 
 
 def _from_each(rows: FloatArray) -> FloatArray:

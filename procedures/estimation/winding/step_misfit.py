@@ -6,15 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
-from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, score_test
+from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, none_explains, score_test
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_with
 from procedures.estimation.winding.step_hum import HumOfBoth, hum_of_voltage
-from procedures.estimation.winding.step_lost import LostSamples, elsewhere, lost_in
+from procedures.estimation.winding.step_lost import LostSamples, elsewhere, lost_in, soon_lost
 from procedures.estimation.winding.step_record import StepRecord
 from procedures.estimation.winding.step_ringing import Resonance, RingingEdge, ringing_in
 from procedures.estimation.winding.step_term import StepModel, StepScale, Term, figures_of
 from procedures.estimation.winding.step_terms import TERMS, Direction, directions, hum_on_current
-from procedures.estimation.winding.step_unexplained import of_parts, structured
+from procedures.estimation.winding.step_unexplained import no_figure, of_parts, structured
 from procedures.estimation.winding.step_variance import StepVariance
 
 #: A term is accepted where χ² falls by so much; what is within so much of the best is as likely. In units of the noise's variance.
@@ -34,8 +34,6 @@ _CHANCE, _CHANCE_OF_NONE = 1.0, 2.0
 _LATE, _DAMPED = 0.005, 0.6
 #: Dampings that are tried for a channel that is late and rings.
 _RINGING = (0.2, 0.6)
-#: An expanded uncertainty above this share of the value is no figure.
-_NO_FIGURE = 0.2
 
 
 @dataclass(frozen=True)
@@ -142,13 +140,16 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         and not _held_by(f.terms, fitted.terms)
         and f.cost <= fitted.cost + _AS_LIKELY
     ]
+    # Of what a fast second circuit does, a gap soon after the step does the same.
+    soon = [f for f in soon_lost(step, fitted, scale) if f.cost <= fitted.cost + _AS_LIKELY]
+    rivals += sorted(soon, key=lambda f: f.cost)
     values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
     findings += [f for f in named_rivals if f.cause not in {g.cause for g in findings}]
     chance = _CHANCE if fitted.terms else _CHANCE_OF_NONE
     within = [k for k, d in enumerate(named) if d.family in modelled]
     growth = score.growth(within, chance=chance)[: len(step.names)]
     if of_both:
-        beyond = _open(fitted, values, growth, apart)
+        beyond = no_figure(fitted, values, growth, apart)
         if any(beyond):
             place = fitted.terms.index(of_both[0])
             answers = [Answer.WITHHELD if b else Answer.MODELLED for b in beyond]
@@ -158,9 +159,15 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     if unexplained > alarm or (alarm < COARSE_ALARM and structured(step, fitted)):
         extra = of_parts(step, fitted, scale)
         apart = apart + extra
-        for name, beyond in zip(step.names[:2], _open(fitted, values, growth, apart), strict=True):
-            answer = Answer.WITHHELD if beyond else Answer.WIDENED
-            findings.append(Finding(Cause.UNEXPLAINED, answer, (name,), unexplained))
+        beyond = no_figure(fitted, values, growth, apart)
+        answers = [Answer.WITHHELD if b else Answer.WIDENED for b in beyond]
+        unknown = [Finding(Cause.UNEXPLAINED, a, (n,), unexplained) for a, n in zip(answers, step.names, strict=False)]
+        if all(beyond):
+            # What the voltage shows before the step is no trial.
+            certain = [f for f in findings if hums.certain and f.cause is Cause.HUM]
+            tried = [f for f in findings if f not in certain]
+            findings, unknown = certain, [none_explains(each, tried, "step") for each in unknown]
+        findings += unknown
     return StepJudgement(fitted, values, growth, apart, tuple(findings), tuple(named), score)
 
 
@@ -168,12 +175,6 @@ def _held_by(terms: Sequence[Term], others: Sequence[Term]) -> bool:
     """Tell whether a model with `terms` holds that with `others`; hum on both channels holds that of the same frequency on one."""
     own = {*terms, *(hum_on_current(t.frequency) for t in terms if isinstance(t, HumOfBoth))}
     return own >= set(others)
-
-
-def _open(fitted: Fitted, values: FloatArray, growth: FloatArray, apart: FloatArray) -> FloatArray:
-    """Tell of resistance and inductance (2,) whether so little is known of them that there is no figure."""
-    uncertainty = apart + np.sqrt(growth * np.diag(fitted.covariance)[: apart.size])
-    return np.asarray(2.0 * uncertainty[:2] / np.abs(values[:2]) > _NO_FIGURE)
 
 
 def _figures(fitted: Fitted, term: Term, scale: StepScale) -> dict[str, float | str]:

@@ -11,6 +11,7 @@ from procedures.estimation.fitting.fit import EstimationError, FloatArray, Withh
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.noise import white_noise
 from procedures.estimation.fitting.smoothing import Piece, Smoothed, cubics, smooth
+from procedures.estimation.winding.step_pulse import check_switching
 
 #: In a step of less than so many standard deviations of the noise, single samples do not show when it begins.
 _CLEAR = 20.0
@@ -170,6 +171,7 @@ def read_step(
     edge = _edge(v, v_noise, voltage_resolution)
     if edge >= v.size - max(3, v.size // 20):
         raise EstimationError("the step comes at the very end of the record; move the trigger towards its beginning")
+    check_switching(t, v, edge, voltage_resolution)
     _check_voltage_coupling(t, v, i, edge)
     _check_baseline(v, edge)
     # Exact data have no noise; weights need some.

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from procedures.estimation.fitting.checks import same_length, series, uniform_step
 from procedures.estimation.fitting.first_order import respond_evenly
-from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray, WithheldError
+from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.noise import undithered, white_noise
 from procedures.estimation.fitting.smoothing import components
@@ -18,15 +18,13 @@ from procedures.estimation.winding.step_clipping import Ends, fit_what_is_left, 
 from procedures.estimation.winding.step_codes import limited_from, too_coarse
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_plain, problem
 from procedures.estimation.winding.step_misfit import COARSE_ALARM, StepJudgement, judge, scale_of
+from procedures.estimation.winding.step_pulse import ended_from
 from procedures.estimation.winding.step_record import StepRecord, read_step
+from procedures.estimation.winding.step_start import start_of
 from procedures.estimation.winding.step_term import StepScale, shares_of_currents
 
 #: Noise, as a share of the step, through which 63 % of it are read off.
 _JITTER = 0.01
-#: A current that has fallen to this share of its largest has died away for one time constant.
-_DIED_AWAY = 0.3679
-#: So many samples of a rise give a start.
-_LEAST_RISE = 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,67 +47,6 @@ class StepFit(Fit):
         return float(np.sqrt(self.plain[self.names.index(name)]))
 
 
-def _start(record: StepRecord) -> FloatArray:
-    """Resistance, inductance and current offset from ∫v dt = R·∫i dt + L·i, linear and indifferent to the supply's shape; the voltage's
-    offset and the delay are none.
-    """
-    offset = float(np.mean(record.current[: record.edge]))
-    last = record.time.size if record.kept is None else int(np.flatnonzero(record.kept)[-1]) + 1
-    v, i = record.drive[record.edge : last], record.current[record.edge : last] - offset
-    least = 0.05 * record.step
-    resistance, inductance = _circuit(v, i, record.step)
-    if not (resistance > 0 and inductance > least * resistance):
-        _check_coupling(record.time[record.edge : last], v, i)
-        # A current that falls again, as through a high pass, is the circuit's as far as it rises.
-        rise = slice(0, int(np.argmax(np.abs(i))) + 1)
-        if i[rise].size >= _LEAST_RISE:
-            resistance, inductance = _circuit(v[rise], i[rise], record.step)
-    if not resistance > 0:
-        raise EstimationError(
-            "the current does not follow the voltage (negative resistance): reverse the current probe, couple its channel DC, or "
-            "check that both probes are on the stepped circuit"
-        )
-    if not inductance > least * resistance:
-        raise EstimationError(
-            "the current follows the voltage within a sample: sample faster, or check the probes; exchanged channels look alike"
-        )
-    return np.array([resistance, inductance, offset, 0.0, 0.0])
-
-
-def _circuit(voltage: FloatArray, current: FloatArray, step: float) -> FloatArray:
-    """Return resistance and inductance from samples (V, A) that are `step` (s) apart."""
-
-    def integral(x: FloatArray) -> FloatArray:
-        return np.append(0.0, np.cumsum(0.5 * (x[1:] + x[:-1]))) * step
-
-    design = np.array((integral(current), current, np.ones_like(current)))
-    scale = np.sqrt(np.mean(design**2, axis=1))
-    design /= scale[:, None]
-    solution = np.linalg.lstsq(design @ design.T, design @ integral(voltage), rcond=None)[0] / scale
-    return np.asarray(solution[:2])
-
-
-def _check_coupling(time: FloatArray, voltage: FloatArray, current: FloatArray) -> None:
-    """Raise WithheldError where the current follows the voltage and dies away under it: its channel is AC coupled."""
-    along = current * float(np.sign(np.mean(voltage)))
-    top = int(np.argmax(along))
-    fallen = np.flatnonzero(along[top:] < _DIED_AWAY * along[top])
-    if (
-        not fallen.size
-        or along[top] < -float(np.min(along))
-        or np.mean(along[-max(1, along.size // 10) :]) > along[top] / 2
-    ):
-        return
-    # The time to 1/e is the high pass's, as far as the circuit's own is shorter.
-    corner = 1.0 / (2.0 * np.pi * float(time[top + fallen[0]] - time[top]))
-    finding = Finding(
-        Cause.AC_COUPLED, Answer.WITHHELD, figures={"record": "step", "channel": "current", "corner": corner}
-    )
-    raise WithheldError(
-        "the current dies away under a lasting voltage: its channel is AC coupled; couple it DC", Misfit((finding,))
-    )
-
-
 def fit_step_response(
     time: ArrayLike,
     voltage: ArrayLike,
@@ -130,10 +67,16 @@ def fit_step_response(
     converter step, the ends the least and the largest value that a converter gives, where they are known; what is seen by less than
     `alarm` standard deviations is chance. `other_axis` is by how much the winding's other axis may be coupled to the stepped one
     (standard deviation of k², as that of a closed circuit): so much is not told of, but is in the interval. `misfit` is what the
-    record shows beside; `residuals` end where a supply's limit ended the step. Where the inductance depends on the current, it is
-    that at none. Raises EstimationError where there is no step, the record is too short, or a probe is reversed, and WithheldError
-    where nothing of it can be used, for want of a baseline or of range.
+    record shows beside; `residuals` end where a supply's limit or the end of a pulse ended the step. Where the inductance
+    depends on the current, it is that at none.
+
+    Raises EstimationError where there is no step, the record is too short, or a probe is reversed, and WithheldError where nothing of it
+    can be used, for want of a baseline or of range, or because the voltage switches.
     """
+    ended = ended_from(series("voltage", voltage, least=20))
+    if ended is not None:
+        # What the current flows through afterwards is no part of the circuit, and the instant is known by single samples only.
+        time, voltage, current = (np.asarray(x, dtype=np.float64)[:ended] for x in (time, voltage, current))
     record = read_step(time, voltage, current, voltage_resolution, current_resolution)
     cut = None
     limited = limited_from(record.voltage, record.current, record.edge, record.voltage_noise)
@@ -144,7 +87,7 @@ def fit_step_response(
     record = replace(record, other_axis=other_axis)
     if clipped := without_end(record, voltage_ends, current_ends):
         record, cut = clipped
-    start = _start(record)
+    start = start_of(record)
     step, plain = fit_plain(problem(record, *start[:3]), start)
     if cut is not None:
         step, plain = fit_what_is_left(step, plain, cut)
@@ -161,6 +104,10 @@ def fit_step_response(
         share = 1.0 - limited / np.size(time)
         said: dict[str, float | str] = {"record": "step", "channel": "current", "level": float(i[-1]), "lost": share}
         findings = (Finding(Cause.CLIPPED, Answer.MODELLED, figures=said), *findings)
+    if ended is not None:
+        after = float(record.time[-1] - record.time[record.edge])
+        ends: dict[str, float | str] = {"record": "step", "after": after, "at": float(record.time[-1])}
+        findings = (Finding(Cause.PULSE_ENDS, Answer.MODELLED, figures=ends), *findings)
     if cut is not None:
         lost = 1.0 - float(np.mean(step.record.kept[record.edge :])) if step.record.kept is not None else 0.0
         told: dict[str, float | str] = {"record": "step", "channel": "current", "level": cut, "lost": lost}

@@ -9,11 +9,22 @@ from procedures.estimation.winding.step_fit import Fitted, Problem
 from procedures.estimation.winding.step_term import StepScale
 from procedures.estimation.winding.step_variance import StepVariance
 
+#: An expanded uncertainty above this share of the value is no figure.
+_NO_FIGURE = 0.2
 _BLOCKS, _BY_CHANCE = 32, 1e-6
 #: Parts of a record after the step, in time constants: what is explained gives the same on all.
 _PARTS = ((0.0, 1.0), (0.0, 2.0), (0.5, np.inf), (1.0, np.inf), (0.5, 2.0))
 #: How much of the parts' excess is added.
 _EXCESS = 1.5
+
+
+def no_figure(fitted: Fitted, values: FloatArray, growth: FloatArray, apart: FloatArray) -> FloatArray:
+    """Tell of resistance and inductance (2,) whether so little is known of them that there is no figure.
+
+    `values`, `growth` and `apart` are those of a `StepJudgement`.
+    """
+    uncertainty = apart + np.sqrt(growth * np.diag(fitted.covariance)[: apart.size])
+    return np.asarray(2.0 * uncertainty[:2] / np.abs(values[:2]) > _NO_FIGURE)
 
 
 def structured(step: Problem, fitted: Fitted) -> bool:
