@@ -19,6 +19,8 @@ from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.verification.settings import WiringSettings
 
 _RPM = math.pi / 30.0
+#: From this part of a turn on a figure is that of the turn.
+_WHOLE = 0.98
 #: Orders below this are no cogging where the pole pairs are not known: each pole passes a slot twice a turn at least.
 _LOWEST = 6
 #: A share of the torque that the transducer's averaging may take away before it is worth a warning.
@@ -131,7 +133,10 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             resolution=last.torque_accuracy.resolution,
             torque_filter=last.torque_filter,
         )
+        turned = abs(float(angle[-1] - angle[0])) * len(readings) / (len(readings) - 1) / (2.0 * math.pi)
+        part = turned < _WHOLE
         self.findings |= {
+            "turned": turned,
             "orders": fit.orders.tolist(),
             "amplitudes": fit.amplitudes.tolist(),
             "drag": fit.mean,
@@ -151,11 +156,24 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         # A filter that is stated is undone.
         more = 0.0 if last.torque_filter else 0.5 * self._blurred(fit, abs(speed))
         size = size * (1.0 + unc.limit("averaging in the transducer", more, more))
+        if part:
+            self.notice(
+                "part-of-turn",
+                text(
+                    "the cogging torque is that of the {share:.0%} of a turn that was read, and its interval says nothing of the rest: an "
+                    "eccentric rotor, unequal magnets or the drive's gear may make it larger or smaller there. Take whole turns for the "
+                    "motor's own, without stating the order or with periods={order} or more",
+                    share=turned,
+                    order=self.settings.order or 0,
+                ),
+            )
         self.report(
             "cogging_torque",
             unc.instrument("dynamometer, torque", size, self._gain(last.torque_accuracy)),
             section=self.section,
-            estimator="orders that stand out of the noise, from trough to crest",
+            estimator="orders that stand out of the noise, from trough to crest, in the part of a turn that was read"
+            if part
+            else "orders that stand out of the noise, from trough to crest",
             misfit=fit.misfit.of("cogging_torque"),
         )
 

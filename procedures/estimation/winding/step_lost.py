@@ -20,7 +20,7 @@ _SOON, _SETTLED = 0.05, 0.03
 #: How far from where it was sought a gap's place is looked for at first, in samples.
 _FAR = 16
 #: So many places of a gap are tried beside a second circuit, the last so many samples beyond those that are not sought.
-_MOST_PLACES, _BEYOND = 40, 3
+_MOST_PLACES, _BEYOND = 10, 3
 #: A place that the estimates make up for all but this share of its square is not looked at.
 _SEEN = 1e-4
 
@@ -121,8 +121,8 @@ def elsewhere(step: Problem, fitted: Fitted, scale: StepScale, as_likely: float)
     yield from (fit for fit in found.values() if fit is not None)
 
 
-def soon_lost(step: Problem, fitted: Fitted, scale: StepScale) -> Iterator[Fitted]:
-    """Give the fits with a gap sooner after the step than one is sought, in place of a fitted second circuit.
+def soon_lost(step: Problem, fitted: Fitted, scale: StepScale, as_likely: float) -> Iterator[Fitted]:
+    """Give the fits within `as_likely` of χ² with a gap sooner after the step than one is sought, in place of a fitted second circuit.
 
     There both have nearly one direction, and no search tells which it is.
     """
@@ -138,10 +138,11 @@ def soon_lost(step: Problem, fitted: Fitted, scale: StepScale) -> Iterator[Fitte
         gap = _gap(int(place), step, fitted, scale)
         for kept in dict.fromkeys((others, ())):
             try:
-                fit = fit_with(step, (*kept, gap), fitted, scale)
+                fit = fit_with(step, (*kept, gap), fitted, scale, fitted.cost + as_likely)
             except EstimationError:
                 continue
-            if all(t.possible(figures_of(fit.terms, fit.figures, t)) for t in fit.terms):
+            possible = all(t.possible(figures_of(fit.terms, fit.figures, t)) for t in fit.terms)
+            if possible and fit.cost <= fitted.cost + as_likely:
                 yield fit
 
 

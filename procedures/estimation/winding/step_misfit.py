@@ -141,8 +141,7 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         and f.cost <= fitted.cost + _AS_LIKELY
     ]
     # Of what a fast second circuit does, a gap soon after the step does the same.
-    soon = [f for f in soon_lost(step, fitted, scale) if f.cost <= fitted.cost + _AS_LIKELY]
-    rivals += sorted(soon, key=lambda f: f.cost)
+    rivals += sorted(soon_lost(step, fitted, scale, _AS_LIKELY), key=lambda f: f.cost)
     values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
     findings += [f for f in named_rivals if f.cause not in {g.cause for g in findings}]
     chance = _CHANCE if fitted.terms else _CHANCE_OF_NONE
@@ -164,9 +163,9 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         unknown = [Finding(Cause.UNEXPLAINED, a, (n,), unexplained) for a, n in zip(answers, step.names, strict=False)]
         if all(beyond):
             # What the voltage shows before the step is no trial.
-            certain = [f for f in findings if hums.certain and f.cause is Cause.HUM]
-            tried = [f for f in findings if f not in certain]
-            findings, unknown = certain, [none_explains(each, tried, "step") for each in unknown]
+            certain = [g for g in findings if hums.certain and g.cause is Cause.HUM]
+            in_vain = [g for g in findings if g not in certain]
+            findings, unknown = certain, [none_explains(each, in_vain, "step") for each in unknown]
         findings += unknown
     return StepJudgement(fitted, values, growth, apart, tuple(findings), tuple(named), score)
 
