@@ -11,13 +11,14 @@ import numpy as np
 from bench.analysis.map_table import SPEED, TORQUE, KnownColumn, read_table
 from bench.analysis.run_map import map_of_run
 from bench.analysis.table_outcome import digits_of, give, told, withheld_rows
+from bench.analysis.zero_current import Thinned, beyond_table, widened
 from bench.i18n.errors import InputError, at
 from drivers.interfaces.text import Translate, english, text, text_of
 from procedures.core.misfit_text import sentence
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.flux.capability import largest_torque
 from procedures.estimation.flux.flux_map import GainLimits, MapFigure, MeasuredFluxMap
-from procedures.estimation.flux.inductances import characteristic_current, inductances_at
+from procedures.estimation.flux.inductances import characteristic_current
 from procedures.estimation.flux.mtpa import MtpaPoint, maximum_torque_per_ampere
 from procedures.estimation.flux.published_map import read_map
 from procedures.estimation.flux.short_circuit import fit_short_circuit
@@ -40,8 +41,8 @@ _SHORT = {
     "torque": KnownColumn("N·m", TORQUE),
     "friction": KnownColumn("N·m", ("friction", "topen", "openl")),
 }
-#: What is said of a table without zero current; of a normal error 95 % lie within so many standard deviations.
-BEYOND_TABLE, _NORMAL = "beyond-table", 1.96
+#: What is said of a table without zero current.
+BEYOND_TABLE = "beyond-table"
 _SHARES = (0.25, 0.5, 0.75, 1.0)
 #: Where the last of them lies at the map's edge, the first of these that does not.
 _LOWER = (0.98, 0.96, 0.94, 0.92, 0.9, 0.88, 0.86, 0.84, 0.82, 0.8)
@@ -154,14 +155,15 @@ def _of_map(
     digits: float = 0.0,
 ) -> None:
     poles = 1.0 if pole_pairs is None else pole_pairs
-    zero = inductances_at(measured, 0.0, 0.0)
+    thinned = Thinned(measured)
+    zero = thinned.inductances(0.0, 0.0)
     surface, at_zero = measured.surface, np.zeros((1, 2))
     between = float(surface.spread(at_zero, np.array([[1.0, 0.0]]), np.zeros((1, 2, 2)))[0])
-    beyond_table = _beyond(measured)
-    between = float(np.hypot(between, beyond_table[0]))
+    beyond = beyond_table(measured)
+    between = float(np.hypot(between, beyond[0]))
     flux = measured.figure(float(surface(at_zero)[0, 0]), surface.weights(at_zero)[0, 0], between=between)
-    if np.any(beyond_table):
-        zero = replace(zero, dd=_wider(zero.dd, beyond_table[1]), qq=_wider(zero.qq, beyond_table[2]))
+    if np.any(beyond):
+        zero = replace(zero, dd=widened(zero.dd, beyond[1]), qq=widened(zero.qq, beyond[2]))
         message = text(
             "the table does not reach zero current: flux linkage and inductances there are carried on from its edge, and their intervals "
             "are wider by what the inductance changes as far within it. Add rows at zero current"
@@ -175,18 +177,18 @@ def _of_map(
     most = float(np.min(np.max(np.abs(measured.points), axis=0)))
     most = most if current is None else min(current, measured.largest_current)
     details = made["details"]
-    found, beyond = _mtpa(measured, most, poles)
+    found, outside = _mtpa(measured, most, poles)
     details["mtpa"] = [
         {"current": each.current, "angle_degrees": each.angle.as_dict(), "torque": each.torque.as_dict(), "i_d": each.i_d,
          "i_q": each.i_q, "at_edge": each.at_edge}
         for each in found
     ]  # fmt: skip
-    if beyond:
-        message = at_edge(max(beyond)).render(translate)
+    if outside:
+        message = at_edge(max(outside)).render(translate)
         made["warnings"].append({"id": AT_EDGE, "text": message})
     details["inductances"] = [
         {"i_d": row["i_d"], "i_q": row["i_q"]}
-        | {name: figure.as_dict() for name, figure in vars(inductances_at(measured, row["i_d"], row["i_q"])).items()
+        | {name: figure.as_dict() for name, figure in vars(thinned.inductances(row["i_d"], row["i_q"])).items()
            if isinstance(figure, MapFigure)}
         for row in details["mtpa"]
     ]  # fmt: skip
@@ -203,27 +205,6 @@ def _of_map(
              "voltage": each.voltage, "limit": each.limit.value}
             for each in points
         ]  # fmt: skip
-
-
-def _beyond(measured: MeasuredFluxMap) -> tuple[float, float, float]:
-    """Return what carrying a map on to zero current may do to ψ_d (V·s), ∂ψ_d/∂i_d and ∂ψ_q/∂i_q (H); zeros where it reaches it."""
-    low, high = np.min(measured.points, axis=0), np.max(measured.points, axis=0)
-    edge = np.clip(np.zeros(2), low, high)
-    if float(np.hypot(*edge)) <= 1e-6 * measured.largest_current:
-        return 0.0, 0.0, 0.0
-    # As much as the slopes change over the same way within the table they may change beyond it.
-    outer, inner = measured.surface.slopes(np.stack((edge, np.clip(2.0 * edge, low, high))))
-    change = np.abs(outer - inner)
-    return float(change[0] @ np.abs(edge)), float(change[0, 0]), float(change[1, 1])
-
-
-def _wider(figure: MapFigure, standard: float) -> MapFigure:
-    """Return a figure with a standard uncertainty more."""
-    low, high = figure.coverage_interval
-    half = math.hypot(0.5 * (high - low), _NORMAL * standard)
-    together = math.hypot(figure.standard_uncertainty, standard)
-    around = (figure.value - half, figure.value + half)
-    return replace(figure, standard_uncertainty=together, coverage_interval=around)
 
 
 def _mtpa(measured: MeasuredFluxMap, most: float, poles: float) -> tuple[list[MtpaPoint], list[float]]:

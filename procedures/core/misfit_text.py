@@ -425,6 +425,7 @@ _ALL_SAID = (Cause.PULSE_ENDS,)
 _DONE = {
     Answer.MODELLED: text("the model includes it, and so does the interval of every figure that is given"),
     Answer.WIDENED: text("the interval of every figure that is given is widened by its possible effect"),
+    Answer.SAID: text("no interval is changed by it"),
     Answer.WITHHELD: text("no figure is given, because no interval from this record would contain the true value"),
 }
 

@@ -73,10 +73,11 @@ class Cause(StrEnum):
 
 
 class Answer(StrEnum):
-    """What was done about a cause: its term is in the model, the interval holds it, or the figure is not given."""
+    """What was done about a cause: its term is in the model, the interval holds it, it is only said, or no figure is given."""
 
     MODELLED = "modelled"
     WIDENED = "widened"
+    SAID = "said"
     WITHHELD = "withheld"
 
 

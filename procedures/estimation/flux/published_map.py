@@ -285,7 +285,7 @@ def _torque(points: FloatArray, flux: FloatArray, torque: FloatArray, pole_pairs
     ratio = float(np.median(ratios))
     found = []
     if float(np.std(ratios)) < _COMPUTED * abs(ratio):
-        found.append(_finding(Cause.TORQUE_COMPUTED, Answer.WIDENED, {"ratio": ratio}))
+        found.append(_finding(Cause.TORQUE_COMPUTED, Answer.SAID, {"ratio": ratio}))
     for factor, what in ((math.sqrt(2.0), "one"), (2.0, "both")):
         if abs(ratio / factor - 1.0) < _RATIO:
             found.append(_finding(Cause.RMS_FOR_PEAK, Answer.WITHHELD, {"ratio": ratio, "record": f"rms-{what}"}))
@@ -293,5 +293,5 @@ def _torque(points: FloatArray, flux: FloatArray, torque: FloatArray, pole_pairs
         figures: dict[str, float | str] = {"ratio": ratio, "record": "map-power"}
         found.append(_finding(Cause.RMS_FOR_PEAK, Answer.WITHHELD, figures))
     if abs(ratio - 1.0) > _RATIO and not any(each.cause is Cause.RMS_FOR_PEAK for each in found):
-        found.append(_finding(Cause.TORQUE_DIFFERS, Answer.WIDENED, {"ratio": ratio}))
+        found.append(_finding(Cause.TORQUE_DIFFERS, Answer.SAID, {"ratio": ratio}))
     return ratio, found

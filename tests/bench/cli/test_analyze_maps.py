@@ -109,7 +109,8 @@ def test_torque_that_was_computed_and_rms_for_peak(tmp_path: Path, capsys: pytes
     heading = "id_A,iq_A,psi_d_Vs,psi_q_Vs,torque_Nm"
     path = written(tmp_path / "computed.csv", np.column_stack((rows, torque)), heading)
     made = analyzed(capsys, 0, flux_map(path, pole_pairs=2.0, json=True))
-    assert [row["cause"] for row in made["misfit"]] == ["torque-computed"]
+    assert [(row["cause"], row["answer"]) for row in made["misfit"]] == [("torque-computed", "said")]
+    assert "no interval is changed" in made["warnings"][0]["text"]
     scatter = 1.0 + 0.01 * np.random.default_rng(1).normal(size=torque.size)
     path = written(tmp_path / "rms.csv", np.column_stack((rows, 2.0 * torque * scatter)), heading)
     made = analyzed(capsys, 1, flux_map(path, pole_pairs=2.0, json=True))
