@@ -221,7 +221,8 @@ class _Joint:
             return np.concatenate((self._residuals(p) / weights, p[known] / self._PRIOR[known]))
 
         def of_constants(p: FloatArray) -> FloatArray:
-            return self._residuals(np.concatenate((p, np.zeros(4)))) / weights
+            shortened: FloatArray = self._residuals(np.concatenate((p, np.zeros(4)))) / weights
+            return shortened
 
         solution = _least_squares(residuals, self._start)
         # The torque counts by its own scatter.
