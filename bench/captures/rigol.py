@@ -1,4 +1,4 @@
-"""CSV of Rigol scopes that numbers its samples: the time stands in the heading, as its start and its increment.
+"""CSV of Rigol scopes that numbers its samples: the time stands in the heading, as its start and its increment (one kind of source: users).
 
 Sources: exports of the series DS1000Z ("X,CH1,Start,Increment", then "Sequence,Volt" with both numbers) and MSO5000 ("CH1V,CH2V,t0 = …,
 tInc = …", no column of time), as their users post them; the maker's manuals do not print the layout. Files with a column of time are
