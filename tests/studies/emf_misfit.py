@@ -197,7 +197,7 @@ def main() -> None:
     )
     parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args()
-    print("| record | held, % | beyond 3 U | withheld, % | told, % | U, % | causes told |")
+    print("| record | held, % | beyond 3 U | withheld, % | reported, % | U, % | causes reported |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     names = [name for name in (*ROWS, *SPEED_ROWS) if given.only in name]
     with ProcessPoolExecutor(given.workers, initializer=forget, initargs=(given.without,)) as pool:

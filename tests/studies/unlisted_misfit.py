@@ -157,7 +157,7 @@ def main() -> None:
     parser.add_argument("--rows", nargs="*", default=[""], help="parts of the rows' names")
     given = parser.parse_args()
     print(
-        "| record | figure | held, % | beyond 3 U | sure and wrong, % | told, % | not given, % | median U, % | named |"
+        "| record | figure | held, % | beyond 3 U | sure and wrong, % | reported, % | not given, % | median U, % | named |"
     )
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |")
     for kind, (measured, names) in KINDS.items():
