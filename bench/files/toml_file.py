@@ -74,7 +74,7 @@ def read(path: Path, what: Text, remedy: Text | None = None) -> tuple[bytes, dic
         raise FileError(text("{path!r} is not the name of a {what}", path=str(path), what=what)) from None
     if len(content) > LONGEST:
         raise FileError(
-            text("{path}: larger than {most} MiB, which no {what} is", path=path, most=LONGEST // 2**20, what=what)
+            text("{path}: larger than {most} MiB; no {what} is that large", path=path, most=LONGEST // 2**20, what=what)
         )
     content = content.removeprefix(codecs.BOM_UTF8)
     return content, parse(content, str(path))

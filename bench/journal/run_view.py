@@ -200,8 +200,8 @@ def _told(event: ProcedureFailed | RunFinished) -> Text:
 
 def _clock_notice(event: ClockSetBack) -> Notice:
     message = text(
-        "this computer's clock was set back by {seconds:.0f} s during the run: the journal's order is that of its numbers, "
-        "its wall times are not",
+        "this computer's clock was set back by {seconds:.0f} s during the run: the numbers of the journal's "
+        "events show their order, the clock times do not",
         seconds=event.seconds,
     )
     return Notice("clock-set-back", message)

@@ -1,4 +1,4 @@
-"""What comes of looking at whether a run is as it was written."""
+"""Result of verifying that a run is unchanged."""
 
 from dataclasses import dataclass, field
 from enum import Enum

@@ -30,7 +30,7 @@ def yes_or_no(value: object) -> bool:
     """Return yes or no."""
     if value is True or value is False:
         return value
-    raise ValueError(text("this is answered by yes or no"))
+    raise ValueError(text("answer yes or no"))
 
 
 def number(

@@ -172,7 +172,10 @@ class TerminalOperator:
                 self._say(text("The run waits until this is done; Ctrl-C ends the run and switches everything off"))
             else:
                 self._say(
-                    text("'{typed}' is not asked for here, and is not kept: press Enter once it is done", typed=typed)
+                    text(
+                        "no input is needed here, and '{typed}' is not stored: press Enter when the work is done",
+                        typed=typed,
+                    )
                 )
 
     def _command(self, action: EnterCommand) -> str | None:

@@ -1,4 +1,4 @@
-"""A pair of hands on the virtual bench: not quite steady, and with eyes that read a dial to a degree."""
+"""Virtual hands on the virtual bench: not quite steady, and reading a dial to one degree."""
 
 import math
 from collections.abc import Callable

@@ -72,8 +72,8 @@ def _counterpart(entry: Entry, catalogues: Catalogues) -> Counterpart:
         # A stand-in would try neither the driver nor the ranges that its author meant to be tried.
         raise InputError(
             text(
-                "instruments.{role} cannot be rehearsed: {why}; correct Driver(simulated=…), or install what has it; "
-                "a run on the instrument itself needs neither",
+                "instruments.{role} cannot be rehearsed: {why}; correct Driver(simulated=…), or install the "
+                "package that provides it; a run on the real instrument needs neither",
                 role=role.value,
                 why=missing.why,
             )
@@ -151,8 +151,8 @@ def _shortfalls(entry: Entry, unit: SimulatedUnit, options: Options) -> Iterator
         wanted = options.get(name)
         if wanted is not None and wanted > bound:
             yield text(
-                "{role}: the station's {name} is {wanted:g} {unit}, the twin's {role} ends at {bound:g} {unit}; set points "
-                "that follow the instrument's range stand at the twin's",
+                "{role}: the station's {name} is {wanted:g} {unit}, but the twin's {role} reaches only {bound:g} "
+                "{unit}; set points that follow the instrument's range are those of the twin",
                 role=role,
                 name=name,
                 wanted=wanted,

@@ -90,8 +90,8 @@ def check_unchanged(
     if changed:
         raise FileError(
             text(
-                "{path}: the software is not the one this run began with: {changes}. "
-                "Have those versions again (requirements.lock names them), or start a new run; {not_together}",
+                "{path}: the software is not the one this run began with: {changes}. Install those versions again "
+                "(requirements.lock names them), or start a new run; {not_together}",
                 path=folder.path,
                 changes=_few(changed),
                 not_together=_NOT_TOGETHER,

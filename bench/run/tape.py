@@ -94,7 +94,7 @@ class Tape:
 
     @property
     def lives(self) -> bool:
-        """Whether what is wanted now really happens."""
+        """Tell whether the request at this point is carried out."""
         return self.mode in (Mode.THROUGH, Mode.LIVE)
 
     def readings(self) -> Sequence[TypedReading]:

@@ -30,7 +30,7 @@ def inject(faults: "Sequence[GivenFault]", add: "Callable[[Description], object]
 
 
 class StepReporter:
-    """Hears a journal's events and tells the bench which step of which procedure begins."""
+    """Listens to a journal's events and tells the bench which step of which procedure begins."""
 
     def __init__(self, listener: StepListener) -> None:
         self._listener = listener

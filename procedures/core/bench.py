@@ -68,13 +68,13 @@ class Feeding(Protocol):
 
 
 class NothingFeeds:
-    """A bench on which nothing is known to be on."""
+    """A bench state without any instrument that is known to be on."""
 
     roles: Collection[Role] = ()
     turned = False
 
     def stands(self) -> None:
-        """Have nothing to forget."""
+        """Do nothing: there is nothing to reset."""
 
 
 class Recorder(Protocol):

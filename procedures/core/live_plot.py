@@ -52,7 +52,7 @@ class LivePlot:
 
 
 class Onlooker(Protocol):
-    """Whoever may be watching a run."""
+    """The people who may be watching a run."""
 
     @property
     def looks(self) -> bool:
@@ -68,4 +68,4 @@ class NobodyLooks:
     looks = False
 
     def show(self, plot: LivePlot) -> None:
-        """Show it to nobody."""
+        """Do nothing: nobody watches."""

@@ -20,7 +20,7 @@ class MotorFaultError(ProcedureError):
 
 
 class NotModelledError(ProcedureError):
-    """A virtual bench was brought into a state that it does not model; readings from there must not be judged."""
+    """The virtual bench is in a state that it does not model; readings from this state must not be evaluated."""
 
 
 class OnlyBoundedError(ProcedureError):

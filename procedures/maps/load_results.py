@@ -200,7 +200,8 @@ class LoadResults:
             self._procedure.notice(
                 "loss-parts",
                 text(
-                    "the winding's resistance is not known, so the loss is not parted; measure the stator resistance first"
+                    "the winding's resistance is not known, so the loss is not separated into parts; measure the "
+                    "stator resistance first"
                 ),
             )
 

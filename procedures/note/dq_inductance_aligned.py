@@ -59,11 +59,12 @@ class DqInductanceAlignedSettings(SupplyWiringSettings):
         default=REQUESTED,
         gt=0.0,
         lt=1.0,
-        description="relative standard uncertainty asked for; a bridge that cannot give it is told of before",
+        description="required relative standard uncertainty; if a bridge cannot reach it, this is reported beforehand",
     )
     check_alignment: bool = Field(
         default=True,
-        description="read two lines too: their difference shows how far friction held the rotor off, and is allowed for",
+        description="also read two lines: their difference shows how far friction kept the rotor from its position, and is "
+        "corrected for",
     )
 
 

@@ -72,7 +72,7 @@ class DqInductanceExtremesSettings(WiringSettings):
         default=REQUESTED,
         gt=0.0,
         lt=1.0,
-        description="relative standard uncertainty asked for; a bridge that cannot give it is told of before",
+        description="required relative standard uncertainty; if a bridge cannot reach it, this is reported beforehand",
     )
     class_threshold: float = Field(
         default=0.10, gt=0.0, lt=1.0, description="difference below which the note calls it an SPMSM"

@@ -110,8 +110,9 @@ def _winding(found: ParameterSet, pairs: float, nameplate: Nameplate) -> list[No
                 Notice(
                     "consistency-winding",
                     text(
-                        "{label}: the rated current would drop {drop:.3g} V in it, the rated voltage is {rated:g} V. Likely: readings "
-                        "typed without their prefix, mΩ as Ω or mH as H, or a rated current that is another one",
+                        "{label}: the rated current would drop {drop:.3g} V in it, but the rated voltage is "
+                        "{rated:g} V. Likely: readings typed without their prefix, mΩ as Ω or mH as H, or a wrong "
+                        "rated current",
                         label=figure.label,
                         drop=drop,
                         rated=rated,

@@ -8,4 +8,4 @@ from procedures.core.procedure import Procedure
 
 def tell_ended(procedure: Procedure[Any], why: Text, what: Text) -> None:
     """Say why it was left, and what its figures are of."""
-    procedure.notice("ended-early", text("it was left before its end: {why}; {what}", why=why, what=what))
+    procedure.notice("ended-early", text("it was stopped before its end: {why}; {what}", why=why, what=what))

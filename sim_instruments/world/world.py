@@ -355,7 +355,7 @@ class World:
             return dict(self._timeline.unmodelled)
 
     def truth(self) -> dict[str, Any]:
-        """Return what is really so now, for tests and the control endpoint: plain values that JSON can carry."""
+        """Return the actual state now, for tests and the control endpoint: plain values that JSON can carry."""
         with self._timeline.observing():
             timeline, settings = self._timeline, self._timeline.settings
             now = np.array([timeline.now])

@@ -1,4 +1,4 @@
-"""What becomes of records whose cause is in no estimator's list: held, told, withheld, or sure and wrong.
+"""Results of records whose cause is in no estimator's list: held, reported, withheld, or sure and wrong.
 
 `python -m tests.studies.unlisted_misfit [--records N] [--seed S] [--rows WORD …]`
 

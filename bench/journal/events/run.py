@@ -1,4 +1,4 @@
-"""Events of a run as a whole: its sessions, its procedures, and what becomes of its record."""
+"""Events of a run as a whole: its sessions, its procedures, and its record."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

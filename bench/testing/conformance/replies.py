@@ -1,4 +1,4 @@
-"""Replies that the manual speaks of: each is told by the call that meets it, and what says "not yet" is waited for."""
+"""Checks of replies described in the manual: the call that receives one reports it, and waits for one that means "not yet"."""
 
 import math
 import re

@@ -95,7 +95,9 @@ class ScpiSession:
 
     def check_left_errors(self) -> None:
         """As `check_errors`, when an instrument is opened: what stands in the queue then is somebody else's."""
-        self.check_errors(remedy=text("That is from before it was opened, and cleared now: start again"))
+        self.check_errors(
+            remedy=text("The error was there before the instrument was opened and is cleared now: start again")
+        )
 
     def check_errors(self, command: str = "", *, remedy: Text | str = "") -> None:
         """Read the error queue until it is empty; raises ReportedError with all that stood in it."""
@@ -328,14 +330,16 @@ class ScpiSession:
                     self.name,
                     text("does not answer any more"),
                     command=IDENTITY_QUERY,
-                    remedy=text("Check power and cable, then open it anew"),
+                    remedy=text("Check power and cable, then open it again"),
                 ) from silence
             except CommunicationError:
                 continue  # the rest of an older reply
             if reply == self._identity_line:
                 self._in_step, self._silent = True, False
                 return
-        raise CommunicationError(self.name, text("answers other than asked"), command=IDENTITY_QUERY)
+        raise CommunicationError(
+            self.name, text("replies to another question than the one asked"), command=IDENTITY_QUERY
+        )
 
     def _clear(self) -> None:
         try:

@@ -1,4 +1,4 @@
-"""A current step whose top is cut off by the end of a channel's range: what is left of it, and its fit."""
+"""A current step that is clipped at the end of a channel's range: the remaining part, and its fit."""
 
 from dataclasses import replace
 
