@@ -16,7 +16,7 @@ class ChainFault:
 
 
 def first_fault(lines: Sequence[JournalLine], known: Mapping[int, str]) -> ChainFault | None:
-    """Return what is wrong first in the lines of a journal, None where each follows from the one before.
+    """Return the first fault in the lines of a journal, None if each line follows from the one before.
 
     `known` holds hashes of lines, by place, that the result holds: with them even the last line can be told from a changed one.
     """

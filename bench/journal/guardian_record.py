@@ -1,4 +1,4 @@
-"""What a guardian did, in a file whose space is taken at the start: a full disk does not silence it."""
+"""The record of a guardian, in a file whose space is reserved at the start, so that a full disk does not stop it."""
 
 import fcntl
 import hashlib
@@ -77,7 +77,7 @@ class GuardianRecord:
                 complain(f"an event cannot be written ({error}): {line.decode(errors='replace')}")
 
     def close(self) -> bool:
-        """Give back the room that was not needed; tell whether the file ends with the last event now."""
+        """Release the unused space; tell whether the file now ends with the last event."""
         with self._lock:
             if self._file < 0:
                 return False
@@ -94,7 +94,7 @@ class GuardianRecord:
 
 
 def sealed(recorded: RecordedEvent, event: GuardianLeft, previous: str) -> bytes:
-    """Return the line of a guardian's last event, with the digest of its content; one that it holds already counts for nothing."""
+    """Return the line of a guardian's last event, with the digest of its content; a digest already in it is ignored."""
     content = encode(replace(recorded, event=replace(event, digest="")), previous)
     return encode(replace(recorded, event=replace(event, digest=hashlib.sha256(content).hexdigest())), previous)
 
@@ -137,7 +137,7 @@ def _wait_for_lock(file: int) -> None:
 
 
 def complain(words: str) -> None:
-    """Say it on standard error, which may have nobody behind it any more."""
+    """Report it on standard error, which may be closed."""
     with suppress(OSError, ValueError):
         print(f"motorbench guardian: {words}", file=sys.stderr, flush=True)
 

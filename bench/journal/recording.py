@@ -1,4 +1,4 @@
-"""Everything that instruments are told and give, in the journal without procedures or drivers doing anything."""
+"""Records all calls to instruments and their results in the journal, without any action of procedures or drivers."""
 
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, suppress

@@ -1,4 +1,4 @@
-"""Whether a run is as it was written: the journal's chain, its end, the waveform files, the result, the guardian's record."""
+"""Verifies that a run is unchanged: the journal's chain, its end, the waveform files, the result, the guardian's record."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""Whether the guardian's record is as it was written: held by the run's journal, by its own chain, and closed by itself."""
+"""Verifies that the guardian's record is unchanged: by hashes in the run's journal, by its own chain, and by its closing event."""
 
 import hashlib
 from collections.abc import Iterator, Sequence
@@ -41,7 +41,7 @@ class _Session:
 
 
 def check_guardian(folder: Path, events: Sequence[RecordedEvent], hashes: Sequence[str], found: Verification) -> None:
-    """Add to `found` what is wrong with the guardian's record, and what of it cannot be proved.
+    """Add to `found` the faults of the guardian's record, and what cannot be verified.
 
     `events` and `hashes` are the journal's, which is whole.
     """

@@ -57,7 +57,7 @@ class Corrections(Protocol):
         """Return what was typed in it and counts, oldest first."""
 
     def correct(self, reading: TypedReading, value: float, typed: str, by: str) -> Text | None:
-        """Put another value in a reading's place, as somebody typed it, and into the journal; return why that cannot be, or None."""
+        """Replace a reading by a corrected value and record it in the journal; return why that is not possible, or None."""
 
 
 class TypedEntry:

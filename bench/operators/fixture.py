@@ -38,7 +38,7 @@ _SHORT = "leads:short"
 
 
 class FixtureOperator:
-    """Performs actions by the instruments of a fixture; `take` hands them over, `hear` tells what the journal is told.
+    """Performs actions with the instruments of a fixture; `take` passes them, `hear` passes the journal's events.
 
     `thermometer` gives the winding's temperature (°C), None where the fixture has none. `hand_time` counts the bench time (s)
     that the fixture's work took.

@@ -1,4 +1,4 @@
-"""What a page may answer to each kind of question, and how it is told of readings."""
+"""The answers allowed for each kind of question, and the form of readings for a page."""
 
 import math
 from collections.abc import Sequence

@@ -229,7 +229,7 @@ class TerminalOperator:
 
 
 class TerminalPrompt:
-    """The way to the same person for instruments that are set and read by hand; `instrument` is the role."""
+    """Questions to the same person for instruments that are set and read by hand; `instrument` is the role."""
 
     def __init__(self, operator: TerminalOperator, instrument: str) -> None:
         self._operator = operator

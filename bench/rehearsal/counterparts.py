@@ -1,4 +1,4 @@
-"""What stands on a virtual bench for each instrument of a station: its driver's own counterpart, or what bears its ratings."""
+"""The simulated instrument for each instrument of a station: the one its driver names, or one with its ratings."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields, replace
@@ -25,7 +25,7 @@ _METER = 1.0e-3
 
 @dataclass(frozen=True)
 class Counterpart:
-    """What stands for a station's instrument: the simulated one, and the driver in front of it; None is the virtual station's."""
+    """The counterpart of a station's instrument: the simulated one and its driver; None is that of the virtual station."""
 
     entry: Entry
     unit: SimulatedUnit

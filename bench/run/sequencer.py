@@ -74,7 +74,7 @@ class Instruments(Protocol):
         """Return the roles whose instrument did not answer its last call."""
 
     def close(self, roles: Collection[Role] | None = None) -> Sequence[str]:
-        """Close all, or those of these roles, each on its own; return what went wrong."""
+        """Close all, or those of these roles, independently of each other; return what failed."""
 
 
 @dataclass(frozen=True)
@@ -360,7 +360,7 @@ class Runner:
 
 
 def secure(instruments: Instruments, roles: Iterable[Role], walk: Callable[[], Sequence[str]]) -> list[str]:
-    """Open the instruments of these roles, each whatever becomes of the others, and carry out the shutdown; return what is not well."""
+    """Open the instruments of these roles independently of each other, and carry out the shutdown; return what failed."""
     unreached = []
     for role in sorted(roles, key=lambda role: role.value):
         try:

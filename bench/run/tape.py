@@ -44,7 +44,7 @@ class Mode(Enum):
 
 
 class Tape:
-    """Stands between a procedure and its bench: keeps what it is given, and gives the same once more when a reading was corrected.
+    """Stands between a procedure and its bench: stores the results of its calls, and returns them again when a reading was corrected.
 
     What is switched on stays so meanwhile, and nothing is asked twice. A procedure that wants something else of the bench with the
     corrected reading has been decided by it: nothing is changed then. `entry` is where a person types.

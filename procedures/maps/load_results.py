@@ -1,4 +1,4 @@
-"""Efficiency and loss of load points, by a budget that knows what the points and both powers share."""
+"""Efficiency and loss of load points, with a budget that includes the correlations between the points and both powers."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Open circuit over speed: the EMF, the drag, and at two temperatures what the magnets lose by warmth."""
+"""Open circuit over speed: the EMF, the drag, and from two temperatures the temperature coefficient of the magnets."""
 
 import math
 from collections.abc import Sequence
@@ -132,7 +132,7 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
         self.conclude_drag(self._passes[0], self._tare)
 
     def conclude_early(self, why: Text) -> bool:
-        """Report what whole passes tell, and of one that was left the flux linkage: torques want their zero once more."""
+        """Report the results of complete passes, and of an incomplete one only the flux linkage, because torques need their zero again."""
         if self._passes:
             tell_ended(self, why, text("figures are of the {count} whole passes", count=len(self._passes)))
             self.conclude_emf(self._passes)

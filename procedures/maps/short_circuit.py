@@ -113,7 +113,7 @@ class ShortCircuit(Procedure[ShortCircuitSettings]):
         self.conclude(before, self._sweeps)
 
     def conclude_early(self, why: Text) -> bool:
-        """Report what whole sweeps tell; of one that was left the readings are kept, without the warmth and the zero at its end."""
+        """Report the results of complete sweeps; the readings of an incomplete one are kept, without final temperature and zero."""
         if self._before is not None and self._sweeps:
             tell_ended(self, why, text("figures are of the {count} whole sweeps", count=len(self._sweeps)))
             self.conclude(self._before, self._sweeps)
@@ -204,7 +204,7 @@ class ShortCircuit(Procedure[ShortCircuitSettings]):
 
     @step("M4/5", "Resistance, inductance and the torque's peak from currents and torques, compared with each other")
     def conclude(self, before: OpenBefore, sweeps: Sequence[ShortSweep]) -> None:
-        """Report what the sweeps tell, and what in them contradicts itself."""
+        """Report the results of the sweeps, and their contradictions."""
         saliency = None
         ld, lq = self.known.get("d_axis_inductance"), self.known.get("q_axis_inductance")
         if ld is not None and lq is not None:

@@ -1,4 +1,4 @@
-"""What a short circuit over speed is reported as, and where its figures contradict each other or what was measured before."""
+"""Reported figures of a short circuit over speed, and contradictions between them or with earlier results."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What a shaft that is held at a speed shows: its torque, and the fundamentals of voltages or currents."""
+"""Readings at a held speed: the torque, and the fundamentals of voltages or currents."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Whether the figures of a whole run go together, with each other and with the plate; where not, which mistake is likely."""
+"""Consistency of all figures of a run, with each other and with the nameplate; if not consistent, the likely error."""
 
 import math
 from collections import Counter

@@ -1,4 +1,4 @@
-"""What a bridge cannot give of an inductance, known from the type values before anything is energised."""
+"""Limits of a bridge for an inductance, known from the type values before anything is energised."""
 
 from collections.abc import Sequence
 from typing import Protocol

@@ -1,4 +1,4 @@
-"""What a procedure says that makes figures of what it had taken before it was left."""
+"""Messages of a procedure that gives figures from the data taken before it ended early."""
 
 from typing import Any
 

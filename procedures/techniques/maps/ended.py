@@ -1,4 +1,4 @@
-"""What is said of a map whose readings ended early, were limited, or contradict those of an earlier session."""
+"""Messages about a map whose readings ended early, were limited, or contradict those of an earlier session."""
 
 from typing import Any
 
