@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from bench.i18n.errors import NOTHING, InputError, as_said
+from bench.i18n.errors import NOTHING, InputError, untranslated
 from bench.journal.codec import RecordedEvent, UnknownEvent
 from bench.journal.encoding import plain
 from bench.journal.events.run import (
@@ -195,7 +195,7 @@ class RunView:
 
 def _told(event: ProcedureFailed | RunFinished) -> Text:
     """Return why for a reader of any language; older versions wrote it in the run's alone."""
-    return as_said(event.cause) if event.told is None else event.told.text
+    return untranslated(event.cause) if event.told is None else event.told.text
 
 
 def _clock_notice(event: ClockSetBack) -> Notice:

@@ -135,7 +135,7 @@ class TerminalOperator:
         return self._line(question)
 
     def _correct(self, readings: Sequence[TypedReading]) -> None:
-        """Have one of the readings corrected, where a person goes through with it. Raises CorrectedError or RepeatWantedError then."""
+        """Have one of the readings corrected, where a person goes through with it. Raises CorrectedError or RepeatRequestedError then."""
         for number, reading in enumerate(readings, 1):
             self._console.print(f"   {number}. {_plain(_worded(reading).render(self._translate))}", soft_wrap=True)
         typed = self._line(text("Which one? Its number, or Enter for none"))

@@ -14,7 +14,7 @@ from drivers.interfaces.text import Text, text, text_of
 from procedures.core.bench import Bench, Recorder
 from procedures.core.events import Event, ReadingCorrected, RepeatsTaken, RepeatStarted, StepFinished, StepStarted
 from procedures.core.procedure import Procedure
-from procedures.core.procedure_error import CorrectedError, RepeatWantedError
+from procedures.core.procedure_error import CorrectedError, RepeatRequestedError
 from procedures.core.result import ProcedureResult
 
 #: Samples of waveforms that are kept for a procedure; beyond that it cannot be done over.
@@ -68,7 +68,7 @@ class Tape:
         entry.corrections = self
 
     def perform(self, bench: Bench, make: Callable[[], Procedure[Any]]) -> ProcedureResult:
-        """Run the procedure that `make` gives, over again with each correction. Raises what it raises, and RepeatWantedError."""
+        """Run the procedure that `make` gives, over again with each correction. Raises what it raises, and RepeatRequestedError."""
         self._bench, self._make = bench, make
         procedure = make()
         if procedure.manual:
@@ -85,7 +85,7 @@ class Tape:
                     self._rewind(Mode.OVER)
                     procedure = make()
         except _Diverged as other:
-            raise RepeatWantedError(
+            raise RepeatRequestedError(
                 text("the corrected reading has decided {what}; the procedure is measured again", what=other.what)
             ) from None
         finally:

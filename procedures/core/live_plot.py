@@ -62,7 +62,7 @@ class Onlooker(Protocol):
         """Show a plot in place of the one before."""
 
 
-class NobodyLooks:
+class NoOnlooker:
     """A run that nobody watches."""
 
     looks = False

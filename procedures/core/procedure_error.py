@@ -32,7 +32,7 @@ class OnlyBoundedError(ProcedureError):
         self.low = low
 
 
-class RepeatWantedError(ProcedureError):
+class RepeatRequestedError(ProcedureError):
     """The person at the bench wants to repeat the running procedure from its beginning."""
 
 

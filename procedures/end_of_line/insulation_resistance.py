@@ -49,7 +49,9 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
     end_of_line: ClassVar[bool] = True
 
     @classmethod
-    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: InsulationResistanceSettings) -> Sequence[Notice]:
+    def check_capability(
+        cls, bench: Bench, nameplate: Nameplate, settings: InsulationResistanceSettings
+    ) -> Sequence[Notice]:
         """Report before the run that no test voltage is known, or that the tester does not reach it."""
         refused = _refused(bench, nameplate, settings)
         return (

@@ -100,7 +100,9 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     needs: ClassVar[Demands] = {Role.LCR_METER: Demand((Measurand.RESISTANCE,))}
 
     @classmethod
-    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: StatorResistanceSettings) -> Sequence[Notice]:
+    def check_capability(
+        cls, bench: Bench, nameplate: Nameplate, settings: StatorResistanceSettings
+    ) -> Sequence[Notice]:
         """Compare the bridge's accuracy at the type value with the requested uncertainty (E9)."""
         expected = nameplate.expected.get("stator_resistance")
         if expected is None:

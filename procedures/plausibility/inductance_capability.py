@@ -36,7 +36,7 @@ class InductanceBridgeSettings(Protocol):
         """Relative standard uncertainty asked for."""
 
 
-def foresee_inductance(
+def check_inductance_capability(
     procedure: str, bench: Bench, nameplate: Nameplate, settings: InductanceBridgeSettings, reading: float
 ) -> Sequence[Notice]:
     """Hold the bridge's accuracy at the type value against the uncertainty asked for; `reading` is the meter's over the phase's value.

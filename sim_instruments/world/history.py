@@ -12,7 +12,7 @@ from sim_instruments.world.settings import FloatArray
 Quantity = Callable[[Segment, FloatArray], FloatArray]
 
 
-class Past:
+class History:
     """Segments one after the other, up to `end` (s)."""
 
     def __init__(self, segments: Sequence[Segment], end: float) -> None:

@@ -180,7 +180,7 @@ class KnownBefore(Event, kind="known_before"):
 
 
 @dataclass(frozen=True, kw_only=True)
-class NotForeseen(Event, kind="not_foreseen"):
+class CapabilityNotChecked(Event, kind="not_foreseen"):
     """The capability of the instruments could not be checked for a procedure, and why."""
 
     procedure: str

@@ -14,7 +14,7 @@ from pyvisa.constants import RENLineOperation, StatusCode
 from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
 from drivers.interfaces.text import Text, text
 from drivers.transport.visa.blocks import BlockReader
-from drivers.transport.visa.half_opened import nothing_left_open
+from drivers.transport.visa.half_opened import sockets_closed_on_failure
 from drivers.transport.visa.replies import QueueEntry, parse_error, parse_number, parse_numbers
 from drivers.transport.visa.resource import RESOURCE_ERRORS, ResourceTimeout, VisaResource, finding
 
@@ -183,7 +183,7 @@ class ScpiSession:
         self.close()
         self._lost = True
         try:
-            with nothing_left_open():
+            with sockets_closed_on_failure():
                 self._resource.open()
         except (*RESOURCE_ERRORS, ValueError) as error:
             raise CommunicationError(

@@ -49,7 +49,7 @@ def withheld(channel: str, level: float, lost: float) -> WithheldError:
     )
 
 
-def fit_what_is_left(step: Problem, plain: Fitted, level: float) -> tuple[Problem, Fitted]:
+def fit_unclipped(step: Problem, plain: Fitted, level: float) -> tuple[Problem, Fitted]:
     """Return the fit of what is not cut off, chosen by what the model gives and not by the readings, which would take their noise's side.
 
     Raises WithheldError where too little is left.
