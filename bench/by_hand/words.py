@@ -108,7 +108,7 @@ WORDS: Mapping[str, Text] = {
 
 
 def called(name: str) -> Text:
-    """Return what people call a method, an argument, a choice or hand work; the name itself where nobody has said it."""
+    """Return the name for people of a method, an argument, a choice or manual work; the identifier itself if it has none."""
     return WORDS.get(name) or Text("{name}", {"name": name.replace("_", " ")})
 
 

@@ -1,4 +1,4 @@
-"""The end of line as the panel knows it: the batch that goes on, whoever started it."""
+"""The end of line for the panel: the running batch, whoever started it."""
 
 import asyncio
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What ties a run to the faults of its virtual bench: steps told as they begin, faults put into the record."""
+"""Connects a run with the faults of its virtual bench: announces steps as they begin, and records faults."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress

@@ -84,7 +84,7 @@ class FoundObjects:
 
 
 def polled_by(mapped: Sequence[int]) -> FoundSetting:
-    """Return how measured objects are read, as a setting that is only told: by process data, else by SDO."""
+    """Return how measured objects are read, as a setting that is only reported: by process data, else by SDO."""
     by = "PDO: " + ", ".join(f"0x{index:04X}" for index in mapped) if mapped else "SDO"
     return FoundSetting(
         "0x1800 process data", by, "", text("by SDO, quantities that belong together are read one after the other")
@@ -92,7 +92,7 @@ def polled_by(mapped: Sequence[int]) -> FoundSetting:
 
 
 def found_nmt_state(found: NmtState | None) -> FoundSetting:
-    """Return the node's NMT state as a found setting; one that does not tell its state is only told so."""
+    """Return the node's NMT state as a found setting; if the node does not report it, only that is reported."""
     effect = text("a node that is not operational may refuse to be enabled")
     if found is None:
         return FoundSetting("NMT state", "unknown", "", effect)

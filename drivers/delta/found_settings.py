@@ -143,7 +143,7 @@ class FoundDriveSettings:
         self._drive.take_over(drive.values())
 
     def verify_torque(self) -> None:
-        """Make sure that torque control still does as it is told; raises ReportedError where it does not."""
+        """Check that torque control still follows its commands; raises ReportedError if it does not."""
         self._addresses |= {row.query: address for address, row in TORQUE.items()}
         self._drive.verify(TORQUE.values())
 

@@ -1,4 +1,4 @@
-"""A stretch of the bench's past, kept by whoever has recorded it."""
+"""A part of the bench's history, kept by a recording instrument."""
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence

@@ -40,7 +40,7 @@ Snapshot = tuple[object, ...]
 
 @dataclass(frozen=True)
 class Heating:
-    """A winding that overheats by itself: it tends to `temperature` (°C) with `time_constant` (s), whatever flows."""
+    """A winding with a fault of overheating: it tends to `temperature` (°C) with `time_constant` (s), independent of the current."""
 
     temperature: float = 200.0
     time_constant: float = 30.0

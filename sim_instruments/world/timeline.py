@@ -1,4 +1,4 @@
-"""Bench time as a chain of segments, carried on lazily whenever somebody looks or changes something."""
+"""Bench time as a chain of segments, extended only when a value is read or changed."""
 
 import math
 import threading

@@ -121,7 +121,7 @@ class RecordWriter:
         return self._left
 
     def close(self) -> None:
-        """Store and forward what can be now, and let go of the databases."""
+        """Store and forward all records that can be now, and close the databases."""
         self.register.close()
         self._left = self._forwarder.close(_AT_THE_END)
         # For who reads the file by other means; a disk that is full loses nothing by it.

@@ -1,4 +1,4 @@
-"""What stands on a page that hears nothing from the server any more; the browser itself shows it."""
+"""The message on a page that has lost the connection to the server; the browser itself shows it."""
 
 from nicegui import ui
 

@@ -94,7 +94,7 @@ class ScpiSession:
             raise CommunicationError(self.name, text("'{done}' instead of 1", done=done), command=message)
 
     def check_left_errors(self) -> None:
-        """As `check_errors`, when an instrument is opened: what stands in the queue then is somebody else's."""
+        """Like `check_errors`, when an instrument is opened: errors in the queue then were caused by another user."""
         self.check_errors(
             remedy=text("The error was there before the instrument was opened and is cleared now: start again")
         )
