@@ -165,8 +165,9 @@ def _of_map(
     if np.any(beyond):
         zero = replace(zero, dd=widened(zero.dd, beyond[1]), qq=widened(zero.qq, beyond[2]))
         message = text(
-            "the table does not reach zero current: flux linkage and inductances there are carried on from its edge, and their intervals "
-            "are wider by what the inductance changes as far within it. Add rows at zero current"
+            "the table does not reach zero current: flux linkage and inductances there are extrapolated from its "
+            "edge, and their intervals are widened by the change of the inductance over the same distance within "
+            "it. Add rows at zero current"
         ).render(translate)
         made["warnings"].append({"id": BEYOND_TABLE, "text": message})
     for name, unit, figure in (

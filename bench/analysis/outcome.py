@@ -247,8 +247,8 @@ def refuse_over_range(capture: Capture, channel: CaptureChannel) -> CaptureChann
         raise CaptureError(
             capture.source,
             text(
-                "column {name} holds readings that are marked as over range: take a part without them (--from, --to), or record again in "
-                "a larger range",
+                "column {name} holds readings that are marked as over range: select a part without them (--from, "
+                "--to), or record again in a larger range",
                 name=channel.name,
             ),
         )

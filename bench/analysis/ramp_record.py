@@ -53,15 +53,16 @@ def coasting(record: RampRecord) -> tuple[RampRecord, list[Text]]:
     if first:
         notes.append(
             text(
-                "the coast-down begins at {begin:.6g} s: before, the speed was held or driven, which is left out; --from says another "
-                "beginning",
+                "the coast-down begins at {begin:.6g} s: the part before, in which the speed was held or driven, "
+                "is left out; --from sets another beginning",
                 begin=time[first],
             )
         )
     if after < time.size:
         notes.append(
             text(
-                "the reading stands still from {end:.6g} s on, as the shaft or its sensor does: left out; --to says another end",
+                "the reading is constant from {end:.6g} s on, because the shaft or its sensor has stopped: this "
+                "part is left out; --to sets another end",
                 end=time[after],
             )
         )

@@ -168,8 +168,8 @@ def _check_readings(capture: Capture, inductance: CaptureChannel) -> None:
         raise CaptureError(
             capture.source,
             text(
-                "all {count} readings are {value:.4g} H: what the rotor's angle changes is within the meter's step, and how large that is "
-                "the file does not show. Read with more digits, or in a finer range",
+                "all {count} readings are {value:.4g} H: any change with the rotor's angle is smaller than the "
+                "meter's step, which the file does not show. Read with more digits, or in a finer range",
                 count=inductance.values.size,
                 value=largest,
             ),

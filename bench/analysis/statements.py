@@ -1,4 +1,4 @@
-"""What a user says about the accuracy of whatever took a capture: on the command line, in a file."""
+"""Accuracy statements of the user for a capture: on the command line, in a file."""
 
 import re
 from collections.abc import Mapping, Sequence

@@ -217,8 +217,8 @@ def _refuse_two_voltages(capture: Capture, current: str | None) -> None:
     raise CaptureError(
         capture.source,
         text(
-            "channels {names} are all in V, and one has to be the current: say what its probe or shunt makes of an ampere, as in --scale "
-            "{name}=10A/V, {name}=100mV/A or {name}=5mOhm",
+            "channels {names} are all in V, but one of them must be the current: state the output of its probe or "
+            "shunt per ampere, as in --scale {name}=10A/V, {name}=100mV/A or {name}=5mOhm",
             names=volts,
             name=name,
         ),

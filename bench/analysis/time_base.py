@@ -1,4 +1,4 @@
-"""Records whose times are in another unit than the file says: told where physics knows what they cannot be."""
+"""Detects times in another unit than the file states, by the physically possible ranges."""
 
 from collections.abc import Iterable, Mapping
 from typing import Literal

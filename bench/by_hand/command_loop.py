@@ -42,7 +42,7 @@ class CommandLoop:
         self._outputs = outputs
         self._idle = idle
         self._said = text(
-            "Ready: {roles}. Say first what is on the motor's terminals (connect); help lists everything",
+            "Ready: {roles}. First state what is connected to the motor's terminals (connect); help lists everything",
             roles=[role.value for role in roles],
         )
         self._refused = False

@@ -53,7 +53,7 @@ def hand_work(word: str, rest: Sequence[str], roles: Collection[Role]) -> Action
     """Return the hand work that a line asks for. Raises ValueError with a Text for what there is not."""
     if word in PLAIN:
         if rest:
-            raise ValueError(text("{word} stands by itself", word=word))
+            raise ValueError(text("{word} takes no other words", word=word))
         return PLAIN[word]
     try:
         return _TYPED[word](rest, roles)

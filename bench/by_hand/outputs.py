@@ -80,7 +80,7 @@ class Outputs(AbstractContextManager["Outputs"]):
             self._leave(role, output, None, None, None)
 
     def all_off(self, error: BaseException | None = None) -> None:
-        """Leave everything, the last first, each whatever becomes of the others. `error` is why, where one is."""
+        """Leave all blocks, the last first, each independent of the others. `error` is the reason, if any."""
         self.__exit__(type(error) if error else None, error, error.__traceback__ if error else None)
 
     def _leave(

@@ -64,11 +64,11 @@ WORDS: Mapping[str, Text] = {
     "voltage": text("voltage"),
     "current": text("current"),
     "current_limit": text("current limit"),
-    "regulated": text("what the output holds"),
+    "regulated": text("regulated quantity"),
     "frequency": text("frequency"),
     "level": text("level"),
     "aperture": text("measurement time"),
-    "wanted": text("what is wanted"),
+    "wanted": text("quantities to measure"),
     "channel": text("channel"),
     "channels": text("channels"),
     "range": text("full-scale range"),
@@ -108,7 +108,7 @@ WORDS: Mapping[str, Text] = {
 
 
 def called(name: str) -> Text:
-    """Return what people call a method, an argument, a choice or hand work; the name itself where nobody has said it."""
+    """Return the name for people of a method, an argument, a choice or manual work; the identifier itself if it has none."""
     return WORDS.get(name) or Text("{name}", {"name": name.replace("_", " ")})
 
 

@@ -96,8 +96,8 @@ class Capture:
                 raise CaptureError(
                     self.source,
                     text(
-                        "--scale of channel '{name}' makes amperes of volts, and the file says that it is in {unit}; give the factor "
-                        "without a unit",
+                        "--scale of channel '{name}' converts volts to amperes, but the file states its unit as "
+                        "{unit}; give the factor without a unit",
                         name=channel.name,
                         unit=channel.unit,
                     ),

@@ -169,7 +169,7 @@ class CaptureFilesOscilloscope(ManualOscilloscope):
 
     def _failed(self, said: Text) -> MeasurementError:
         return MeasurementError(
-            self._name, said, remedy=text("Save the record again, or see folder and files in the station file")
+            self._name, said, remedy=text("Save the record again, or check folder and files in the station file")
         )
 
 

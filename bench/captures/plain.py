@@ -115,7 +115,8 @@ def read_plain(
         if column is not None:
             assumptions.append(
                 text(
-                    "column '{name}': {count} readings are marked as over range; they are taken as cut off at its other readings' end",
+                    "column '{name}': {count} readings are marked as over range; they are treated as clipped at "
+                    "the extreme of its other readings",
                     name=name,
                     count=int(np.count_nonzero(np.abs(table[:, k]) >= OVER_RANGE)),
                 )
@@ -178,7 +179,10 @@ def _refuse_over_range(path: Path, table: FloatArray, first: int) -> None:
             str(path),
             text("column {number} has no reading but over range; record again in a larger range", number=lost[0] + 1)
             if lost[0]
-            else text("the first column holds what is no time and no angle (∞, OL); correct or remove the row"),
+            else text(
+                "the first column contains a value that is neither a time nor an angle (∞, OL); correct or remove the "
+                "row"
+            ),
             first + 1 + int(np.argmax(over[:, lost[0]])),
         )
 

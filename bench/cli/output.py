@@ -73,7 +73,7 @@ def print_summary(view: RunView, folder: RunFolder, translate: Translate) -> Non
     console.print(text("Run: {folder}", folder=str(folder.path)).render(translate), markup=False, soft_wrap=True)
 
 
-def print_what_next(folder: RunFolder, translate: Translate) -> None:
+def print_next_steps(folder: RunFolder, translate: Translate) -> None:
     """Say which commands make something of a run."""
     message = text(
         "Next: motorbench report {folder}; motorbench export {folder} --for vesc (motorbench export --list names all)",

@@ -67,9 +67,9 @@ def print_rehearsal(done: Rehearsed, translate: Translate) -> None:
         )
     )
     say(
-        text("✓ No limit is passed")
+        text("✓ No limit is exceeded")
         if done.good
-        else text("✗ This run would fail: {cause}", cause=done.view.cause or text("a limit would be passed"))
+        else text("✗ This run would fail: {cause}", cause=done.view.cause or text("a limit would be exceeded"))
     )
     say(text("Rehearsal: {file}", file=str(done.path / SCRIPT)))
 
@@ -175,4 +175,4 @@ def _print_highest(console: "Console", done: Rehearsed, translate: Translate) ->
         console.print(text("Largest readings on the twin: {found}", found=found).render(translate), markup=False)
 
 
-_HEADINGS = (text("instrument"), text("set point"), text("largest"), text("limit"), text("whose"))
+_HEADINGS = (text("instrument"), text("set point"), text("largest"), text("limit"), text("set by"))

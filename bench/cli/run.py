@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from bench.cli.options import Seed
-from bench.cli.output import print_end, print_json, print_summary, print_what_next, say_broken, say_missing
+from bench.cli.output import print_end, print_json, print_next_steps, print_summary, say_broken, say_missing
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from bench.journal.run_folder import existing_run_folder
@@ -171,7 +171,7 @@ def run(
     else:
         print_summary(done.view, done.folder, translate)
         if done.view.parameters().parameters:
-            print_what_next(done.folder, translate)
+            print_next_steps(done.folder, translate)
     if done.view.status != "completed":
         manual = any(kind.manual for name, kind in catalogues.procedures.items() if name in procedures)
         print_end(done.view, done.folder, translate, resumable=not manual)

@@ -32,7 +32,7 @@ def check_host(host: str) -> None:
 
 
 def unavailable(error: OSError, host: str) -> InputError:
-    """Return what is said where nobody can be served: which port of which endpoint cannot be had, and what to do."""
+    """Return the message if serving is not possible: which port of which endpoint cannot be used, and what to do."""
     from sim_instruments.server.port_plan import PortError
 
     if not isinstance(error, PortError):

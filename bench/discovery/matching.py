@@ -26,7 +26,7 @@ class KnownInstruments:
         self.faults: dict[str, Text] = {}
 
     def judged(self, name: str, judge: Callable[[A], B | None], answer: A) -> B | None:
-        """Return what a driver, which may be a stranger's, makes of an answer; None, put down in `faults`, where that fails."""
+        """Return a driver's evaluation of an answer; if it fails, as a plug-in's may, None and an entry in `faults`."""
         try:
             with strangers_code():
                 return judge(answer)

@@ -15,7 +15,7 @@ from bench.discovery.inquiry import Inquiry, shown
 from bench.safety.ownership.claims import is_number
 from bench.station.visa_library import StationVisa
 from drivers.interfaces.text import Text, text
-from drivers.transport.visa.half_opened import nothing_left_open
+from drivers.transport.visa.half_opened import sockets_closed_on_failure
 from drivers.transport.visa.resource import RESOURCE_ERRORS
 from drivers.transport.visa.session import IDENTITY_QUERY
 
@@ -130,7 +130,7 @@ def _ask(
 
 
 def _ask_visa(visa: StationVisa, address: str, baud_rate: int | None = None) -> str:
-    with nothing_left_open():
+    with sockets_closed_on_failure():
         opened = visa.manager().open_resource(address, open_timeout=int(CONNECTION_TIME * 1e3))
     resource = cast("MessageBasedResource", opened)
     try:

@@ -50,7 +50,7 @@ def list_ports(inquiry: Inquiry, computer: Computer) -> None:
 
 
 def ask_port(inquiry: Inquiry, port: str, used_by: tuple[str, ...] = ()) -> None:
-    """Listen on a port, and where nobody talks ask: what drivers declare, then *IDN? at the rates of those that speak SCPI there.
+    """Listen on a port; if nothing arrives, send the queries that drivers declare, then *IDN? at the rates of SCPI drivers.
 
     A station's own port is listened on only.
     """

@@ -1,4 +1,4 @@
-"""A bound on how long a scan takes, whatever a library or an instrument does."""
+"""Limits the duration of a scan, independent of libraries and instruments."""
 
 import threading
 from collections.abc import Callable

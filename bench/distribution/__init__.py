@@ -1,1 +1,1 @@
-"""Work of many like parts, done by processes of this machine or by a cluster; what comes of it does not depend on which."""
+"""Work in many equal parts, done by processes of this computer or by a cluster; the result does not depend on which."""

@@ -53,7 +53,7 @@ def by_cluster(work: Work[Result], tasks: Sequence[Task], address: str, jobs: in
         except KilledWorker:
             raise InputError(
                 text(
-                    "one part of the work has ended {deaths} workers of the cluster, perhaps for want of memory",
+                    "one part of the work has ended {deaths} workers of the cluster, possibly because memory ran out",
                     deaths=DEATHS,
                 )
             ) from None

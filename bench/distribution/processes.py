@@ -47,7 +47,8 @@ def by_processes(work: Work[Result], tasks: Sequence[Task], jobs: int) -> Genera
             if max(deaths.values(), default=0) >= DEATHS:
                 raise InputError(
                     text(
-                        "processes ended by themselves {deaths} times, perhaps for want of memory; try --jobs {jobs}",
+                        "processes ended by themselves {deaths} times, possibly because memory ran out; try "
+                        "--jobs {jobs}",
                         deaths=DEATHS,
                         jobs=max(1, jobs // 2),
                     )

@@ -105,7 +105,7 @@ def distribution_words(each: "ParameterStatistics", label: Text) -> Text | None:
     if other.count >= FEWEST:
         return message
     few = text(
-        "{count} motors do not show the outer percentiles (that takes {fewest}): of Ppk only the interval is given",
+        "{count} motors are too few for the outer percentiles ({fewest} are needed): of Ppk only the interval is given",
         count=other.count,
         fewest=FEWEST,
     )

@@ -1,1 +1,1 @@
-"""The files a user writes: motors and stations, and how they are read."""
+"""Files written by the user, of motors and stations, and their reading."""

@@ -74,7 +74,7 @@ def read(path: Path, what: Text, remedy: Text | None = None) -> tuple[bytes, dic
         raise FileError(text("{path!r} is not the name of a {what}", path=str(path), what=what)) from None
     if len(content) > LONGEST:
         raise FileError(
-            text("{path}: larger than {most} MiB, which no {what} is", path=path, most=LONGEST // 2**20, what=what)
+            text("{path}: larger than {most} MiB; no {what} is that large", path=path, most=LONGEST // 2**20, what=what)
         )
     content = content.removeprefix(codecs.BOM_UTF8)
     return content, parse(content, str(path))
@@ -99,7 +99,7 @@ def decoded(content: bytes, name: str) -> str:
 
 
 def not_utf8(name: str, first: bytes, error: UnicodeDecodeError) -> FileError:
-    """Return the error of a file whose `first` bytes may tell what encoding it is in."""
+    """Return the error of a file whose encoding may be recognised by its `first` bytes."""
     if first in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
         return FileError(
             text("{name}: the text is UTF-16 (Notepad's Unicode); save it as UTF-8, in the editor's Save As", name=name)
@@ -140,7 +140,7 @@ def explain(
 
 
 def near(word: str, known: Sequence[str]) -> list[str]:
-    """Return the known word that is so much like a word that it may be meant; empty where none is."""
+    """Return the known word that is most similar to a word and may be meant; empty if none is."""
     return difflib.get_close_matches(word, known, n=1, cutoff=0.6)
 
 

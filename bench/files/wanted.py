@@ -1,4 +1,4 @@
-"""What a key of a file takes, in words: kind, bounds, unit, description."""
+"""Describes the values allowed for a key of a file: kind, bounds, unit, description."""
 
 from collections.abc import Sequence
 from typing import Annotated, get_args, get_origin

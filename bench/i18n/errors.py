@@ -13,7 +13,7 @@ class InputError(Exception):
 
     def __init__(self, said: Text | str) -> None:
         super().__init__(said)
-        self.text = said if isinstance(said, Text) else as_said(said)
+        self.text = said if isinstance(said, Text) else untranslated(said)
 
 
 class FileError(InputError):
@@ -37,8 +37,8 @@ def message(cause: BaseException, translate: Translate) -> str:
 def told(cause: BaseException) -> Text:
     """Return what went wrong, with the notes that the shutdown added, for a reader of any language."""
     sentence = text_of(cause)
-    named = sentence if sentence.render() else as_said(type(cause).__name__)
-    notes = [as_said(note) for note in getattr(cause, "__notes__", ())]
+    named = sentence if sentence.render() else untranslated(type(cause).__name__)
+    notes = [untranslated(note) for note in getattr(cause, "__notes__", ())]
     return lines([named, *notes]) if notes else named
 
 
@@ -56,6 +56,6 @@ def fault(error: BaseException) -> Text:
 NOTHING = Text("")
 
 
-def as_said(words: str) -> Text:
+def untranslated(words: str) -> Text:
     """Return words as they stand in every language."""
     return Text("{said}", {"said": words})

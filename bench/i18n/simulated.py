@@ -86,8 +86,8 @@ _SIX_STEP = (
         "speed is {speed} rpm: {lowest} to {highest} rpm can be solved for this drive, whose EMF equals its source at {no_load} rpm"
     ),
     text(
-        "the resistances are too small to be told from none at {speed} rpm: an electrical time constant of {constant} s is "
-        "{states} states, up to {most} are allowed"
+        "the resistances are too small to be distinguished from zero at {speed} rpm: an electrical time constant "
+        "of {constant} s is {states} states, up to {most} are allowed"
     ),
     text("no periodic steady state found at {speed} rad/s after {count} iterations (residual {residual})"),
 )

@@ -16,14 +16,14 @@ class ChainFault:
 
 
 def first_fault(lines: Sequence[JournalLine], known: Mapping[int, str]) -> ChainFault | None:
-    """Return what is wrong first in the lines of a journal, None where each follows from the one before.
+    """Return the first fault in the lines of a journal, None if each line follows from the one before.
 
     `known` holds hashes of lines, by place, that the result holds: with them even the last line can be told from a changed one.
     """
     for index, line in enumerate(lines):
         due = index + 1
         if line.event is None or line.torn:
-            return ChainFault(due, text("was changed: it is no event"))
+            return ChainFault(due, text("was changed: it is not an event"))
         number = line.event.number
         before = lines[index - 1] if index else None
         if number < due:
@@ -33,7 +33,11 @@ def first_fault(lines: Sequence[JournalLine], known: Mapping[int, str]) -> Chain
         if line.previous != (before.sha256 if before else ""):
             if before is None:
                 return ChainFault(
-                    due, text("was changed: it is not the first that was written, or carries a hash of none before it")
+                    due,
+                    text(
+                        "was changed: it is not the line that was written first, or carries the hash of a line before "
+                        "it"
+                    ),
                 )
             if _vouched_for(lines, index, known):
                 return ChainFault(before.place, text("was changed: the next line carries the hash of another"))
@@ -43,7 +47,7 @@ def first_fault(lines: Sequence[JournalLine], known: Mapping[int, str]) -> Chain
     last = len(lines)
     if last in known and lines and lines[-1].sha256 != known[last]:
         return ChainFault(
-            last, text("was changed, or result.json was, which holds the hash {hash}… of it", hash=known[last][:12])
+            last, text("was changed, or result.json was, which contains the hash {hash}… of it", hash=known[last][:12])
         )
     return None
 
@@ -60,10 +64,14 @@ def _put_in(lines: Sequence[JournalLine], index: int) -> ChainFault:
     number = line.event.number if line.event else 0
     if number == index and line.previous == (lines[index - 2].sha256 if index >= 2 else ""):
         # This one follows from the last but one: what stands between them does not belong there.
-        return ChainFault(index, text("was put in: the next line follows from the line before it"))
+        return ChainFault(index, text("was inserted: the next line follows from the line before it"))
     return ChainFault(
         index + 1,
-        text("holds event {number} where {due} is due: it was put in, or put elsewhere", number=number, due=index + 1),
+        text(
+            "contains event {number} where event {due} is expected: it was inserted, or moved",
+            number=number,
+            due=index + 1,
+        ),
     )
 
 
@@ -75,13 +83,17 @@ def _missing(lines: Sequence[JournalLine], index: int) -> ChainFault:
     gone = [missing for missing in range(due, min(number, due + len(lines) + 1)) if missing not in later]
     if not gone:
         what = text(
-            "holds event {number} where {due} is due: lines were put into another order", number=number, due=due
+            "contains event {number} where event {due} is expected: the order of the lines was changed",
+            number=number,
+            due=due,
         )
     elif number == due + 1:
-        what = text("holds event {number} where {due} is due: event {due} was removed", number=number, due=due)
+        what = text(
+            "contains event {number} where event {due} is expected: event {due} was removed", number=number, due=due
+        )
     else:
         what = text(
-            "holds event {number} where {due} is due: events {due} to {last} were removed",
+            "contains event {number} where event {due} is expected: events {due} to {last} were removed",
             number=number,
             due=due,
             last=number - 1,

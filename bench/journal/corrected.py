@@ -1,4 +1,4 @@
-"""A journal's readings as they count: what a person corrected stands in the place of what was typed first."""
+"""The valid readings of a journal: a corrected value replaces the one typed first."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Files that are on the disk, and not only on their way to it, when the call returns; and room kept for the end of a run."""
+"""Durable files, which are on the disk when the call returns; and space reserved for the end of a run."""
 
 import errno
 import os
@@ -21,7 +21,7 @@ def write_all(file: int, content: bytes) -> None:
 
 
 def write_file(path: Path, content: bytes) -> None:
-    """Have a file of this content on the disk, whole or not at all. Raises RecordError."""
+    """Write a file of this content durably, completely or not at all. Raises RecordError."""
     part = path.with_name(f".{path.name}.part")
     try:
         file = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
@@ -88,13 +88,13 @@ class Reserve:
 
 
 class StandingReserve(Reserve):
-    """Room for the ends of one run after the other; `keep` before each, `release` after the last."""
+    """Disk space reserved for the ends of successive runs; `keep` before each, `release` after the last."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def keep(self) -> None:
-        """Have the room, where it was not kept yet or was given back. Raises InputError where there is none."""
+        """Reserve the space if it is not reserved. Raises InputError if there is none."""
         if not self._path.exists():
             super().__init__(self._path)
 

@@ -1,4 +1,4 @@
-"""What was done in a run's attempts at a procedure, from its journal."""
+"""The attempts at each procedure of a run, from its journal."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
@@ -9,7 +9,7 @@ from procedures.core.earlier_call import EarlierAttempt, EarlierCall
 
 
 def attempts_of(events: Iterable[RecordedEvent], names: Collection[str]) -> Mapping[str, Sequence[EarlierAttempt]]:
-    """Return the attempts at procedures by name, oldest first; one that begins after another came to its end is the first of them again.
+    """Return the attempts at procedures by name, oldest first; an attempt after a finished one starts the list again.
 
     A procedure without one is left out.
     """

@@ -1,4 +1,4 @@
-"""Anything a procedure or an instrument hands over, as JSON that never fails."""
+"""Converts any value from a procedure or an instrument to JSON without failing."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""A run read back from its folder: what the journal comes to, the motor's plate, and where the record ends."""
+"""A run read from its folder: the result of the journal, the motor's nameplate, and where the record ends."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from procedures.core.nameplate import Nameplate
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """A run as its journal tells it; `last_hash` is that of the journal's last line, `torn` whether a line after it was cut."""
+    """A run as its journal records it; `last_hash` is that of the journal's last line, `torn` whether a line after it is incomplete."""
 
     folder: RunFolder
     events: Sequence[RecordedEvent]

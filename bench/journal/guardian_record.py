@@ -1,4 +1,4 @@
-"""What a guardian did, in a file whose space is taken at the start: a full disk does not silence it."""
+"""The record of a guardian, in a file whose space is reserved at the start, so that a full disk does not stop it."""
 
 import fcntl
 import hashlib
@@ -72,7 +72,7 @@ class GuardianRecord:
             self._events.put((wall, monotonic() - self._begun, event))
 
     def close(self) -> bool:
-        """Give back the room that was not needed; tell whether the file ends with the last event now."""
+        """Release the unused space; tell whether the file now ends with the last event."""
         if not self._written():
             complain("its record is not on the disk, which does not answer")
             return False
@@ -117,7 +117,7 @@ class GuardianRecord:
 
 
 def sealed(recorded: RecordedEvent, event: GuardianLeft, previous: str) -> bytes:
-    """Return the line of a guardian's last event, with the digest of its content; one that it holds already counts for nothing."""
+    """Return the line of a guardian's last event, with the digest of its content; a digest already in it is ignored."""
     content = encode(replace(recorded, event=replace(event, digest="")), previous)
     return encode(replace(recorded, event=replace(event, digest=hashlib.sha256(content).hexdigest())), previous)
 
@@ -160,7 +160,11 @@ def _wait_for_lock(file: int) -> None:
 
 
 def complain(words: str) -> None:
+<<<<<<< HEAD
     """Say it on standard error, unless nobody is behind it or whoever is there does not read now: that is not waited for."""
+=======
+    """Report it on standard error, which may be closed."""
+>>>>>>> words
     with suppress(OSError, ValueError):
         _, ready, _ = select.select([], [_STDERR], [], 0.0)
         if ready:

@@ -92,7 +92,7 @@ class Journal:
                 listener(each)
 
     def close(self) -> None:
-        """Let go of the file and of the room kept for its end; safe to call twice."""
+        """Close the file and release the space reserved for its end; safe to call twice."""
         with self._lock:
             if self._file >= 0:
                 if self._unsynced:

@@ -1,4 +1,4 @@
-"""A journal as it lies on the disk: whole lines, each carrying the hash of the line before, and perhaps a torn last one."""
+"""A journal on the disk: complete lines, each with the hash of the line before, and possibly an incomplete last one."""
 
 import hashlib
 import os
@@ -35,7 +35,7 @@ class JournalLine:
 
 @dataclass(frozen=True)
 class JournalFile:
-    """A journal that was read: its whole events, how many bytes of a torn end follow them, and where and how they end."""
+    """A journal that was read: its complete events, the number of bytes of an incomplete end, and where and how they end."""
 
     events: tuple[RecordedEvent, ...]
     torn_bytes: int
@@ -66,7 +66,7 @@ def read_lines(path: Path, only: Collection[str] | None = None) -> Iterator[Jour
 
 
 def read_journal(path: Path, only: Collection[str] | None = None) -> JournalFile:
-    """Read a journal; what was cut off in writing at its end is left out and counted in `torn_bytes`.
+    """Read a journal; an incomplete end is left out and counted in `torn_bytes`.
 
     Events of kinds beside `only`, where it is given, are not taken apart: for who has just written them.
     Raises InputError for a file that is missing, or whose chain of hashes is broken at some line.
@@ -125,7 +125,7 @@ def last_whole_line(path: Path) -> JournalLine | None:
 
 
 def parse_line(place: int, content: bytes, only: Collection[str] | None = None) -> JournalLine:
-    """Return what stands in a line of a journal, with its end or torn off."""
+    """Return the content of a line of a journal, complete or not."""
     whole = content.endswith(b"\n")
     body = content[:-1] if whole else content
     event, previous = decode(body, only) or (None, "")

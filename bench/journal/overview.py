@@ -1,4 +1,4 @@
-"""A run in a line, from its first and its last event; a folder of thousands is shown without reading all they hold."""
+"""One-line summary of a run from its first and last event, so that thousands of runs can be listed without reading them."""
 
 from dataclasses import dataclass
 

@@ -79,7 +79,7 @@ def pack(journal: Path) -> None:
 
 
 def unpack(journal: Path) -> None:
-    """Have a packed journal as it was written, to be gone on with; one that is not packed stays. Raises OSError, FileError."""
+    """Unpack a packed journal so that the run can be continued; an unpacked one is unchanged. Raises OSError, FileError."""
     packed = packed_path(journal)
     if packed.is_file() and not journal.is_file():
         write_file(journal, _unpacked(packed, packed.read_bytes()))

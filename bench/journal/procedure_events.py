@@ -11,7 +11,7 @@ from procedures.core.events import Event, StepFailed, StepFinished, StepStarted
 
 @dataclass
 class StepPassage:
-    """One passage through a step: the sentence it was announced with, bench times (s), its end, and its other events."""
+    """One execution of a step: the sentence it was announced with, bench times (s), its end, and its other events."""
 
     identifier: str
     sentence: str
@@ -32,7 +32,7 @@ class ProcedurePassage:
 
 
 def passages(events: Iterable[RecordedEvent]) -> dict[str, ProcedurePassage]:
-    """Return the procedures of a journal by name; one begun anew after a resumption replaces its first passage."""
+    """Return the procedures of a journal by name; one that was repeated after a resumption replaces its first execution."""
     result: dict[str, ProcedurePassage] = {}
     procedure: ProcedurePassage | None = None
     open_steps: list[StepPassage] = []

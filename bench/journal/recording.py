@@ -1,4 +1,4 @@
-"""Everything that instruments are told and give, in the journal without procedures or drivers doing anything."""
+"""Records all calls to instruments and their results in the journal, without any action of procedures or drivers."""
 
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, suppress
@@ -25,7 +25,7 @@ from bench.journal.waveforms import StoredRecord
 from drivers.interfaces import Instrument, Role, Waveform
 from drivers.interfaces.declarations import Declaration, Effect, Lasting, UndeclaredError, declarations
 from procedures.core.bench import Recorder
-from procedures.core.procedure_error import CorrectedError, RepeatWantedError
+from procedures.core.procedure_error import CorrectedError, RepeatRequestedError
 
 #: What is no event: an answer that the driver knows without a measurement, and the end of a connection.
 _UNRECORDED = (Effect.QUESTION, Effect.DISCONNECTS)
@@ -90,7 +90,7 @@ class Recording:
             try:
                 # Looked up anew: an instrument that was closed is another one when it has been opened again.
                 given = getattr(self._instrument, method)(*arguments, **named)
-            except (CorrectedError, RepeatWantedError):
+            except (CorrectedError, RepeatRequestedError):
                 # Nothing has failed: the person at the bench wants something done over.
                 raise
             except BaseException as error:

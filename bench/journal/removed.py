@@ -1,4 +1,4 @@
-"""Files that a rule took out of a run's folder: noted there, so that their absence is no doubt of the rest."""
+"""Files that a rule removed from a run's folder, noted there so that the run can still be verified without them."""
 
 import json
 from collections.abc import Mapping

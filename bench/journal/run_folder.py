@@ -54,7 +54,7 @@ class RunFolder:
         return self.path / ".reserve"
 
     def write_result(self, result: dict[str, Any]) -> None:
-        """Have `result.json` on the disk, whole or not at all. Raises RecordError."""
+        """Write `result.json` durably, completely or not at all. Raises RecordError."""
         write_file(self.result, stored_form(result))
 
 

@@ -1,4 +1,4 @@
-"""The result of a run as its journal tells it, tied to the journal's end."""
+"""The result of a run from its journal, with the hash of the journal's end."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,10 +1,10 @@
-"""What a journal comes to: the run's state, results and warnings, whole or cut off anywhere."""
+"""The state, results and warnings of a run from its journal, which may be incomplete."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from bench.i18n.errors import NOTHING, InputError, as_said
+from bench.i18n.errors import NOTHING, InputError, untranslated
 from bench.journal.codec import RecordedEvent, UnknownEvent
 from bench.journal.encoding import plain
 from bench.journal.events.run import (
@@ -67,7 +67,7 @@ class RunView:
         self._here: ProcedureView | None = None
 
     def apply(self, event: Event) -> None:
-        """Take one event into account; those that the view does not show pass by."""
+        """Take one event into account; events that the view does not show are ignored."""
         if not isinstance(event, SHOWN):
             return
         match event:
@@ -111,7 +111,7 @@ class RunView:
 
     @property
     def results(self) -> dict[str, ProcedureResult]:
-        """Results of all procedures, of those that were left early too, as far as they came."""
+        """Results of all procedures, including those that ended early."""
         return {name: view.result for name, view in self.procedures.items() if view.result is not None}
 
     def parameters(self) -> ParameterSet:
@@ -195,20 +195,20 @@ class RunView:
 
 def _told(event: ProcedureFailed | RunFinished) -> Text:
     """Return why for a reader of any language; older versions wrote it in the run's alone."""
-    return as_said(event.cause) if event.told is None else event.told.text
+    return untranslated(event.cause) if event.told is None else event.told.text
 
 
 def _clock_notice(event: ClockSetBack) -> Notice:
     message = text(
-        "this computer's clock was set back by {seconds:.0f} s during the run: the journal's order is that of its numbers, "
-        "its wall times are not",
+        "this computer's clock was set back by {seconds:.0f} s during the run: the numbers of the journal's "
+        "events show their order, the clock times do not",
         seconds=event.seconds,
     )
     return Notice("clock-set-back", message)
 
 
 def view_of(events: Iterable[RecordedEvent]) -> RunView:
-    """Return what a journal's events come to. Raises InputError for an event that is not as a run writes it."""
+    """Return the view that follows from a journal's events. Raises InputError for an event that is not as a run writes it."""
     view = RunView()
     for recorded in events:
         event = recorded.event

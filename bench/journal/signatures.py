@@ -1,4 +1,4 @@
-"""Who signed a run off: each signature names the journal's end as it was then, so that a later change shows."""
+"""Signatures of a run: each contains the hash of the journal's end at that time, so that a later change is detected."""
 
 import json
 import tomllib

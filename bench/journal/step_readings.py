@@ -1,4 +1,4 @@
-"""What was set and read in a step, from its events: one entry for each instrument and quantity."""
+"""Settings and readings of a step, from its events: one entry for each instrument and quantity."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TypeGuard

@@ -1,4 +1,4 @@
-"""Hand work as it stands in the journal's `action` events, back as the action it was."""
+"""Restores actions of manual work from the journal's `action` events."""
 
 from collections.abc import Mapping
 from dataclasses import fields
@@ -33,7 +33,7 @@ _KINDS: Mapping[str, type[Any]] = {kind.__name__: kind for kind in get_args(Acti
 
 
 def restore_action(event: Mapping[str, Any]) -> Action:
-    """Return the action that an `action` event tells of; raises ValueError where it tells of none that is known."""
+    """Return the action of an `action` event; raises ValueError for an unknown one."""
     name, details = event.get("action"), event.get("details")
     kind = _KINDS.get(str(name))
     if kind is None or not isinstance(details, Mapping):

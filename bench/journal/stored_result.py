@@ -18,7 +18,7 @@ _FORM = re.compile(r"[<>^]?[-+ ]?0?\d{0,2}(\.\d{1,2})?[a-zA-Z%]?")
 
 @dataclass(frozen=True)
 class Sentence:
-    """A sentence that the journal keeps with its values, so that it can be said in any language."""
+    """Stores sentences with their values in the journal, so that they can be shown in any language."""
 
     text: Text
 

@@ -1,4 +1,4 @@
-"""What comes of looking at whether a run is as it was written."""
+"""Result of verifying that a run is unchanged."""
 
 from dataclasses import dataclass, field
 from enum import Enum
@@ -7,7 +7,7 @@ from drivers.interfaces.text import Text, lines, text
 
 
 class Integrity(Enum):
-    """What became of a run: all as it was written, as it was written but without a proven end, or changed afterwards."""
+    """Result of the verification of a run: unchanged, unchanged without a verified end, or changed."""
 
     UNTOUCHED = "untouched"
     UNFINISHED = "unfinished"
@@ -16,7 +16,7 @@ class Integrity(Enum):
 
 @dataclass(frozen=True)
 class RecordFault:
-    """One thing that is not as it was written: the file from the run's folder, its line (0 for none), what is wrong."""
+    """One change found: the file by its path from the run's folder, its line (0 for none), what is wrong."""
 
     file: str
     line: int

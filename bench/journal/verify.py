@@ -1,4 +1,4 @@
-"""Whether a run is as it was written: the journal's chain, its end, the waveform files, the result, the guardian's record."""
+"""Verifies that a run is unchanged: the journal's chain, its end, the waveform files, the result, the guardian's record."""
 
 import hashlib
 import json
@@ -100,7 +100,7 @@ def _stored_end(folder: RunFolder, found: Verification) -> _End | None:
         ) from None
     except (ValueError, KeyError, TypeError, RecursionError):
         content = None
-    what = text("is no result as a run writes it, with the journal's last event in it: it was changed")
+    what = text("is not a result as a run writes it, with the journal's last event in it: it was changed")
     found.findings.append(RecordFault(folder.result.name, 0, what))
     return None
 
@@ -142,9 +142,13 @@ def _check_result(
     if differing:
         named, more = differing[:_NAMED], len(differing) - _NAMED
         what = (
-            text("was changed: {names} and {more} more differ from what the journal comes to", names=named, more=more)
+            text(
+                "was changed: {names} and {more} more differ from the result that follows from the journal",
+                names=named,
+                more=more,
+            )
             if more > 0
-            else text("was changed: {names} differ from what the journal comes to", names=named)
+            else text("was changed: {names} differ from the result that follows from the journal", names=named)
         )
         found.findings.append(RecordFault(folder.result.name, 0, what))
     elif folder.result.read_bytes() != stored_form(view):
@@ -165,7 +169,9 @@ def _check_tables(folder: RunFolder, result: Mapping[str, Any], found: Verificat
 
 def _unproven(events: Sequence[RecordedEvent], end: _End | None, torn: int, noted: str) -> Text | None:
     if torn:
-        return text("{count} bytes at the journal's end are no whole event: the run was cut off there", count=torn)
+        return text(
+            "{count} bytes at the journal's end are not a complete event: the run was cut off there", count=torn
+        )
     if not events or not isinstance(events[-1].event, RunFinished):
         return text("the journal has no end: the run was cut off or still goes on, or its end was taken away")
     if end is None and not noted:

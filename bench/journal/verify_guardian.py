@@ -1,4 +1,4 @@
-"""Whether the guardian's record is as it was written: held by the run's journal, by its own chain, and closed by itself."""
+"""Verifies that the guardian's record is unchanged: by hashes in the run's journal, by its own chain, and by its closing event."""
 
 import hashlib
 from collections.abc import Iterator, Sequence
@@ -41,7 +41,7 @@ class _Session:
 
 
 def check_guardian(folder: Path, events: Sequence[RecordedEvent], hashes: Sequence[str], found: Verification) -> None:
-    """Add to `found` what is wrong with the guardian's record, and what of it cannot be proved.
+    """Add to `found` the faults of the guardian's record, and what cannot be verified.
 
     `events` and `hashes` are the journal's, which is whole.
     """
@@ -133,7 +133,8 @@ def _missing(sessions: Sequence[_Session], found: Verification) -> None:
         elif not session.tells and session.may_have_had:
             found.doubt(
                 text(
-                    "the run was made by a version that did not tie {file} to the journal: whether there was one cannot be proved",
+                    "the run was made by a version that stored no hash of {file} in the journal: whether the file "
+                    "existed cannot be verified",
                     file=FILE,
                 )
             )
@@ -213,13 +214,16 @@ def _check_end(
         return
     torn = rest.rstrip(b"\0")
     if len(lines) in told or (torn and len(lines) in closed):
-        what = text("was put in: {count} bytes follow the event that closed the record", count=len(rest))
+        what = text("was inserted: {count} bytes follow the event that closed the record", count=len(rest))
         found.findings.append(RecordFault(FILE, len(lines) + 1, what))
     elif torn:
-        found.doubt(text("{count} bytes at the end of {file} are no whole event", count=len(torn), file=FILE))
+        found.doubt(text("{count} bytes at the end of {file} are not a complete event", count=len(torn), file=FILE))
     elif len(lines) in closed:
         found.doubt(
-            text("the room at the end of {file} was not given back: its guardian was ended as it left", file=FILE)
+            text(
+                "the space reserved at the end of {file} was not released: its guardian was terminated while it ended",
+                file=FILE,
+            )
         )
 
 
@@ -241,15 +245,15 @@ def _check_blocks(
         seen.add(token)
         after = [place for place in closed if begin < place < end]
         if after:
-            what = text("was put in: event {event} closed the record of that guardian", event=min(after))
+            what = text("was inserted: event {event} closed the record of that guardian", event=min(after))
             found.findings.append(RecordFault(FILE, min(after) + 1, what))
         elif end < covered or end in told:
             continue
         elif token and token not in known:
             found.doubt(
                 text(
-                    "{file}, from line {line}: the journal has no session for this guardian; that session was cut off before "
-                    "its first event, or the lines were put in",
+                    "{file}, from line {line}: the journal has no session for this guardian; that session was cut "
+                    "off before its first event, or the lines were inserted",
                     file=FILE,
                     line=begin + 1,
                 )
@@ -257,20 +261,20 @@ def _check_blocks(
         elif not token and old:
             found.doubt(
                 text(
-                    "the run was made by a version that did not tie {file} to the journal: what it holds follows from line to "
-                    "line, whether it is all cannot be proved",
+                    "the run was made by a version that stored no hash of {file} in the journal: its lines follow "
+                    "from each other, but whether it is complete cannot be verified",
                     file=FILE,
                 )
             )
         elif not token:
             found.findings.append(
-                RecordFault(FILE, begin + 1, text("was put in: no guardian of this run begins there"))
+                RecordFault(FILE, begin + 1, text("was inserted: no guardian of this run begins there"))
             )
         elif end not in closed:
             found.doubt(
                 text(
-                    "{file} is not closed after its line {line}: the guardian still goes on, was ended itself, or the record's "
-                    "end was taken away",
+                    "{file} is not closed after its line {line}: the guardian is still running, was terminated "
+                    "itself, or the record's end was removed",
                     file=FILE,
                     line=end,
                 )

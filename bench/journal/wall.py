@@ -1,4 +1,4 @@
-"""The wall's time of each event, and whether the computer's clock was set back meanwhile."""
+"""The clock time of each event, and whether the computer's clock was set back in the meantime."""
 
 import time
 from collections.abc import Callable

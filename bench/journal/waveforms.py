@@ -1,4 +1,4 @@
-"""Waveforms of a run: one HDF5 file a record, written once and whole, so that a killed run leaves no file half-way.
+"""Waveforms of a run: one HDF5 file for each record, written at once, so that a killed run leaves no incomplete file.
 
 A file holds a group for each channel, with datasets `time` and `values` and attributes `unit`, `resolution`, `channel`, `clipped`,
 `full_scale` (0 where unknown).
@@ -100,7 +100,7 @@ class WaveformFolder:
 
 
 class LateWaveforms:
-    """Keeps records in memory until it is known whether they are wanted; the journal tells of them without a hash."""
+    """Keeps records in memory until it is known whether they are needed; the journal lists them without a hash."""
 
     def __init__(self, path: Path) -> None:
         self._folder = WaveformFolder(path)
@@ -117,7 +117,7 @@ class LateWaveforms:
 
 
 class NoWaveforms:
-    """Keeps none: the journal tells that there were some, and nothing lies on the disk."""
+    """Stores nothing: the journal lists the records, but there are no files."""
 
     def store(self, name: str, waveforms: Mapping[str, WaveformLike]) -> StoredRecord:
         """Keep nothing."""

@@ -1,1 +1,1 @@
-"""Motor files: the nameplate, and the truth of a virtual motor."""
+"""Motor files: the nameplate, and the true values of a virtual motor."""

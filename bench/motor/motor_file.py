@@ -1,4 +1,4 @@
-"""The motor's file: what a technician knows of it, and for a virtual motor the truth."""
+"""The motor file: the nameplate data and, for a virtual motor, its true values."""
 
 import hashlib
 from collections.abc import Mapping
@@ -38,7 +38,7 @@ class _MappedFile(TypedMotor):
 
 @dataclass(frozen=True)
 class MotorFile:
-    """A motor file that was read: its plate, the truth of a virtual motor where it holds one, and what identifies it.
+    """A motor file that was read: its nameplate, the true values of a virtual motor if it contains one, and its identity.
 
     `six_step` is the drive of a BLDC file, whose machine the virtual motor then is; `photo` stands beside the file.
     """

@@ -1,4 +1,4 @@
-"""`[virtual]` of a motor file: the truth of a virtual motor, by constants or on a flux map."""
+"""`[virtual]` of a motor file: the true values of a virtual motor, by constants or on a flux map."""
 
 import math
 from collections.abc import Mapping

@@ -1,1 +1,1 @@
-"""Whoever has hands: a person at a terminal, a virtual operator, a file of answers."""
+"""Operators, who do the manual work: a person at a terminal, a virtual operator, a file of answers."""

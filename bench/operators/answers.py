@@ -156,7 +156,7 @@ def load_answers(path: Path) -> Answers:
 
 
 class AnswersOperator:
-    """Performs every action by saying that it was done, and every reading and command from the file.
+    """Confirms every action as done, and takes every reading and command from the file.
 
     `hands` do the hand work where the bench is a virtual one.
     """

@@ -21,7 +21,7 @@ from procedures.core.events import (
     StepFinished,
     StepStarted,
 )
-from procedures.core.procedure_error import CorrectedError, RepeatWantedError
+from procedures.core.procedure_error import CorrectedError, RepeatRequestedError
 from procedures.core.short_number import short
 
 
@@ -57,7 +57,7 @@ class Corrections(Protocol):
         """Return what was typed in it and counts, oldest first."""
 
     def correct(self, reading: TypedReading, value: float, typed: str, by: str) -> Text | None:
-        """Put another value in a reading's place, as somebody typed it, and into the journal; return why that cannot be, or None."""
+        """Replace a reading by a corrected value and record it in the journal; return why that is not possible, or None."""
 
 
 class TypedEntry:
@@ -156,9 +156,9 @@ class TypedEntry:
         raise CorrectedError
 
     def repeat(self, by: str = "") -> None:
-        """Raise RepeatWantedError: somebody wants the procedure from its beginning."""
+        """Raise RepeatRequestedError: somebody wants the procedure from its beginning."""
         person = by or self._person or text("the person at the bench")
-        raise RepeatWantedError(text("{person} wants to repeat the procedure from its beginning", person=person))
+        raise RepeatRequestedError(text("{person} wants to repeat the procedure from its beginning", person=person))
 
     def _take(
         self, quantity: Text, unit: str, minimum: float, maximum: float, options: Sequence[Option], value: float

@@ -38,7 +38,7 @@ _SHORT = "leads:short"
 
 
 class FixtureOperator:
-    """Performs actions by the instruments of a fixture; `take` hands them over, `hear` tells what the journal is told.
+    """Performs actions with the instruments of a fixture; `take` passes them, `hear` passes the journal's events.
 
     `thermometer` gives the winding's temperature (°C), None where the fixture has none. `hand_time` counts the bench time (s)
     that the fixture's work took.
@@ -257,8 +257,8 @@ def _batch(change: Change) -> str | None:
 
 def _no_current_probe(contact: LeadContact) -> Text:
     return text(
-        "the fixture has no current probe of channel {channel} round the wire of {terminal}: a current probe "
-        'is fitted for good; put "{name}" into fixed of [instruments.switch_matrix]',
+        "the fixture has no current probe of channel {channel} round the wire of {terminal}. Current probes are "
+        'installed permanently; put "{name}" into fixed of [instruments.switch_matrix]',
         channel=contact.lead.removeprefix("channel").rstrip("~"),
         terminal=contact.place,
         name=contact.name,

@@ -7,7 +7,7 @@ from drivers.interfaces import Clock
 
 
 class HandsOn(Protocol):
-    """What hands can do on a virtual bench, and eyes see: a World, in this process or in another."""
+    """What virtual hands can do and read on a virtual bench: a World, in this process or in another."""
 
     @property
     def clock(self) -> Clock:
@@ -65,4 +65,4 @@ class HandsOn(Protocol):
         """Return the shaft's angle (rad)."""
 
     def truth(self) -> dict[str, Any]:
-        """Return what is really so."""
+        """Return the actual state."""

@@ -1,4 +1,4 @@
-"""A run's line to panels: questions go out to all that listen, answers and wishes come in, one JSON object a line."""
+"""A run's connection to panels: questions go to all listeners, answers and requests come in, one JSON object per line."""
 
 import json
 import os
@@ -62,7 +62,7 @@ class OperatorLine:
             listener.send(said)
 
     def tell(self, message: Mapping[str, Any]) -> None:
-        """Tell everyone who listens now, and nobody who connects later: it holds for this moment only."""
+        """Send it to all present listeners, but not to later ones, because it is valid only now."""
         with self._lock:
             listeners = list(self._listeners.values())
         for listener in listeners:

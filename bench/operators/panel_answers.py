@@ -1,4 +1,4 @@
-"""What a page may answer to each kind of question, and how it is told of readings."""
+"""The answers allowed for each kind of question, and the form of readings for a page."""
 
 import math
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ def yes_or_no(value: object) -> bool:
     """Return yes or no."""
     if value is True or value is False:
         return value
-    raise ValueError(text("this is answered by yes or no"))
+    raise ValueError(text("answer yes or no"))
 
 
 def number(

@@ -42,7 +42,7 @@ class RunSources(Protocol):
     """The run's sources and its shaft."""
 
     def read(self, *, again: bool = False) -> Sequence[ReadBack]:
-        """Return what each says of itself now; `again` tries those anew that could not be opened."""
+        """Return what each source reports now; `again` also retries those that could not be opened."""
 
 
 class StandIn(Operator, Protocol):
@@ -279,7 +279,7 @@ class DistantOperator:
 
 
 class DistantPrompt:
-    """The way to the same person for instruments set and read by hand; `instrument` is the role."""
+    """Questions to the same person for instruments set and read by hand; `instrument` is the role."""
 
     def __init__(self, operator: DistantOperator, instrument: str) -> None:
         self._operator = operator

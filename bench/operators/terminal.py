@@ -135,7 +135,7 @@ class TerminalOperator:
         return self._line(question)
 
     def _correct(self, readings: Sequence[TypedReading]) -> None:
-        """Have one of the readings corrected, where a person goes through with it. Raises CorrectedError or RepeatWantedError then."""
+        """Have one of the readings corrected, where a person goes through with it. Raises CorrectedError or RepeatRequestedError then."""
         for number, reading in enumerate(readings, 1):
             self._console.print(f"   {number}. {_plain(_worded(reading).render(self._translate))}", soft_wrap=True)
         typed = self._line(text("Which one? Its number, or Enter for none"))
@@ -172,7 +172,10 @@ class TerminalOperator:
                 self._say(text("The run waits until this is done; Ctrl-C ends the run and switches everything off"))
             else:
                 self._say(
-                    text("'{typed}' is not asked for here, and is not kept: press Enter once it is done", typed=typed)
+                    text(
+                        "no input is needed here, and '{typed}' is not stored: press Enter when the work is done",
+                        typed=typed,
+                    )
                 )
 
     def _command(self, action: EnterCommand) -> str | None:
@@ -226,7 +229,7 @@ class TerminalOperator:
 
 
 class TerminalPrompt:
-    """The way to the same person for instruments that are set and read by hand; `instrument` is the role."""
+    """Questions to the same person for instruments that are set and read by hand; `instrument` is the role."""
 
     def __init__(self, operator: TerminalOperator, instrument: str) -> None:
         self._operator = operator

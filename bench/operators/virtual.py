@@ -1,4 +1,4 @@
-"""A pair of hands on the virtual bench: not quite steady, and with eyes that read a dial to a degree."""
+"""Virtual hands on the virtual bench: not quite steady, and reading a dial to one degree."""
 
 import math
 from collections.abc import Callable
@@ -78,7 +78,7 @@ class VirtualOperator:
         return float(self._world.truth().get("hands", {}).get(name, usual))
 
     def perform(self, action: HandWork) -> object:
-        """Do it; ProcedureError where the world does not let it be done."""
+        """Do it; raises ProcedureError if it is not possible on the bench."""
         start = self._world.clock.now()
         try:
             return self._do(action)

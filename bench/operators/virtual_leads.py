@@ -1,4 +1,4 @@
-"""Leads as virtual hands hold them, and the world as they show it."""
+"""Leads as the virtual hands have connected them."""
 
 from bench.operators.hands_on import HandsOn
 from procedures.core.actions import ChangeSetup, Terminal, VoltageProbe

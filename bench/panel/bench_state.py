@@ -90,12 +90,12 @@ def _off(found: Sequence[Mapping[str, Any]], age: float) -> ShownState:
     seconds = f"{age:.1f}"
     if age > FRESH:
         headline = text("Outputs were off {age} s ago. Do not touch.", age=seconds)
-        return ShownState(StateKind.UNREAD, headline, text("Being read back anew: {what}", what=read))
+        return ShownState(StateKind.UNREAD, headline, text("Reading back again: {what}", what=read))
     if any(unit == "rad/s" for one in found for _, unit in one["values"]):
         headline, detail = text("Outputs off. You may touch the leads."), text("Read back {age} s ago: {what}")
     else:
         headline = text("Outputs off.")
-        detail = text("Read back {age} s ago: {what}. Speed not measured: see that the shaft stands still.")
+        detail = text("Read back {age} s ago: {what}. Speed not measured: check that the shaft is at rest.")
     return ShownState(StateKind.OFF, headline, Text(detail.template, {"age": seconds, "what": read}))
 
 
@@ -105,9 +105,9 @@ def _unread(unread: Sequence[Mapping[str, Any]], found: Sequence[Mapping[str, An
         return ShownState(
             StateKind.UNREAD,
             text("This run switches nothing on."),
-            text("It has no source, so none was read back. See yourself that others are off."),
+            text("It has no source, so none was read back. Check yourself that others are off."),
         )
-    headline = text("See yourself that it is off: {what}", what=_names(unread))
+    headline = text("Check yourself that it is off: {what}", what=_names(unread))
     if all(one["found"] == Found.BY_HAND for one in unread):
         why = text("It is switched by hand, and cannot be read back.")
     else:
@@ -187,7 +187,7 @@ def _going_down(run: LiveRun) -> ShownState:
         else:
             done.append(text("{role}: off ✓", role=role_name(role)))
     aborting = run.abort_asked_at is not None
-    detail = Text("{what}", {"what": done}) if done else text("Asked to stop; each source follows.")
+    detail = Text("{what}", {"what": done}) if done else text("Asked to stop; the sources are switched off.")
     if run.line.question is not None and run.line.question["kind"] == "confirm":
         by_hand = (
             text("Aborting: switch it off by hand now.") if aborting else text("Ending: switch it off by hand now.")

@@ -110,7 +110,7 @@ class Launcher:
                 ) from None
             errors.seek(0)
             words = errors.read().decode("utf-8", "replace").strip()
-            raise InputError(words.removeprefix("motorbench: ") or text("the run ended at once and said nothing"))
+            raise InputError(words.removeprefix("motorbench: ") or text("the run ended immediately without a message"))
 
     def _reap(self) -> None:
         """Let go of runs that have ended."""

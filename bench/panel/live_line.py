@@ -1,4 +1,4 @@
-"""The end of line as the panel knows it: the batch that goes on, whoever started it."""
+"""The end of line for the panel: the running batch, whoever started it."""
 
 import asyncio
 from collections.abc import Mapping
@@ -80,7 +80,7 @@ class LiveLine:
 
     async def say(self, message: Mapping[str, Any]) -> Text | None:
         """Say something to the batch; return why it was refused, or None."""
-        return await self._batch.say(message) if self._batch else text("no batch goes on")
+        return await self._batch.say(message) if self._batch else text("no batch is running")
 
     async def _find(self) -> None:
         for announced in self._runs.glob(f"*/{LINE}"):

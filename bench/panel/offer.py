@@ -148,4 +148,4 @@ async def _command(*arguments: str) -> Mapping[str, Any]:
     if isinstance(reply, dict) and set(reply) != {"error"}:
         return reply
     # What it printed for programs is English; what it said to people is in their language.
-    raise InputError(complaint or text("motorbench {command} said nothing", command=" ".join(arguments)))
+    raise InputError(complaint or text("motorbench {command} gave no output", command=" ".join(arguments)))

@@ -94,7 +94,7 @@ class Panel:
         """Start a batch, which `line` follows from then on. Raises InputError with what it said where it could not begin."""
         # Two clicks, or two browsers, would put two batches on the same sockets.
         if self.line.running or self._beginning.locked():
-            raise InputError(text("a batch is going on already, or being started"))
+            raise InputError(text("a batch is already running, or is being started"))
         async with self._beginning:
             await self.line.follow(await self.launcher.start_batch(order))
 

@@ -1,4 +1,4 @@
-"""Guessing passwords made slow for who guesses, and for nobody else."""
+"""Slows down the guessing of passwords without affecting other users."""
 
 import time
 from collections import OrderedDict

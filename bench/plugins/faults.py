@@ -1,4 +1,4 @@
-"""A fault inside a plug-in names what it was in, whose that is and where, for whoever is to be told of it."""
+"""Errors inside a plug-in are reported with its kind, its name, its author's package and the place."""
 
 import sys
 from collections.abc import Iterator

@@ -53,7 +53,7 @@ class _Figures:
                 return value
         missing = " / ".join(key for _, key in plates)
         self.assumed.append(
-            Assumption(name, otherwise, unit, text("a usual one: the file gives no {keys}", keys=missing))
+            Assumption(name, otherwise, unit, text("a typical value: the file gives no {keys}", keys=missing))
         )
         return otherwise
 

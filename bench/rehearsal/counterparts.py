@@ -1,4 +1,4 @@
-"""What stands on a virtual bench for each instrument of a station: its driver's own counterpart, or what bears its ratings."""
+"""The simulated instrument for each instrument of a station: the one its driver names, or one with its ratings."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields, replace
@@ -25,7 +25,7 @@ _METER = 1.0e-3
 
 @dataclass(frozen=True)
 class Counterpart:
-    """What stands for a station's instrument: the simulated one, and the driver in front of it; None is the virtual station's."""
+    """The counterpart of a station's instrument: the simulated one and its driver; None is that of the virtual station."""
 
     entry: Entry
     unit: SimulatedUnit
@@ -72,8 +72,8 @@ def _counterpart(entry: Entry, catalogues: Catalogues) -> Counterpart:
         # A stand-in would try neither the driver nor the ranges that its author meant to be tried.
         raise InputError(
             text(
-                "instruments.{role} cannot be rehearsed: {why}; correct Driver(simulated=…), or install what has it; "
-                "a run on the instrument itself needs neither",
+                "instruments.{role} cannot be rehearsed: {why}; correct Driver(simulated=…), or install the "
+                "package that provides it; a run on the real instrument needs neither",
                 role=role.value,
                 why=missing.why,
             )
@@ -151,8 +151,8 @@ def _shortfalls(entry: Entry, unit: SimulatedUnit, options: Options) -> Iterator
         wanted = options.get(name)
         if wanted is not None and wanted > bound:
             yield text(
-                "{role}: the station's {name} is {wanted:g} {unit}, the twin's {role} ends at {bound:g} {unit}; set points "
-                "that follow the instrument's range stand at the twin's",
+                "{role}: the station's {name} is {wanted:g} {unit}, but the twin's {role} reaches only {bound:g} "
+                "{unit}; set points that follow the instrument's range are those of the twin",
                 role=role,
                 name=name,
                 wanted=wanted,

@@ -58,7 +58,7 @@ class Rehearsed:
 
     @property
     def good(self) -> bool:
-        """Whether every procedure came to its end and no limit would be passed."""
+        """Whether every procedure was completed and no limit would be exceeded."""
         return self.view.status == "completed" and not self.script.violations
 
     def as_dict(self, translate: Translate = english) -> dict[str, Any]:
@@ -108,7 +108,7 @@ class Rehearsed:
 
 
 def rehearse(request: RunRequest, catalogue: Catalogue, console: "Console") -> Rehearsed:
-    """Run the plan on the twin of the station, every procedure whatever becomes of those before.
+    """Run the plan on the twin of the station, every procedure even if earlier ones fail.
 
     Raises InputError for a plan, station or motor that a run would refuse.
     """

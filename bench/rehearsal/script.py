@@ -78,7 +78,7 @@ class ProcedureScript:
 
 
 class Script:
-    """Hears the journal of a rehearsal and its set points; `names` are the instruments', by role."""
+    """Listens to the journal of a rehearsal and its set points; `names` are the instruments', by role."""
 
     def __init__(
         self,

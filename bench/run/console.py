@@ -1,4 +1,4 @@
-"""Where a run is told to people: the terminal, or a file or pipe in its place."""
+"""Where a run is shown: the terminal, or a file or pipe instead."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -14,7 +14,7 @@ _WATCHED = {role.value: role for role in (*_TURNING, Role.SUPPLY)}
 
 
 class FeedingRoles:
-    """Hears the journal; what is on stays so until it is off, or was made safe."""
+    """Listens to the journal; an instrument counts as on until it is switched off or made safe."""
 
     def __init__(self) -> None:
         self._on: set[Role] = set()

@@ -1,4 +1,4 @@
-"""What a procedure was given of its bench, and the state that the bench was in when it began."""
+"""The results of a procedure's calls to its bench, and the state of the bench at its beginning."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager

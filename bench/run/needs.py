@@ -1,4 +1,4 @@
-"""What a plan needs of a station, held against the station file: what a run would be refused for, and what it would ask of people."""
+"""Compares a plan's requirements with the station file: reasons to refuse a run, and manual work."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields

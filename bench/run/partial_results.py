@@ -1,4 +1,4 @@
-"""What a procedure that was left early makes of what it had taken."""
+"""Results of a procedure that ended early, from the data taken until then."""
 
 from typing import Any
 

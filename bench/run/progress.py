@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Progress:
-    """Hears a journal's events and shows the present step: one changing line on a live terminal, else a line a step.
+    """Listens to a journal's events and shows the present step: one changing line on a live terminal, else a line a step.
 
     `titles` are what the procedures, by their names, are called there, in the run's order.
     """

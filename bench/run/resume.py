@@ -1,4 +1,4 @@
-"""What must be as it was for a run to go on: motor, station with its calibrations, instruments, software."""
+"""Checks that a run can be continued: same motor, station with its calibrations, instruments, software."""
 
 import json
 import tomllib
@@ -90,8 +90,8 @@ def check_unchanged(
     if changed:
         raise FileError(
             text(
-                "{path}: the software is not the one this run began with: {changes}. "
-                "Have those versions again (requirements.lock names them), or start a new run; {not_together}",
+                "{path}: the software is not the one this run began with: {changes}. Install those versions again "
+                "(requirements.lock names them), or start a new run; {not_together}",
                 path=folder.path,
                 changes=_few(changed),
                 not_together=_NOT_TOGETHER,
@@ -125,7 +125,7 @@ def identities(events: Iterable[RecordedEvent]) -> dict[str, Identity]:
 
 
 def left_unsafe(events: Iterable[RecordedEvent]) -> bool:
-    """Return whether a run's last session may have left something on: it has no end, or its shutdown failed somewhere."""
+    """Return whether a run's last session may have left an output on: it has no end, or part of its shutdown failed."""
     ended = failed = False
     for recorded in events:
         match recorded.event:

@@ -20,7 +20,7 @@ class Next(Enum):
 
 @dataclass(frozen=True)
 class Attempt:
-    """What was planned and what came of it: a result, or the error with its words, in the run's language and for any.
+    """A planned procedure with its result, or with its error in the run's language and for any language.
 
     `started` and `ended` are bench time (s), the wait for instruments that others used left out.
     """

@@ -12,7 +12,7 @@ from bench.safety.station_instruments import Prompts
 from drivers.interfaces import Instrument
 from procedures.core.bench import Operator, Recorder, Role
 from procedures.core.events import Event
-from procedures.core.live_plot import NobodyLooks, Onlooker
+from procedures.core.live_plot import NoOnlooker, Onlooker
 
 if TYPE_CHECKING:
     from bench.operators.answers import Answers
@@ -41,7 +41,7 @@ class RunOperator:
     @property
     def onlooker(self) -> Onlooker:
         """Who watches the run."""
-        return NobodyLooks()
+        return NoOnlooker()
 
     @property
     def typing(self) -> TypedEntry | None:

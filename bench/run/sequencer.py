@@ -6,14 +6,14 @@ from dataclasses import dataclass, field, replace
 from time import monotonic
 from typing import Any, Protocol
 
-from bench.i18n.errors import as_said, at, fault, message, told
+from bench.i18n.errors import at, fault, message, told, untranslated
 from bench.journal.errors import RecordError
 from bench.journal.events.run import (
+    CapabilityNotChecked,
     ConsistencyChecked,
     KnownBefore,
     LeaseBegun,
     LeaseEnded,
-    NotForeseen,
     ProcedureFailed,
     ProcedureFinished,
     ProcedureStarted,
@@ -40,10 +40,10 @@ from drivers.interfaces.text import Text, Translate, lines, text, word
 from procedures.core.bench import Bench, Operator, ProcedureError, Role
 from procedures.core.earlier_call import EarlierAttempt
 from procedures.core.events import Event
-from procedures.core.live_plot import NobodyLooks, Onlooker
+from procedures.core.live_plot import NoOnlooker, Onlooker
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
-from procedures.core.procedure_error import RepeatWantedError
+from procedures.core.procedure_error import RepeatRequestedError
 from procedures.core.result import Notice
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.plausibility.consistency import check_consistency
@@ -74,7 +74,7 @@ class Instruments(Protocol):
         """Return the roles whose instrument did not answer its last call."""
 
     def close(self, roles: Collection[Role] | None = None) -> Sequence[str]:
-        """Close all, or those of these roles, each on its own; return what went wrong."""
+        """Close all, or those of these roles, independently of each other; return what failed."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class Runner:
     tape: Tape | None = None
     #: Bench time (s) of hand work so far, where it is known.
     hand_time: Callable[[], float] = lambda: 0.0
-    onlooker: Onlooker = field(default_factory=NobodyLooks)
+    onlooker: Onlooker = field(default_factory=NoOnlooker)
     #: Raises where a virtual bench was brought, since a bench time (s), where its physics does not follow.
     check_modelled: Callable[[float], None] = lambda _: None
     partial: PartialResults = field(default_factory=PartialResults)
@@ -140,7 +140,7 @@ class Runner:
                 causes.append(told(error))
             finally:
                 unsafe = self._down(causes)
-                causes += map(as_said, unsafe)
+                causes += map(untranslated, unsafe)
                 self._conclude_left(causes)
                 if unsafe and status == "completed":
                     status = "failed"
@@ -177,10 +177,10 @@ class Runner:
             self._secure(left)
         for planned in left:
             if not self._shares(planned):
-                self._foresee(bench, planned)
+                self._check_capability(bench, planned)
         for planned in left:
             attempt = self._procedure(bench, planned)
-            while isinstance(attempt.error, RepeatWantedError) or (follows := after(attempt)) is Next.AGAIN:
+            while isinstance(attempt.error, RepeatRequestedError) or (follows := after(attempt)) is Next.AGAIN:
                 attempt = self._procedure(bench, planned)
             if attempt.error is not None:
                 status = "failed"
@@ -212,13 +212,13 @@ class Runner:
         sentence = notice.message.render(self.translate)
         self.journal.record(KnownBefore(procedure=procedure, warning=notice, message=sentence))
 
-    def _foresee(self, bench: Bench, planned: Planned) -> None:
+    def _check_capability(self, bench: Bench, planned: Planned) -> None:
         try:
-            for notice in planned.procedure.foresee(bench, self.nameplate, planned.settings):
+            for notice in planned.procedure.check_capability(bench, self.nameplate, planned.settings):
                 self._tell(planned.name, notice)
         except (InstrumentError, ProcedureError) as error:
             # Nothing is claimed of an instrument that does not answer; the procedure itself will say so.
-            self.journal.record(NotForeseen(procedure=planned.name, cause=message(error, self.translate)))
+            self.journal.record(CapabilityNotChecked(procedure=planned.name, cause=message(error, self.translate)))
 
     def _check_consistency(self, plan: Sequence[Planned]) -> None:
         findings = {name: result.findings for name, result in self.view.finished.items()}
@@ -255,7 +255,7 @@ class Runner:
                 waited = self.sharing.acquire(shared, planned.name)
                 started += waited
                 self.journal.record(LeaseBegun(instruments=sorted(role.value for role in shared), waited=waited))
-                self._foresee(bench, planned)
+                self._check_capability(bench, planned)
             for role in sorted(planned.procedure.roles, key=lambda role: role.value):
                 self.instruments.open(role)
             result = self.tape.perform(bench, made) if self.tape else made().run()
@@ -279,7 +279,7 @@ class Runner:
             self._walk()
             # The shutdown has opened relays, and people look what is wrong.
             bench.state.forget()
-            if isinstance(error, RepeatWantedError):
+            if isinstance(error, RepeatRequestedError):
                 self.partial.forget()
             if unmade := self.partial.conclude(self.journal, why):
                 why = lines([why, unmade])
@@ -360,7 +360,7 @@ class Runner:
 
 
 def secure(instruments: Instruments, roles: Iterable[Role], walk: Callable[[], Sequence[str]]) -> list[str]:
-    """Open the instruments of these roles, each whatever becomes of the others, and carry out the shutdown; return what is not well."""
+    """Open the instruments of these roles independently of each other, and carry out the shutdown; return what failed."""
     unreached = []
     for role in sorted(roles, key=lambda role: role.value):
         try:

@@ -22,7 +22,7 @@ _CLOCKS = 1e-6
 
 
 class Simulation:
-    """A real bench: nothing is simulated, and nothing is known but what is measured.
+    """A real bench: nothing is simulated, and only measured values are known.
 
     `in_process` opens the instruments of a bench in this process.
     """
@@ -30,7 +30,7 @@ class Simulation:
     in_process: InProcess | None = None
 
     def true_values(self, definitions: ParameterTable, torque_currents: Sequence[float] = ()) -> dict[str, float]:
-        """Return the virtual motor's true values of some parameters by name; empty where nobody knows.
+        """Return the virtual motor's true values of some parameters by name; empty if they are not known.
 
         Its torque constant is that at the q-axis currents (A, peak) at which it is to be measured, where these are given.
         """
@@ -47,7 +47,7 @@ class Simulation:
         return []
 
     def actual_state(self) -> dict[str, Any]:
-        """Return the state of the bench, whatever its instruments say; empty where nobody knows."""
+        """Return the actual state of the bench, independent of its instruments' readings; empty if it is not known."""
         return {}
 
     def check_modelled(self, since: float) -> None:

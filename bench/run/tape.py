@@ -14,7 +14,7 @@ from drivers.interfaces.text import Text, text, text_of
 from procedures.core.bench import Bench, Recorder
 from procedures.core.events import Event, ReadingCorrected, RepeatsTaken, RepeatStarted, StepFinished, StepStarted
 from procedures.core.procedure import Procedure
-from procedures.core.procedure_error import CorrectedError, RepeatWantedError
+from procedures.core.procedure_error import CorrectedError, RepeatRequestedError
 from procedures.core.result import ProcedureResult
 
 #: Samples of waveforms that are kept for a procedure; beyond that it cannot be done over.
@@ -44,7 +44,7 @@ class Mode(Enum):
 
 
 class Tape:
-    """Stands between a procedure and its bench: keeps what it is given, and gives the same once more when a reading was corrected.
+    """Stands between a procedure and its bench: stores the results of its calls, and returns them again when a reading was corrected.
 
     What is switched on stays so meanwhile, and nothing is asked twice. A procedure that wants something else of the bench with the
     corrected reading has been decided by it: nothing is changed then. `entry` is where a person types.
@@ -68,7 +68,7 @@ class Tape:
         entry.corrections = self
 
     def perform(self, bench: Bench, make: Callable[[], Procedure[Any]]) -> ProcedureResult:
-        """Run the procedure that `make` gives, over again with each correction. Raises what it raises, and RepeatWantedError."""
+        """Run the procedure that `make` gives, over again with each correction. Raises what it raises, and RepeatRequestedError."""
         self._bench, self._make = bench, make
         procedure = make()
         if procedure.manual:
@@ -85,7 +85,7 @@ class Tape:
                     self._rewind(Mode.OVER)
                     procedure = make()
         except _Diverged as other:
-            raise RepeatWantedError(
+            raise RepeatRequestedError(
                 text("the corrected reading has decided {what}; the procedure is measured again", what=other.what)
             ) from None
         finally:
@@ -94,7 +94,7 @@ class Tape:
 
     @property
     def lives(self) -> bool:
-        """Whether what is wanted now really happens."""
+        """Tell whether the request at this point is carried out."""
         return self.mode in (Mode.THROUGH, Mode.LIVE)
 
     def readings(self) -> Sequence[TypedReading]:

@@ -1,4 +1,4 @@
-"""A procedure's bench behind a tape: instruments, hands, time and what feeds the motor."""
+"""A procedure's bench with recorded calls: instruments, manual work, time and what feeds the motor."""
 
 from collections.abc import Callable, Collection, Mapping
 from contextlib import AbstractContextManager

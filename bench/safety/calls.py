@@ -1,4 +1,4 @@
-"""The calls of a run to its instruments: none begins after a stop was requested, none on an energised source stays unanswered."""
+"""Supervises a run's calls to its instruments: none begins after a stop request, and an energised source must answer in time."""
 
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
@@ -49,7 +49,7 @@ class CallWatch:
 
     @property
     def unanswered_since(self) -> float:
-        """Since when (s, monotonic) the instrument owes the run an answer; 0 where it does not."""
+        """Since when (s, monotonic) an answer of the instrument is outstanding; 0 if none is."""
         return self.failed_since or self.since
 
     @property

@@ -1,4 +1,4 @@
-"""Calls to instruments that do not wait for each other longer than they must."""
+"""Calls to several instruments in parallel, one thread for each instrument."""
 
 import queue
 import threading

@@ -1,4 +1,4 @@
-"""Interlocks watched: each contact on a thread of its own, and whoever is concerned told when one opens."""
+"""Supervision of interlocks: each contact on its own thread; listeners are called when one opens."""
 
 import math
 import threading
@@ -37,7 +37,7 @@ def state(interlock: Interlock) -> Text | None:
 
 
 class Delays:
-    """Knows when this process got no time: frozen, or on a machine that was."""
+    """Detects when this process did not run: it was frozen, or the computer was."""
 
     def __init__(self, now: Callable[[], float] = monotonic) -> None:
         self._now = now
@@ -91,7 +91,7 @@ class Interlocks:
             self._start(f"interlock {name}", self._watch, name, interlock, opened)
 
     def stop(self) -> None:
-        """Stop watching: nobody is told of a contact any more that opens from now on."""
+        """Stop the supervision: a contact that opens from now on is no longer reported."""
         self._stopping.set()
 
     def close(self) -> None:

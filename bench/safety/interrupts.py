@@ -38,7 +38,7 @@ class Interrupted(BaseException):
 
 
 class Flag:
-    """A plain flag: unlike an Event it has no lock that a signal handler could find taken."""
+    """A plain flag: unlike an Event it has no lock that a signal handler could find locked."""
 
     def __init__(self) -> None:
         self._up = False
@@ -53,7 +53,7 @@ class Flag:
 
 
 class Interrupts:
-    """One run's way to be stopped: by signals, and by whoever it was handed to (a panel, an interlock, a guardian).
+    """Stop requests to one run: by signals, or by a panel, an interlock or a guardian.
 
     A request is a flag that stays up. Every command to an instrument and every wait of the run's thread looks at it, by `check`
     or `waiting`, until `shutdown_begins`. Signal handlers only set attributes; a thread behind the wake-up descriptor tells

@@ -1,4 +1,4 @@
-"""Whether a run gets on: when it last did something, and what it waits in meanwhile."""
+"""Progress of a run: when it last did something, and what it is waiting for."""
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
@@ -36,12 +36,12 @@ class SignsOfLife:
             self.stamp()
 
     def age(self) -> float:
-        """Return for how long (s) the run has not got on without a reason."""
+        """Return for how long (s) the run has made no progress without a reason."""
         return 0.0 if self._waiting else max(0.0, self._now() - self._last)
 
 
 class Waits:
-    """What a run waits in: a request to stop is looked at first, and waiting is no sign of death.
+    """A run's clock for waiting: a stop request is checked first, and waiting does not count as being stuck.
 
     An `interruptible` wait is also ended by one, which the bench's clock must bear.
     """
@@ -95,7 +95,7 @@ class WatchedOperator:
 
 
 class WatchedSharing:
-    """Waiting for an instrument that another socket has is no being stuck either."""
+    """Waiting for an instrument of another socket does not count as being stuck either."""
 
     def __init__(self, sharing: Sharing, waits: Waits) -> None:
         self._sharing = sharing

@@ -1,4 +1,4 @@
-"""What a run has loaded is set aside from the garbage collector, which holds up every thread while it looks through it all."""
+"""Excludes what a run has loaded from the garbage collector, which stops every thread while it searches."""
 
 import gc
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What the sources of a run, and the shaft, say of themselves while a person's hands may be at the motor."""
+"""Reads back the sources of a run and the shaft while a person may work at the motor."""
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace

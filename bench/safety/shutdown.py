@@ -1,4 +1,4 @@
-"""From whatever state to a harmless one: an ordered list, each item on its own, each outcome recorded."""
+"""The shutdown: an ordered list from any state to a harmless one, each item independent, each outcome recorded."""
 
 import math
 import threading
@@ -27,7 +27,7 @@ _BY_HAND = "by hand"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one item; `error` is empty where it was done, `found` what it measured."""
+    """Outcome of one item; `error` is empty if it was done, `found` is what it measured."""
 
     item: Item
     error: str = ""
@@ -63,7 +63,7 @@ def shut_down(
     wanted: Callable[[Item], bool] | None = None,
     threads: InstrumentThreads | None = None,
 ) -> list[Outcome]:
-    """Do every item whose instrument is there, in order, whatever becomes of those before; return the outcomes.
+    """Do every item whose instrument is present, in order, even if earlier ones fail; return the outcomes.
 
     One that does not answer within `patience` (s) is left to itself while the next begin, and given up `longest` (s)
     after the last. Once `hurry` is set, measurements are not repeated and nobody waits for a person. Commands to `silent`
@@ -123,7 +123,7 @@ class _Shutdown:
         self._calls: list[ThreadCall[Any]] = []
 
     def is_set(self) -> bool:
-        """Say whether nobody waits any more: somebody is in a hurry, or this walk was broken off."""
+        """Tell whether to stop waiting: the shutdown is urgent, or it was broken off."""
         return self._wanted.is_set() or self._abandoned.is_set()
 
     def run(self, wanted: Callable[[Item], bool]) -> list[Outcome]:

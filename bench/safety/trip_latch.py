@@ -1,4 +1,4 @@
-"""What keeps a station still after an interlock has opened, until a person has reset it."""
+"""Trip latch: blocks a station after an interlock has opened, until a person has reset it."""
 
 import json
 import os

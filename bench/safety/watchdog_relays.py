@@ -70,7 +70,7 @@ class FedRelay:
         self._latest = monotonic() + _WAY_DOWN
 
     def drop_out(self, recorder: Recorder | None = None) -> list[str]:
-        """Feed no more, open the contact and let go of the relay; return what is not well. May be called twice."""
+        """Stop feeding, open the contact and close the connection; return what failed. May be called twice."""
         self._ending.set()
         if self._thread is not None:
             self._thread.join()
@@ -151,7 +151,7 @@ class RelayedGuard:
         self._guard.going_down()
 
     def dismiss(self, *, journal_lost: bool, unsafe: bool = False) -> Sequence[str]:
-        """Open the contacts, then dismiss the guard; return what is not well."""
+        """Open the contacts, then dismiss the guard; return what failed."""
         faults = [fault for relay in self._relays for fault in relay.drop_out(self._recorder)]
         return [*faults, *self._guard.dismiss(journal_lost=journal_lost, unsafe=unsafe)]
 

@@ -1,4 +1,4 @@
-"""Which watchdog takes the energy away from each role if every process of the bench dies, and which roles have none."""
+"""Which watchdog removes the energy from each role if all processes of the bench end at once, and which roles have none."""
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass

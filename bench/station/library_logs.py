@@ -4,7 +4,7 @@ import logging
 
 
 def quieten_libraries() -> None:
-    """Have libraries' logs go where somebody has set them up to go, and not between the lines of ours.
+    """Route the logs of libraries to configured handlers, not into the program's own output.
 
     What they complain of is in the errors that the drivers raise.
     """

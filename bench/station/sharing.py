@@ -7,7 +7,7 @@ from procedures.core.bench import Role
 
 
 class Sharing(Protocol):
-    """A run's way to what it shares with others; one procedure has all of its share, or waits for it."""
+    """A run's access to shared instruments; a procedure reserves all that it needs, or waits."""
 
     @property
     def roles(self) -> frozenset[Role]:

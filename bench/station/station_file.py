@@ -154,7 +154,7 @@ class Station:
 
 
 def catalogues_at(station: str) -> Catalogues:
-    """Return what can be had at a station or line, a file's path or `virtual`; of the file's drivers nothing is loaded.
+    """Return what is available at a station or line, a file's path or `virtual`; the file's drivers are not loaded.
 
     Raises InputError for a file with a key that none has.
     """

@@ -79,7 +79,7 @@ def relays_of(
 
 
 def check_addresses(entries: Iterable[RelayEntry], source: str) -> None:
-    """Raise InputError where two relays are at one address: its watchdog is one, and who feeds it for one feeds it for both."""
+    """Raise InputError if two relays are at one address, because they would share one watchdog."""
     seen: dict[str, str] = {}
     for entry in entries:
         if entry.address in seen:

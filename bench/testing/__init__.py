@@ -1,4 +1,4 @@
-"""For tests of other people's plans and drivers: virtual motors whose truth is known, measured and judged as on a line."""
+"""For tests of plans and drivers: virtual motors with known true values, measured and judged as on a production line."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -44,7 +44,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Ran:
-    """A run on the virtual bench: how it ended, what it found, what is true, and where its record lies.
+    """A run on the virtual bench: how it ended, its results, the true values, and the folder of its record.
 
     `status` is `completed`, `failed` or `aborted`, `warnings` are the identifiers of what the run warned of, `left` tells what was
     really so on the bench after the shutdown, `withheld` why there is no figure of a parameter that procedures withheld,
@@ -64,7 +64,7 @@ class Ran:
 
 @dataclass(frozen=True)
 class Judged:
-    """What a plan says of one motor: verdict, figures with their limits, every attempt, the run behind it, and the parts at fault."""
+    """The result of a plan for one motor: verdict, figures with their limits, every attempt, the run, and the defective parts."""
 
     verdict: Verdict
     first_pass: bool
@@ -98,7 +98,7 @@ def run_procedures(
     faults: Sequence[str],
     bench: BenchAsked | None = None,
 ) -> Ran:
-    """Measure a virtual motor by procedures, all by the real drivers. Raises InputError for names and settings that are none.
+    """Measure a virtual motor by procedures, through the real drivers. Raises InputError for unknown names or settings.
 
     `bench` says on which bench, a standard one with virtual hands where it is None.
     """
@@ -108,7 +108,7 @@ def run_procedures(
 
 
 class PlanUnderTest:
-    """An end-of-line plan of one's own, read and checked; `measure` judges virtual motors by it.
+    """A user's end-of-line plan, read and checked; `measure` judges virtual motors by it.
 
     The bench is that of `motorbench eol run` on virtual sockets: with a fixture unless `operator` is virtual, instruments with
     individual errors drawn from the seed, the twins of a `station` file's where one is named.
@@ -158,7 +158,7 @@ def assert_holds_truth(
     names: Iterable[str] | None = None,
     times: float = 2.0,
 ) -> None:
-    """Assert that the 95 % intervals, stretched `times` about their values, hold the truth; twice is about one miss in 10 000.
+    """Assert that the 95 % intervals, stretched `times` about their values, contain the true values; with 2, about one in 10 000 does not.
 
     `names` are the parameters to look at, else all that have a truth; at least one has to.
     Raises AssertionError that lists every miss with value, interval and truth.

@@ -1,4 +1,4 @@
-"""The virtual benches that tests of one's own take place on: as the line has them, or with every instrument in hand."""
+"""Virtual benches for a user's tests: as the line has them, or with direct access to every instrument."""
 
 import io
 from collections.abc import Iterator, Mapping, Sequence
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BenchAsked:
-    """Which virtual bench a test takes place on.
+    """The virtual bench that a test uses.
 
     `station` is a station file, whose drivers then work with their simulated instruments, or `virtual`; `operator` is virtual
     (hands), fixture, or empty for a line's usual one. With `drawn_errors`, as on a line, instruments err within their data sheets.
@@ -53,7 +53,7 @@ class BenchAsked:
     drawn_errors: bool = False
 
     def procedures(self) -> Catalogue:
-        """Return the procedures there are, the station file's own among them. Raises InputError for a bad file."""
+        """Return all procedures, including those of the station file. Raises InputError for a bad file."""
         twin = self._twin()
         return (twin.catalogues if twin else installed()).procedures
 
@@ -77,7 +77,7 @@ class BenchAsked:
 
 
 class BenchUnderTest:
-    """A virtual bench in this process, for a driver of one's own: instruments by address, their world, and its truth.
+    """A virtual bench in this process, for a user's driver: instruments by address, the simulated world, and its true values.
 
     `station` is a file whose instruments' simulated ones stand there, `options` what a station file says of an instrument, by
     role; `drive` another six-step drive than the motor file's. Raises InputError for a role that there is not.
@@ -117,7 +117,7 @@ class BenchUnderTest:
         self.inject(*faults)
 
     def inject(self, *faults: str) -> None:
-        """Have faults happen, each in a few words like "supply: silence at 12". Raises InputError for words that say none."""
+        """Inject faults, each stated in a few words like "supply: silence at 12". Raises InputError for words that state no fault."""
         inject(given_faults(None, faults), self.bench.injector.add)
 
     def resource(self, role: str, **options: Any) -> "MessageBasedResource":

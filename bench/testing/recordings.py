@@ -7,7 +7,7 @@ from bench.traffic.traffic_file import read_recording
 
 
 def check_recording(file: Path, *, tolerant: bool = False, plugins_of: Path | None = None) -> None:
-    """Have today's drivers do again what a recording says; raise AssertionError where one does something else.
+    """Repeat a recording with the present drivers; raises AssertionError if a driver behaves differently.
 
     `tolerant` of numbers in messages; `plugins_of` is a station file whose plug-ins the drivers are. Raises InputError for a file that
     is no recording, or whose driver is not to be had.

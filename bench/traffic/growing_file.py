@@ -21,7 +21,7 @@ SYNC_INTERVAL = 1.0
 
 
 class GrowingFile:
-    """Writes lines as they come, from a thread of its own: nobody who talks to an instrument waits for the disk. Another one has what
+    """Writes lines as they come, from its own thread; an exchange with an instrument does not wait for the disk. Another one has what
     was written synced once a second, so that a slow disk holds up no line on its way to the system.
 
     `tables` are those of the station file, by role; hosts and serial numbers are left out unless the file is to be `identifiable`, the

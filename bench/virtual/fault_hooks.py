@@ -1,4 +1,4 @@
-"""What ties a run to the faults of its virtual bench: steps told as they begin, faults put into the record."""
+"""Connects a run with the faults of its virtual bench: announces steps as they begin, and records faults."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -30,7 +30,7 @@ def inject(faults: "Sequence[GivenFault]", add: "Callable[[Description], object]
 
 
 class StepReporter:
-    """Hears a journal's events and tells the bench which step of which procedure begins."""
+    """Listens to a journal's events and tells the bench which step of which procedure begins."""
 
     def __init__(self, listener: StepListener) -> None:
         self._listener = listener

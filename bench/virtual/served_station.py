@@ -80,7 +80,7 @@ def station_to_serve(path: Path, motor: MotorFile) -> StationToServe:
         if unit is None:
             raise unserved(entry.role.value, _why(entry, station))
         if entry.role is Role.DRIVE and motor.six_step is None:
-            raise unserved(entry.role.value, text("{motor} holds no six-step drive", motor=motor.source))
+            raise unserved(entry.role.value, text("{motor} contains no six-step drive", motor=motor.source))
         try:
             unit.kind.stage(unit.options)
         except Exception as error:

@@ -16,7 +16,7 @@ _TIMEOUT = 10.0
 
 
 class ServedWorld:
-    """What hands do and eyes see there; a context manager.
+    """Access of virtual hands to a served world; a context manager.
 
     Raises InputError where nobody answers at the address, and RuntimeError, as a World does, for what cannot be done.
     """
@@ -62,7 +62,7 @@ class ServedWorld:
         return self._ask("DELETE", "/faults")
 
     def truth(self) -> dict[str, Any]:
-        """Return what is really so."""
+        """Return the actual state."""
         return self._ask("GET", "/truth")
 
     def dial_angle(self) -> float:

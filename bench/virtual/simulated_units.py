@@ -53,7 +53,7 @@ def missing_counterpart(entry: Entry, catalogues: Catalogues) -> MissingCounterp
         return MissingCounterpart(why, slip=True)
     of_role = [other for other, each in known.items() if each.role == entry.role.value]
     why = text(
-        "driver {driver} names the simulated instrument {name}, which there is not: {why}",
+        "driver {driver} names the simulated instrument {name}, which does not exist: {why}",
         **about,
         why=known.why_not(name, of_role),
     )

@@ -1,4 +1,4 @@
-"""The shutdown of what is energised."""
+"""Ends energised blocks safely."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

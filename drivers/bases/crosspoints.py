@@ -29,7 +29,7 @@ def is_crosspoint(name: str) -> bool:
 
 
 def is_fixed_point(name: str) -> bool:
-    """Tell whether a name is one of what may be connected for good: a probe's or a meter's lead, a current probe."""
+    """Tell whether a name is that of a permanent connection: a probe's or a meter's lead, a current probe."""
     return any(form.fullmatch(name) is not None for form in (_LEAD, _CURRENT_PROBE))
 
 
@@ -85,7 +85,7 @@ def conflict(crosspoints: Collection[str]) -> Text | None:
     beside = sorted(set(crosspoints) - set(sockets.values()))
     if "insulation" in kinds and beside:
         return text(
-            "{one} would be on the voltage of an insulation test beside {other}",
+            "{one} would be connected to the voltage of an insulation test together with {other}",
             one=beside[0],
             other=kinds["insulation"],
         )

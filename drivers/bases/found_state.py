@@ -1,4 +1,4 @@
-"""An instrument comes as its last user left it: what matters is asked when it is opened, and put back at the end."""
+"""Settings left by an instrument's last user: read when the instrument is opened, set as needed, and restored at the end."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -14,7 +14,7 @@ _AT_THE_INSTRUMENT = text("Set it at the instrument, and see who else controls i
 
 @dataclass(frozen=True)
 class WantedSetting:
-    """One row of a driver's table: a `query`, the answers that are right, and what another does to a figure.
+    """One row of a driver's table: a `query`, the permitted answers, and the effect of any other on a figure.
 
     The first of `wanted` is what is set, by `command` with `{value}` in it; without a command it may not be set, and `remedy`
     says what a person does, as where it is one of `busy`: somebody is at work there. Without `wanted` it is told only. An `optional`
@@ -65,7 +65,7 @@ class FoundState:
             raise
 
     def verify(self, rows: Iterable[WantedSetting]) -> None:
-        """Make sure that nobody has changed a setting since; raises ReportedError where one is not as it must be."""
+        """Check that no setting has changed since; raises ReportedError if one is not as required."""
         for row in rows:
             found = self._answer(row)
             if found is not None and row.wanted and not matches(found, (*row.wanted, *row.rounded)):
@@ -109,7 +109,7 @@ class FoundState:
         return ReportedError(
             self._name,
             text(
-                "it was left with {found} where {wanted} is needed: {effect}",
+                "it is set to {found}, but {wanted} is needed: {effect}",
                 found=found,
                 wanted=" or ".join(row.wanted),
                 effect=row.effect,

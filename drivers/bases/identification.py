@@ -1,4 +1,4 @@
-"""Whether the instrument that answers is the very one that the station file names."""
+"""Checks whether the instrument that answers has the serial number in the station file."""
 
 from drivers.interfaces import Identity, IdentityError
 from drivers.interfaces.text import text

@@ -1,4 +1,4 @@
-"""What an oscilloscope that speaks SCPI is, as data: what it can do and how exact it is, and what a station says of it."""
+"""Data of a SCPI oscilloscope: abilities and accuracies of its family, and the options of a station."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

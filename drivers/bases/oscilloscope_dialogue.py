@@ -1,4 +1,4 @@
-"""How an oscilloscope is spoken to: what each make says for itself, and what its sentences are made of."""
+"""Dialogue with an oscilloscope: what each make defines, and the parts of its commands."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
@@ -20,21 +20,21 @@ _UNIT = {ProbeKind.VOLTAGE: "VOLT", ProbeKind.CURRENT: "AMP"}
 
 
 class Acquiring(Enum):
-    """How far one record is: the part before the trigger is filled, then it is triggered, then it is complete."""
+    """Progress of one record: the part before the trigger is filled, then it is triggered, then it is complete."""
 
     FILLING = "filling"
     ARMED = "armed"
     DONE = "done"
 
 
-_EDGES = text("the trigger does not see the edge as it is")
+_EDGES = text("the trigger signal is filtered, so the edge is distorted")
 
 
 def channel_rows(channel: int, unlimited: str) -> tuple[WantedSetting, ...]:
-    """Return what must not be left of a channel with a probe; `unlimited` is the answer of an open bandwidth limit."""
+    """Return the required settings of a channel with a probe; `unlimited` is the answer for a bandwidth limit that is off."""
     head = f":CHAN{channel}"
     return (
-        WantedSetting(f"{head}:INV?", ("0",), text("the trace has the other sign"), f"{head}:INV {{value}}"),
+        WantedSetting(f"{head}:INV?", ("0",), text("the trace is inverted"), f"{head}:INV {{value}}"),
         WantedSetting(f"{head}:BWL?", (unlimited,), text("edges are rounded off"), f"{head}:BWL {{value}}"),
     )
 
@@ -46,7 +46,7 @@ def hidden_row(channel: int) -> WantedSetting:
 
 
 def trigger_row(header: str, wanted: str) -> WantedSetting:
-    """Return that what filters the trigger's path must be as wanted."""
+    """Return that the filters in the trigger path must be set as required."""
     return WantedSetting(f"{header}?", (wanted,), _EDGES, f"{header} {{value}}")
 
 

@@ -1,4 +1,4 @@
-"""What the driver of every instrument on a VISA session has, whatever its role."""
+"""Base of all drivers on a VISA session, for any role."""
 
 from collections.abc import Callable, Iterable
 from typing import Any, Self
@@ -32,7 +32,7 @@ class ScpiDriver:
 
     @classmethod
     def open(cls, address: str, options: Any, surroundings: Surroundings, name: str, **line: Any) -> Self:
-        """Open the instrument at a VISA address; `line` is what `open_session` is told besides.
+        """Open the instrument at a VISA address; `line` holds further arguments of `open_session`.
 
         Raises CommunicationError where nothing answers, IdentityError where something else does.
         """
@@ -49,11 +49,11 @@ class ScpiDriver:
 
     @property
     def found_state(self) -> tuple[FoundSetting, ...]:
-        """What it was found set to, where that would change a figure."""
+        """Settings found on opening that would change a figure."""
         return () if self._found is None else self._found.settings
 
     def close(self) -> None:
-        """Put back what was changed when this was opened, give the front panel back, and close the connection."""
+        """Restore the settings changed on opening, return control to the front panel, and close the connection."""
         found, self._found = self._found, None
         if found is not None:
             found.give_back()

@@ -216,7 +216,7 @@ class ScpiSupply(ScpiDriver, Supply):
 
 @dataclass(frozen=True)
 class ScpiSupplyModel:
-    """A supply as data: who answers *IDN?, what it can do, and how it is spoken to; `driver` makes a driver of it."""
+    """A supply as data: identity, ratings and commands; `driver` makes a driver of it."""
 
     makers: tuple[str, ...]
     models: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Checks that a driver makes before anything is sent."""
+"""Checks of set points that a driver makes before it sends anything."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What a DC supply that speaks SCPI is, as data: its commands, what it can do, and what a station sets of it."""
+"""Data of a SCPI power supply: its commands, its ratings, and the options of a station."""
 
 from dataclasses import dataclass
 from typing import Protocol

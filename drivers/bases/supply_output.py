@@ -81,7 +81,7 @@ class SupplyProtection:
         return None
 
     def refuse_latched(self) -> None:
-        """Raise ReportedError where a protection tripped earlier: that is for a person to look into."""
+        """Raise ReportedError if a protection tripped earlier, because a person must find the cause."""
         tripped = self.tripped()
         if tripped:
             raise ReportedError(

@@ -94,7 +94,7 @@ class BeckhoffRelay:
                     "has dropped out: nobody fed it for {watchdog_time:g} s", watchdog_time=self._options.watchdog_time
                 ),
                 command=f"{STATUS:04X}H",
-                remedy=text("See what held the run up, then begin again"),
+                remedy=text("Find out what delayed the run, then start again"),
             )
         self._switch(True)
         if not self._output():

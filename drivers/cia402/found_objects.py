@@ -31,9 +31,9 @@ class _Row:
 
 
 _SLOW = text("a slow ramp takes longer than settle_timeout allows")
-_LIMIT = text("what is above it is not reached")
+_LIMIT = text("commands above it are not reached")
 _ROWS = (
-    _Row(0x607E, "polarity", text("speed, position or torque have the other sign"), wanted="0"),
+    _Row(0x607E, "polarity", text("speed, position or torque have the wrong sign"), wanted="0"),
     _Row(0x60B1, "velocity offset", text("it is added to every velocity that is commanded"), True, "0"),
     _Row(0x60B2, "torque offset", text("it is added to every torque that is commanded"), True, "0"),
     _Row(0x6072, "max torque", _LIMIT),
@@ -84,15 +84,15 @@ class FoundObjects:
 
 
 def polled_by(mapped: Sequence[int]) -> FoundSetting:
-    """Return how measured objects are read, as a setting that is only told: by process data, else by SDO."""
+    """Return how measured objects are read, as a setting that is only reported: by process data, else by SDO."""
     by = "PDO: " + ", ".join(f"0x{index:04X}" for index in mapped) if mapped else "SDO"
     return FoundSetting(
-        "0x1800 process data", by, "", text("by SDO, what is measured together is read one after the other")
+        "0x1800 process data", by, "", text("by SDO, quantities that belong together are read one after the other")
     )
 
 
 def found_nmt_state(found: NmtState | None) -> FoundSetting:
-    """Return the node's NMT state as a found setting; one that does not tell its state is only told so."""
+    """Return the node's NMT state as a found setting; if the node does not report it, only that is reported."""
     effect = text("a node that is not operational may refuse to be enabled")
     if found is None:
         return FoundSetting("NMT state", "unknown", "", effect)

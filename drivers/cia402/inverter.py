@@ -135,7 +135,7 @@ class Cia402Inverter(Cia402Driver, Inverter):
         if self._torque_mode is None:
             raise InstrumentError(
                 self._name,
-                text("the drive has no mode that regulates its torque (0x6502): it drives no current as asked"),
+                text("the drive has no mode that regulates its torque (0x6502): it cannot drive a commanded current"),
                 remedy=text("Use another drive for this procedure"),
             )
         with always(self._node.disable, self._node.objects.calls):
@@ -194,12 +194,12 @@ class Cia402Inverter(Cia402Driver, Inverter):
         if without_mode:
             return InstrumentError(
                 self._name,
-                text("the drive has no velocity mode (0x6502): it turns at no frequency"),
+                text("the drive has no velocity mode (0x6502): it cannot turn at a commanded frequency"),
                 remedy=text("Use another drive for this procedure"),
             )
         return InstrumentError(
             self._name,
-            text("a drive that regulates its speed puts out what current its load takes, not one that is asked for"),
+            text("a drive that regulates its speed supplies the current that its load takes, not a commanded one"),
             remedy=text(
                 "State field_current, the object of the phase current in the drive's open-loop mode, where it has one; "
                 "use another inverter otherwise"

@@ -36,7 +36,7 @@ GUARD_TIME, LIFE_TIME_FACTOR = 0x100C, 0x100D
 
 
 class BusConnection(Protocol):
-    """The way to the bus: renewed after an error, let go of at the end."""
+    """The connection to the bus: renewed after an error, closed at the end."""
 
     def reopen(self) -> None:
         """Connect to the bus anew; raises CommunicationError where that fails."""

@@ -77,7 +77,7 @@ def decode_state(statusword: int) -> PowerState:
         mask, value = state.value
         if statusword & mask == value:
             return state
-    raise ValueError(text("statusword 0x{statusword:04X} stands for no state", statusword=statusword))
+    raise ValueError(text("statusword 0x{statusword:04X} is not a valid state", statusword=statusword))
 
 
 def error_name(code: int) -> str:
@@ -164,14 +164,16 @@ class PowerStateMachine:
                 self._objects.name,
                 text("the drive has left operation by itself: {state}", state=state.words),
                 command="read 0x6041:00",
-                remedy=text("See its quick stop, limit switch and enable inputs, and who else commands it"),
+                remedy=text(
+                    "Check its quick stop, limit switch and enable inputs, and whether something else commands it"
+                ),
             )
         nmt = self._connection.nmt_state if self._connection is not None else None
         if nmt not in (None, NmtState.OPERATIONAL):
             raise ReportedError(
                 self._objects.name,
                 text("the node has gone to {state} (NMT) by itself", state=nmt.words),
-                remedy=text("See whether it was switched off and on, and who else commands it"),
+                remedy=text("Check whether it was switched off and on, and whether something else commands it"),
             )
         return statusword
 
@@ -240,7 +242,7 @@ class PowerStateMachine:
 def _why_not(statusword: int) -> Text | str:
     """Return what a person sees to first where a drive does not follow, by the bits beside its state."""
     if not statusword & REMOTE:
-        return text("Give the drive's control to the bus: it obeys another (bit 9 of 0x6041 is 0)")
+        return text("Give control of the drive to the bus: something else has it (bit 9 of 0x6041 is 0)")
     if not statusword & VOLTAGE_ENABLED:
-        return text("Switch on what feeds its power stage, and see its safety inputs (bit 4 of 0x6041 is 0)")
+        return text("Switch on the feed of its power stage, and check its safety inputs (bit 4 of 0x6041 is 0)")
     return ""

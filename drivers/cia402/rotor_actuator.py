@@ -87,7 +87,7 @@ class Cia402RotorActuator(Cia402Driver, RotorActuator):
 
         Raises ReportedError where it does not close, InstrumentError while the shaft turns.
         """
-        self._refuse_turning(text("the brake closes on a standing shaft only"))
+        self._refuse_turning(text("the brake closes only while the shaft is at rest"))
         self._switch(BRAKE, BRAKE | CLUTCH)
 
     def release(self) -> None:
@@ -160,12 +160,12 @@ class Cia402RotorActuator(Cia402Driver, RotorActuator):
 
     def couple_dynamometer(self) -> None:
         """Close the coupling to the dynamometer; refused with InstrumentError while the shaft turns."""
-        self._refuse_turning(text("the coupling closes on a standing shaft only"))
+        self._refuse_turning(text("the coupling closes only while the shaft is at rest"))
         self._switch(COUPLING, COUPLING)
 
     def uncouple_dynamometer(self) -> None:
         """Open the coupling to the dynamometer; refused with InstrumentError while the shaft turns."""
-        self._refuse_turning(text("the coupling opens on a standing shaft only"))
+        self._refuse_turning(text("the coupling opens only while the shaft is at rest"))
         self._switch(0, COUPLING)
 
     def make_safe(self) -> None:

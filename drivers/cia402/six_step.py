@@ -135,7 +135,8 @@ class Cia402SixStep(Cia402Driver, BldcDrive):
             raise ReportedError(
                 self._name,
                 text(
-                    "no profile has block commutation at full voltage, and the station file does not state {key}",
+                    "no drive profile defines block commutation at full voltage, and the station file does not "
+                    "state {key}",
                     key=key,
                 ),
                 remedy=text(

@@ -48,7 +48,7 @@ class Velocity:
             raise ReportedError(
                 self.objects.name,
                 text(
-                    "{frequency:g} Hz are {counts} counts, which 0x{target:04X} does not hold",
+                    "{frequency:g} Hz are {counts} counts, which is beyond the range of 0x{target:04X}",
                     frequency=frequency,
                     counts=counts,
                     target=self.target,

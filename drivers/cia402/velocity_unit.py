@@ -169,7 +169,7 @@ class _FactorGroup:
         if self._factor != 1.0 or units is None or self.increments is None:
             raise _refused(
                 self._objects,
-                text("the drive does not say what a count of its velocity is (0x60A9; 0x608F, 0x6091, 0x6092, 0x6096)"),
+                text("the drive does not state the unit of its velocity (0x60A9; 0x608F, 0x6091, 0x6092, 0x6096)"),
                 text(
                     'State velocity_unit in the station file, as the drive\'s manual has it: "rpm", "0.1 rpm", "counts/s" …'
                 ),

@@ -41,7 +41,7 @@ class CommunicationWatchdog:
         return communication_watchdog(self._time)
 
     def arm(self, time: float) -> None:
-        """Have the drive coast to a stop once nobody has asked it anything for `time` (s).
+        """Make the drive coast to a stop if it receives no request for `time` (s).
 
         What is set is read back. Raises SetpointError for a time that cannot be, ReportedError where the drive has no such
         parameters or does not keep them.
@@ -60,7 +60,7 @@ class CommunicationWatchdog:
 
     @contextmanager
     def fed(self) -> Iterator[None]:
-        """Keep the drive from taking silence for death within the block, whatever the run waits for."""
+        """Keep the drive's communication watchdog from acting within the block, for any waiting time of the run."""
         if not self._time:
             yield
             return

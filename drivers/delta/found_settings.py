@@ -26,13 +26,16 @@ _SHORTEST = ("1", "0", "2")
 _FRAMING = text(
     "how its serial line is spoken to, as the address must say; motorbench station set-framing sets both units alike"
 )
-_BRAKED = text("in torque control the drive holds the shaft at a speed that is not the motor's")
+_BRAKED = text("in torque control the drive limits the shaft to a speed other than the motor's")
 _FILTER_KEYS = text("At the sensor set parameter 02, and the speed's filter, to 1 (K1 held)")
 
 #: What torque control needs besides.
 TORQUE: Mapping[int, WantedSetting] = {
     0x0B1B: WantedSetting(
-        "11-27 maximum torque (%)", ("100",), text("the torque command of 11-34 is a share of another torque"), _WRITE
+        "11-27 maximum torque (%)",
+        ("100",),
+        text("the torque command of 11-34 is a share of a different torque"),
+        _WRITE,
     ),
     0x0B21: WantedSetting(
         "11-33 source of the torque command", ("1",), text("11-34 has no effect on the torque"), _WRITE
@@ -66,7 +69,10 @@ def drive_rows(options: DeltaDyn200Options) -> Mapping[int, WantedSetting]:
             remedy=text("Correct address, drive_unit or drive_code"),
         ),
         0x091E: WantedSetting(
-            "09-30 decoding of commands", ("0",), text("2000H and 2001H are not where commands are expected"), _WRITE
+            "09-30 decoding of commands",
+            ("0",),
+            text("the drive does not take its commands from 2000H and 2001H"),
+            _WRITE,
         ),
         0x0014: WantedSetting(
             "00-20 source of the frequency command",
@@ -91,15 +97,17 @@ def transducer_rows(options: DeltaDyn200Options) -> Mapping[int, WantedSetting]:
         INVERTED: WantedSetting(
             "12H torque direction (1: inverted)",
             (wanted,),
-            text("every torque has the other sign"),
+            text("every torque has the wrong sign"),
             remedy=text(
-                "At the sensor set parameter 12 to {wanted} (K1 held, K1 to its page), or say torque_inverted in the station file "
-                "if its mounting wants it so",
+                "At the sensor set parameter 12 to {wanted} (K1 held, K1 to its page), or set torque_inverted in "
+                "the station file if its mounting requires it",
                 wanted=wanted,
             ),
         ),
-        0x06: _filter("06H filter of the torque", text("a torque lags behind what changes it"), options.torque_filter),
-        0x1E: _filter("1EH filter of the speed", text("a speed lags behind what changes it"), options.speed_filter),
+        0x06: _filter(
+            "06H filter of the torque", text("the torque reading lags behind the torque"), options.torque_filter
+        ),
+        0x1E: _filter("1EH filter of the speed", text("the speed reading lags behind the speed"), options.speed_filter),
     }
 
 
@@ -135,7 +143,7 @@ class FoundDriveSettings:
         self._drive.take_over(drive.values())
 
     def verify_torque(self) -> None:
-        """Make sure that torque control still does as it is told; raises ReportedError where it does not."""
+        """Check that torque control still follows its commands; raises ReportedError if it does not."""
         self._addresses |= {row.query: address for address, row in TORQUE.items()}
         self._drive.verify(TORQUE.values())
 

@@ -64,7 +64,7 @@ class PowerScale:
                 "Compare torque and speed with the sensor's display; its decimals (08H, 20H) or torque filter may be wrong"
             )
             if step is None
-            else text("Set power_step = {step:g} in the station file, if its display shows so", step=step)
+            else text("Set power_step = {step:g} in the station file, if the sensor's display agrees", step=step)
         )
         return MeasurementError(
             self._name,

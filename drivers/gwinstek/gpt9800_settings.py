@@ -26,7 +26,7 @@ FOUND_SETTINGS = (
     WantedSetting(
         "TEST:RET?",
         ("OFF",),
-        text("results are sent unasked, and taken for other replies"),
+        text("results are sent without a query, and taken for other replies"),
         "TEST:RET {value}",
         optional=True,
     ),

@@ -25,16 +25,16 @@ class Calls(Protocol):
 
 
 class Unwatched:
-    """Nobody watches."""
+    """No supervision."""
 
     patience: float | None = None
 
     def exchange(self, *, interruptible: bool = False) -> AbstractContextManager[None]:
-        """Let it happen."""
+        """Do nothing."""
         return _NOTHING
 
     def making_safe(self) -> AbstractContextManager[None]:
-        """Let it happen."""
+        """Do nothing."""
         return _NOTHING
 
 

@@ -1,4 +1,4 @@
-"""Time as a dependency: nothing but a clock sleeps."""
+"""Time as a dependency: only a clock may wait."""
 
 from typing import Protocol
 

@@ -1,4 +1,4 @@
-"""What each method of an instrument does, declared where it stands: limits, journal, rehearsal and prompts derive from it."""
+"""Declares at each method of an instrument what it does; limits, journal, rehearsal and prompts follow from the declaration."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping

@@ -1,4 +1,4 @@
-"""What can go wrong with an instrument, always with the instrument and the command in the message."""
+"""Errors of instruments; every message names the instrument and the command."""
 
 import math
 from collections.abc import Sequence

@@ -7,7 +7,7 @@ from drivers.interfaces.text import Text
 
 @dataclass(frozen=True)
 class FoundSetting:
-    """One setting as it was `found`, by its `query`; `wanted` is empty for one that is only told.
+    """One setting as it was `found`, by its `query`; `wanted` is empty for one that is only reported.
 
     `effect` says what another value does to a figure. One that was `changed` is put back when the instrument is let go of.
     """

@@ -7,7 +7,7 @@ class Interlock(Protocol):
     """One contact; every query reads it again."""
 
     def closed(self) -> bool:
-        """Return whether it is closed now. Raises CommunicationError or ReportedError where nobody can tell."""
+        """Return whether it is closed now. Raises CommunicationError or ReportedError if that cannot be determined."""
 
     def close(self) -> None:
         """Close the connection; may be called twice."""

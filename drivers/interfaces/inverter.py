@@ -47,7 +47,7 @@ class InverterAbility(Enum):
 
     @property
     def label(self) -> Text:
-        """What people call it."""
+        """Its name for people."""
         return _LABELS[self]
 
 
@@ -110,7 +110,7 @@ class DqReading:
 
 @dataclass(frozen=True)
 class DqSample:
-    """What a drive says at one instant, bench time `time` (s), in the rotor's frame as `DqReading` has it.
+    """What a drive reports at one instant, bench time `time` (s), in the rotor's frame like `DqReading`.
 
     Currents (A, peak), electrical angle (rad, no turns taken off it) and speed (rad/s).
     """
@@ -141,7 +141,7 @@ class Inverter(Instrument, Protocol):
     @property
     @question
     def maximum_frequency(self) -> float:
-        """Largest electrical frequency (Hz) that may be commanded; 0 for one that turns at no frequency."""
+        """Largest electrical frequency (Hz) that may be commanded; 0 for an inverter that cannot turn at a commanded frequency."""
 
     @by_ability(InverterAbility.FREQUENCY)
     @energises(frequency=FREQUENCY, current=AMPLITUDE)
@@ -198,7 +198,7 @@ class Inverter(Instrument, Protocol):
         duration: float,
         strokes: int,
     ) -> Sequence[DqSample]:
-        """Alternate between two current vectors (A, peak) inside a `driving_dq_current` block, and come back to none.
+        """Alternate between two current vectors (A, peak) inside a `driving_dq_current` block, then return to zero current.
 
         None of the `strokes`, an odd number, waits until a current has settled: each lasts `duration` (s), the first and the last half
         of it, so that a rotor that swings with them stands where it was when they end. Returns what the drive says just before each
@@ -222,7 +222,7 @@ class Inverter(Instrument, Protocol):
     @in_units(duration="s")
     @readings(current_amplitude=AMPLITUDE, electrical_frequency=OUTPUT_FREQUENCY)
     def measure_dq(self, duration: float = 0.0) -> DqReading:
-        """Return currents, voltages and the rotor's speed and angle, means of what the drive says within `duration` (s).
+        """Return currents, voltages and the rotor's speed and angle, averaged over what the drive reports within `duration` (s).
 
         One sample where the duration is 0. Voltages need VOLTAGES, the angle ROTOR_ANGLE; they are NaN without.
         """

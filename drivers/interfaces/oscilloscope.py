@@ -85,11 +85,11 @@ class Oscilloscope(Instrument, Protocol):
 
     @question
     def maximum_voltage(self, channel: int) -> float | None:
-        """Return the largest voltage (V, peak) that the voltage probe of a channel may be on, None where nobody states it."""
+        """Return the largest voltage (V, peak) allowed at the voltage probe of a channel, None if it is not stated."""
 
     @question
     def attenuation(self, channel: int) -> float | None:
-        """Return what a channel's probe senses (V or A) per volt at the input, None where nobody states it."""
+        """Return what a channel's probe senses (V or A) per volt at the input, None if it is not stated."""
         return None
 
     @in_units(range="V|A", offset="V|A")

@@ -1,4 +1,4 @@
-"""The places that instruments take on a bench, one row each."""
+"""The roles of the instruments on a bench, one row each."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from drivers.interfaces.voltmeter import Voltmeter
 
 
 class Role(Enum):
-    """The place an instrument takes on the bench, as the station file writes it."""
+    """The role of an instrument on the bench, by its name in the station file."""
 
     SUPPLY = "supply"
     LCR_METER = "lcr_meter"

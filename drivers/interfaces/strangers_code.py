@@ -1,4 +1,4 @@
-"""Code of plug-ins may end in any way; only a person's Ctrl-C ends the program that loads it."""
+"""Runs code of plug-ins so that nothing in it can end the program; only a person's Ctrl-C does."""
 
 import signal
 import threading

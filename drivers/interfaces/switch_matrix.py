@@ -22,7 +22,7 @@ class SwitchMatrix(Instrument, Protocol):
     @property
     @question
     def fixed(self) -> frozenset[str]:
-        """Names of what is connected for good: leads of probes, current probes (`A:channel4~`)."""
+        """Names of permanent connections: leads of probes, current probes (`A:channel4~`)."""
 
     @setting
     def connect(self, crosspoints: Collection[str]) -> None:

@@ -1,4 +1,4 @@
-"""What the operating system's error numbers mean to a person."""
+"""Messages for the operating system's error numbers."""
 
 import errno
 import os

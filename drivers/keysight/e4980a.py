@@ -186,7 +186,7 @@ class KeysightE4980A(ScpiDriver, LcrMeter):
         return point.resistance or stated[0], point.inductance or stated[1]
 
     def make_safe(self) -> None:
-        """Do nothing: 10 mA of test signal harm nobody."""
+        """Do nothing: a test signal of 10 mA is harmless."""
 
     def _is_al(self) -> bool:
         return self._identity.model.upper().startswith("E4980AL")

@@ -6,7 +6,7 @@ That it measures on some pages only is in two public programs, which go from MEA
 from drivers.bases.found_state import WantedSetting
 from drivers.interfaces.text import text
 
-_TRIGGER = text("a trigger is ignored, and a reading is the one before")
+_TRIGGER = text("a trigger is ignored, and the reading is the previous one")
 _BIAS = WantedSetting("BIAS:STAT?", ("0",), text("a DC bias drives current through the winding"), "BIAS:STAT {value}")
 
 
@@ -28,10 +28,13 @@ def found_settings(*, has_bias: bool) -> tuple[WantedSetting, ...]:
         WantedSetting("FUNC:DEV2:MODE?", ("OFF", "0"), deviation, "FUNC:DEV2:MODE {value}"),
         WantedSetting("AMPL:ALC?", ("0",), text("the level at the winding is not the one set"), "AMPL:ALC {value}"),
         WantedSetting(
-            "CORR:OPEN:STAT?", ("0",), text("another fixture's open leads are subtracted"), "CORR:OPEN:STAT {value}"
+            "CORR:OPEN:STAT?",
+            ("0",),
+            text("an open correction of another fixture is applied"),
+            "CORR:OPEN:STAT {value}",
         ),
         WantedSetting(
-            "CORR:LOAD:STAT?", ("0",), text("readings are scaled by another fixture"), "CORR:LOAD:STAT {value}"
+            "CORR:LOAD:STAT?", ("0",), text("a load correction of another fixture is applied"), "CORR:LOAD:STAT {value}"
         ),
         WantedSetting("CORR:LENG?", (), text("readings are corrected for cables of this length (m)")),
         *((_BIAS,) if has_bias else ()),

@@ -22,7 +22,7 @@ def found_settings(model: str, probes: Mapping[int, Probe]) -> tuple[WantedSetti
         trigger_row(":TRIG:EDGE:COUP", "DC"),
         trigger_row(":TRIG:HFR", "0"),
         trigger_row(":TRIG:NREJ", "0"),
-        WantedSetting(":TRIG:HOLD?", (), text("no trigger is taken for this time (s) after one")),
+        WantedSetting(":TRIG:HOLD?", (), text("after a trigger, further triggers are ignored for this time (s)")),
     )
 
 
@@ -35,7 +35,7 @@ def _channel(number: int, probe: Probe) -> tuple[WantedSetting, ...]:
         WantedSetting(
             f"{head}:IMP?",
             passive,
-            text("the input loads the probe, and its factor is another"),
+            text("the input loads the probe, so the probe's factor is wrong"),
             remedy=text("Press the channel's key, then Imped, 1 MΩ"),
         ),
         WantedSetting(

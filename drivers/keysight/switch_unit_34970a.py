@@ -59,7 +59,9 @@ class Keysight34970A(ScpiDriver, SwitchMatrix):
         if self._left is None:
             return ()
         names = sorted(self._names[channel] for channel in self._left)
-        effect = text("crosspoints left closed join what the next wiring does not; all open before any closes")
+        effect = text(
+            "crosspoints left closed make connections that the next wiring does not have; all open before any closes"
+        )
         return (FoundSetting("ROUT:CLOS?", ", ".join(names) or "-", "", effect),)
 
     @property
@@ -69,7 +71,7 @@ class Keysight34970A(ScpiDriver, SwitchMatrix):
 
     @property
     def fixed(self) -> frozenset[str]:
-        """Names of what is connected for good."""
+        """Names of permanent connections."""
         return frozenset(self._options.fixed)
 
     def connect(self, crosspoints: Collection[str]) -> None:

@@ -107,4 +107,4 @@ class ManualLcrMeter(InstrumentByHand[ManualLcrMeterOptions], LcrMeter):
         return options.resistance_accuracy or unknown, options.inductance_accuracy or unknown
 
     def make_safe(self) -> None:
-        """Do nothing: a meter harms nobody."""
+        """Do nothing: a meter is harmless."""

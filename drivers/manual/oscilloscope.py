@@ -42,7 +42,7 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions], Oscillosco
         return None
 
     def attenuation(self, channel: int) -> float | None:
-        """Say that nobody states the probes' factors: a person reads what the screen shows of them."""
+        """Return that the probes' factors are not stated: a person reads values from the screen."""
         return None
 
     def configure_channel(self, channel: int, settings: ChannelSettings) -> None:

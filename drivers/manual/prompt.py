@@ -80,7 +80,7 @@ class Questions:
         raise MeasurementError(
             self.instrument,
             text(
-                "{quantity}: {value:g} is none of the answers {allowed}",
+                "{quantity}: {value:g} is not one of the answers {allowed}",
                 quantity=quantity,
                 value=value,
                 allowed=numbers,

@@ -106,26 +106,28 @@ class FoundConfiguration:
             optional=True,
         )
         yield self._fixed(
-            "servo.voltage_mode_control", "0", text("its currents are not regulated, but made by a resistance")
+            "servo.voltage_mode_control",
+            "0",
+            text("its currents are not regulated, but set through the winding's resistance"),
         )
-        yield self._fixed(
-            "servo.fixed_voltage_mode", "0", text("its currents stand at an angle that is not the rotor's")
-        )
+        yield self._fixed("servo.fixed_voltage_mode", "0", text("its currents are at an angle that is not the rotor's"))
         for bound in ("servopos.position_min", "servopos.position_max"):
-            yield WantedSetting(bound, ("nan",), text("beyond it the current is taken back"), _WRITE)
-        yield self._told(_POLES, text("the electrical speed is counted with it"))
-        yield self._told(_RATIO, text("the rotor's speed is counted with it"))
+            yield WantedSetting(bound, ("nan",), text("beyond it the current is reduced"), _WRITE)
+        yield self._told(_POLES, text("the electrical speed is calculated with it"))
+        yield self._told(_RATIO, text("the rotor's speed is calculated with it"))
         yield self._told(_SIGN, text("speed and q-axis current have this sign"))
         yield self._lowered(
             _MAXIMUM_CURRENT,
             options.maximum_current,
-            text("it does not keep to the station's limit of current by itself"),
+            text("the drive itself does not keep within the station's limit of current"),
         )
         yield self._lowered(
-            _MAXIMUM_VOLTAGE, options.maximum_voltage, text("it does not switch off at the station's limit of voltage")
+            _MAXIMUM_VOLTAGE,
+            options.maximum_voltage,
+            text("the drive itself does not switch off at the station's limit of voltage"),
         )
-        yield self._told("servo.max_power_W", text("beyond it the current is taken back"))
-        yield self._told("servo.max_velocity", text("beyond it the current is taken back"))
+        yield self._told("servo.max_power_W", text("beyond it the current is reduced"))
+        yield self._told("servo.max_velocity", text("beyond it the current is reduced"))
         for gain in ("servo.pid_dq_hz", "servo.pid_dq.kp", "servo.pid_dq.ki"):
             yield self._told(gain, text("how fast a current settles"), optional=True)
         yield self._told(_MOTOR_TEMPERATURE, text("whether it reads the winding's temperature"), optional=True)
@@ -137,7 +139,7 @@ class FoundConfiguration:
         by less is the limit.
         """
         if most is None or self._number(name, self._stream.get(name)) <= most * (1.0 + _ROUNDED):
-            return self._told(name, text("what it limits itself to"))
+            return self._told(name, text("its own limit"))
         decimals = _DIGITS - 1 - math.floor(math.log10(most))
         lowered = math.floor(most * 10.0**decimals * (1.0 + 1e-12)) / 10.0**decimals
         kept = struct.unpack("<f", struct.pack("<f", lowered))[0]

@@ -140,7 +140,7 @@ class MoteusPowerStage:
             return None
         return MeasurementError(
             self._controller.name,
-            text("its output is limited by {limit} (code {code}): this is no point", limit=words, code=code),
+            text("its output is limited by {limit} (code {code}): this reading is not used", limit=words, code=code),
             remedy=text("Ask for less current or speed, or raise that limit in the drive"),
         )
 

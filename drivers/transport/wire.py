@@ -1,4 +1,4 @@
-"""What goes over the wire to an instrument and back, byte by byte, for whoever records it."""
+"""Traffic between driver and instrument, byte by byte, for recording."""
 
 from typing import Literal, Protocol
 

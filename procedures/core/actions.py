@@ -191,8 +191,8 @@ class MarkRestPositions(_Sentence):
     def sentence(self) -> Text:
         """Say what to do."""
         return text(
-            "Turn the shaft slowly by hand through {turns} full turn and mark every position where it snaps in, at last the first "
-            "one come round again, {degrees}° beyond its first mark",
+            "Turn the shaft slowly by hand through {turns} full turn and mark every position where it snaps in; "
+            "at the end mark the first position again, {degrees}° after its first mark",
             turns=self.turns,
             degrees=360 * self.turns,
         )
@@ -271,7 +271,7 @@ class EnterReading(_Sentence):
 
 @dataclass(frozen=True)
 class DoByHand(_Sentence):
-    """Anything else that hands do while everything is off, in the procedure's own words: a hatch shut, a sensor plugged in.
+    """Other manual work while everything is off, in the procedure's own words: close a hatch, plug in a sensor.
 
     Nothing in a setup follows from it; a fixture cannot do it, and the virtual operator does it without effect.
     """
@@ -317,7 +317,7 @@ YES = "yes"
 
 @dataclass(frozen=True)
 class FittedProbe:
-    """A probe that the station fixes to a channel: what it senses (V or A) per volt at the input, None where nobody states it."""
+    """A probe that the station assigns to a channel: what it senses (V or A) per volt at the input, None if it is not stated."""
 
     channel: int
     kind: ProbeKind
@@ -326,7 +326,7 @@ class FittedProbe:
 
 @dataclass(frozen=True)
 class EnterCommand(_Sentence):
-    """Say what the station's instruments are to do next; gives the words typed, None where nobody typed any for `idle` (s), if that ends.
+    """Ask for the next command to an instrument; gives the words typed, None if none were typed for `idle` (s), where that is a limit.
 
     `said` is what came of the command before, `refused` whether it was refused, `on` what is energised. `roles` can be commanded;
     `ranges` has the largest value of their arguments where it is known, by role.method.argument, in the argument's own unit.

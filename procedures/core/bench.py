@@ -31,7 +31,7 @@ from procedures.core.actions import (
     Wanted,
 )
 from procedures.core.events import ActionDone, ActionStarted, Event, Given, StepFailed, StepFinished, StepStarted
-from procedures.core.live_plot import LivePlot, NobodyLooks, Onlooker
+from procedures.core.live_plot import LivePlot, NoOnlooker, Onlooker
 from procedures.core.procedure_error import ProcedureError as ProcedureError
 from procedures.core.setup_change import ChangeSetup
 from procedures.core.setup_order import ordered_changes
@@ -68,13 +68,13 @@ class Feeding(Protocol):
 
 
 class NothingFeeds:
-    """A bench on which nothing is known to be on."""
+    """A bench state without any instrument that is known to be on."""
 
     roles: Collection[Role] = ()
     turned = False
 
     def stands(self) -> None:
-        """Have nothing to forget."""
+        """Do nothing: there is nothing to reset."""
 
 
 class Recorder(Protocol):
@@ -106,7 +106,7 @@ class Bench:
         self.clock = clock
         self.recorder = recorder
         self._feeding = feeding or NothingFeeds()
-        self._onlooker = onlooker or NobodyLooks()
+        self._onlooker = onlooker or NoOnlooker()
         # Late: whoever only needs the roles, as a guardian does, is ready in half the time without.
         from procedures.core.budget import Uncertainties
         from procedures.techniques.temperature.thermometer import Thermometer

@@ -1,4 +1,4 @@
-"""What instruments did in earlier sessions of a run, for a procedure that goes on where it was left."""
+"""Calls to instruments in earlier sessions of a run, for a procedure that continues where it stopped."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class EarlierCall:
-    """A call to the instrument of a role, with its arguments, and what it gave as the journal has it: None where nothing."""
+    """A call to the instrument of a role, with its arguments and its result as in the journal (None if there was none)."""
 
     role: str
     call: str

@@ -105,7 +105,7 @@ class RepeatStarted(Event, kind="repeat"):
 
 @dataclass(frozen=True, kw_only=True)
 class RepeatsTaken(Event, kind="repeats_taken"):
-    """Readings under one condition are complete: those taken (in `unit`), and those left out for contradicting their siblings."""
+    """Readings under one condition are complete: those taken (in `unit`), and those left out because they contradict the others."""
 
     terminals: str
     quantity: str
@@ -127,7 +127,7 @@ class ReadingTyped(Event, kind="reading_typed"):
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingCorrected(Event, kind="reading_corrected"):
-    """A person corrected a number typed earlier: what was asked, what was typed now, the value before and the one that counts, by whom.
+    """A person corrected a number typed earlier: what was asked, what was typed now, the value before, the value used now, by whom.
 
     `before` and `after` are the whole reading of the `instrument` that shows it, or the value where it is no instrument's.
     """

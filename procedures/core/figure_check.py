@@ -41,13 +41,14 @@ def possible(parameters: Iterable[Parameter]) -> tuple[list[Parameter], list[Wit
 
 
 def unusual(parameters: Iterable[Parameter]) -> list[Notice]:
-    """Return what is said of parameters of a size that motors on a bench hardly have."""
+    """Return the warnings about parameters of a size that is unusual for motors on a bench."""
     return [
         Notice(
             UNUSUAL,
             text(
-                "{label} is {value:.3g} {unit}, where motors on a bench have {least:g} to {most:g}: are the probes' factors, the "
-                "instruments' ranges and units, and what was typed right? A factor of ten or a thousand shows in nothing else",
+                "{label} is {value:.3g} {unit}, but motors on a bench have {least:g} to {most:g}: check the "
+                "probes' factors, the instruments' ranges and units, and the values typed. No other sign shows a "
+                "factor of ten or a thousand",
                 label=each.label,
                 value=each.value,
                 unit=each.unit,
@@ -65,8 +66,8 @@ def _beyond(parameter: Parameter) -> Text | None:
     if sizes is None:
         return None
     return text(
-        "it would be {value:.3g} {unit}, where motors have {least:.0e} to {most:.0e}: look at the probes' factors, the instruments' ranges "
-        "and units, and what was typed",
+        "it would be {value:.3g} {unit}, but motors have {least:.0e} to {most:.0e}: check the probes' factors, "
+        "the instruments' ranges and units, and the values typed",
         value=parameter.value,
         unit=parameter.unit,
         least=sizes[0],

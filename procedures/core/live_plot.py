@@ -52,7 +52,7 @@ class LivePlot:
 
 
 class Onlooker(Protocol):
-    """Whoever may be watching a run."""
+    """The people who may be watching a run."""
 
     @property
     def looks(self) -> bool:
@@ -62,10 +62,10 @@ class Onlooker(Protocol):
         """Show a plot in place of the one before."""
 
 
-class NobodyLooks:
+class NoOnlooker:
     """A run that nobody watches."""
 
     looks = False
 
     def show(self, plot: LivePlot) -> None:
-        """Show it to nobody."""
+        """Do nothing: nobody watches."""

@@ -9,116 +9,135 @@ from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 #: By cause: what was seen and what to do. A sentence may name the figures that come with every finding of its cause.
 _SEEN = {
     Cause.WINDAGE: text(
-        "friction grows with the square of speed too: {share:.0%} of it at {speed:.0f} rad/s is air's and a fan's (quadratic friction)"
+        "part of the friction grows with the square of the speed: {share:.0%} of it at {speed:.0f} rad/s, as "
+        "the air or a fan causes it (quadratic friction)"
     ),
     Cause.STRIBECK: text(
-        "friction is {share:.0%} of the Coulomb friction larger at low speed, up to about {speed:.3g} rad/s (Stribeck effect)"
+        "friction is larger at low speed, by {share:.0%} of the Coulomb friction, up to about {speed:.3g} rad/s "
+        "(Stribeck effect)"
     ),
     Cause.SPEED_FILTER: text(
-        "the speed follows the shaft through a filter of about {time_constant:.2g} s: state the sensor's filter, or make it faster"
+        "the speed signal has passed a filter with a time constant of about {time_constant:.2g} s: state the "
+        "filter of the sensor, or make it faster"
     ),
     Cause.TORQUE_FILTER: text(
-        "the torque follows the shaft through a filter of about {time_constant:.2g} s: state the transducer's filter, or make it faster"
+        "the torque signal has passed a filter with a time constant of about {time_constant:.2g} s: state the "
+        "filter of the transducer, or make it faster"
     ),
     Cause.TORQUE_ZERO: text(
         "the torque's zero moved by {drift:.3g} N·m ({share:.1%} of the ramp's torque) in {time:.0f} s, read at rest before and after: let "
         "the transducer warm up, and keep the ramps short"
     ),
     Cause.DROPOUTS: text(
-        "{count:.0f} of {readings:.0f} speeds are zero or wild and were left out: check the sensor's cable and threshold"
+        "{count:.0f} of {readings:.0f} speed readings are zero or outliers and were left out: check the sensor's "
+        "cable and threshold"
     ),
-    Cause.COGGING: text("the speed ripples {order:.0f} times a turn, as cogging or torque ripple makes it"),
+    Cause.COGGING: text(
+        "the speed has a ripple of {order:.0f} periods per turn, as cogging or torque ripple causes it"
+    ),
     Cause.ECCENTRICITY: text(
-        "readings ripple {order:.0f} times a turn, as a coupling or an encoder that runs out makes them: align it"
+        "the readings have a ripple of {order:.0f} periods per turn, as the run-out of a coupling or an encoder "
+        "causes it: align it"
     ),
     Cause.REGRIP: text(
-        "the hand stopped or turned back {count:.0f} times during the sweep, as when it grips anew, or turning induces a voltage in the "
-        "winding that the meter reads: turn one way without a stop, more slowly"
+        "the shaft stopped or turned back {count:.0f} times during the sweep, as when the hand changes its grip; "
+        "or turning induced a voltage in the winding that disturbs the meter. Turn in one direction without a "
+        "stop, and more slowly"
     ),
     Cause.MODULATED: text(
-        "the cogging's amplitude changes by {share:.1%} along the part that was turned, as an eccentric rotor, unequal magnets or the "
-        "drive's gear make it: take whole turns, without stating the order"
+        "the amplitude of the cogging changes by {share:.1%} over the part of the turn that was read, as an "
+        "eccentric rotor, unequal magnets or the gear of the drive cause it: measure whole turns, without stating "
+        "the order"
     ),
     Cause.TURNING_POINTS: text(
-        "the sweep shows {maxima:.0f} maxima and {minima:.0f} minima of the inductance clear of its ends, two of each are needed to know "
-        "both axes: turn on through two electrical turns"
+        "apart from its ends, the sweep shows {maxima:.0f} maxima and {minima:.0f} minima of the inductance; two "
+        "of each are needed to find both axes: turn through two electrical turns"
     ),
     Cause.WRONG_PERIOD: text(
-        "readings swing by {swing:.1%}, but not with twice the electrical angle: the number of pole pairs or the angle's unit does not fit "
-        "them"
+        "the readings vary by {swing:.1%}, but not with twice the electrical angle: the number of pole pairs or "
+        "the unit of the angle is wrong"
     ),
-    Cause.SLOPE: text("readings drift with time beyond their scatter: let instrument and object settle, and repeat"),
+    Cause.SLOPE: text(
+        "the readings drift with time by more than their scatter: let the instrument and the motor settle, and repeat"
+    ),
     Cause.WARM_WINDING: text(
-        "the resistance changed by {change:+.2%} in {seconds:.0f} s, as a winding's does that was warmer than its surroundings and cools: "
-        "let it stand until it no longer does, and measure again"
+        "the resistance changed by {change:+.2%} in {seconds:.0f} s, as that of a winding that was warmer than "
+        "its surroundings and cools down: wait until it no longer changes, and measure again"
     ),
     Cause.CONTACT: text(
-        "a line's resistance came out {change:+.2%} when its terminals were connected once more: contacts differ that much. Clean them, "
-        "use four terminals at the winding itself (Kelvin clips), and measure again"
+        "the resistance of a line changed by {change:+.2%} when its terminals were connected again, so contacts "
+        "differ by that much. Clean them, use four terminals at the winding itself (Kelvin clips), and measure "
+        "again"
     ),
     Cause.REPEATS_DIFFER: text(
-        "{count:.0f} readings of one quantity, {terminals}, contradict each other: {least:.4g} … {most:.4g} {unit}; look at contacts, "
-        "range and unit, and take them again"
+        "{count:.0f} readings of one quantity, {terminals}, contradict each other: {least:.4g} … {most:.4g} "
+        "{unit}; check contacts, range and unit, and repeat the readings"
     ),
     Cause.CLIPPED: text(
-        "channel {channel} stands at an end of its range during {lost:.0%} of the record: take a wider range"
+        "channel {channel} is clipped at the end of its range for {lost:.0%} of the record: use a wider range"
     ),
     Cause.HUM: text(
         "channel {channel} carries mains hum of {frequency:.4g} Hz, {amplitude:.3g} V: twist or shield the leads, ground at one point only"
     ),
     Cause.AC_COUPLED: text(
-        "{channels} may be AC coupled, which takes up to {shortfall:.1%} of the reading away at {frequency:.3g} Hz and shows in no record: "
-        "couple DC, and say so where the file does not (--coupling dc)"
+        "{channels} may be AC coupled, which would reduce the reading by up to {shortfall:.1%} at {frequency:.3g} "
+        "Hz and cannot be seen in the record: use DC coupling, and state it if the file does not (--coupling dc)"
     ),
     Cause.DISTORTION: text(
-        "channel {channel} shows harmonics of even order, {share:.2%} of the fundamental, which no winding makes: probe, amplifier or "
-        "converter is not straight. Use another probe or range, and see whether they stay"
+        "channel {channel} shows harmonics of even order, {share:.2%} of the fundamental. No winding causes them: "
+        "the probe, its amplifier or the converter is not linear. Use another probe or range, and check whether "
+        "they remain"
     ),
     Cause.TOO_COARSE: text(
-        "channel {channel} has less noise than a tenth of its step, {resolution:.3g} V: readings do not average the steps out; use a finer "
-        "range"
+        "the noise of channel {channel} is below a tenth of its step of {resolution:.3g} V, so averaging does not "
+        "remove the rounding: use a finer range"
     ),
     Cause.PROBE_FACTOR: text(
-        "channel {channel} shows {share:.3g} times what the others show: its probe's factor is wrong, or the probe is off. Analyse again "
-        "with --scale {channel}={factor:.4g}; for a run, correct the probe's attenuation in the station file"
+        "channel {channel} shows {share:.3g} times the value of the other channels: its probe's factor is wrong, "
+        "or the probe is not connected properly. Analyse again with --scale {channel}={factor:.4g}; for a run, "
+        "correct the probe's attenuation in the station file"
     ),
     Cause.CHANNELS_DIFFER: text(
-        "the channels differ by {difference:.2%}, {lowest} being the lowest and {highest} the highest, more than noise and stated limits "
-        "explain: compare the probes on one signal"
+        "the channels differ by {difference:.2%} ({lowest} is lowest, {highest} is highest), more than noise and "
+        "stated limits explain: compare the probes on one signal"
     ),
     Cause.SPEED_TREND: text(
-        "the flux linkage goes with the speed, by {span:.2%} from {slowest:.4g} to {fastest:.4g} Hz (laws that fit: {laws}): a divider's "
-        "or probe's roll-off, iron, or magnets that warmed up; repeat the first speed last, and take five speeds or more"
+        "the flux linkage depends on the speed: it changes by {span:.2%} from {slowest:.4g} to {fastest:.4g} Hz "
+        "(laws that fit: {laws}). Possible causes are the roll-off of a divider or probe, the iron, or magnets "
+        "that became warmer. Repeat the first speed at the end, and use five speeds or more"
     ),
     Cause.UNEVEN_SPEED: text(
-        "the speed is not even: readings fit angles that differ from those of one speed; check the drive's control at this speed"
+        "the speed is not constant: the readings fit angles that differ from those of a constant speed; check the "
+        "drive's speed control at this speed"
     ),
     Cause.ASYMMETRIC_MAP: text(
-        "the flux linkage is not symmetric in i_q: at i_d {i_d:.3g} A, i_q {i_q:.3g} A its wrong part is {odd:.3g} V·s, {share:.2%} of the "
-        "largest. Both signs of i_q count as locations of their own, and resistance and drops are parted by both signs of the speed"
+        "the flux linkage is not symmetric in i_q: at i_d {i_d:.3g} A, i_q {i_q:.3g} A its asymmetric part is "
+        "{odd:.3g} V·s, {share:.2%} of the largest. Both signs of i_q are treated as separate points, and "
+        "resistance and drops are separated by both signs of the speed"
     ),
     Cause.RESIDUAL_VARIANCE: text(
-        "the readings scatter round the map with {ratio:.2g} times the variance that their noise explains: let each point settle, look at "
-        "the temperatures, and reverse the speed more often"
+        "the readings scatter about the map with {ratio:.2g} times the variance that their noise explains: let "
+        "each point settle, check the temperatures, and reverse the speed more often"
     ),
     Cause.ODD_READING: text(
         "reading {number:.0f} at i_d {i_d:.3g} A, i_q {i_q:.3g} A contradicts the others: read it again"
     ),
     Cause.RESISTANCES_DIFFER: text(
-        "the braking torque gives {ratio:.3g} times the resistance that the currents give ({by_torque:.4g} against "
-        "{by_current:.4g} Ω): above 1 the q axis saturates; below, switches or contacts drop voltage, or the short is an active "
-        "one; near √2 currents are rms, near 2 or a half poles were counted for pole pairs, farther off the flux linkage is of "
-        "another unit"
+        "the braking torque gives {ratio:.3g} times the resistance that the currents give ({by_torque:.4g} "
+        "against {by_current:.4g} Ω). Above 1, the q axis saturates; below 1, switches or contacts drop voltage, "
+        "or a drive makes the short circuit; near √2, the currents are rms; near 2 or one half, poles were "
+        "entered for pole pairs; further away, the flux linkage is in another unit"
     ),
     Cause.MAP_HOLES: text(
-        "{holes:.0f} places of the table's grid hold no figures; what lies there is between the others' only"
+        "{holes:.0f} points of the table's grid have no values; they are interpolated from the others"
     ),
     Cause.AXES_SWAPPED: text(
-        "each flux linkage goes with the other axis' current ({across:.3g} H against {along:.3g} H): the columns of i_d and i_q, "
-        "or of ψ_d and ψ_q, are exchanged. Name them with --column"
+        "each flux linkage depends on the other axis' current ({across:.3g} H against {along:.3g} H): the columns "
+        "of i_d and i_q, or of ψ_d and ψ_q, are exchanged. Name them with --column"
     ),
     Cause.CURRENTS_OUTWARD: text(
-        "both flux linkages fall as their currents rise: currents are counted out of the motor. Change the signs of i_d and i_q"
+        "both flux linkages decrease as their currents increase: the currents are counted positive out of the "
+        "motor. Change the signs of i_d and i_q"
     ),
     Cause.SIGN_REVERSED: text(
         "the inductance of the {axis} axis is negative ({inductance:.3g} H): the sign of i_{axis} or of ψ_{axis} is reversed"
@@ -138,16 +157,16 @@ _SEEN = {
         "{share:.2%} of the largest flux linkage at full current"
     ),
     Cause.TORQUE_COMPUTED: text(
-        "the torque column is {ratio:.4g} times what the flux linkages give, everywhere to its last digit: it was computed from "
-        "them, and proves nothing"
+        "the torque column is {ratio:.4g} times what the flux linkages give, in every row to its last digit: it "
+        "was computed from them, and is no independent check"
     ),
     Cause.RMS_FOR_PEAK: text(
         "the torque is {ratio:.3g} times what the flux linkages give with peak values: currents or flux linkages are rms. "
         "Multiply those by √2"
     ),
     Cause.TORQUE_DIFFERS: text(
-        "the torque column is {ratio:.3g} times what the flux linkages give: half is poles given as pole pairs, below zero a sign "
-        "reversed; look at units too"
+        "the torque column is {ratio:.3g} times what the flux linkages give: one half means poles given as pole "
+        "pairs, a negative value a reversed sign; check the units too"
     ),
     Cause.UNEXPLAINED: text(
         "the record differs from the model by more than noise, and none of the known causes explains it: check "
@@ -157,20 +176,21 @@ _SEEN = {
 #: What is said otherwise of a current step: its findings carry `record` = "step" among their figures.
 _SEEN_IN_STEP = {
     Cause.SWITCHING: text(
-        "the voltage switches between {low:.3g} V and {high:.3g} V, at about {frequency:.3g} Hz, as a drive's does (PWM), so that its "
-        "samples do not tell what the winding got between them: switch on a plain DC supply instead"
+        "the voltage switches between {low:.3g} V and {high:.3g} V at about {frequency:.3g} Hz, like that of a "
+        "drive (PWM): the samples do not show the winding's voltage between them. Use a plain DC supply instead"
     ),
     Cause.PULSE_ENDS: text(
-        "the voltage ends {after:.3g} s after the step while the current goes on, as through a freewheeling diode: what comes after "
-        "{at:.6g} s is left out (--to says another end)"
+        "the voltage ends {after:.3g} s after the step while the current continues, as through a freewheeling "
+        "diode: the record after {at:.6g} s is left out (--to sets another end)"
     ),
     Cause.PROBE_FACTOR: text(
-        "channel {channel} shows {share:.3g} times what the supply and the resistances measured before say: its probe's factor is wrong, "
-        "or the probe is off. Multiplied by {factor:.4g} it would agree; correct the probe's attenuation in the station file"
+        "channel {channel} shows {share:.3g} times the value expected from the supply and the resistances "
+        "measured before: its probe's factor is wrong, or the probe is not connected properly. Multiplied by "
+        "{factor:.4g} it would agree; correct the probe's attenuation in the station file"
     ),
     Cause.CHANNELS_DIFFER: text(
-        "channel {channel} differs by {difference:+.1%} from what the supply's readings say, more than its accuracy explains: compare its "
-        "probe with a meter"
+        "channel {channel} differs by {difference:+.1%} from the value expected from the supply's readings, more "
+        "than its accuracy explains: compare its probe with a meter"
     ),
     Cause.NO_BASELINE: text(
         "no baseline: the record shows {samples:.0f} samples of the circuit at rest before the step, at least {needed:.0f} are needed; set "
@@ -185,23 +205,25 @@ _SEEN_IN_STEP = {
         "and hides other causes: use a finer range"
     ),
     Cause.SKEW: text(
-        "the current is recorded {time:.3g} s later than the voltage (earlier where negative): deskew the probes, and state what is left"
+        "the current is recorded {time:.3g} s later than the voltage (negative: earlier): deskew the probes, and "
+        "state the remaining delay"
     ),
     Cause.BANDWIDTH: text(
-        "the {channel} channel follows with a time constant of {time_constant:.3g} s ({bandwidth:.3g} Hz): switch off its bandwidth limit, "
-        "or use a faster probe"
+        "the {channel} channel has a time constant of {time_constant:.3g} s ({bandwidth:.3g} Hz): switch off its "
+        "bandwidth limit, or use a faster probe"
     ),
     Cause.RINGING: text(
-        "the edge rings at {frequency:.3g} Hz with {amplitude:.3g} A, gone by half in {half:.3g} s: keep leads and ground clips short, "
-        "damp or change the probe, or switch on the channel's bandwidth limit"
+        "the edge rings at {frequency:.3g} Hz with {amplitude:.3g} A, which halves within {half:.3g} s: keep "
+        "leads and ground clips short, damp or change the probe, or switch on the channel's bandwidth limit"
     ),
     Cause.SATURATION: text(
-        "the inductance goes with the current: at {current:.4g} A it is {share:.3g} times that at zero current, which is the one given; "
-        "step to {smaller:.3g} A, where it differs by about 1 %. Where the resistance changes too, the current probe bends, not the iron"
+        "the inductance depends on the current: at {current:.4g} A it is {share:.3g} times the value at zero "
+        "current, which is the one given. Use a step to {smaller:.3g} A, where the difference is about 1 %. If "
+        "the resistance changes as well, the current probe is not linear, not the iron"
     ),
     Cause.SECOND_TIME_CONSTANT: text(
-        "a second time constant of {time_constant:.3g} s, coupled by {coupling:.2g}, as eddy currents in iron or magnets make it; the "
-        "inductance given is that of slow changes"
+        "a second time constant of {time_constant:.3g} s with a coupling of {coupling:.2g}, as eddy currents in "
+        "iron or magnets cause it; the inductance given is the one for slow changes"
     ),
     Cause.AC_COUPLED: text(
         "the {channel} channel is AC coupled, with a corner of {corner:.3g} Hz: couple it DC, or use a probe that measures direct current"
@@ -214,12 +236,12 @@ _SEEN_IN_STEP = {
         "the current's channel drifts by {slope:.3g} A/s: let the probe warm up and degauss it, or take a shorter record"
     ),
     Cause.DROPOUTS: text(
-        "samples are missing {after:.3g} s after the step, about {count:.0f} of them, under a time column without a gap: export the "
-        "record whole"
+        "about {count:.0f} samples are missing {after:.3g} s after the step, although the time column has no gap: "
+        "export the complete record"
     ),
     Cause.REPEATS_DIFFER: text(
-        "{count:.0f} steps on one axis contradict each other, by {ratio:.2g} times what their own uncertainties explain: check the lock of "
-        "the shaft and the contacts, and measure again"
+        "{count:.0f} steps on one axis differ by {ratio:.2g} times what their uncertainties explain: check the "
+        "lock of the shaft and the contacts, and measure again"
     ),
 }
 #: What is said otherwise of a map whose torque contradicts it: 2, where pole pairs may be half of what they are, and 2/3.
@@ -238,26 +260,30 @@ _SEEN_IN_MAP_POWER = {
 #: What is said otherwise of voltages that do not follow the waveform: `record` = "emf", and "emf-jumps" of samples that are missing.
 _SEEN_IN_EMF = {
     Cause.DROPOUTS: text(
-        "{count:.0f} of {readings:.0f} readings, most of them of channel {channel}, are none: {frozen:.0f} stand still while the voltage "
-        "goes on, {spikes:.0f} are single spikes; they were left out. Check cable and connection, and record again"
+        "{count:.0f} of {readings:.0f} readings, most of them of channel {channel}, are invalid and were left "
+        "out: {frozen:.0f} repeat the one before while the voltage changes, {spikes:.0f} are single spikes. Check "
+        "cable and connection, and record again"
     ),
 }
 _SEEN_IN_EMF_DEAD_ZONE = {
     Cause.DISTORTION: text(
-        "channel {channel} stands still about zero, as an amplifier's or a converter's dead zone or gaps between magnets make it: up to "
-        "{share:.2%} of the fundamental is lost there. Use another probe or range, and see whether it stays"
+        "channel {channel} does not change near zero, as a dead zone of an amplifier or a converter, or gaps "
+        "between magnets, cause it: up to {share:.2%} of the fundamental is lost there. Use another probe or "
+        "range, and check whether this remains"
     ),
 }
 _SEEN_IN_EMF_MEMORY = {
     Cause.DISTORTION: text(
-        "channel {channel} stands still after each turning point and follows late, as a core or a dielectric with hysteresis does: about "
-        "{share:.2%} of the fundamental is lost there. Use another probe, and see whether it stays"
+        "channel {channel} does not change after each turning point and then lags, as hysteresis of a core or a "
+        "dielectric causes it: about {share:.2%} of the fundamental is lost there. Use another probe, and check "
+        "whether this remains"
     ),
 }
 _SEEN_IN_EMF_JUMPS = {
     Cause.DROPOUTS: text(
-        "the waveform's phase jumps {count:.0f} times in all channels at once, as where samples were lost under a time column without a "
-        "gap; only the longest whole part counts, {used:.0%} of the record. Export the record whole"
+        "the phase of the waveform jumps {count:.0f} times in all channels at once: samples are missing, although "
+        "the time column has no gap. Only the longest part without a jump is used, {used:.0%} of the record. "
+        "Export the complete record"
     ),
 }
 #: What is said of a current step whose voltage picks mains hum up, too.
@@ -274,129 +300,139 @@ _SEEN_IN_COGGING = {
         "it stands at an end of its range. Use a finer sensor, or show more decimals at its display and in the station file"
     ),
     Cause.DROPOUTS: text(
-        "{count:.0f} of {readings:.0f} torque readings are none: {frozen:.0f} stand still while the torque goes on, the others are single "
-        "spikes; they were left out. Check cable and connection, and turn again"
+        "{count:.0f} of {readings:.0f} torque readings are invalid and were left out: {frozen:.0f} repeat the one "
+        "before while the torque changes, the others are single spikes. Check cable and connection, and turn "
+        "again"
     ),
     Cause.HUM: text(
         "mains hum of {frequency:.0f} Hz and {amplitude:.3g} N·m on the torque: shield the transducer's cable, ground at one point only"
     ),
     Cause.TORQUE_FILTER: text(
-        "the torque's filter of {time_constant:.2g} s takes {share:.0%} of order {order:.0f} away at this speed: turn more slowly "
-        "(speed_rpm), or make the filter faster"
+        "the torque's filter of {time_constant:.2g} s reduces order {order:.0f} by {share:.0%} at this speed: "
+        "turn more slowly (speed_rpm), or make the filter faster"
     ),
     Cause.WRONG_PERIOD: text(
-        "the torque repeats itself {order:.1f} times a turn too, {amplitude:.3g} N·m, which is no multiple of the order given: check slots "
-        "and poles, or leave the order out so that a whole turn is read"
+        "the torque also has {order:.1f} periods per turn, with {amplitude:.3g} N·m, which is not a multiple of "
+        "the order given: check slots and poles, or leave the order out so that a whole turn is read"
     ),
 }
 #: What is said of a six-step drive's loads: `record` = "six-step".
 _SEEN_IN_SIX_STEP = {
     Cause.CLIPPED: text(
-        "the line's current at {torque:.3g} N·m stands at an end of its range during {lost:.0%} of the record, and the parts are not "
-        "separated there: take a wider range"
+        "the line's current at {torque:.3g} N·m is clipped at the end of its range for {lost:.0%} of the record, "
+        "so the parts are not separated at this load: use a wider range"
     ),
     Cause.LOAD_POINT: text(
-        "the bus voltage at {torque:.3g} N·m is {off:+.1%} off the plane through the other {left:.0f} loads over speed and current, and "
-        "that load is left out: let it settle, look at the voltmeter, and measure again"
+        "the bus voltage at {torque:.3g} N·m differs by {off:+.1%} from the plane through the other {left:.0f} "
+        "loads over speed and current, so this load is left out: let it settle, check the voltmeter, and measure "
+        "again"
     ),
     Cause.DROPOUTS: text(
-        "the speed read at {count:.0f} of {loads:.0f} loads is off by up to {worst:+.0%} from what the current's frequency says; there the "
-        "frequency's counts: check the tachometer's mark and cable"
+        "at {count:.0f} of {loads:.0f} loads the speed reading differs by up to {worst:+.0%} from the speed by "
+        "the current's frequency, which is used there: check the tachometer's mark and cable"
     ),
     Cause.SPEED_DIFFERS: text(
         "the tachometer shows {ratio:.4g} times the speed that the current's frequency gives with {pairs:.0f} pole pairs: check its marks "
         "a turn, and the number of pole pairs"
     ),
     Cause.UNSETTLED: text(
-        "the speed read differs by up to {worst:+.2%} from that of the current's frequency a moment before: it still changes, or the "
-        "tachometer is off. Raise settle=…"
+        "the speed reading differs by up to {worst:+.2%} from the speed by the current's frequency shortly "
+        "before: the speed still changes, or the tachometer is wrong. Raise settle=…"
     ),
     Cause.PROBE_FACTOR: text(
-        "the line's current gives {ratio:.3g} times the current out of the source that the drive reads: the probe's factor is wrong, or "
-        "the drive's current meter is off. With the probe multiplied by {factor:.4g} they would agree; correct it in the station file"
+        "the line's current corresponds to {ratio:.3g} times the DC source's current that the drive reads: the "
+        "probe's factor or the drive's current reading is wrong. With the probe multiplied by {factor:.4g} they "
+        "would agree; correct it in the station file"
     ),
     Cause.CHANNELS_DIFFER: text(
         "the line's current and the current out of the source differ by up to {worst:+.1%}, more than their limits of error explain: "
         "compare the probe with a meter, and look for ripple on the drive's reading"
     ),
     Cause.UNEXPLAINED: text(
-        "the mean voltages of {loads:.0f} loads contradict each other by {worst:.2%}, and it cannot be told which is wrong: take five "
-        "loads or more, let each settle, and read the voltage at the drive's own terminals"
+        "the mean voltages of {loads:.0f} loads contradict each other by {worst:.2%}, and the wrong one cannot be "
+        "identified: use five loads or more, let each settle, and read the voltage at the drive's own terminals"
     ),
     Cause.POWER_BALANCE: text(
-        "by what the currents' torque exceeds that at the shaft goes with load as no friction does, at {torque:.3g} N·m by {share:.1%}: "
-        "the bus voltage's or the torque's gain is wrong, or the voltage is not read at the drive's own terminals"
+        "the torque by the currents exceeds the shaft's by an amount that changes with the load as no friction "
+        "does, at {torque:.3g} N·m by {share:.1%}: the gain of the bus voltage or of the torque is wrong, or the "
+        "voltage is not read at the drive's own terminals"
     ),
     Cause.TORQUE_ZERO: text(
-        "the shaft shows up to {zero:.3g} N·m more than the currents make: zero the torque at rest, and measure again. Other loads cannot "
-        "be predicted closer than that"
+        "the shaft torque is up to {zero:.3g} N·m larger than the torque by the currents: zero the torque at "
+        "rest, and measure again. Predictions for other loads cannot be more accurate than that"
     ),
     Cause.CURVATURE: text(
-        "the commutation part bends over the speed, by {bend:.1%} from a straight line: use it between the loads measured, not carried "
-        "on to standstill"
+        "the commutation part deviates by {bend:.1%} from a straight line over the speed: use it between the "
+        "loads measured, and do not extrapolate it to standstill"
     ),
 }
 _SEEN_IN_SIX_STEP_CURRENT = {
     Cause.LOAD_POINT: text(
-        "at {torque:.3g} N·m the line's current and the current out of the source differ by {off:+.1%} otherwise than at the other "
-        "{left:.0f} loads, and that load is left out: look at both meters' ranges, and measure again"
+        "at {torque:.3g} N·m the ratio of the line's current to the source's differs by {off:+.1%} from that at "
+        "the other {left:.0f} loads, so this load is left out: check the ranges of both meters, and measure again"
     ),
 }
 _SEEN_IN_SIX_STEP_TORQUE = {
     Cause.LOAD_POINT: text(
-        "the torque read at {torque:.3g} N·m is {missing:.3g} N·m off what the currents make there and at the other loads: let the torque "
-        "settle, and measure again. Other loads cannot be predicted closer than that"
+        "the torque reading at {torque:.3g} N·m differs by {missing:.3g} N·m from the torque by the currents "
+        "there and at the other loads: let the torque settle, and measure again. Predictions for other loads "
+        "cannot be more accurate than that"
     ),
 }
 #: What is said of four-wire readings of one line: `record` = "four-wire", and "four-wire-scatter" where no single one is odd.
 _SEEN_IN_FOUR_WIRE = {
     Cause.REPEATS_DIFFER: text(
-        "of {count:.0f} four-wire readings of a line the one at {current:.3g} A is {off:+.2%} off the line through the others, and is left "
-        "out: look at clips and terminals, and measure again"
+        "of {count:.0f} four-wire readings of a line, the one at {current:.3g} A deviates by {off:+.2%} from the "
+        "straight line through the others and is left out: check clips and terminals, and measure again"
     ),
     Cause.CURVATURE: text(
-        "the voltage of a line does not rise straight with the current, by {bend:.2%} of it: a contact that rectifies, a range of the "
-        "ammeter that reads otherwise, or a winding that warms at the larger currents. Clean the contacts, hold the range, use less current"
+        "the voltage of a line does not follow a straight line over the current, by {bend:.2%} of it: a contact "
+        "rectifies, one range of the ammeter reads differently, or the winding becomes warmer at the larger "
+        "currents. Clean the contacts, keep one range, use less current"
     ),
 }
 _SEEN_IN_FOUR_WIRE_SCATTER = {
     Cause.REPEATS_DIFFER: text(
-        "{count:.0f} four-wire readings of a line scatter by {scatter:.2%} round their slope, more than the meters' limits of error: look "
-        "at clips, terminals and the supply, and measure again"
+        "{count:.0f} four-wire readings of a line scatter by {scatter:.2%} about their straight line, more than "
+        "the meters' limits of error: check clips, terminals and the supply, and measure again"
     ),
 }
 #: What is said of inductances over a turn: `record` = "sweep".
 _SEEN_IN_SWEEP = {
     Cause.ODD_READING: text(
-        "reading {number:.0f}, {read:.5g} µH, is left out: the others lead to {expected:.5g} µH there. Read it again"
+        "reading {number:.0f}, {read:.5g} µH, is left out: the other readings give {expected:.5g} µH there. Read "
+        "it again"
     ),
 }
 #: Of a sweep by hand whose way is known: `record` = "hand-sweep".
 _SEEN_IN_HAND_SWEEP = {
     Cause.WRONG_PERIOD: text(
-        "the readings went through {periods:.1f} periods where the way that was turned has {expected:.1f}: turning induces a voltage that "
-        "the meter reads, larger than the rotor's own swing, or the shaft was turned less far. Turn all the way, more slowly"
+        "the readings show {periods:.1f} periods, but the angle that was turned has {expected:.1f}: turning "
+        "induced a voltage that disturbs the meter more than the saliency changes its readings, or the shaft was "
+        "not turned far enough. Turn the whole way, and more slowly"
     ),
 }
 #: Of a record that no term explains: which were tried.
 _SEEN_IN_RAMP_TRIED = {
     Cause.UNEXPLAINED: text(
-        "the speed does not follow from inertia and friction, and nothing that was tried explains it ({tried}): look for another torque on "
-        "the shaft, as of shorted leads or something coupled, and for what the speed passes through, as a filter or a counter's gate"
+        "inertia and friction do not explain the course of the speed, nor does any known cause that was tried "
+        "({tried}): look for another torque on the shaft (shorted leads, a coupled machine), and for a filter or "
+        "a counter gate in the speed signal"
     ),
 }
 _SEEN_IN_STEP_TRIED = {
     Cause.UNEXPLAINED: text(
-        "current and voltage are not those of a winding, and nothing that was tried explains it ({tried}): check both probes, and that the "
-        "rotor is locked"
+        "current and voltage do not fit a winding, and no known cause that was tried explains it ({tried}): check "
+        "both probes, and that the rotor is locked"
     ),
 }
 #: Of ramps and coast-downs.
 _SEEN_IN_RAMP = {
     Cause.TOO_COARSE: text(
-        "the speed stands still for {readings:.0f} readings ({time:.2g} s) on average and then jumps by about {step:.3g} rad/s, as that of "
-        "a tachometer of few pulses a turn or of a counter with a long gate does, which hides what lies between: use an encoder of more "
-        "pulses a turn, or a shorter gate"
+        "the speed reading stays the same for {readings:.0f} readings ({time:.2g} s) on average and then jumps by "
+        "about {step:.3g} rad/s, as that of a tachometer with few pulses per turn or of a counter with a long "
+        "gate does. The speed between the jumps is not seen: use an encoder with more pulses per turn, or a "
+        "shorter gate"
     ),
 }
 _SEEN_IN = {
@@ -425,7 +461,7 @@ _ALL_SAID = (Cause.PULSE_ENDS,)
 _DONE = {
     Answer.MODELLED: text("the model includes it, and so does the interval of every figure that is given"),
     Answer.WIDENED: text("the interval of every figure that is given is widened by its possible effect"),
-    Answer.SAID: text("no interval is changed by it"),
+    Answer.SAID: text("it changes no interval"),
     Answer.WITHHELD: text("no figure is given, because no interval from this record would contain the true value"),
 }
 

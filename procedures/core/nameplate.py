@@ -1,4 +1,4 @@
-"""What a technician can know about a motor before measuring it."""
+"""The data of a motor that are known before it is measured."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -61,7 +61,7 @@ PARAMETERS = ParameterTable(
                             "at the largest load; exchanged energy, no loss"),
         ParameterDefinition("commutation_resistance_slope", "", "Ω·s/rad", text("Slope of the commutation part over speed"),
                             "straight line over mechanical speed", bounds=Bounds(-1e3, 1e3)),
-        ParameterDefinition("commutation_resistance_offset", "", "Ω", text("Commutation part carried on to standstill"),
+        ParameterDefinition("commutation_resistance_offset", "", "Ω", text("Commutation part extrapolated to standstill"),
                             "straight line over mechanical speed; extrapolated", bounds=Bounds(-1e3, 1e3)),
         ParameterDefinition("copper_resistance", "R_Cu", "Ω", text("Copper part of it"), _LARGEST_LOAD),
         ParameterDefinition("resistance_unbalance", "", "%", text("Unbalance of the line resistances"), _BETWEEN_LINES,

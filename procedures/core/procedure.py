@@ -113,8 +113,8 @@ class Procedure(ABC, Generic[C]):
         return {}
 
     @classmethod
-    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: C) -> Sequence[Notice]:
-        """Return which requests of the settings the station's instruments cannot meet, as far as this is known now.
+    def check_capability(cls, bench: Bench, nameplate: Nameplate, settings: C) -> Sequence[Notice]:
+        """Return which requirements of the settings the station's instruments cannot meet, as far as this is known now.
 
         Called before anything is energised; instruments may be asked for their accuracy, not set or read.
         """

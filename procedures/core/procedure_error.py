@@ -20,7 +20,7 @@ class MotorFaultError(ProcedureError):
 
 
 class NotModelledError(ProcedureError):
-    """A virtual bench was brought into a state that it does not model; readings from there must not be judged."""
+    """The virtual bench is in a state that it does not model; readings from this state must not be evaluated."""
 
 
 class OnlyBoundedError(ProcedureError):
@@ -32,7 +32,7 @@ class OnlyBoundedError(ProcedureError):
         self.low = low
 
 
-class RepeatWantedError(ProcedureError):
+class RepeatRequestedError(ProcedureError):
     """The person at the bench wants to repeat the running procedure from its beginning."""
 
 

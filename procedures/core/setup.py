@@ -100,7 +100,7 @@ class BenchSetup:
 
     @property
     def voltmeter(self) -> tuple[Node, Node] | None:
-        """Where the voltmeter's high and low are, None where they are not both on something."""
+        """The places of the voltmeter's high and low leads, None unless both are connected."""
         places = {contact.lead: contact.place for contact in self.contacts}
         if VOLTMETER_HIGH not in places or VOLTMETER_LOW not in places:
             return None

@@ -173,7 +173,7 @@ def _taken_off(changes: Sequence[Change], colours: Mapping[str, str]) -> Text:
 
 
 def contact_lines(setup: BenchSetup) -> list[Text]:
-    """Return what is on what, a line each."""
+    """Return what is connected where, one line each."""
     return [
         text("{lead} on {place}", lead=_lead(contact.lead), place=_place(contact.place, {}))
         for contact in setup.contacts

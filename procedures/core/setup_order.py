@@ -18,7 +18,7 @@ _Line = list[Change]
 
 
 def ordered_changes(before: BenchSetup, after: BenchSetup, *, turned: bool = False) -> tuple[Change, ...]:
-    """Return what hands do, in order and numbered by the line that says it; nothing where nothing is to be done.
+    """Return the manual changes in order, numbered by the line that states them; empty if there is nothing to do.
 
     `turned` says that something has driven the shaft, which may still turn.
     """

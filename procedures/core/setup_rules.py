@@ -1,4 +1,4 @@
-"""What may be on the motor together: by what instruments state that they withstand, and else by their roles."""
+"""Which instruments may be connected to the motor together: by their stated ratings, otherwise by their roles."""
 
 from collections.abc import Collection, Mapping
 from typing import cast
@@ -33,7 +33,7 @@ class SetupRules:
         return (ROLES[role].withstands if stated is None else stated) >= voltage
 
     def check(self, setup: BenchSetup) -> None:
-        """Raise ProcedureError for a forbidden setup: two sources, company for an instrument that must be alone, too low a rating."""
+        """Raise ProcedureError for a forbidden setup: two sources, an instrument beside one that must be alone, too low a rating."""
         sources = sorted({contact.role for contact in setup.contacts if contact.is_socket}, key=lambda role: role.value)
         beside = sorted(setup.roles - set(sources), key=lambda role: role.value)
         if len(sources) > 1:

@@ -29,7 +29,7 @@ _BESIDE = (Role.VOLTMETER, Role.OSCILLOSCOPE)
 
 
 def setup_wanted(before: BenchSetup, wanted: Sequence[Wanted], may_stay: MayStay) -> BenchSetup:
-    """Return the setup that is wanted.
+    """Return the requested setup.
 
     The terminals' wires go where they are wanted and nowhere else. Voltmeter and probes that nothing was said of stay where they may
     beside what comes; before the dynamometer is coupled whatever feeds the motor or measures its winding comes off.

@@ -42,18 +42,19 @@ class CoggingTorqueSettings(WiringSettings):
         description="periods of the cogging a turn: least common multiple of slots and poles; sought over a whole turn when not given",
     )
     periods: float = Field(
-        default=12.0, ge=2.0, le=10_000.0, description="periods that are turned through, where the order is known"
+        default=12.0, ge=2.0, le=10_000.0, description="periods to turn through, if the order is known"
     )
     readings_per_period: int = Field(
-        default=10, ge=4, le=1000, description="readings a period, where the order is known"
+        default=10, ge=4, le=1000, description="readings per period, if the order is known"
     )
     turns: float = Field(
         default=2.0,
         ge=1.0,
         le=20.0,
-        description="turns, where it is not; one alone does not show what comes once only: a drift, hum, a knock",
+        description="turns, if the order is not known; one turn alone does not show what happens only once: a drift, hum, a "
+        "knock",
     )
-    readings: int = Field(default=250, ge=50, le=100_000, description="readings of a turn, where it is not")
+    readings: int = Field(default=250, ge=50, le=100_000, description="readings per turn, if the order is not known")
     averaging: float = Field(
         default=0.02, ge=0.0, le=10.0, description="time over which the transducer averages at most, s"
     )
@@ -149,7 +150,7 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             unseen = high if self.settings.order is None else multiples
             size = size + unc.limit(unseen, 0.0, fit.hidden)
             if fit.above:
-                size = size + unc.limit("another order beside", 0.5 * fit.above, 0.5 * fit.above)
+                size = size + unc.limit("another order besides the one given", 0.5 * fit.above, 0.5 * fit.above)
         else:
             # Anything up to this would have drowned.
             size = unc.limit("cogging that the scatter may hide", 0.5 * fit.hidden, 0.5 * fit.hidden)
@@ -177,8 +178,8 @@ class CoggingTorque(Procedure[CoggingTorqueSettings]):
             self.notice(
                 "blurred",
                 text(
-                    "at this speed the transducer's averaging over {time:g} s may take away {lost:.0%} of a torque of {order:.0f} periods "
-                    "a turn; turn more slowly",
+                    "at this speed the transducer's averaging over {time:g} s may reduce a torque of {order:.0f} "
+                    "periods per turn by {lost:.0%}; turn more slowly",
                     time=self.settings.averaging,
                     lost=lost,
                     order=order,

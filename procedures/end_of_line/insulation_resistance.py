@@ -49,8 +49,10 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
     end_of_line: ClassVar[bool] = True
 
     @classmethod
-    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: InsulationResistanceSettings) -> Sequence[Notice]:
-        """Say before anything runs that no test voltage is known, or that the tester does not reach it."""
+    def check_capability(
+        cls, bench: Bench, nameplate: Nameplate, settings: InsulationResistanceSettings
+    ) -> Sequence[Notice]:
+        """Report before the run that no test voltage is known, or that the tester does not reach it."""
         refused = _refused(bench, nameplate, settings)
         return (
             ()
@@ -81,7 +83,7 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
         by_hand=True,
     )
     def connect(self) -> None:
-        """Leave nothing else on the terminals: the tester's role is to be alone there."""
+        """Disconnect everything else from the terminals: the tester must be alone there."""
         self.bench.perform(LockRotor(), ALL_HIGH)
 
     @step("L7/3", "Apply the voltage, and read the resistance after {duration:g} s")
@@ -96,7 +98,7 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
 
     @step("L7/4", "The winding is discharged: take the tester off", by_hand=True)
     def part(self) -> None:
-        """Leave the terminals open, for nothing else belongs on them beside the tester."""
+        """Leave the terminals open, because nothing else may be connected beside the tester."""
         self.bench.perform(ALL_OPEN)
 
     @step("L7/5", "The insulation resistance, or its lower bound")

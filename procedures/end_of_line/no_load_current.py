@@ -52,7 +52,9 @@ class NoLoadCurrentSettings(DrivenWiringSettings):
     )
     readings: int = Field(default=8, ge=3, le=10_000, description="readings of the torque in each state")
     interval: float = Field(default=0.03, ge=0.0, le=10.0, description="time between readings, s")
-    settle: float = Field(default=0.1, ge=0.0, le=60.0, description="time before the first of them: the filter's, s")
+    settle: float = Field(
+        default=0.1, ge=0.0, le=60.0, description="time before the first of these readings, for the filter to settle, s"
+    )
     tare: float | None = Field(
         default=None,
         ge=0.0,

@@ -21,9 +21,12 @@ class NoLoadCurrentSixStepSettings(Settings):
     readings: int = Field(default=8, ge=2, le=10_000, description="readings of the bus current")
     interval: float = Field(default=0.05, gt=0.0, le=10.0, description="time between readings, s")
     steady: float = Field(
-        default=0.003, gt=0.0, le=0.2, description="change of speed between two looks that counts as run up, relative"
+        default=0.003,
+        gt=0.0,
+        le=0.2,
+        description="relative change of speed between two readings below which the motor has run up",
     )
-    look: float = Field(default=0.2, gt=0.0, le=10.0, description="time between two looks at the speed, s")
+    look: float = Field(default=0.2, gt=0.0, le=10.0, description="time between two readings of the speed, s")
     longest: float = Field(default=30.0, gt=0.0, le=600.0, description="longest time to run up, s")
 
 

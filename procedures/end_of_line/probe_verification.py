@@ -74,7 +74,7 @@ class ProbeVerificationSettings(Settings):
     )
     current_share: float = Field(default=0.5, gt=0.0, le=1.0, description="largest current, share of the rated current")
     record_time: float = Field(
-        default=0.1, ge=1e-3, le=10.0, description="record, s; five periods of 50 Hz hum fall out"
+        default=0.1, ge=1e-3, le=10.0, description="length of the record, s; averages 50 Hz hum over five periods"
     )
     points: int = Field(default=2000, ge=100, le=1_000_000, description="points of a record")
     settle: float = Field(default=0.2, gt=0.0, le=60.0, description="time at each level before reading, s")
@@ -158,7 +158,7 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
         self.bench.perform(ALL_OPEN)
         return self._gains(ends, "supply, current")
 
-    @step("S2/4", "Gain of each channel in each range, shown over true; what follows is corrected by it")
+    @step("S2/4", "Gain of each channel in each range, shown over true; later measurements are corrected by it")
     def conclude(self, gains: Sequence[tuple[VerifiedGain, UncertainReal]]) -> None:
         """Report each channel's gain that is known best, and keep all of them."""
         if not gains:
@@ -252,8 +252,8 @@ class ProbeVerification(Procedure[ProbeVerificationSettings]):
             if abs(gain - 1.0) > _WRONG:
                 raise ProcedureError(
                     text(
-                        "channel {channel} shows {gain:.3g} of what is there: its probe's factor, range or connection is wrong. Put "
-                        "it right (the station file has the factors) and verify again",
+                        "channel {channel} shows {gain:.3g} times the true value: its probe's factor, range or "
+                        "connection is wrong. Correct it (the station file has the factors) and verify again",
                         channel=channel,
                         gain=gain,
                     )

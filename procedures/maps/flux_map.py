@@ -310,8 +310,8 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             self.notice(
                 "torque-differs",
                 text(
-                    "the shaft's torque is {ratio:.4f} of the map's, known to ±{expanded:.2g}: look at the gains of currents, voltages and "
-                    "torque, at the pole pairs, and at peak against rms",
+                    "the shaft torque is {ratio:.4f} times the torque by the map, known to ±{expanded:.2g}: check "
+                    "the gains of currents, voltages and torque, the pole pairs, and peak against rms",
                     ratio=compared.ratio,
                     expanded=2.0 * spread,
                 ),

@@ -27,7 +27,7 @@ class FluxMapSettings(DrivenWiringSettings):
         le=60.0,
         description="wait after a change of current, s; longer where the torque is filtered",
     )
-    turns: int = Field(default=1, ge=1, le=1000, description="turns of the shaft that a reading is the mean of")
+    turns: int = Field(default=1, ge=1, le=1000, description="turns of the shaft over which a reading is averaged")
     longest: float = Field(
         default=3600.0, gt=0.0, le=86400.0, description="time after which no further current is read, s"
     )

@@ -107,8 +107,8 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
                 self.why_unknown(
                     "flux_linkage",
                     text(
-                        "at standstill the flux linkage of the magnets is not seen: run back-emf-constant before, or give flux_linkage in "
-                        "the motor file's [expected]"
+                        "at standstill the flux linkage of the magnets cannot be measured: run back-emf-constant "
+                        "before, or give flux_linkage in the motor file's [expected]"
                     ),
                 )
             )

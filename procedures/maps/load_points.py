@@ -69,7 +69,7 @@ class EfficiencyAtLoadSettings(SpeedsSettings, FedWiringSettings):
         default=0.02,
         ge=0.0,
         le=0.2,
-        description="half-width of what a phase's power may differ by where it is not moved, relative",
+        description="half-width of a phase's deviation in power where the probe is not moved, relative",
     )
     skew: float = Field(
         default=2e-7,
@@ -129,8 +129,8 @@ class EfficiencyAtLoad(Procedure[EfficiencyAtLoadSettings]):
             self,
             why,
             text(
-                "{count} load points were read; the torque's zero was not read again, and without the winding's last temperature the loss "
-                "is not parted",
+                "{count} load points were read; the torque's zero was not read again, and without the winding's "
+                "last temperature the loss is not separated into parts",
                 count=len(points),
             ),
         )
@@ -186,7 +186,7 @@ class EfficiencyAtLoad(Procedure[EfficiencyAtLoadSettings]):
         """Return the winding's temperature (°C) at the end."""
         return winding_temperature(self, self.settings.hot_temperature, self.settings.temperature_uncertainty)
 
-    @step("M5/6", "Efficiency and loss at each point, and its parts: copper, what there is without a current, the rest")
+    @step("M5/6", "Efficiency and loss at each point, and its parts: copper, loss without a current, the rest")
     def conclude(self, grid: LoadGrid) -> None:
         """Report the largest efficiency and the loss at the largest power; keep all points."""
         LoadResults(self, grid).report()

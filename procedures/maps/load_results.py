@@ -1,4 +1,4 @@
-"""Efficiency and loss of load points, by a budget that knows what the points and both powers share."""
+"""Efficiency and loss of load points, with a budget that includes the correlations between the points and both powers."""
 
 import math
 from dataclasses import dataclass
@@ -200,7 +200,8 @@ class LoadResults:
             self._procedure.notice(
                 "loss-parts",
                 text(
-                    "the winding's resistance is not known, so the loss is not parted; measure the stator resistance first"
+                    "the winding's resistance is not known, so the loss is not separated into parts; measure the "
+                    "stator resistance first"
                 ),
             )
 

@@ -78,7 +78,7 @@ class LoadRun:
             self._tell(beyond)
         if not self._done:
             raise ProcedureError(
-                text("the inverter drives none of the currents at any of the speeds; choose smaller ones")
+                text("the inverter can drive none of the currents at any of the speeds; choose smaller ones")
             )
         return self._done
 
@@ -100,7 +100,7 @@ class LoadRun:
         self._procedure.notice(
             "load-reach",
             text(
-                "the inverter's voltage does not drive these: {points}; they and larger currents are left out",
+                "the inverter's voltage is too low for these: {points}; they and larger currents are left out",
                 points=[f"{speed / _RPM:.0f} rpm {level:.3g} A" for speed, level in beyond],
             ),
         )

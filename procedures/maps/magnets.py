@@ -1,4 +1,4 @@
-"""What the magnets lose by warmth, from one quantity at two temperatures."""
+"""Temperature coefficient of the magnets, from one quantity at two temperatures."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""Open circuit over speed: the EMF, the drag, and at two temperatures what the magnets lose by warmth."""
+"""Open circuit over speed: the EMF, the drag, and from two temperatures the temperature coefficient of the magnets."""
 
 import math
 from collections.abc import Sequence
@@ -132,7 +132,7 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
         self.conclude_drag(self._passes[0], self._tare)
 
     def conclude_early(self, why: Text) -> bool:
-        """Report what whole passes tell, and of one that was left the flux linkage: torques want their zero once more."""
+        """Report the results of complete passes, and of an incomplete one only the flux linkage, because torques need their zero again."""
         if self._passes:
             tell_ended(self, why, text("figures are of the {count} whole passes", count=len(self._passes)))
             self.conclude_emf(self._passes)
@@ -144,7 +144,8 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
             self,
             why,
             text(
-                "the flux linkage is of {count} of {planned} speeds; the torques are left out, for their zero was not read again",
+                "the flux linkage is of {count} of {planned} speeds; the torques are left out, because their zero "
+                "was not read again",
                 count=len(self._left.emf),
                 planned=len(self._speeds),
             ),
@@ -211,7 +212,7 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
         self.bench.perform(ALL_OPEN, ConnectProbes(phases_on(self._channels)))
         return self._pass(None)
 
-    @step("M3/5", "Flux linkage, and what it changes by with the temperature")
+    @step("M3/5", "Flux linkage, and its change with the temperature")
     def conclude_emf(self, passes: Sequence[OpenPass]) -> None:
         """Report flux linkage at 25 °C and its coefficient."""
         unc, over = self.bench.uncertainties, [self._over(each) for each in passes]
@@ -241,7 +242,7 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
             misfit=misfit.of("flux_linkage"),
         )
 
-    @step("M3/6", "The drag over speed, the dynamometer's own off it: the loss of bearings, air and iron together")
+    @step("M3/6", "The drag over speed, the dynamometer's own subtracted: the loss of bearings, air and iron together")
     def conclude_drag(self, cold: OpenPass, tare: Fit | None) -> None:
         """Report the loss at the highest speed and keep the drag's course."""
         unc, top = self.bench.uncertainties, max(cold.speeds)
@@ -266,10 +267,13 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
         self.notice(
             "open-circuit-loss",
             text(
-                "{loss:.3g} W at {speed:.0f} rpm are bearings, air and iron together: open terminals do not part them{tare}",
+                "{loss:.3g} W at {speed:.0f} rpm is the loss of bearings, air and iron together: open terminals "
+                "do not separate them{tare}",
                 loss=float(torque.x) * top,
                 speed=top / _RPM,
-                tare="" if tare is not None else text("; the dynamometer's own drag is in it, for no tare was taken"),
+                tare=""
+                if tare is not None
+                else text("; the dynamometer's own drag is in it, because no tare was measured"),
             ),
         )
         speed = unc.instrument("dynamometer, speed", top, cold.torque[-1].speed_accuracy)
@@ -362,8 +366,8 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
         if resistance is None or ld is None:
             raise ProcedureError(
                 text(
-                    "the current that would warm the motor cannot be foreseen: run stator-resistance and an inductance first, or set "
-                    "warming_time=0"
+                    "the current that would warm the motor cannot be predicted: run stator-resistance and an "
+                    "inductance first, or set warming_time=0"
                 )
             )
         first = self._cold.emf[0]

@@ -17,7 +17,7 @@ class SpeedsSettings(TurnedWiringSettings):
         description="time at a speed before its first reading, s; a stated filter of the torque counts too",
     )
     zero_rest: float = Field(
-        default=1.0, ge=0.0, le=60.0, description="rest before the torque's zero is read, in which a filter forgets, s"
+        default=1.0, ge=0.0, le=60.0, description="wait before the torque's zero is read, until a filter has settled, s"
     )
     magnet_lag: float = Field(
         default=0.3,
@@ -26,5 +26,5 @@ class SpeedsSettings(TurnedWiringSettings):
         description="share of the winding's rise by which warmed magnets may be cooler than the winding",
     )
     periods: float = Field(
-        default=6.0, ge=2.0, le=100.0, description="electrical periods of each record, as far as 2 s hold them"
+        default=6.0, ge=2.0, le=100.0, description="electrical periods of each record, at most what 2 s hold"
     )

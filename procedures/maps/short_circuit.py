@@ -47,14 +47,14 @@ class ShortCircuitSettings(SpeedsSettings):
     """Settings of the short circuit over speed."""
 
     lowest: float = Field(
-        default=0.02, gt=0.0, le=1.0, description="lowest speed where R and L are not known, share of the rated speed"
+        default=0.02, gt=0.0, le=1.0, description="lowest speed if R and L are not known, share of the rated speed"
     )
     highest: float = Field(default=1.0, gt=0.0, le=2.0, description="highest speed, share of the rated speed")
     speeds: int = Field(
-        default=9, ge=5, le=100, description="speeds where R and L are not known, evenly spaced by their ratio"
+        default=9, ge=5, le=100, description="speeds if R and L are not known, evenly spaced by their ratio"
     )
     current_share: float = Field(
-        default=1.0, gt=0.0, le=1.0, description="largest current that is gone up to, share of the motor's largest"
+        default=1.0, gt=0.0, le=1.0, description="largest current to be reached, share of the motor's largest"
     )
     phases: bool = Field(
         default=True, description="at the slowest and the fastest speed, move the current probe to B and C too"
@@ -63,7 +63,7 @@ class ShortCircuitSettings(SpeedsSettings):
         default=0.01,
         ge=0.0,
         le=0.2,
-        description="half-width of what a phase's current may differ by where it is not moved, relative",
+        description="half-width of a phase's deviation in current where the probe is not moved, relative",
     )
     warming_time: float = Field(
         default=0.0,
@@ -113,7 +113,7 @@ class ShortCircuit(Procedure[ShortCircuitSettings]):
         self.conclude(before, self._sweeps)
 
     def conclude_early(self, why: Text) -> bool:
-        """Report what whole sweeps tell; of one that was left the readings are kept, without the warmth and the zero at its end."""
+        """Report the results of complete sweeps; the readings of an incomplete one are kept, without final temperature and zero."""
         if self._before is not None and self._sweeps:
             tell_ended(self, why, text("figures are of the {count} whole sweeps", count=len(self._sweeps)))
             self.conclude(self._before, self._sweeps)
@@ -125,8 +125,8 @@ class ShortCircuit(Procedure[ShortCircuitSettings]):
             self,
             why,
             text(
-                "{count} currents of the short circuit are kept among the findings, and no figure is made of them: how warm the winding "
-                "became, and the torque's zero, were not read again",
+                "{count} currents of the short circuit are kept among the findings, but give no figure: the "
+                "winding's temperature at the end, and the torque's zero, were not read again",
                 count=len(taken),
             ),
         )
@@ -189,7 +189,8 @@ class ShortCircuit(Procedure[ShortCircuitSettings]):
 
     @step(
         "M4/4",
-        "Where a second temperature is asked for: turn on at about the rated current for a while, and take all speeds again",
+        "Where a second temperature is asked for: continue at about the rated current for a while, and measure "
+        "all speeds again",
         by_hand=True,
     )
     def sweep_warm(self, before: OpenBefore, cold: ShortSweep) -> ShortSweep | None:
@@ -201,9 +202,9 @@ class ShortCircuit(Procedure[ShortCircuitSettings]):
         temperature = winding_temperature(self, None, self.settings.temperature_uncertainty)
         return run.sweep((), temperature)
 
-    @step("M4/5", "Resistance, inductance and the torque's peak from currents and torques, each against the other")
+    @step("M4/5", "Resistance, inductance and the torque's peak from currents and torques, compared with each other")
     def conclude(self, before: OpenBefore, sweeps: Sequence[ShortSweep]) -> None:
-        """Report what the sweeps tell, and what in them contradicts itself."""
+        """Report the results of the sweeps, and their contradictions."""
         saliency = None
         ld, lq = self.known.get("d_axis_inductance"), self.known.get("q_axis_inductance")
         if ld is not None and lq is not None:

@@ -1,4 +1,4 @@
-"""What a short circuit over speed has given, and the fits of it."""
+"""Data of a short circuit over speed, and their fits."""
 
 import math
 from collections.abc import Sequence

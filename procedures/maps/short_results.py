@@ -1,4 +1,4 @@
-"""What a short circuit over speed is reported as, and where its figures contradict each other or what was measured before."""
+"""Reported figures of a short circuit over speed, and contradictions between them or with earlier results."""
 
 import math
 from collections.abc import Sequence
@@ -41,7 +41,7 @@ class ShortResults:
         self._current = self._gain("oscilloscope, current channel", sweep.points[0].current.accuracies[0])
         unlike = self._settings.unbalance if sweep.shares is None else 0.5 * abs(sweep.shares[1] - sweep.shares[0])
         self._current = self._current * self._unc.limit(
-            "mean of the phases' currents beside what was probed", 1.0, unlike
+            "mean of the phases' currents against the one probed", 1.0, unlike
         )
         self._torque = torque_gain(
             self._unc, sweep.points[0].torque.torque_accuracy, float(np.max(np.abs(fitted[0].braking)))
@@ -82,7 +82,7 @@ class ShortResults:
         )
         by_torque = by_torque * self._torque / self._current**2
         by_torque = by_torque + self._unc.one_sided(
-            "iron loss of the open circuit that the short has not", 0.0, fit.floor
+            "iron loss of the open circuit that the short circuit does not have", 0.0, fit.floor
         )
         by_current = self._unc.statistical(
             "currents over speed: resistance",
@@ -118,9 +118,11 @@ class ShortResults:
             self._procedure.notice(
                 "short-circuit-resistance",
                 text(
-                    "the braking torque's power gives {torque:.4g} Ω, the currents {current:.4g} Ω with the open circuit's flux linkage: "
-                    "{ratio:.3f} times (with the torque's, λ would be {flux:.4g} V·s, not {open:.4g}). An L_q that saturates makes "
-                    "the currents' figure too small, iron loss in the short the torque's too large; the torque's is reported, no mean",
+                    "the power of the braking torque gives {torque:.4g} Ω, the currents give {current:.4g} Ω with "
+                    "the flux linkage of the open circuit: a ratio of {ratio:.3f} (with the torque's value, λ "
+                    "would be {flux:.4g} V·s, not {open:.4g}). Saturation of L_q makes the currents' value too "
+                    "small; iron loss in the short circuit makes the torque's value too large. The torque's value "
+                    "is reported, not a mean",
                     **values,
                 ),
             )
@@ -128,9 +130,11 @@ class ShortResults:
             self._procedure.notice(
                 "short-circuit-resistance",
                 text(
-                    "the braking torque's power gives {torque:.4g} Ω, the currents {current:.4g} Ω with the open circuit's flux linkage: "
-                    "{ratio:.3f} times (with the torque's, λ would be {flux:.4g} V·s, not {open:.4g}). A voltage in the short that does "
-                    "not grow with the current does that, as switches and worn contacts have it: join the terminals by clean links",
+                    "the power of the braking torque gives {torque:.4g} Ω, the currents give {current:.4g} Ω with "
+                    "the flux linkage of the open circuit: a ratio of {ratio:.3f} (with the torque's value, λ "
+                    "would be {flux:.4g} V·s, not {open:.4g}). A voltage drop in the short circuit that does not "
+                    "grow with the current causes this, as in switches and worn contacts: join the terminals by "
+                    "clean links",
                     **values,
                 ),
             )
@@ -140,7 +144,7 @@ class ShortResults:
         warm = float(sweep.temperature.x)
         kelvin = warmed(warm, max(sweep.rise, 0.0), settings.coefficient, settings.coefficient_reference) - warm
         # What warmed on the way was warm at the last points only.
-        mean = sweep.temperature + self._unc.limit("warmth of the short-circuit current", 0.5 * kelvin, 0.5 * kelvin)
+        mean = sweep.temperature + self._unc.limit("warming by the short-circuit current", 0.5 * kelvin, 0.5 * kelvin)
         self._procedure.findings["rise"] = {"relative": sweep.rise, "kelvin": kelvin}
         cold = at_temperature(by_torque, mean, COLD, settings.coefficient, settings.coefficient_reference)
         known = self._procedure.known.get("stator_resistance")
@@ -163,8 +167,8 @@ class ShortResults:
             self._procedure.notice(
                 "short-circuit-resistance",
                 text(
-                    "the short circuit shows {short:.4g} Ω per phase, less than the winding's own {winding:.4g} Ω: look at the current "
-                    "probe's factor, the torque's zero, and the pole pairs",
+                    "the short circuit shows {short:.4g} Ω per phase, less than the winding's own {winding:.4g} "
+                    "Ω: check the current probe's factor, the torque's zero, and the pole pairs",
                     short=float(cold.x),
                     winding=float(winding.x),
                 ),
@@ -179,8 +183,8 @@ class ShortResults:
             procedure.notice(
                 "short-circuit-reach",
                 text(
-                    "the d-axis current reached {size:.3g} A of about {asymptote:.3g} A, where the currents hardly know the inductance: it "
-                    "is not given{why}",
+                    "the d-axis current reached {size:.3g} A of about {asymptote:.3g} A, where the currents "
+                    "hardly depend on the inductance: it is not given{why}",
                     size=size,
                     asymptote=asymptote,
                     why=self._why(sweep),
@@ -191,8 +195,8 @@ class ShortResults:
             procedure.notice(
                 "short-circuit-shape",
                 text(
-                    "the currents leave {left:.1%} rms of the course that constant inductances give: saturation, or a contact that "
-                    "changes; look at their residual",
+                    "the currents deviate by {left:.1%} rms from the curve of constant inductances: saturation, "
+                    "or a contact that changes; check their residual",
                     left=fit.currents.residual_rms,
                 ),
             )
@@ -209,8 +213,8 @@ class ShortResults:
             procedure.notice(
                 "short-circuit-reach",
                 text(
-                    "the d-axis current reached {size:.3g} A of about {asymptote:.3g} A: λ/L_d is carried on, not measured, and is not "
-                    "given{why}",
+                    "the d-axis current reached {size:.3g} A of about {asymptote:.3g} A: λ/L_d would be "
+                    "extrapolated, not measured, and is not given{why}",
                     size=size,
                     asymptote=asymptote,
                     why=self._why(sweep),
@@ -225,7 +229,7 @@ class ShortResults:
             "short_circuit_current",
             self._flux / chord * cold,
             section=procedure.section,
-            estimator="short-circuit currents over speed, carried on to no resistance",
+            estimator="short-circuit currents over speed, extrapolated to zero resistance",
         )
 
     @staticmethod
@@ -261,7 +265,7 @@ class ShortResults:
             "peak_braking_torque",
             self._torque * self._unc.statistical("braking torques near their peak", size, u_size, freedom),
             section=procedure.section,
-            estimator="course of the currents' fit, size of the torques near the peak",
+            estimator="curve by the fit of the currents, size by the torques near the peak",
         )
         procedure.report(
             "peak_braking_speed",

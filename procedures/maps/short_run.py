@@ -63,8 +63,9 @@ class ShortRun:
         if len(self._points) < _FEWEST:
             raise ProcedureError(
                 text(
-                    "after {points} speeds the short circuit reaches the {limit}: too few to tell R and L apart. Start slower (lowest), or "
-                    "run stator-resistance and an inductance first, by which the speeds are chosen",
+                    "after {points} speeds the short circuit reaches the {limit}: too few to separate R and L. "
+                    "Start slower (lowest), or run stator-resistance and an inductance first, from which the "
+                    "speeds are chosen",
                     points=len(self._points),
                     limit=text("motor's largest current") if stopped == "current" else text("dynamometer's torque"),
                 )

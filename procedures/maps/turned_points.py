@@ -1,4 +1,4 @@
-"""What a shaft that is held at a speed shows: its torque, and the fundamentals of voltages or currents."""
+"""Readings at a held speed: the torque, and the fundamentals of voltages or currents."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -153,7 +153,8 @@ def pole_pairs_of(electrical: float, mechanical: float, known: float | None) -> 
     if pairs < 1 or abs(ratio / max(pairs, 1) - 1.0) > 0.02 or (known is not None and pairs != round(known)):
         raise ProcedureError(
             text(
-                "the EMF turns {ratio:.4g} times while the shaft turns once{known}: look at the speed sensor, and run pole-pairs-back-emf",
+                "the EMF turns {ratio:.4g} times while the shaft turns once{known}: check the speed sensor, and "
+                "run pole-pairs-back-emf",
                 ratio=ratio,
                 known="" if known is None else f" ({known:g})",
             )

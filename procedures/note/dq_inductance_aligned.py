@@ -31,7 +31,7 @@ from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.winding.connections import ReadingConnection, phase_factor
 from procedures.estimation.winding.held_angle import held_angle
 from procedures.estimation.winding.misalignment import Held, excess
-from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
+from procedures.plausibility.inductance_capability import REQUESTED, check_inductance_capability
 from procedures.techniques.repeated_readings import RepeatedQuantity, between, repeated_readings
 from procedures.techniques.winding.alignment import aligning
 from procedures.techniques.winding.dq_axes import connection_of, require
@@ -59,11 +59,12 @@ class DqInductanceAlignedSettings(SupplyWiringSettings):
         default=REQUESTED,
         gt=0.0,
         lt=1.0,
-        description="relative standard uncertainty asked for; a bridge that cannot give it is told of before",
+        description="required relative standard uncertainty; if a bridge cannot reach it, this is reported beforehand",
     )
     check_alignment: bool = Field(
         default=True,
-        description="read two lines too: their difference shows how far friction held the rotor off, and is allowed for",
+        description="also read two lines: their difference shows how far friction kept the rotor from its position, and is "
+        "corrected for",
     )
 
 
@@ -89,9 +90,11 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
     needs: ClassVar[Demands] = {Role.SUPPLY: LOOP, Role.LCR_METER: Demand((Measurand.INDUCTANCE,))}
 
     @classmethod
-    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceAlignedSettings) -> Sequence[Notice]:
+    def check_capability(
+        cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceAlignedSettings
+    ) -> Sequence[Notice]:
         """Compare the bridge's accuracy at the type value with the requested uncertainty."""
-        return foresee_inductance(cls.name, bench, nameplate, settings, 1.5)
+        return check_inductance_capability(cls.name, bench, nameplate, settings, 1.5)
 
     def measure(self) -> None:
         """Align, lock and read: d first, then q."""

@@ -33,7 +33,7 @@ from procedures.estimation.winding import rotor_sweep
 from procedures.estimation.winding.connections import phase_factor
 from procedures.estimation.winding.timed_sweep import LEAST_PERIODS, fit_timed_sweep
 from procedures.plausibility.capability import relative_uncertainty
-from procedures.plausibility.inductance_capability import REQUESTED, foresee_inductance
+from procedures.plausibility.inductance_capability import REQUESTED, check_inductance_capability
 from procedures.techniques.instrument_choice import InstrumentChoice, choose_for_inductance
 from procedures.techniques.winding.dq_axes import connection_of
 from procedures.techniques.winding.plots import SweepPlot
@@ -72,7 +72,7 @@ class DqInductanceExtremesSettings(WiringSettings):
         default=REQUESTED,
         gt=0.0,
         lt=1.0,
-        description="relative standard uncertainty asked for; a bridge that cannot give it is told of before",
+        description="required relative standard uncertainty; if a bridge cannot reach it, this is reported beforehand",
     )
     class_threshold: float = Field(
         default=0.10, gt=0.0, lt=1.0, description="difference below which the note calls it an SPMSM"
@@ -103,9 +103,11 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
     needs: ClassVar[Demands] = {Role.LCR_METER: Demand((Measurand.INDUCTANCE,))}
 
     @classmethod
-    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceExtremesSettings) -> Sequence[Notice]:
+    def check_capability(
+        cls, bench: Bench, nameplate: Nameplate, settings: DqInductanceExtremesSettings
+    ) -> Sequence[Notice]:
         """Compare the bridge's accuracy at the type value with the requested uncertainty."""
-        return foresee_inductance(cls.name, bench, nameplate, settings, 2.0)
+        return check_inductance_capability(cls.name, bench, nameplate, settings, 2.0)
 
     def measure(self) -> None:
         """Sweep, classify, conclude."""

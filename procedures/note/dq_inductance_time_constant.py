@@ -78,7 +78,8 @@ class DqInductanceTimeConstantSettings(SupplyWiringSettings):
         default=0.03,
         gt=0.0,
         le=0.5,
-        description="a time constant read off a screen is within this share of it, where the oscilloscope gives no waveform",
+        description="relative half-width of the uncertainty of a time constant read off a screen, if the oscilloscope gives "
+        "no waveform",
     )
     curve_shares: tuple[float, ...] = Field(
         default=(), description="further step currents, shares of the rated current, for inductance against current"

@@ -171,7 +171,7 @@ class Inertia(Procedure[InertiaSettings]):
             return short
         return OnlyBoundedError(
             text(
-                "{why}. Its inertia is not found, but a drag of {low:.2g} N·m at least is left of its slowing down",
+                "{why}. The inertia is not found, but the deceleration shows a drag of {low:.2g} N·m at least",
                 why=short.text,
                 low=low,
             ),

@@ -114,8 +114,9 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
     def _check_round(self, marks: list[float], pairs: int, span: float) -> None:
         """Refuse marks that do not go round the turns: a shaft that never got on looks like few pole pairs."""
         advice = text(
-            "turn the shaft on by hand until it snaps into the next position, with more current (current_share) where friction "
-            "holds it, and mark until the first position has come round again, one turn beyond its first mark (10 190 370)"
+            "turn the shaft by hand until it snaps into the next position; if friction holds it, use more current "
+            "(current_share). Mark every position until the first one is reached again, one turn after its first "
+            "mark (10 190 370)"
         )
         if pairs == 1 and span < 2.0 * math.pi - _CLOSE:
             raise ProcedureError(
@@ -136,8 +137,9 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
         ):
             raise ProcedureError(
                 text(
-                    "the marks ({marks}) take {taken} of {pairs} evenly spaced places, {repeated} of them more than once, and leave "
-                    "{gap:.0f}° without any: not one mark for each stable position; {advice}",
+                    "the marks ({marks}) occupy {taken} of {pairs} evenly spaced positions, {repeated} of them "
+                    "more than once, and leave a gap of {gap:.0f}°: there is not exactly one mark for each stable "
+                    "position; {advice}",
                     marks=len(marks),
                     taken=found.taken,
                     pairs=pairs,

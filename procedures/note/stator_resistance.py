@@ -51,7 +51,8 @@ class StatorResistanceSettings(WiringSettings):
     aperture: Aperture = Field(default=Aperture.LONG, description="measurement time")
     repeats: int = Field(default=3, ge=1, le=100, description="readings a line pair")
     closing: bool = Field(
-        default=True, description="read the first line pair once more at the end, of two readings a line pair on"
+        default=True,
+        description="read the first line pair once more at the end, if there are two or more readings a line pair",
     )
     short_correction: bool = Field(default=True, description="measure and subtract the leads first")
     winding_temperature: WindingTemperature = None
@@ -65,7 +66,7 @@ class StatorResistanceSettings(WiringSettings):
         default=0.01, gt=0.0, le=1.0, description="relative standard uncertainty asked for"
     )
     unbalance_limit: float = Field(
-        default=0.03, gt=0.0, le=1.0, description="spread of the lines over their mean that is a finding"
+        default=0.03, gt=0.0, le=1.0, description="spread of the lines over their mean above which it is reported"
     )
 
 
@@ -99,7 +100,9 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
     needs: ClassVar[Demands] = {Role.LCR_METER: Demand((Measurand.RESISTANCE,))}
 
     @classmethod
-    def foresee(cls, bench: Bench, nameplate: Nameplate, settings: StatorResistanceSettings) -> Sequence[Notice]:
+    def check_capability(
+        cls, bench: Bench, nameplate: Nameplate, settings: StatorResistanceSettings
+    ) -> Sequence[Notice]:
         """Compare the bridge's accuracy at the type value with the requested uncertainty (E9)."""
         expected = nameplate.expected.get("stator_resistance")
         if expected is None:

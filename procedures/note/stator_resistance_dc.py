@@ -64,7 +64,7 @@ class StatorResistanceDcSettings(SupplyWiringSettings):
     )
     closing: bool = Field(default=True, description="read the first two terminals once more at the end")
     heating_limit: float = Field(
-        default=1.0, gt=0.0, le=50.0, description="warming of the winding that is a warning, K"
+        default=1.0, gt=0.0, le=50.0, description="warming of the winding above which a warning is given, K"
     )
     winding_temperature: WindingTemperature = None
     temperature_uncertainty: TemperatureUncertainty = 1.0
@@ -230,7 +230,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             read[odd] = self._reading(float(levels[odd]), choose_range=False)
             if not typed:
                 message = text(
-                    "{contradiction}; the voltage was read once more there, and that counts",
+                    "{contradiction}; the voltage was read again there, and the new reading is used",
                     contradiction=contradiction,
                 )
                 self.notice(Cause.REPEATS_DIFFER.value, message)

@@ -1,1 +1,1 @@
-"""Whether figures can be true: consistency, known factor errors, and what the instruments are capable of."""
+"""Plausibility of figures: consistency, known factor errors, and the capability of the instruments."""

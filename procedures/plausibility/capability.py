@@ -1,4 +1,4 @@
-"""What a station's instruments cannot give, said before anything is energised."""
+"""Limits of a station's instruments that are reported before anything is energised."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Whether the figures of a whole run go together, with each other and with the plate; where not, which mistake is likely."""
+"""Consistency of all figures of a run, with each other and with the nameplate; if not consistent, the likely error."""
 
 import math
 from collections import Counter
@@ -110,8 +110,9 @@ def _winding(found: ParameterSet, pairs: float, nameplate: Nameplate) -> list[No
                 Notice(
                     "consistency-winding",
                     text(
-                        "{label}: the rated current would drop {drop:.3g} V in it, the rated voltage is {rated:g} V. Likely: readings "
-                        "typed without their prefix, mΩ as Ω or mH as H, or a rated current that is another one",
+                        "{label}: the rated current would drop {drop:.3g} V in it, but the rated voltage is "
+                        "{rated:g} V. Likely: readings typed without their prefix, mΩ as Ω or mH as H, or a wrong "
+                        "rated current",
                         label=figure.label,
                         drop=drop,
                         rated=rated,

@@ -1,4 +1,4 @@
-"""Mistakes of a bench that leave a factor behind, and how a ratio of two figures is held against them."""
+"""Errors at a bench that cause a known factor, and the comparison of a ratio of two figures with these factors."""
 
 import math
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ _NAMING = 3.0
 
 @dataclass(frozen=True)
 class FactorError:
-    """What somebody may have done, and the factor by which the ratio is then off."""
+    """A possible error, and the factor by which it changes the ratio."""
 
     factor: float
     words: Text

@@ -1,4 +1,4 @@
-"""What a bridge cannot give of an inductance, known from the type values before anything is energised."""
+"""Limits of a bridge for an inductance, known from the type values before anything is energised."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -36,7 +36,7 @@ class InductanceBridgeSettings(Protocol):
         """Relative standard uncertainty asked for."""
 
 
-def foresee_inductance(
+def check_inductance_capability(
     procedure: str, bench: Bench, nameplate: Nameplate, settings: InductanceBridgeSettings, reading: float
 ) -> Sequence[Notice]:
     """Hold the bridge's accuracy at the type value against the uncertainty asked for; `reading` is the meter's over the phase's value.

@@ -1,4 +1,4 @@
-"""Sizes that no motor has, or hardly any: a figure outside them is of another unit or factor than its record says, or may be."""
+"""Ranges of possible and of usual values of motors: a figure outside them may have a wrong unit or factor."""
 
 from collections.abc import Mapping
 

@@ -30,7 +30,8 @@ def held_against_type(found: ParameterSet, nameplate: Nameplate) -> list[Notice]
     said = {
         Conformity.OUTSIDE: text("{label} is {deviation:+.3g} % off the type's value, outside its ±{tolerance:g} %"),
         Conformity.OPEN: text(
-            "{label} is {deviation:+.3g} % off the type's value; its interval does not prove it within ±{tolerance:g} %, nor outside"
+            "{label} is {deviation:+.3g} % off the type's value; its interval shows it neither within "
+            "±{tolerance:g} % nor outside"
         ),
     }
     notices = []

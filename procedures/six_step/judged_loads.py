@@ -1,4 +1,4 @@
-"""What the loads of a six-step drive show beyond the model, and which of them count with which limits of error."""
+"""Differences of a six-step drive's loads from the model, and the loads that are used, with their limits of error."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What is read of a six-step drive at one load, and how warm its winding was at each of several."""
+"""Readings of a six-step drive at one load, and the temperature of its winding at each of several."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Reading a six-step drive at one load: what contradicts its siblings, or the current's frequency, is read or asked for again."""
+"""Reads a six-step drive at one load; values that contradict the others or the current's frequency are read or asked for again."""
 
 import math
 from collections.abc import Callable

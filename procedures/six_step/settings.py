@@ -33,7 +33,7 @@ class EquivalentResistanceSettings(WiringSettings):
         default=None, gt=0.0, description="R_11, Ω; from the resistance procedure when not given"
     )
     winding_resistance_uncertainty: float | None = Field(
-        default=None, ge=0.0, description="half-width of what is known of it, Ω; 2 % of it when not given"
+        default=None, ge=0.0, description="half-width of its uncertainty, Ω; 2 % of it when not given"
     )
     winding_resistance_temperature: float = Field(
         default=COLD, ge=-60.0, le=250.0, description="winding temperature at which it holds, °C"
@@ -42,7 +42,7 @@ class EquivalentResistanceSettings(WiringSettings):
         default=None, gt=0.0, description="L11 − L12, H; from the inductance procedures when not given"
     )
     winding_inductance_uncertainty: float | None = Field(
-        default=None, ge=0.0, description="half-width of what is known of it, H; 5 % of it when not given"
+        default=None, ge=0.0, description="half-width of its uncertainty, H; 5 % of it when not given"
     )
     winding_temperature: WindingTemperature = None
     winding_temperature_after: Annotated[

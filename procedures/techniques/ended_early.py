@@ -1,4 +1,4 @@
-"""What a procedure says that makes figures of what it had taken before it was left."""
+"""Messages of a procedure that gives figures from the data taken before it ended early."""
 
 from typing import Any
 
@@ -8,4 +8,4 @@ from procedures.core.procedure import Procedure
 
 def tell_ended(procedure: Procedure[Any], why: Text, what: Text) -> None:
     """Say why it was left, and what its figures are of."""
-    procedure.notice("ended-early", text("it was left before its end: {why}; {what}", why=why, what=what))
+    procedure.notice("ended-early", text("it was stopped before its end: {why}; {what}", why=why, what=what))

@@ -108,7 +108,7 @@ def _choice(
     if share is not None:
         reasons.append(
             text(
-                "{name} knows it to {share:.2%} there, {wanted:.2%} are asked for",
+                "{name} measures it to {share:.2%} there, but {wanted:.2%} are required",
                 name=name,
                 share=share,
                 wanted=wanted,
@@ -119,5 +119,7 @@ def _choice(
             reasons.append(text("the station has nothing better for it"))
         return InstrumentChoice(name, here, tuple(reasons), short=not fits, unstated=unstated)
     way, procedure = instead
-    reasons.append(text("the station has what {procedure} needs, which does better here", procedure=word(procedure)))
+    reasons.append(
+        text("the station has the instruments for {procedure}, which is more accurate here", procedure=word(procedure))
+    )
     return InstrumentChoice(way, procedure, tuple(reasons), short=False, unstated=unstated)

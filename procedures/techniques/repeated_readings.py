@@ -222,7 +222,10 @@ class _Repeats(Generic[Read]):
         left = self.readings.pop(odd)
         self._procedure.notice(
             Cause.REPEATS_DIFFER.value,
-            text("{contradiction}; read once more it bears them out, and this one is left out", contradiction=said),
+            text(
+                "{contradiction}; a repeated reading agrees with the others, so this one is left out",
+                contradiction=said,
+            ),
         )
         return [self._quantity.value(left)]
 
@@ -236,7 +239,8 @@ class _Repeats(Generic[Read]):
         values = self.values
         others = [value for place, value in enumerate(values) if place != odd]
         return text(
-            "{quantity} {terminals}, reading {number} of {count}: it is {ratio} its siblings, {value:.4g} {unit} against {others} {unit}",
+            "{quantity} {terminals}, reading {number} of {count}: it is {ratio} the other readings, {value:.4g} "
+            "{unit} against {others} {unit}",
             quantity=self._quantity.name,
             terminals=self._quantity.terminals,
             number=odd + 1,

@@ -122,8 +122,9 @@ class VerifiedChannels:
             channels.setdefault(key, []).append(channel)
         return [
             text(
-                "the verified gain of channel {channels} holds at {verified} {unit} full scale; records at {taken} {unit} rest on the "
-                "data sheet. Add ranges for them to {setting} of probe-verification",
+                "the verified gain of channel {channels} holds at {verified} {unit} full scale; records at "
+                "{taken} {unit} use the data sheet's limits. Add ranges for them to {setting} of "
+                "probe-verification",
                 channels=", ".join(map(str, numbers)),
                 verified=verified,
                 taken=taken,

@@ -79,7 +79,8 @@ def station_section(run: RunRecord) -> ReportSection:
     blocks: list[Block] = [facts, instrument_table(run)]
     if overdue:
         flagged = text(
-            "The calibration of {roles} was overdue on the day of the measurement; the stated accuracy is not vouched for.",
+            "The calibration of {roles} was overdue on the day of the measurement; the stated accuracy is not "
+            "confirmed.",
             roles=[role_name(instrument.role) for instrument in overdue],
         )
         blocks.append(Notices((("calibration-overdue", flagged),), grave=True))
@@ -137,7 +138,7 @@ def record_section(run: RunRecord) -> ReportSection:
     ]
     if run.journal.torn:
         blocks.append(
-            Notices((("", text("A line after the last event was cut off in writing; it is not part of this report.")),))
+            Notices((("", text("The last line of the journal is incomplete; it is not part of this report.")),))
         )
     return ReportSection(text("Record"), "record", tuple(blocks))
 

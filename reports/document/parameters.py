@@ -35,7 +35,7 @@ def parameter_table(found: ParameterSet, truth: Mapping[str, float]) -> Table:
             by = (
                 text("· {procedure}", procedure=word(other.procedure))
                 if other.procedure != parameter.procedure
-                else text("· by another way")
+                else text("· by another method")
             )
             rows.append(_row(other, by, None, with_truth=bool(truth), faint=True))
     rows += [

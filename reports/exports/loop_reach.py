@@ -43,8 +43,8 @@ def _notice(parameters: Mapping[str, Parameter], bandwidth: float, axis: str) ->
     more = by_resistance[1] - by_resistance[0] > by_inductance[1] - by_inductance[0]
     cause = resistance if more else inductance
     sentence = text(
-        "the {axis} axis' current loop, made for {bandwidth:.4g} Hz, may have {low:.4g} to {high:.4g} Hz: {name} is known to "
-        "±{share:.2g} % (95 %), and the winding's own pole lies at {pole:.4g} Hz; {remedy}",
+        "the {axis} axis' current loop, designed for {bandwidth:.4g} Hz, may have {low:.4g} to {high:.4g} Hz: "
+        "{name} is known to ±{share:.2g} % (95 %), and the winding's own pole lies at {pole:.4g} Hz; {remedy}",
         axis=axis,
         bandwidth=bandwidth,
         low=low,

@@ -54,7 +54,7 @@ def fits(name: str, findings: Mapping[str, Any]) -> Iterator[Plot]:
         record = PlotCurve(_RECORDED, x, fitted + residual, Manner.READING)
         upper = Axes(label, x_unit, text("Reading"), unit, (record, PlotCurve(FITTED, x, fitted, Manner.FIT)))
         left = Axes(label, x_unit, RESIDUAL, unit, (PlotCurve(RESIDUAL, x, residual, Manner.RESIDUAL),))
-        yield Plot(f"{name}-{key}", text("Readings, their fit, and what it leaves"), ((upper,), (left,)), (1.0, 0.6))
+        yield Plot(f"{name}-{key}", text("Readings, their fit, and the residual"), ((upper,), (left,)), (1.0, 0.6))
 
 
 def _array(values: object) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -40,7 +40,7 @@ def short_circuit(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> It
         lower[1].append(PlotCurve(name_of_residual, speed, _array(sweep["torque_residual"]), Manner.READING))
     yield Plot(
         procedure.name,
-        text("Short-circuit current and braking torque over speed, their fits, and what they leave"),
+        text("Short-circuit current and braking torque over speed, their fits, and the residuals"),
         (
             (
                 Axes(SPEED, "rpm", _AMPLITUDE, "A", upper[0], True, True),
@@ -60,7 +60,7 @@ def short_circuit(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> It
     )
     yield Plot(
         f"{procedure.name}-loss",
-        text("Loss of the short circuit over speed, as far as it parts"),
+        text("Loss of the short circuit over speed, and the parts that can be separated"),
         ((Axes(SPEED, "rpm", _LOSS, "W", curves, True, True),),),
         (0.8,),
     )
@@ -87,7 +87,7 @@ def open_circuit(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Ite
         curves.append(PlotCurve(text("the dynamometer's own drag"), *_course(drag["tare"], speed), Manner.SECOND))
     yield Plot(
         procedure.name,
-        text("EMF with open terminals over speed; torque that turning takes, its fit, and what it leaves"),
+        text("EMF with open terminals over speed; torque that turning takes, its fit, and the residual"),
         (
             (
                 Axes(SPEED, "rpm", _AMPLITUDE, "V", emf, True, True),

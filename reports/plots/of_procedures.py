@@ -90,7 +90,7 @@ def _dc(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plo
         )
     yield Plot(
         procedure.name,
-        text("Voltage inside the clamps over current, both polarities, and what the line leaves"),
+        text("Voltage inside the clamps over current, both polarities, and the residual of the straight line"),
         (row, left),
         (1.0, 0.7),
     )
@@ -122,7 +122,7 @@ def _sweep(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
     yield Plot(
         procedure.name,
         text(
-            "Inductance between two lines while the shaft is turned: over the angle that the fit finds, and what it leaves over time"
+            "Inductance between two lines while the shaft is turned: over the fitted angle, and the residual over time"
         ),
         ((over_angle, left),),
     )
@@ -150,7 +150,7 @@ def _step(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[P
     if drawn:
         yield Plot(
             procedure.name,
-            text("Steps on the d and q axes: recorded voltage, current with the fit to both, and what it leaves"),
+            text("Steps on the d and q axes: recorded voltage, current with the fit to both, and the residual"),
             tuple(row for row, _ in drawn),
             tuple(height for _, height in drawn),
         )
@@ -196,7 +196,7 @@ def _emf(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Pl
         yield Plot(
             f"{procedure.name}-{number}",
             text(
-                "Back-EMF at {speed:.0f} rpm: recorded (grey), the fitted harmonics, and what they leave",
+                "Back-EMF at {speed:.0f} rpm: recorded (grey), the fitted harmonics, and the residual",
                 speed=point["speed_rpm"],
             ),
             ((Axes(TIME, "s", _VOLTAGE, "V", (*recorded, *fitted)),), (Axes(TIME, "s", RESIDUAL, "V", left),)),
@@ -282,7 +282,7 @@ def _torque(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator
     order = np.argsort(current)
     yield Plot(
         procedure.name,
-        text("Shaft torque over the inverter's current, and what the line leaves"),
+        text("Shaft torque over the inverter's current, and the residual of the straight line"),
         (
             (
                 Axes(

@@ -68,7 +68,7 @@ def _by(other: Parameter, best: Parameter, translate: Translate) -> str:
     """Say where a figure comes from that stands beneath another: its procedure, or its way where the procedure is the same."""
     if other.procedure != best.procedure:
         return text("· {procedure}", procedure=word(other.procedure)).render(translate)
-    return text("· by another way").render(translate)
+    return text("· by another method").render(translate)
 
 
 def table(lines: Sequence[SummaryRow], translate: Translate, *, with_truth: bool, width: int) -> "Table":

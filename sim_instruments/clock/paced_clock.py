@@ -12,7 +12,7 @@ SLOWEST, FASTEST = 0.1, 1000.0
 
 
 class PacedClock:
-    """A clock that starts at 0 s and runs `speedup` times as fast as the wall's; nobody's waiting moves it.
+    """A clock that starts at 0 s and runs `speedup` times as fast as real time; waiting does not advance it.
 
     Whoever serves the bench calls `pulse` again and again: time has nobody else to tell that it goes on. Where the bench is behind
     its time it stands still, so that a machine which cannot keep up has a slower bench, and never more and more to make up for.
@@ -94,5 +94,5 @@ class PacedClock:
             return heapq.heappop(self._alarms)[2] if self._alarms and self._alarms[0][0] <= now else None
 
     def close(self) -> None:
-        """Wake up whoever sleeps, for the end."""
+        """Wake up all waiting participants at the end."""
         self._closed.set()

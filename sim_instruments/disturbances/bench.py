@@ -70,7 +70,7 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Hands:
-    """What a person's hands and eyes add.
+    """Errors that a person adds by hand and eye.
 
     `unevenness`: share by which a hand's speed varies instead of the usual tenth, 0 leaves that; `regrips`: stops a turn in which the
     hand takes hold anew, `regrip_time` (s) each; `slips`: share of typed readings whose decimal point is a place off;

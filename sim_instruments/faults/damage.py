@@ -61,12 +61,12 @@ class Damage:
             settings.faults.unplugged = unplugged
 
     def limit_supply(self, current: float | None) -> None:
-        """Have the supply give no more than a current (A), whatever its limit. Raises ValueError for one not positive."""
+        """Restrict the supply to a current (A) below its limit. Raises ValueError if it is not positive."""
         with self._timelines[0].changing() as settings:
             settings.faults.supply_current = _positive("current", current, "A")
 
     def run_dynamometer_away(self, speed: float | None) -> None:
-        """Have the dynamometer go for a speed (rad/s) while it is on, whatever it is told; its maximum is the most."""
+        """Make the dynamometer run away to a speed (rad/s, at most its maximum) while it is on, independent of its commands."""
         checked = _positive("speed", speed, "rad/s")
         for timeline in self._timelines:
             with timeline.changing() as settings:

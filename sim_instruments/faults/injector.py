@@ -61,7 +61,7 @@ class Injector:
             self._begin_at(entry, start + described.after)
 
     def step_started(self, step: str, procedure: str = "") -> None:
-        """Take note that whoever runs the procedure begins a step of it."""
+        """Take note that a procedure begins a step."""
         with self._lock:
             for entry in tuple(self._entries):
                 described = entry.described

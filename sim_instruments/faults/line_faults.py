@@ -1,4 +1,4 @@
-"""Faults of an instrument's line: what becomes of its messages and replies, and when."""
+"""Faults of an instrument's line: what happens to its messages and replies, and when."""
 
 import re
 from collections.abc import Callable, Iterator

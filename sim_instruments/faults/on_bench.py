@@ -84,7 +84,7 @@ class StuckOutput(Description):
 
 
 class StuckRelay(Description):
-    """Have a relay's contact stay closed, or open, whatever its coil is told; the switch unit does not notice."""
+    """Make a relay's contact stay closed or open independent of its coil; the switch unit does not detect it."""
 
     fault: Literal["stuck_relay"]
     crosspoint: str
@@ -118,7 +118,7 @@ class CurrentLimited(Description):
 
 
 class SpeedRunaway(Description):
-    """Have dynamometer or inverter go for a speed while it is on, whatever it is told."""
+    """Make dynamometer or inverter run away to a speed while it is on, independent of its commands."""
 
     fault: Literal["speed_runaway"]
     role: Literal["dynamometer", "inverter"]

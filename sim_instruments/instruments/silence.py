@@ -1,4 +1,4 @@
-"""A device's watch over those who speak to it: what it does once nobody has for a while."""
+"""A device's communication watchdog: what it does if it receives no message for a time."""
 
 import threading
 from collections.abc import Callable
@@ -29,7 +29,7 @@ class SilenceWatch:
             self._condition.notify()
 
     def heard(self) -> None:
-        """Take it that somebody has spoken now."""
+        """Take note that a message has arrived now."""
         if self._time:
             with self._condition:
                 self._last = monotonic()

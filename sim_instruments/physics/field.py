@@ -147,7 +147,7 @@ class RotorField(ImpressedField):
         return self._currents(times)
 
     def dq_currents(self, times: FloatArray) -> ComplexArray:
-        """Return the currents (A, d + j·q) that really flow, the offset included."""
+        """Return the actual currents (A, d + j·q), the offset included."""
         result: ComplexArray = self._currents(times)
         if self._offset:
             result = result + self._offset * np.exp(-1j * self.rotor_angle(times))

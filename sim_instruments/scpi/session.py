@@ -21,7 +21,7 @@ _PART = 1 << 17
 
 @dataclass(frozen=True)
 class Outgoing:
-    """A reply on its way: its bytes in `parts`, to be gone through once, and whether they are the `whole` of it."""
+    """A reply during transfer: its bytes in `parts`, iterated once, and whether they are the `whole` reply."""
 
     parts: Iterable[bytes]
     whole: bool
@@ -60,7 +60,7 @@ class ClientSession(MessageExchange):
         self._instrument.give_up(busy)
 
     def abandon(self) -> None:
-        """Forget this client's messages: it has gone; what it has set going goes on."""
+        """Forget this client's messages after it has disconnected; what it has started continues."""
         super().clear()
         self._long = None
 

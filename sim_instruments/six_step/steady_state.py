@@ -197,7 +197,7 @@ def steady_state(bridge: Bridge, speed: float, guess: Real | None = None) -> Ste
     constant = (drive.self_inductance - drive.mutual_inductance) * bridge.current_scale / drive.source_voltage
     if constant > _LONGEST_CONSTANT * duration:
         raise SixStepError(
-            f"the resistances are too small to be told from none at {speed * 30 / math.pi:g} rpm: an electrical time "
+            f"the resistances are too small to be distinguished from zero at {speed * 30 / math.pi:g} rpm: an electrical time "
             f"constant of {constant:.3g} s is {constant / duration:.1g} states, up to {_LONGEST_CONSTANT:g} are allowed"
         )
     scale = bridge.current_scale * (1.0 + speed / bridge.no_load_speed)

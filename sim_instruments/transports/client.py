@@ -43,7 +43,7 @@ class Client:
 
     @property
     def gone(self) -> bool:
-        """Whether nobody can be told anything any more."""
+        """Whether no listener can be reached any more."""
         return self._writer.is_closing()
 
     @property

@@ -1,4 +1,4 @@
-"""A TCP port whose clients are served by a task each, and harm nobody but themselves."""
+"""A TCP port with one task for each client; a faulty client does not affect the others."""
 
 import asyncio
 import contextlib

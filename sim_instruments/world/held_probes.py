@@ -6,7 +6,7 @@ from typing import cast
 
 import numpy as np
 
-from sim_instruments.world.history import Past
+from sim_instruments.world.history import History
 from sim_instruments.world.probes import HALL_NODES, SUPPLY_NODES, Node, PlacedCurrentProbe, Probe
 from sim_instruments.world.settings import TERMINALS, FloatArray, Terminal, WorldSettings
 
@@ -59,7 +59,7 @@ class HeldProbes:
     Channels are mostly read one after the other at the same times: what they have in common is kept.
     """
 
-    def __init__(self, past: Past, places: Mapping[int, Place]) -> None:
+    def __init__(self, past: History, places: Mapping[int, Place]) -> None:
         self._past = past
         self._places = dict(places)
         self._times: FloatArray = np.zeros(0)

@@ -1,4 +1,4 @@
-"""A stretch of the bench's past, kept by whoever has recorded it."""
+"""A part of the bench's history, kept by a recording instrument."""
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
@@ -12,7 +12,7 @@ from sim_instruments.world.settings import FloatArray
 Quantity = Callable[[Segment, FloatArray], FloatArray]
 
 
-class Past:
+class History:
     """Segments one after the other, up to `end` (s)."""
 
     def __init__(self, segments: Sequence[Segment], end: float) -> None:

@@ -68,7 +68,7 @@ class State:
 
 @dataclass(frozen=True)
 class DynamometerLaw:
-    """What the dynamometer's machine does: nothing, a constant torque (N·m), or whatever the motion takes.
+    """The torque of the dynamometer's machine: none, a constant one (N·m), or the one that the motion requires.
 
     `cogging` says that what the motion takes holds the motor's cogging torque.
     """

@@ -40,7 +40,7 @@ Snapshot = tuple[object, ...]
 
 @dataclass(frozen=True)
 class Heating:
-    """A winding that overheats by itself: it tends to `temperature` (°C) with `time_constant` (s), whatever flows."""
+    """A winding with a fault of overheating: it tends to `temperature` (°C) with `time_constant` (s), independent of the current."""
 
     temperature: float = 200.0
     time_constant: float = 30.0
@@ -178,24 +178,24 @@ class WorldSettings:
 
     @property
     def supply_limit(self) -> float:
-        """The current (A) that the supply's output really goes up to."""
+        """The actual current limit (A) of the supply's output."""
         limit, broken = self.supply.current_limit, self.faults.supply_current
         return limit if broken is None else min(limit, broken)
 
     @property
     def dynamometer_mode(self) -> Literal["speed", "torque"]:
-        """What the dynamometer really regulates: one that runs away goes for its speed."""
+        """What the dynamometer actually regulates; one that runs away regulates its speed."""
         return self.dynamometer.mode if self.faults.dynamometer_runaway is None else "speed"
 
     @property
     def dynamometer_target(self) -> float:
-        """Where the dynamometer really goes: rad/s or N·m, after the mode."""
+        """The actual target of the dynamometer: rad/s or N·m, by its mode."""
         command, runaway = self.dynamometer.command, self.faults.dynamometer_runaway
         return command if runaway is None else runaway * self.dynamometer.way
 
     @property
     def field_frequency(self) -> float:
-        """The electrical frequency (Hz, signed) that the inverter's field really goes to."""
+        """The actual electrical frequency (Hz, signed) that the inverter's field is driven to."""
         frequency, runaway = self.inverter.frequency, self.faults.inverter_runaway
         return frequency if runaway is None else runaway * self.inverter.way
 
@@ -204,7 +204,7 @@ class WorldSettings:
         return _other(_other(label, self.faults.swapped), self.exchanged)
 
     def sockets(self) -> tuple[Contact, Contact, Contact]:
-        """Return the socket that each of the motor's own terminals A, B, C really meets."""
+        """Return the socket that each of the motor's own terminals A, B, C is actually connected to."""
         faults, wiring = self.faults, self.wiring
         if faults.swapped is None and self.exchanged is None and faults.open_phase is None and not faults.unplugged:
             return wiring["A"], wiring["B"], wiring["C"]

@@ -1,4 +1,4 @@
-"""Bench time as a chain of segments, carried on lazily whenever somebody looks or changes something."""
+"""Bench time as a chain of segments, extended only when a value is read or changed."""
 
 import math
 import threading
@@ -17,7 +17,7 @@ from sim_instruments.physics.field import ImpressedField
 from sim_instruments.physics.mapped.windings import windings_of
 from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.constants import Constants
-from sim_instruments.world.history import Past, Quantity
+from sim_instruments.world.history import History, Quantity
 from sim_instruments.world.machine_data import DynamometerMachine, InverterStage, Leads, SupplyStage
 from sim_instruments.world.segment import FieldState, Segment, State
 from sim_instruments.world.segment_choice import plan
@@ -134,11 +134,11 @@ class Timeline:
 
     # The past
 
-    def hold(self, first: float, last: float) -> Past:
+    def hold(self, first: float, last: float) -> History:
         """Return the past from one time (s) to another, to keep. Raises ValueError for times to come or no longer kept."""
         self._check_known(first, last)
         numbers = range(max(self._number(first), 0), self._number(last) + 1)
-        return Past([self._segment(number) for number in numbers], self.now)
+        return History([self._segment(number) for number in numbers], self.now)
 
     def sample(self, quantity: Quantity, times: FloatArray) -> FloatArray:
         """Return a quantity (shape (…, n)) at n past times (s, any order).

@@ -1,4 +1,4 @@
-"""What happens on the bench that its laws do not follow: whoever reads then must not trust the reading."""
+"""States of the bench that the simulation does not model; readings in them must not be used."""
 
 import math
 

@@ -143,7 +143,7 @@ class World:
             settings.wiring = {**settings.wiring, **dict.fromkeys(gone, "open")}
 
     def switch(self, wiring: Mapping[Terminal, Contact]) -> None:
-        """Have relays wire the motor's three terminals anew; no hand errs, and nothing is checked."""
+        """Wire the motor's three terminals by relays, without the errors of a person and without a check."""
         with self._timeline.changing() as settings:
             settings.wiring = dict(wiring)
 
@@ -247,7 +247,7 @@ class World:
                 settings.shaft.holder = "free"
 
     def nudge_to_next_rest(self, direction: int = 1) -> float:
-        """Pull the shaft by hand over to where the next stable position draws it, then let go; return the pull's length (s).
+        """Turn the shaft by hand until the next stable position attracts it, then release it; return the duration (s).
 
         The pull takes bench time, slowly where joined terminals brake the rotor, and the shaft settles after it: wait until
         it stands. Where nothing draws the shaft it is turned on by a random twentieth to tenth of a turn and stays there.
@@ -355,7 +355,7 @@ class World:
             return dict(self._timeline.unmodelled)
 
     def truth(self) -> dict[str, Any]:
-        """Return what is really so now, for tests and the control endpoint: plain values that JSON can carry."""
+        """Return the actual state now, for tests and the control endpoint: plain values that JSON can carry."""
         with self._timeline.observing():
             timeline, settings = self._timeline, self._timeline.settings
             now = np.array([timeline.now])
@@ -447,7 +447,7 @@ class World:
             settings.faults.swapped = pair
 
     def set_stuck_rotor(self, stuck: bool) -> None:
-        """Jam the rotor in its bearings, whatever drives it, or free it again."""
+        """Jam the rotor in its bearings against any torque, or free it again."""
         with self._timeline.changing() as settings:
             settings.faults.stuck_rotor = stuck
 

@@ -8,7 +8,7 @@ from contextlib import suppress
 import pytest
 from pyvisa import ResourceManager
 
-from drivers.transport.visa.half_opened import nothing_left_open
+from drivers.transport.visa.half_opened import sockets_closed_on_failure
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def test_nothing_is_left_open(manager: ResourceManager, form: str, listens: bool
         before = sockets()
         failed: BaseException | None = None
         try:
-            with nothing_left_open():
+            with sockets_closed_on_failure():
                 manager.open_resource(form.format(port), open_timeout=200)
         except Exception as error:  # noqa: BLE001  PyVISA-py raises plain exceptions, too
             failed = error

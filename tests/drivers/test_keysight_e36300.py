@@ -447,7 +447,7 @@ def test_paired_and_tracking_outputs_are_refused_with_the_key_to_press(
     manager: Any, connect: Any, settings_class: Any, clock: Any, query: str, found: str, key: str
 ) -> None:
     connect(ADDRESS, settings_class(IDENTITY, NOTHING_SET | {query: found}))
-    with pytest.raises(ReportedError, match=rf"left with {found}.*Output Settings.*{key}"):
+    with pytest.raises(ReportedError, match=rf"is set to {found}.*Output Settings.*{key}"):
         KeysightE36300.open(ADDRESS, E36300Options(), Surroundings(clock, lambda: manager), "supply")
     guard = Surroundings(clock, lambda: manager, guarding=True)
     KeysightE36300.open(ADDRESS, E36300Options(), guard, "supply").close()

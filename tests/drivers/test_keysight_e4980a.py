@@ -132,7 +132,7 @@ def test_a_bridge_on_its_list_page_is_refused_with_the_key_to_press(
     device = settings_class("Agilent Technologies,E4980A,MY46000000,A.06.02", {**RIGHT, "DISP:PAGE?": "LIST"})
     connect(ADDRESS, device)
     with pytest.raises(
-        ReportedError, match=r"DISP:PAGE\?.*left with LIST.*Press \[Display Format\], then MEAS DISPLAY"
+        ReportedError, match=r"DISP:PAGE\?.*is set to LIST.*Press \[Display Format\], then MEAS DISPLAY"
     ):
         KeysightE4980A.open(ADDRESS, E4980AOptions(), Surroundings(clock, lambda: manager), "lcr_meter")
     guard = Surroundings(clock, lambda: manager, guarding=True)

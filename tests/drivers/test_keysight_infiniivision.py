@@ -293,7 +293,7 @@ def test_a_voltage_probe_on_50_ohms_is_refused_and_a_current_probe_is_told(
 ) -> None:
     surroundings = Surroundings(clock, lambda: manager)
     connect(ADDRESS, settings_class(IDENTITY, RIGHT | {":CHAN2:IMP?": "FIFT"}))
-    with pytest.raises(ReportedError, match=r":CHAN2:IMP\?.*left with FIFT.*Press the channel's key, then Imped"):
+    with pytest.raises(ReportedError, match=r":CHAN2:IMP\?.*is set to FIFT.*Press the channel's key, then Imped"):
         KeysightInfiniiVision.open(ADDRESS, OPTIONS, surroundings, "oscilloscope")
     connect(ADDRESS, settings_class(IDENTITY, RIGHT | {":CHAN4:IMP?": "FIFT"}))
     scope = KeysightInfiniiVision.open(ADDRESS, OPTIONS, surroundings, "oscilloscope")

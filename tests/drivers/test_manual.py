@@ -325,7 +325,7 @@ def test_hall_digits_with_leading_zeros(clock: Any, typed: float, state: tuple[b
 def test_hall_digits_that_are_none_are_asked_again_and_then_refused(clock: Any) -> None:
     assert six_step(Person(20, 1.5, 11), clock).hall_state() == (False, True, True)
     with pytest.raises(
-        MeasurementError, match="each 0 or 1: 102 is none of the answers 0, 1, 10, 11, 100, 101, 110, 111"
+        MeasurementError, match="each 0 or 1: 102 is not one of the answers 0, 1, 10, 11, 100, 101, 110, 111"
     ):
         six_step(Person(5, 12, 102), clock).hall_state()
 

@@ -112,10 +112,10 @@ def test_what_will_be_refused_is_known_before_anything_runs():
     tester = Megohmmeter(1e9, [])
     bench = Bench({Role.INSULATION_TESTER: tester}, Hands(tester.done), VirtualClock(), NoRecord())
     settings = InsulationResistanceSettings()
-    (told,) = InsulationResistance.foresee(bench, plate(insulation_test_voltage=None), settings)
+    (told,) = InsulationResistance.check_capability(bench, plate(insulation_test_voltage=None), settings)
     assert told.identifier == "cannot-support"
     assert "insulation-resistance: the motor file gives no insulation_test_voltage" in str(told.message)
-    assert InsulationResistance.foresee(bench, plate(), settings) == ()
+    assert InsulationResistance.check_capability(bench, plate(), settings) == ()
 
 
 def test_no_advice_where_the_standard_gives_a_range():

@@ -53,9 +53,9 @@ def test_marks_round_the_turn_count(marks: list[float], turns: int, pairs: int) 
         ([58.0], "marks \\(1\\) lie within 0°"),
         ([90.4, 89.3, 90.3, 90.1, 89.4], "marks \\(5\\) lie within 1°"),
         ([0, 17, 34, 51, 69], "within 69°.*more current"),
-        ([0, 17, 360], "not one mark for each stable position"),
-        ([0, 17, 34, 180, 197, 214], "take 2 of 2 evenly spaced places, 4 of them more than once"),
-        ([15 * k for k in range(20)], "take 20 of 24 evenly spaced places.*leave 75° without any"),
+        ([0, 17, 360], "not exactly one mark for each stable position"),
+        ([0, 17, 34, 180, 197, 214], "occupy 2 of 2 evenly spaced positions, 4 of them more than once"),
+        ([15 * k for k in range(20)], "occupy 20 of 24 evenly spaced positions.*leave a gap of 75°"),
         ([17 * k for k in range(11)], "not evenly spaced.*widest gap is 190°"),
     ],
 )

@@ -48,7 +48,7 @@ def test_a_record_in_another_range_says_so_in_budget_and_warning_and_both_langua
     assert str(row.source).endswith(f"{SHEET}; not verified in this range")
     (said,) = known.resting_on_data_sheet([parameter])
     assert str(said) == (
-        "the verified gain of channel 1, 2 holds at 16 … 40 V full scale; records at 80 V rest on the data sheet. "
+        "the verified gain of channel 1, 2 holds at 16 … 40 V full scale; records at 80 V use the data sheet's limits. "
         "Add ranges for them to voltage_ranges of probe-verification"
     )
     assert said.render(translator("zh")).startswith("通道 1, 2 经验证的增益适用于满量程 16 … 40 V")

@@ -83,7 +83,7 @@ def test_only_what_is_not_proved_within_is_warned_of() -> None:
     )
     said = [str(notice.message) for notice in held_against_type(measured, plate)]
     assert said == [
-        "Inertia is +4 % off the type's value; its interval does not prove it within ±5 %, nor outside",
+        "Inertia is +4 % off the type's value; its interval shows it neither within ±5 % nor outside",
         "Flux linkage is -10 % off the type's value, outside its ±5 %",
     ]
     # What gave the figure is what may be measured again.

@@ -129,7 +129,7 @@ def test_a_map_that_ends_early_is_a_smaller_map():
     with flux_bench(made_motor(), PLATE, seed=2) as bench:
         found = map_of(bench, PLATE, "longest=12")
     (ended,) = (notice for notice in found.warnings if notice.identifier == "ended-early")
-    assert "the time of 12 s was over" in str(ended.message)
+    assert "the allowed time of 12 s had passed" in str(ended.message)
     off, uncertainty = errors_of(found, MAP)
     assert 8 <= len(off) < found.findings["locations"]
     assert np.all(np.abs(off) <= 3.0 * uncertainty + 1e-12)

@@ -54,7 +54,7 @@ def test_a_drive_on_600_v_whose_current_sensors_are_noisy():
 def test_the_magnets_flux_linkage_is_needed():
     with (
         flux_bench(QUIET, PLATE) as bench,
-        pytest.raises(ProcedureError, match="flux linkage of the magnets is not seen"),
+        pytest.raises(ProcedureError, match="flux linkage of the magnets cannot be measured"),
     ):
         map_of(bench, PLATE, name=NAME)
 

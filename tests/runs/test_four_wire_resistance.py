@@ -69,9 +69,9 @@ class Wavering:
     ("wrong", "said"),
     [
         # One wild reading: read once more at that current, it bears out the others.
-        (lambda k: 10.0 if k == 2 else 1.0, "was read once more there"),
+        (lambda k: 10.0 if k == 2 else 1.0, "was read again there"),
         # One that is too close to the others for that: the line through them tells.
-        (lambda k: 1.01 if k == 4 else 1.0, "off the line through the others"),
+        (lambda k: 1.01 if k == 4 else 1.0, "from the straight line through the others"),
     ],
 )
 def test_a_reading_that_contradicts_its_line_is_said_and_the_truth_held(wrong, said):

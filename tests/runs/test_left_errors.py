@@ -12,6 +12,8 @@ def test_an_error_that_somebody_left_is_told_as_such():
     motor = load_motor("lg-400w")
     with VirtualBench(motor.virtual_motor(), seed=3, sockets=False) as bench:
         bench.instrument("lcr_meter").write(b"FOO\n")
-        with pytest.raises(ReportedError, match=r"-113.*from before it was opened, and cleared now: start again"):
+        with pytest.raises(
+            ReportedError, match=r"-113.*before the instrument was opened and is cleared now: start again"
+        ):
             measure(bench, motor.nameplate, "stator-resistance")
         assert measure(bench, motor.nameplate, "stator-resistance").parameters

@@ -62,7 +62,7 @@ def test_a_whole_pass_is_told_whole(left):
 def test_the_readings_of_a_short_circuit_are_kept(left):
     result = left(MOTOR, "short-circuit", SHORT, short_run, "held_torque", 5)
     assert not result.parameters
-    assert "no figure is made of them" in said(result)
+    assert "but give no figure" in said(result)
     omega, size = (result.findings["left"][name] for name in ("electrical_speed", "current"))
     assert len(omega) == len(size) == 4
     reactance = [w * MOTOR.d_axis_inductance_y for w in omega]

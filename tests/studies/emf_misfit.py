@@ -11,7 +11,7 @@ import numpy as np
 
 from drivers.interfaces import Accuracy
 from procedures.core.budget import Uncertainties
-from procedures.estimation.emf import agreement, back_emf, integrated_flux, making_good
+from procedures.estimation.emf import agreement, back_emf, integrated_flux, record_preparation
 from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.estimation.emf.coupling import coupling_finding, shortfall
 from procedures.estimation.emf.integrated_flux import flux_by_integration
@@ -127,12 +127,12 @@ def row(name: str, records: int, gain_limit: float, seed: int) -> Tally:
 
 #: What the estimator is without a cause: where it looks for it, and what it then finds.
 WITHOUT: dict[Cause, tuple[object, str, object]] = {
-    Cause.CLIPPED: (making_good, "find_ends", lambda *_: False),
-    Cause.HUM: (making_good, "find_hum", lambda *_: None),
-    Cause.DROPOUTS: (making_good, "leave_out_dropouts", lambda *_: None),
+    Cause.CLIPPED: (record_preparation, "find_ends", lambda *_: False),
+    Cause.HUM: (record_preparation, "find_hum", lambda *_: None),
+    Cause.DROPOUTS: (record_preparation, "leave_out_dropouts", lambda *_: None),
     Cause.PROBE_FACTOR: (agreement, "_contradicting", lambda *_: None),
     Cause.CHANNELS_DIFFER: (agreement, "_CHANCE", 1e-300),
-    Cause.TOO_COARSE: (making_good, "undithered_sine", lambda *_: 0.0),
+    Cause.TOO_COARSE: (record_preparation, "undithered_sine", lambda *_: 0.0),
 }
 
 
@@ -197,7 +197,7 @@ def main() -> None:
     )
     parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args()
-    print("| record | held, % | beyond 3 U | withheld, % | told, % | U, % | causes told |")
+    print("| record | held, % | beyond 3 U | withheld, % | reported, % | U, % | causes reported |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     names = [name for name in (*ROWS, *SPEED_ROWS) if given.only in name]
     with ProcessPoolExecutor(given.workers, initializer=forget, initargs=(given.without,)) as pool:

@@ -154,7 +154,7 @@ def _by_hand(page: Page, bench: Bench) -> Iterator[None]:
     page.get_by_text("Done: connect").wait_for()
     line.fill("supply energised voltage=1V current_limit=500mA regulated=current")
     page.keyboard.press("Enter")
-    page.get_by_role("button", name="It is so: switch on").click()
+    page.get_by_role("button", name="Confirmed: switch on").click()
     page.get_by_text("ON: ").wait_for()
     yield
     _abort(page)

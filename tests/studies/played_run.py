@@ -35,8 +35,8 @@ QUESTIONS: Mapping[str, tuple[Mapping[str, Any] | None, Sequence[Mapping[str, An
             "lines": [
                 store_text(
                     text(
-                        "{quantity} {terminals}, reading {number} of {count}: it is {ratio} its siblings, {value:.4g} {unit} "
-                        "against {others} {unit}",
+                        "{quantity} {terminals}, reading {number} of {count}: it is {ratio} the other readings, "
+                        "{value:.4g} {unit} against {others} {unit}",
                         quantity=text("resistance"),
                         terminals="A–B",
                         number=2,

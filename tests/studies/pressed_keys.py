@@ -9,7 +9,7 @@ from sim_instruments.instruments.delta.dyn200 import Dyn200Make
 from tests.studies.measured_motor import opened_by
 
 #: A refusal of a found state, as `measured_motor` tells it: figures in it are masked.
-BY_NAME = re.compile(r"(?P<role>\w+) after '(?P<query>.+?)': it was left with .+ is needed: ")
+BY_NAME = re.compile(r"(?P<role>\w+) after '(?P<query>.+?)': it is set to .+, but .+ is needed: ")
 #: A refusal of a transducer that is not as the station file says, with what to compare or to set there.
 BY_FILE = re.compile(r"dynamometer after .+(in the station file|with the sensor's display)")
 #: An instrument names one wrong setting at a time; none has more that only a person may set.

@@ -395,7 +395,7 @@ def main() -> None:
     parser.add_argument("--row", type=int, action="append", help="this row alone, by its number from 0")
     given = parser.parse_args()
     numbers = given.row or range(len(ROWS))
-    print("| record | held, total | beyond 3 U | median U of k_e | told | withheld | refused | named |")
+    print("| record | held, total | beyond 3 U | median U of k_e | reported | withheld | refused | named |")
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |")
     batches = [range(given.records)[begin : begin + _BATCH] for begin in range(0, given.records, _BATCH)]
     rows = [Row() for _ in numbers]

@@ -1,4 +1,4 @@
-"""What becomes of records whose cause is in no estimator's list: held, told, withheld, or sure and wrong.
+"""Results of records whose cause is in no estimator's list: held, reported, withheld, or sure and wrong.
 
 `python -m tests.studies.unlisted_misfit [--records N] [--seed S] [--rows WORD …]`
 
@@ -157,7 +157,7 @@ def main() -> None:
     parser.add_argument("--rows", nargs="*", default=[""], help="parts of the rows' names")
     given = parser.parse_args()
     print(
-        "| record | figure | held, % | beyond 3 U | sure and wrong, % | told, % | not given, % | median U, % | named |"
+        "| record | figure | held, % | beyond 3 U | sure and wrong, % | reported, % | not given, % | median U, % | named |"
     )
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |")
     for kind, (measured, names) in KINDS.items():

@@ -60,8 +60,8 @@ def factors_of(words: Sequence[str]) -> "dict[str, float | ProbeFactor]":
         if not name or known is None:
             raise UsageError(
                 text(
-                    "--scale {word}: give NAME=FACTOR, as in CHAN3=10, or what a current's probe or shunt makes of an ampere, as in "
-                    "CHAN2=10A/V, CHAN2=100mV/A, CHAN2=5mOhm",
+                    "--scale {word}: give NAME=FACTOR, as in CHAN3=10, or the output of a current probe or shunt "
+                    "per ampere, as in CHAN2=10A/V, CHAN2=100mV/A, CHAN2=5mOhm",
                     word=word,
                 )
             )

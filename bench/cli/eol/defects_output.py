@@ -189,10 +189,11 @@ def _scale() -> Text:
         for grade, value in zip(("marginal", "gross"), values, strict=True)
     }
     return text(
-        "Marginal (gross) from: torque per ampere ±{torque_marginal:g} % ({torque_gross:g} %), copper loss of the hottest phase at "
-        "rated torque +{heat_marginal:g} % ({heat_gross:g} %), of rated torque drag +{drag_marginal:g} % ({drag_gross:g} %) and ripple "
-        "+{ripple_marginal:g} % ({ripple_gross:g} %), commutation {commutation_marginal:g}° ({commutation_gross:g}°), insulation "
-        "below {insulation_marginal:g} MΩ ({insulation_gross:g} MΩ); gross too is what does not work",
+        "Marginal (gross) from: torque per ampere ±{torque_marginal:g} % ({torque_gross:g} %), copper loss of the "
+        "hottest phase at rated torque +{heat_marginal:g} % ({heat_gross:g} %), of rated torque drag "
+        "+{drag_marginal:g} % ({drag_gross:g} %) and ripple +{ripple_marginal:g} % ({ripple_gross:g} %), "
+        "commutation {commutation_marginal:g}° ({commutation_gross:g}°), insulation below {insulation_marginal:g} "
+        "MΩ ({insulation_gross:g} MΩ); a motor that does not work is gross too",
         **named,
         insulation_marginal=1e-6 * INSULATION[0],
         insulation_gross=1e-6 * INSULATION[1],

@@ -39,8 +39,8 @@ from procedures.core.nameplate import Nameplate, WindingConnection
 NO_MOTOR = Nameplate("none", WindingConnection.WYE, rated_current=1e-3)
 
 
-class Nobody:
-    """Stands for a person where nothing is measured."""
+class DefaultAnswers:
+    """Answers in place of a person where nothing is measured."""
 
     def ask(self, quantity: Text, unit: str, minimum: float, maximum: float, context: Text | None) -> float:
         """Answer the least: nobody measures here."""
@@ -86,7 +86,7 @@ def check(
     needs, missing = outlooks(read, procedures, set_), missing_counterparts(read)
     due = calibration_list(read.entries.values(), wall_date())
     overdue = [notice.message.render(translate) for notice in read.check_calibrations(wall_date(), read.entries)]
-    prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, Nobody())
+    prompts: dict[Role, Prompt] = dict.fromkeys(read.entries, DefaultAnswers())
     nowhere = Unrecorded()
     state = state_folder()
     with owning(state, "motorbench station check") as owner:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bench.cli.new_file import refuse_existing
 from bench.cli.output import padded, print_json
-from bench.cli.station.check import NO_MOTOR, Nobody, held, look
+from bench.cli.station.check import NO_MOTOR, DefaultAnswers, held, look
 from bench.i18n.errors import UsageError, at, message
 from bench.i18n.language import language_of, translator
 from bench.journal.unrecorded import Unrecorded
@@ -73,7 +73,7 @@ def record(
             nowhere,
             nowhere,
             StationVisa(read.visa_library),
-            dict.fromkeys(read.entries, Nobody()).get,
+            dict.fromkeys(read.entries, DefaultAnswers()).get,
             owner=owner,
             traffic_recorder=recorder,
         )

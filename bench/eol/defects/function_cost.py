@@ -1,4 +1,4 @@
-"""What a defect costs a motor's function, whatever any procedure sees of it."""
+"""Effect of a defect on a motor's function, whether a procedure detects it or not."""
 
 import math
 from collections.abc import Iterator

@@ -40,7 +40,7 @@ def magnet_faults(evidence: Evidence) -> Iterator[Diagnosis]:
 def _one_magnet(second: float, pairs: float | None) -> Text:
     if pairs is None:
         return text(
-            "one magnet is weak, missing or reversed: 2nd harmonic {second:.2f} %, which equal poles have not",
+            "one magnet is weak, missing or reversed: 2nd harmonic {second:.2f} %, which equal poles do not have",
             second=_PER_CENT * second,
         )
     lost = pairs * second / (_SECOND + 0.5 * second)
@@ -173,8 +173,9 @@ def drag_faults(evidence: Evidence) -> Iterator[Diagnosis]:
             FaultyPart.HELD,
             "",
             text(
-                "bearing seized, or coupling jammed or rotor still locked: the dynamometer, which turned alone, does not turn it. "
-                "Uncouple the motor and turn its shaft by hand: if it turns, look at coupling and lock, and test the motor again"
+                "bearing seized, coupling jammed or rotor still locked: the dynamometer turns when uncoupled, but "
+                "does not turn the motor. Uncouple the motor and turn its shaft by hand. If it turns, check the "
+                "coupling and the lock, and test the motor again"
             ),
         )
     if "cogging_torque" in evidence.outside:

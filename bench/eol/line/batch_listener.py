@@ -1,4 +1,4 @@
-"""Who hears what happens in a batch: the terminal, panels, outputs, counts."""
+"""Listeners to the events of a batch: the terminal, panels, outputs, counts."""
 
 from bench.eol.line.admission import RefusedSerial
 from bench.eol.line.batch_log import BatchMotor

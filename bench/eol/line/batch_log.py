@@ -126,8 +126,8 @@ class BatchLog:
             if key in identity and head.get(key) != identity[key]:
                 raise InputError(
                     text(
-                        "{path}: {what} is not the one with which this batch was begun; begin another batch with "
-                        "--batch NAME, or use the former one",
+                        "{path}: {what} is not the one with which this batch was started; start another batch "
+                        "with --batch NAME, or use the earlier one",
                         path=self.path,
                         what=what,
                     )

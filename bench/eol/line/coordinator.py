@@ -150,7 +150,7 @@ class Coordinator:
         how = self._remove(slot)
         if slot.leaving and slot.task is None:
             return
-        how = Text("{why}{how}", {"why": slot.ended, "how": how}) if how else text("left its work")
+        how = Text("{why}{how}", {"why": slot.ended, "how": how}) if how else text("stopped working")
         if slot.task is not None:
             record = cut_off_record(self._batch, slot.name, slot.task, slot.started, how, stopped=self._stop.by)
             self._finish(slot, record, self._slots.status.reached(slot.number))
@@ -164,7 +164,7 @@ class Coordinator:
             )
             self._listener.trouble(words)
             if not self._slots.at:
-                raise InputError(text("{words}, and no other is left", words=words))
+                raise InputError(text("{words}, and no other socket is left", words=words))
             return
         successor = self._slots.start(slot.number)
         successor.deaths = deaths

@@ -62,7 +62,7 @@ class _Counts:
 
 
 class PanelChannel(BatchListener):
-    """Hears what happens on a line, and sends its whole state to every panel at each change.
+    """Listens to the events of a line, and sends its whole state to every panel at each change.
 
     A panel sends `{"serial": NUMBER}`, with `"again": PERSON` where a person answers for one that was tested before,
     `{"finish": PERSON}`: no more motors, those in the sockets to their end, or `{"stop": PERSON}`: shut down now.
@@ -165,7 +165,7 @@ class PanelChannel(BatchListener):
         match message:
             case {"serial": str(serial), "again": str(person)}:
                 if not person.strip():
-                    return text("who has a motor tested again gives a name")
+                    return text("a person who has a motor tested again gives a name")
                 self._permit(serial.strip(), person.strip())
                 return self._take_serial(serial)
             case {"serial": str(serial)}:

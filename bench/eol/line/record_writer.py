@@ -121,7 +121,7 @@ class RecordWriter:
         return self._left
 
     def close(self) -> None:
-        """Store and forward what can be now, and let go of the databases."""
+        """Store and forward all records that can be now, and close the databases."""
         self.register.close()
         self._left = self._forwarder.close(_AT_THE_END)
         # For who reads the file by other means; a disk that is full loses nothing by it.
@@ -195,15 +195,17 @@ def save_with_retries(
             if not reported:
                 trouble(
                     text(
-                        "the record of motor {number} ({serial_number}) is not kept yet: {error}", error=error, **names
+                        "the record of motor {number} ({serial_number}) is not stored yet: {error}",
+                        error=error,
+                        **names,
                     )
                 )
             reported = True
             if monotonic() > until or stop.by:
                 raise StoreError(
                     text(
-                        "the record of motor {number} ({serial_number}) could not be kept: {error}. Its run is in "
-                        "{run}; mend that and begin the batch again: it goes on where it is",
+                        "the record of motor {number} ({serial_number}) could not be stored: {error}. Its run is "
+                        "in {run}. Remove the cause and start the batch again: it continues where it stopped",
                         error=error,
                         run=record.run,
                         **names,

@@ -31,7 +31,7 @@ def with_wanted_before(plan: Plan, planned: Sequence[Planned], nameplate: Namepl
             if not giving:
                 raise FileError(
                     text(
-                        "{source}: procedure {name}: it wants {parameter}; {hint}, or give settings.{setting}",
+                        "{source}: procedure {name}: it needs {parameter}; {hint}, or give settings.{setting}",
                         source=plan.source,
                         name=check.name,
                         parameter=parameter,

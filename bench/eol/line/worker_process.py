@@ -102,7 +102,7 @@ class WorkerProcess:
         with self._report:
             handle = self._handle()
             if handle is None:
-                return text("did not begin")
+                return text("did not start")
             try:
                 left = bool(select.select([handle], [], [], _LEAVE)[0])
                 if not left:
@@ -110,7 +110,7 @@ class WorkerProcess:
             finally:
                 os.close(handle)
             how = self._status()
-        return how if left else text("did not leave and was ended")
+        return how if left else text("did not end and was terminated")
 
     def _handle(self) -> int | None:
         """Return the process, as a descriptor that becomes readable at its end; None where it never began."""

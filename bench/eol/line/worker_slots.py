@@ -1,4 +1,4 @@
-"""The workers of a line: one is started for each socket, and one that is frozen, stuck or dead is ended."""
+"""The worker processes of a line: one is started for each socket, and one that is frozen, stuck or dead is terminated."""
 
 import os
 from collections.abc import Callable
@@ -132,7 +132,7 @@ class WorkerSlots:
         if slot.ended:
             return
         if slot.heartbeat.silent > _SILENCE_LIMIT:
-            slot.ended = text("gave no sign of life for {time:g} s and ", time=_SILENCE_LIMIT)
+            slot.ended = text("did not respond for {time:g} s and ", time=_SILENCE_LIMIT)
         elif self._since_second_stop > _STOP_LIMIT:
             slot.ended = text("had not ended {time:g} s after the second request to stop and ", time=_STOP_LIMIT)
         if slot.ended:

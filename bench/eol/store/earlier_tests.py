@@ -1,4 +1,4 @@
-"""What the records say of one serial number: each of its tests, where it was and what came of it."""
+"""The records of one serial number: each of its tests with its place and result."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -48,7 +48,7 @@ def fault_of(error: Exception) -> StoreError:
 
 
 def program_fault(error: BaseException) -> Text:
-    """Return what is said of an error that nobody foresaw."""
+    """Return the message for an unexpected error."""
     return text("a fault of the program, {kind}: {error}", kind=type(error).__name__, error=error)
 
 

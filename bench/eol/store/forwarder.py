@@ -116,11 +116,11 @@ class Forwarder:
 
     def _own_words(self) -> Text | None:
         fault = self._records.own_fault
-        return text("the station's own database takes nothing: {why}", why=fault) if fault else None
+        return text("the station's own database accepts no records: {why}", why=fault) if fault else None
 
     def _server_words(self) -> Text | None:
         fault = self._records.fault
-        return text("the server takes nothing: {why}", why=fault) if fault else None
+        return text("the server accepts no records: {why}", why=fault) if fault else None
 
     def _note(self, what: str, why: Text | None) -> bool:
         """Have a trouble stand since it began; tell whether it stands."""

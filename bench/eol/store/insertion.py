@@ -75,8 +75,9 @@ def settle(engine: Engine) -> None:
     except DBAPIError as error:
         raise InputError(
             text(
-                "{url}: the latest motors' figures cannot be put into their table: {reason}. They are kept; see that "
-                "the file can be written and its disk is not full, and that nothing else holds it",
+                "{url}: the latest motors' figures cannot be written to their table: {reason}. They are kept; "
+                "make sure that the file can be written, that its disk is not full, and that no other process "
+                "holds it",
                 url=engine.url,
                 reason=reason(error),
             )

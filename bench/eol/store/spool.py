@@ -48,7 +48,8 @@ class Spool:
         except OSError as error:
             raise InputError(
                 text(
-                    "{folder}: the folder of records that no database takes cannot be made: {strerror}; see --runs",
+                    "{folder}: the folder for records that are in no database cannot be created: {strerror}; see "
+                    "--runs",
                     folder=self._folder,
                     strerror=reason_of(error),
                 )

@@ -58,7 +58,7 @@ def crossed(
     if len(rows) > _MOST:
         raise InputError(
             text(
-                "{parameter}: more than {most} figures are no gauge study; name the batches of the study",
+                "{parameter}: a gauge study has at most {most} figures; name the batches of the study",
                 parameter=parameter,
                 most=_MOST,
             )

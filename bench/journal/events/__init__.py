@@ -1,1 +1,1 @@
-"""What a run's journal and a guardian's record hold: one class a kind, by subject."""
+"""Events of a run's journal and of a guardian's record: one class for each kind, by subject."""

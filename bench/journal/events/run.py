@@ -1,4 +1,4 @@
-"""Events of a run as a whole: its sessions, its procedures, and what becomes of its record."""
+"""Events of a run as a whole: its sessions, its procedures, and its record."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -155,14 +155,14 @@ class ProcedureFinished(Event, kind="procedure_finished", durable=True):
 
 @dataclass(frozen=True, kw_only=True)
 class PartialResultMade(Event, kind="partial_result", durable=True):
-    """What was made of what a procedure had taken before it was left by an error or an abort."""
+    """Results from the data that a procedure had taken before an error or an abort."""
 
     result: StoredResult
 
 
 @dataclass(frozen=True, kw_only=True)
 class ProcedureFailed(Event, kind="procedure_failed", durable=True, closing=True):
-    """A procedure was left by an error: why, in the run's language and (`told`) for readers of any; `trace` is the program's."""
+    """A procedure ended by an error: why, in the run's language and (`told`) for any language; `trace` is the program's."""
 
     procedure: str
     cause: str
@@ -172,7 +172,7 @@ class ProcedureFailed(Event, kind="procedure_failed", durable=True, closing=True
 
 @dataclass(frozen=True, kw_only=True)
 class KnownBefore(Event, kind="known_before"):
-    """A warning that holds before anything is energised, of one procedure or (empty) of the run; its sentence as it was said."""
+    """A warning before anything is energised, of one procedure or (empty) of the run; its sentence as it was shown."""
 
     procedure: str
     warning: StoredNotice
@@ -180,8 +180,8 @@ class KnownBefore(Event, kind="known_before"):
 
 
 @dataclass(frozen=True, kw_only=True)
-class NotForeseen(Event, kind="not_foreseen"):
-    """What the instruments allow could not be asked for a procedure, and why."""
+class CapabilityNotChecked(Event, kind="not_foreseen"):
+    """The capability of the instruments could not be checked for a procedure, and why."""
 
     procedure: str
     cause: str
@@ -196,7 +196,7 @@ class ConsistencyChecked(Event, kind="consistency_checked"):
 
 @dataclass(frozen=True, kw_only=True)
 class LeaseBegun(Event, kind="lease"):
-    """Instruments that others use too are this run's, after a wait (s of bench time)."""
+    """Shared instruments are reserved for this run, after a wait (s of bench time)."""
 
     instruments: Sequence[str]
     waited: float

@@ -26,7 +26,7 @@ class GuardianStart:
 
 @dataclass(frozen=True)
 class GuardianEnd:
-    """Where a guardian's record ends; `closed` is false where the guardian has not told its end."""
+    """Where a guardian's record ends; `closed` is false if the guardian did not report its end."""
 
     record: RecordEnd
     closed: bool
@@ -72,7 +72,7 @@ class MadeSafe(ItemDone, kind="made_safe", closing=True):
 
 @dataclass(frozen=True, kw_only=True)
 class InterlockOpened(Event, kind="interlock_opened"):
-    """An interlock has opened; `not_kept` says why the trip could not be kept, None where it is."""
+    """An interlock has opened; `not_kept` says why the trip could not be stored, None if it is stored."""
 
     interlock: str
     how: str

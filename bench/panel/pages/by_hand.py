@@ -75,7 +75,7 @@ class ByHandForm:
                 off = partial(self._line, f"off {words.split()[0]}")
                 ui.button(say(text("Switch off")), on_click=off, color=None).classes("mb-abort text-xl px-8 py-2")
         if self._question.get("confirms"):
-            ui.button(say(text("⚡ It is so: switch on")), on_click=partial(self._line, YES), color=None).classes(
+            ui.button(say(text("⚡ Confirmed: switch on")), on_click=partial(self._line, YES), color=None).classes(
                 "mb-abort text-xl px-10 py-4 mt-3"
             ).props("no-caps data-confirm")
         with ui.element("div").classes("grid gap-4 grid-cols-1 lg-grid-cols-3 mt-3"):

@@ -1,4 +1,4 @@
-"""What a page turns into when its session ends: it says that it knows nothing any more, and still aborts."""
+"""The page after its session has ended: it states that it no longer knows the state, and can still abort."""
 
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
@@ -44,9 +44,7 @@ def show_ended(client: Client, session: Session) -> None:
             part.delete()
     client.content.clear()
     with client.content, ui.element("main").classes("max-w-3xl mx-auto mt-16 p-4 flex flex-col gap-4"):
-        words = text(
-            "UNKNOWN: your session has ended, and this page knows nothing any more. Log in again to see what goes on."
-        )
+        words = text("UNKNOWN: your session has ended, so this page no longer shows the state. Log in again to see it.")
         ui.label(say(words)).classes("mb-emergency").props("role=alert")
         ui.link(say(text("Log in again")), LOGIN).classes("mb-link text-xl")
         if abort is None:

@@ -1,4 +1,4 @@
-"""What stands on a page that hears nothing from the server any more; the browser itself shows it."""
+"""The message on a page that has lost the connection to the server; the browser itself shows it."""
 
 from nicegui import ui
 
@@ -17,7 +17,9 @@ def lost_row(reader: Reader) -> None:
             with ui.element("div"):
                 # The browser counts, and puts the number in.
                 headline = ui.label().props("data-words")
-                headline.props["data-words"] = say(text("Connection lost {age} s ago: all you see is old", age="{age}"))
+                headline.props["data-words"] = say(
+                    text("Connection lost {age} s ago: everything shown is out of date", age="{age}")
+                )
                 words = text(
                     "Whether outputs are on is not known. A run ends itself safely if nobody reaches it for 60 s."
                 )

@@ -52,7 +52,8 @@ def untaken_note(reader: Reader) -> None:
 def late_note(reader: Reader) -> None:
     """Build the place where the browser says which code came while the page could not take it."""
     late = text(
-        "'{code}' came while the page could not be heard: look whether it was taken, else scan it again.", code="{code}"
+        "'{code}' came while the connection was interrupted: check whether it was taken, otherwise scan it again.",
+        code="{code}",
     )
     ui.label().classes("mb-note").props("role=alert").props["data-late"] = reader.say(late)
 

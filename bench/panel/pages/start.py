@@ -116,7 +116,7 @@ class _StartPage:
     def _running(self) -> None:
         for run in self._panel.running():
             with ui.element("section").classes("mb-card mb-4 flex items-center gap-4"):
-                ui.label(self._reader.say(text("A run is going on: {name}", name=run.name))).classes("text-lg")
+                ui.label(self._reader.say(text("A run is in progress: {name}", name=run.name))).classes("text-lg")
                 ui.button(
                     self._reader.say(text("Show it")),
                     on_click=lambda name=run.name: ui.navigate.to(f"/runs/{quote(name, safe='')}"),

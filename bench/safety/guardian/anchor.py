@@ -1,4 +1,4 @@
-"""Where a guardian's own record is held by the run's journal: at its beginning, and where it ends."""
+"""Hashes of a guardian's own record in the run's journal: of its beginning and of its end."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,7 +8,7 @@ from procedures.core.bench import Recorder
 
 
 class RecordAnchor:
-    """Knows how far the guardian's record reaches, as the guardian said last, and puts that into the journal."""
+    """Keeps the end of the guardian's record as last reported, and writes it into the journal."""
 
     def __init__(self) -> None:
         self._journal: Recorder | None = None

@@ -1,4 +1,4 @@
-"""How late the guardian itself gets to run: on a computer that busy, the run's beats come late too."""
+"""Delays of the guardian's own process: on a busy computer, the heartbeats of the run are delayed too."""
 
 from collections import deque
 

@@ -1,4 +1,4 @@
-"""The run's end of the line to its guardian: heartbeats out, and the run stopped where the guardian is gone."""
+"""The run's connection to its guardian: sends heartbeats, and stops the run if the guardian has ended."""
 
 import os
 import subprocess
@@ -63,7 +63,7 @@ class Guard(Protocol):
         """Be told that the run carries out the shutdown itself."""
 
     def dismiss(self, *, journal_lost: bool, unsafe: bool = False) -> Sequence[str]:
-        """Be told that the run is over and everything off, or that something is not (`unsafe`); return what is not well.
+        """Take the report that the run has ended with everything off, or not (`unsafe`); return what failed.
 
         May be called twice.
         """
@@ -79,7 +79,7 @@ class Guard(Protocol):
 
 
 class Unguarded:
-    """Stands for a guardian where none is needed: nothing outlives the run's process, or a person does everything."""
+    """Used if no guardian is needed: nothing remains energised after the run's process, or a person does everything."""
 
     def hear(self, event: Event) -> None:
         """Pass."""
@@ -197,7 +197,7 @@ class GuardianLink:
         self._send({"down": True})
 
     def dismiss(self, *, journal_lost: bool, unsafe: bool = False) -> Sequence[str]:
-        """Let it go; where the journal is lost or the run could not switch everything off, it carries out the shutdown once more.
+        """Dismiss it; if the journal is lost or the run could not switch everything off, it carries out the shutdown again.
 
         What it finds stands in its own record, and what it did in place of the run is returned.
         """

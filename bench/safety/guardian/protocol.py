@@ -1,4 +1,4 @@
-"""What a guardian is told when it is started, and what the two processes say to each other afterwards.
+"""Start data of a guardian, and the messages between the two processes afterwards.
 
 Both ways one JSON object a line. The run says `beat` (with a number, and for how long it has not got on), `on` (the
 roles that are energised from here on), `ending` and `ended` (an energised block of this role after an error),

@@ -1,4 +1,4 @@
-"""Where a guardian lives: in a systemd scope of its own where one can be had, so that it outlives the run's control group."""
+"""Starts a guardian in its own systemd scope, if possible, so that it is not ended with the run's control group."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""The watch over a run: heartbeats in, and the shutdown when they stay away."""
+"""Supervision of a run: receives heartbeats, and carries out the shutdown when they stop."""
 
 import math
 import os
@@ -114,13 +114,13 @@ class Watch:
         os.set_blocking(incoming, False)
 
     def alarm(self, cause: str) -> None:
-        """Have the run told that it must end, from any thread; where it does not begin to, the shutdown is carried out here."""
+        """Tell the run to end, from any thread; if it does not begin to, the shutdown is carried out here."""
         if not self._alarm:
             self._alarm = cause
             os.write(self._waker, b"\0")
 
     def run(self) -> None:
-        """Watch until the run is done, or dead and its instruments safe."""
+        """Supervise until the run has ended, or until its process is dead and its instruments are safe."""
         while cause := self._guard():
             if cause.helping is not None:
                 self._help(cause.words, cause.helping)

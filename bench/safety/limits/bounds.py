@@ -1,4 +1,4 @@
-"""What bounds each quantity of an instrument, and whose limit that is: the motor's or the station's."""
+"""Limits of each quantity of an instrument, and whether they are the motor's or the station's."""
 
 import math
 from collections.abc import Callable, Mapping

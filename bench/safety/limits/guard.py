@@ -1,4 +1,4 @@
-"""What stands in front of every instrument, built from its interface's declarations: no set point passes that is beyond a limit."""
+"""Limiter in front of every instrument, built from its interface's declarations: refuses set points beyond a limit."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping

@@ -1,4 +1,4 @@
-"""What an instrument gives is in the unit that its interface declares: a stranger's millivolts are not taken for volts."""
+"""Checks that readings are in the unit that the interface declares, so that a plug-in's millivolts are not taken for volts."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass

@@ -15,7 +15,7 @@ _NO_NUMBER = ("", "none", "unknown", "n/a")
 
 @dataclass(frozen=True)
 class Claim:
-    """Something that one owner has at a time: how a message calls it, and every name that it is known by."""
+    """Something that has one owner at a time: its name in messages, and all its identifiers."""
 
     name: Text | str
     keys: frozenset[str]

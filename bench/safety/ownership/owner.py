@@ -53,7 +53,7 @@ class Holder:
 
 
 class HeldError(InputError):
-    """An instrument belongs to somebody else now; `holder` says who."""
+    """An instrument is in use by another owner; `holder` says by whom."""
 
     def __init__(self, claims: Collection[Claim], holder: Holder) -> None:
         self.holder = holder
@@ -68,7 +68,7 @@ class HeldError(InputError):
 
 
 class HeldInstrumentError(InstrumentError):
-    """An instrument that was opened turns out to be somebody else's; it is closed again."""
+    """An instrument that was opened is in use by another owner; it is closed again."""
 
     def __init__(self, instrument: str, cause: HeldError) -> None:
         super().__init__(instrument, text("in use by {holder}, at another address", holder=cause.holder.words))
@@ -127,7 +127,7 @@ class Owner:
         return (self.descriptor,)
 
     def claim(self, claims: Iterable[Claim]) -> None:
-        """Have these from now on, all or none. Raises HeldError naming what is taken and by whom."""
+        """Claim all of these, or none. Raises HeldError naming what is in use and by whom."""
         wanted = {key: claim for key, claim in all_keys(claims).items() if key not in self._had}
         if not wanted:
             return

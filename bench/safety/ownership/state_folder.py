@@ -25,7 +25,7 @@ _LONGEST, _LOOK = 10.0, 0.005
 
 
 class FolderBusyError(InputError):
-    """Another process has the folder to itself and does not let go of it."""
+    """Another process has locked the folder and does not release it."""
 
 
 class StateFolder:
@@ -53,7 +53,7 @@ class StateFolder:
 
     @contextmanager
     def exclusively(self) -> Iterator[None]:
-        """Have the folder to oneself for the length of the block. Raises FolderBusyError where somebody else does not let go."""
+        """Lock the folder for the length of the block. Raises FolderBusyError if another process does not release it."""
         lock = self.open("lock", os.O_RDONLY, 0o644)
         try:
             end = monotonic() + _LONGEST

@@ -1,4 +1,4 @@
-"""Whether a driver, a simulated instrument, a procedure or an export of one's own keeps to what motorbench relies on."""
+"""Checks whether a user's driver, simulated instrument, procedure or export fulfils what motorbench requires of it."""
 
 from bench.testing.conformance.driver import check_driver
 from bench.testing.conformance.export import check_export

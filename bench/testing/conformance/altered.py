@@ -1,4 +1,4 @@
-"""Replies of another form than announced, settings that are not taken, and frames that come in two halves."""
+"""Checks with replies in another format than announced, settings that are not accepted, and frames that arrive in two halves."""
 
 import re
 from ast import literal_eval
@@ -16,7 +16,7 @@ _FRAME = "frame"
 
 
 def check_altered(trial: Trial) -> None:
-    """Check that replies of another form than announced are told, and a setting that the instrument did not take."""
+    """Check that the driver reports replies in another format than announced, and a setting that the instrument did not accept."""
     traffic: list[tuple[str, str]] = []
     feeds = trial.subject.role.feeds
     with trial.opened(traffic=lambda direction, text: traffic.append((direction, text))) as (made, instrument):

@@ -1,4 +1,4 @@
-"""A driver's connection: closed, opened again, refused where another instrument or nothing answers."""
+"""Checks of a driver's connection: closed, opened again, refused if another instrument or none answers."""
 
 import re
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""A use whose messages are disturbed one by one: every error is told, nothing stays on, and the next use is right."""
+"""Checks with messages disturbed one by one: every error is reported, nothing stays on, and the next use is correct."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -47,7 +47,7 @@ class _Message:
 
 
 def disturb(trial: Trial) -> None:
-    """Disturb each different message of a use, and once cut the line for good.
+    """Disturb each different message of a use, and once disconnect the line permanently.
 
     Each message is disturbed in two of the ways that its line can be, in turn; where the trial is thorough, in every way.
     """
@@ -69,7 +69,7 @@ def disturb(trial: Trial) -> None:
 
 
 def check_trip(trial: Trial) -> None:
-    """Check a fault of the instrument's own, where the manual states one, at each message up to the first that feeds.
+    """Check an internal fault of the instrument, if the manual states one, at each message up to the first that feeds energy.
 
     And what somebody else does to it while it feeds.
     """

@@ -1,4 +1,4 @@
-"""A driver against its role: its real protocol, before its simulated counterpart on a virtual bench."""
+"""Check a driver through its real protocol, with its simulated instrument on a virtual bench."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -43,7 +43,7 @@ def check_driver(
     thorough: bool = False,
     first_only: bool = False,
 ) -> ConformanceReport:
-    """Check a driver, itself or by its name, before the simulated instrument that its declaration names.
+    """Check a driver, given itself or by its name, with the simulated instrument that its declaration names.
 
     `role` is for a name that has drivers of several. `options` are an instance of the driver's options, or a mapping for it.
     `found` changes the simulated instrument before the driver meets it: settings that somebody may have left. `catalogues`
@@ -120,7 +120,7 @@ def subject_of(
 
 @contextmanager
 def told(checks: Checks, what: str) -> Iterator[None]:
-    """Make a finding of any error that a check does not expect. Raises InputError where the options lack what is needed."""
+    """Turn any unexpected error of a check into a finding. Raises InputError if required options are missing."""
     try:
         yield
     except InputError:

@@ -1,4 +1,4 @@
-"""That everything is off where a block ends, however it ends, and whatever the instrument was found in."""
+"""Checks that everything is off when a block ends, however it ends and whatever state the instrument was found in."""
 
 import math
 from contextlib import nullcontext, suppress
@@ -75,7 +75,7 @@ def _interrupted_off(trial: Trial, energise: Energise) -> None:
 
 
 def check_ends(trial: Trial) -> None:
-    """Check that a block ends with everything off, however it ends, and that what does not switch off is told."""
+    """Check that a block ends with everything off, however it ends, and that an output that stays on is reported."""
     session, checks, energise = trial.session, trial.checks, trial.session.energise
     waits = _interrupted(trial, math.inf) if trial.subject.role.feeds else 0
     for turn in range(1, waits + 1, max(1, waits // _WAITS)):

@@ -1,4 +1,4 @@
-"""An export: its file holds each figure, the same each time, and it is refused where a needed one is missing."""
+"""Checks of an export: its file contains each figure, is the same each time, and is refused if a required figure is missing."""
 
 import math
 import re
@@ -25,7 +25,7 @@ _AWKWARD = 'LG "400W" <µ> \\ motor; # 1, 电机'
 
 
 def check_export(export: Target | str, *, catalogues: Catalogues | None = None) -> ConformanceReport:
-    """Check an export, itself or by its name. Raises InputError for one that is not there."""
+    """Check an export, given itself or by its name. Raises InputError for one that does not exist."""
     if isinstance(export, str):
         export = (catalogues or installed()).exports.need(export, lambda why: InputError(why))
     checks = Checks()
@@ -49,7 +49,7 @@ def check_export(export: Target | str, *, catalogues: Catalogues | None = None) 
 
 
 def example_subject(export: Target) -> Subject:
-    """Return a motor of which everything is known well that an export asks for."""
+    """Return a motor with an accurate value for everything that an export requires."""
     values: dict[str, Parameter] = {}
     for number, each in enumerate(_needed(export)):
         value = 4.0 if each.name == "pole_pairs" else 0.0123 * (1.0 + 0.37 * number)

@@ -1,4 +1,4 @@
-"""What the last user left: told, set to what is needed, kept, watched, and put back when the instrument is closed."""
+"""Checks of settings left by the last user: reported, set as needed, kept, supervised, and restored on closing."""
 
 import re
 from collections.abc import Callable, Sequence

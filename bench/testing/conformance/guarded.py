@@ -1,4 +1,4 @@
-"""What the shutdown measures, by the connection of whoever guards: as the connection in use reads it."""
+"""Checks that the shutdown's measurements over the guardian's connection agree with those over the connection in use."""
 
 from contextlib import nullcontext
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a simulated instrument holds in the registers or objects that a driver writes, asked past the driver."""
+"""The registers or objects of a simulated instrument that a driver writes, read without the driver."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""What a driver is: its role's class and methods, who it says it is, which watch it arms."""
+"""Checks of a driver's class, methods, identity and watchdog."""
 
 import inspect
 from dataclasses import fields

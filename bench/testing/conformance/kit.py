@@ -1,4 +1,4 @@
-"""All conformance checks behind one object, for a test: what does not conform fails it with every finding."""
+"""All conformance checks as one object for a test, which fails with the list of all findings."""
 
 import warnings
 from collections.abc import Sequence

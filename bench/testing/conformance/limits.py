@@ -1,4 +1,4 @@
-"""Set points beyond the model's, the station's or the manual's limits: refused with nothing sent, and taken at the limit."""
+"""Checks of set points: refused without sending anything beyond the limits of model, station or manual, accepted at the limit."""
 
 import inspect
 import math

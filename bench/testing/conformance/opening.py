@@ -1,4 +1,4 @@
-"""Opening with a disturbed line: told or done right, with nothing held of what did not open."""
+"""Checks of opening over a disturbed line: an error or a correct result, and no resource kept if it did not open."""
 
 import re
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Replies that are played in the place of the simulated instrument's, whatever its line."""
+"""Replies that replace those of the simulated instrument, on any transport."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -12,7 +12,7 @@ _NO_REGISTER = 2
 
 
 def play(made: Stand, answers: Mapping[str, bytes | None]) -> None:
-    """Have messages (by a regular expression) be answered so from now on; None is what an instrument says that has no such thing.
+    """From now on answer messages (a regular expression) in this way; None is the answer of an instrument that lacks the function.
 
     Messages are named as in a `Reply`.
     """

@@ -1,4 +1,4 @@
-"""A procedure: known truth over random motors, its record, and an abort at every one of its steps."""
+"""Checks of a procedure: results against true values of random motors, its record, and an abort at every step."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What a driver is recognised by: its own instrument is, others are not."""
+"""Checks of recognition: a driver recognises its own instrument and no other."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""Figures whose truth nobody gives: one motor measured on several benches, the same one again, and other motors."""
+"""Checks of figures without a known true value: one motor on several benches, the same motor again, and other motors."""
 
 from collections.abc import Callable, Collection, Mapping
 from itertools import combinations
@@ -23,7 +23,7 @@ def check_repeated(
     names: Collection[str],
     others: Collection[Ran],
 ) -> None:
-    """Check that figures agree between `benches` within their uncertainty, come again, and rest on what is measured.
+    """Check that figures agree between `benches` within their uncertainty, repeat, and depend on what is measured.
 
     `names` are those to look at, `others` runs of other motors.
     """

@@ -1,4 +1,4 @@
-"""Replies that the manual speaks of: each is told by the call that meets it, and what says "not yet" is waited for."""
+"""Checks of replies described in the manual: the call that receives one reports it, and waits for one that means "not yet"."""
 
 import math
 import re
@@ -23,7 +23,7 @@ _PATIENCE, _LOOK = 0.15, 0.15
 _NONE = Reply("(?!)", None)
 
 
-class _NotToldError(Exception):
+class _NotReportedError(Exception):
     """A call returned although it met the reply."""
 
 
@@ -39,7 +39,7 @@ class _Calls:
         return (lambda *given, **named: self.call(name, value, *given, **named)) if callable(value) else value
 
     def call(self, name: str, act: Callable[..., Any], *given: Any, **named: Any) -> Any:
-        """Call something; raises _NotToldError where it returns nevertheless."""
+        """Call something; raises _NotReportedError where it returns nevertheless."""
         self.line.begin(name)
         struck, began = self.line.struck, self.line.now
         result = act(*given, **named)
@@ -97,7 +97,7 @@ class _Line:
         """Raise where a call that met the reply returns, or returns another value than that of the reply."""
         reads = self._reply.reads if isinstance(self._reply, Reply) else {}
         if not reads:
-            raise _NotToldError(name)
+            raise _NotReportedError(name)
         if result is None:
             return
         self.read = True
@@ -106,7 +106,7 @@ class _Line:
             for part in what.split(".") if what else ():
                 found = found[int(part)] if part.isdigit() else getattr(found, part)
             if not same_value(found, value):
-                raise _NotToldError(f"{name}: {what} is {found} instead of {value}")
+                raise _NotReportedError(f"{name}: {what} is {found} instead of {value}")
 
     def _strikes(self, _: int, message: str) -> bool:
         if (
@@ -222,7 +222,7 @@ def _met(trial: Trial, reply: Reply | NotYet, number: int, what: str, error: typ
                 # What comes after it is no matter.
                 with suppress(InstrumentError):
                     _use(trial, made, line)
-            except _NotToldError as wrong:
+            except _NotReportedError as wrong:
                 trial.checks.that(what, False, f"{wrong}", "Compare scale, sign and unit with the manual")
             trial.checks.that(what, line.read, "no value is returned", "It is a proper reply")
         elif isinstance(reply, NotYet) and not reply.told:

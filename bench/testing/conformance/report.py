@@ -1,4 +1,4 @@
-"""What a conformance check found: one named finding a check, each with what was wrong and what to do."""
+"""Results of conformance checks: one named finding for each check, with what was wrong and what to do."""
 
 import math
 from collections.abc import Callable, Collection, Iterator, Sequence
@@ -28,7 +28,7 @@ class CheckFinding:
 
 @dataclass(frozen=True)
 class ConformanceReport:
-    """The findings on one plug-in; `subject` names it. `unchecked` says what could not be looked at, and what it takes."""
+    """The findings on one plug-in; `subject` names it. `unchecked` states what could not be checked, and what is needed for it."""
 
     subject: str
     findings: tuple[CheckFinding, ...]
@@ -52,7 +52,7 @@ class ConformanceReport:
 
 
 def in_words(said: object) -> bool:
-    """Tell whether something is said in words, and not by a number or a name alone."""
+    """Tell whether a message consists of words, not only of a number or a name."""
     return any(character.isalpha() for character in str(said)) and not isinstance(said, int | float)
 
 

@@ -1,4 +1,4 @@
-"""Interlock contacts and watchdog relays against what a run and its guardian rely on, at a place of the author's."""
+"""Checks of drivers for interlock contacts and watchdog relays, on a device or stand-in that the author provides."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress

@@ -1,4 +1,4 @@
-"""What a role's module says of its instruments' use, and the trial of one driver by it."""
+"""How a role's instruments are used in the checks, and the trial of one driver in this way."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager

@@ -1,4 +1,4 @@
-"""One driver before its simulated counterpart on a virtual bench, with its line in view."""
+"""One driver with its simulated instrument on a virtual bench; all messages on its line can be observed."""
 
 import math
 import re
@@ -65,7 +65,7 @@ class _NotedStream:
 
 @dataclass
 class Stand:
-    """A virtual bench with the instrument of one driver. `calls` is what the world was asked or told by it, by name."""
+    """A virtual bench with the instrument of one driver. `calls` are the calls that it made to the world, by name."""
 
     subject: DriverUnderTest
     bench: VirtualBench

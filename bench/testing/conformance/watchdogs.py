@@ -1,4 +1,4 @@
-"""A watchdog that the station asks for: armed and read back, fed, let go of at the end, and acting once nobody feeds it."""
+"""Checks of a watchdog that the station requires: armed, read back, fed, disarmed at the end, and acting when it is not fed."""
 
 from collections.abc import Set
 from contextlib import suppress
@@ -19,7 +19,7 @@ _LOOKS = 50
 
 
 def check_watchdog(trial: Trial, name: str, unwatched: Trial) -> None:
-    """Check that the watchdog is armed by who uses the instrument only, and let go of at the end.
+    """Check that only the user of the instrument arms the watchdog, and disarms it at the end.
 
     `unwatched` is the trial with the options beside it: what opening writes there arms nothing.
     A thorough trial waits some four of its times, of the wall's clock, to see that it acts.

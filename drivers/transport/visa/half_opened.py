@@ -10,7 +10,7 @@ _SOCKETS = ("_sync", "_async", "sock")
 
 
 @contextmanager
-def nothing_left_open() -> Iterator[None]:
+def sockets_closed_on_failure() -> Iterator[None]:
     """Close what an opening within the block has left where it fails; what PyVISA raises goes on."""
     try:
         yield

@@ -9,7 +9,7 @@ from drivers.interfaces import CommunicationError, Identity, IdentityError
 from drivers.interfaces.text import text
 from drivers.recognition import ScpiIdentity
 from drivers.transport.serial.port_errors import not_opened
-from drivers.transport.visa.half_opened import nothing_left_open
+from drivers.transport.visa.half_opened import sockets_closed_on_failure
 from drivers.transport.visa.resource import RESOURCE_ERRORS, VisaResource
 from drivers.transport.visa.session import IDENTITY_QUERY, ScpiSession
 
@@ -34,7 +34,7 @@ def open_session(
     """
     manager = surroundings.manager()
     try:
-        with nothing_left_open():
+        with sockets_closed_on_failure():
             resource = cast("VisaResource", manager.open_resource(address))
     except (*RESOURCE_ERRORS, ValueError) as error:
         if address[:5].upper() == "ASRL/" and isinstance(error, OSError):

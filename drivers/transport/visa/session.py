@@ -14,7 +14,7 @@ from pyvisa.constants import RENLineOperation, StatusCode
 from drivers.interfaces import UNWATCHED, Calls, CommunicationError, ReportedError, Traffic
 from drivers.interfaces.text import Text, text
 from drivers.transport.visa.blocks import BlockReader
-from drivers.transport.visa.half_opened import nothing_left_open
+from drivers.transport.visa.half_opened import sockets_closed_on_failure
 from drivers.transport.visa.replies import QueueEntry, parse_error, parse_number, parse_numbers
 from drivers.transport.visa.resource import RESOURCE_ERRORS, ResourceTimeout, VisaResource, finding
 
@@ -94,8 +94,10 @@ class ScpiSession:
             raise CommunicationError(self.name, text("'{done}' instead of 1", done=done), command=message)
 
     def check_left_errors(self) -> None:
-        """As `check_errors`, when an instrument is opened: what stands in the queue then is somebody else's."""
-        self.check_errors(remedy=text("That is from before it was opened, and cleared now: start again"))
+        """Like `check_errors`, when an instrument is opened: errors in the queue then were caused by another user."""
+        self.check_errors(
+            remedy=text("The error was there before the instrument was opened and is cleared now: start again")
+        )
 
     def check_errors(self, command: str = "", *, remedy: Text | str = "") -> None:
         """Read the error queue until it is empty; raises ReportedError with all that stood in it."""
@@ -181,7 +183,7 @@ class ScpiSession:
         self.close()
         self._lost = True
         try:
-            with nothing_left_open():
+            with sockets_closed_on_failure():
                 self._resource.open()
         except (*RESOURCE_ERRORS, ValueError) as error:
             raise CommunicationError(
@@ -328,14 +330,16 @@ class ScpiSession:
                     self.name,
                     text("does not answer any more"),
                     command=IDENTITY_QUERY,
-                    remedy=text("Check power and cable, then open it anew"),
+                    remedy=text("Check power and cable, then open it again"),
                 ) from silence
             except CommunicationError:
                 continue  # the rest of an older reply
             if reply == self._identity_line:
                 self._in_step, self._silent = True, False
                 return
-        raise CommunicationError(self.name, text("answers other than asked"), command=IDENTITY_QUERY)
+        raise CommunicationError(
+            self.name, text("replies to another question than the one asked"), command=IDENTITY_QUERY
+        )
 
     def _clear(self) -> None:
         try:

@@ -1,4 +1,4 @@
-"""Channels that should show one machine's EMF, against each other: what they have in common, and which one contradicts."""
+"""Compares channels that show the EMF of one machine: the common value, and the channel that contradicts the others."""
 
 import math
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ _NEAR = 0.03
 
 @dataclass(frozen=True)
 class Combined:
-    """Mean of the channels with its standard uncertainty and degrees of freedom, and what the channels say against each other.
+    """Mean of the channels with its standard uncertainty and degrees of freedom, and the findings from their differences.
 
     `scatter` is the part of the uncertainty that is the channels' own difference, which repeating the record does not reduce.
     """

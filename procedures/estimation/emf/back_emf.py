@@ -10,9 +10,15 @@ from scipy import special
 from procedures.estimation.emf.agreement import Combined, combine
 from procedures.estimation.emf.further_orders import further_orders
 from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin, waveform_basis
-from procedures.estimation.emf.making_good import MadeGood, as_recorded, make_good, rounding, too_coarse
 from procedures.estimation.emf.phase_jumps import find_jump, longest_whole, with_jump
 from procedures.estimation.emf.record import DigitizedChannel, channels_told, colour, prepare, start, usable
+from procedures.estimation.emf.record_preparation import (
+    PreparedRecord,
+    as_recorded,
+    prepare_record,
+    rounding,
+    too_coarse,
+)
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 
@@ -119,7 +125,9 @@ def fit_back_emf(
     def refit(values: FloatArray) -> HarmonicModel:
         return _solve(t, values, kept, begin).model
 
-    good = make_good(t, v, kept, solved.model, solved.colour, told, refit) if len(digitized) else as_recorded(v, kept)
+    good = (
+        prepare_record(t, v, kept, solved.model, solved.colour, told, refit) if len(digitized) else as_recorded(v, kept)
+    )
     if good.values is not v:
         solved = _solve(t, good.values, kept, begin)
     fit = _result(solved, good, kept, told)
@@ -181,7 +189,9 @@ def _solve(t: FloatArray, v: FloatArray, kept: tuple[int, ...], begin: FloatArra
     return _Solved(model, (float(drift), u_drift, p_value), density, t.size)
 
 
-def _result(solved: _Solved, good: MadeGood, kept: tuple[int, ...], channels: Sequence[DigitizedChannel]) -> BackEmfFit:
+def _result(
+    solved: _Solved, good: PreparedRecord, kept: tuple[int, ...], channels: Sequence[DigitizedChannel]
+) -> BackEmfFit:
     model, density = solved.model, solved.colour
     count, number = len(kept), len(channels)
     speed = float(model.speed(np.array([model.middle]))[0])

@@ -1,4 +1,4 @@
-"""What an AC-coupled channel takes off a steady alternating voltage: nothing in the record tells it."""
+"""Loss of a steady alternating voltage in an AC-coupled channel, which the record itself cannot show."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ _MOST = 0.05
 
 
 def shortfall(frequency: float) -> float:
-    """Return by what share the truth may exceed a reading at a frequency (Hz) through a coupling's corner."""
+    """Return by what share the true value may exceed a reading at a frequency (Hz), because of the corner frequency of the coupling."""
     return math.hypot(1.0, _CORNER / frequency) - 1.0
 
 

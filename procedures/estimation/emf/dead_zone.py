@@ -1,4 +1,4 @@
-"""A channel that stands still about zero: the corners that a dead zone leaves in a turning machine's voltage."""
+"""Detects a channel with a dead zone about zero, by the corners that it causes in the voltage of a turning machine."""
 
 from collections.abc import Sequence
 
@@ -28,7 +28,7 @@ def find_dead_zone(
     channels: Sequence[DigitizedChannel],
     shared: FloatArray,
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Return what is not known of each channel's fundamental (C,), V, where it stands still about zero, and what is told of it.
+    """Return the uncertainty of each channel's fundamental (C,), V, because of a dead zone about zero, and the findings.
 
     `values` (C, n), V, are readings and `residuals` what a waveform of low orders leaves of them; `amplitudes` (C,) are the fundamentals'.
     So many readings as `shared` (C,) says share one rounding

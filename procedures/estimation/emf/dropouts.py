@@ -1,4 +1,4 @@
-"""Readings of a turning machine's voltage that are none: a channel that stood still while the EMF went on, and single spikes."""
+"""Detects invalid readings of a turning machine's voltage: a channel that repeats a value while the EMF changes, and single spikes."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Harmonics of even order in a record of a turning machine's voltages: what bends a channel, for no winding makes them."""
+"""Detects a non-linear channel by harmonics of even order in the voltages of a turning machine, which no winding causes."""
 
 from collections.abc import Sequence
 
@@ -31,7 +31,7 @@ def find_bend(
     shared: FloatArray,
     whole: NDArray[np.bool_],
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Return what is not known of the fundamental flux (C,), V·s/rad, where a channel bends, and what is told of it.
+    """Return the uncertainty of the fundamental flux (C,), V·s/rad, because of a non-linear channel, and the findings.
 
     Half a turn of a pair of poles later a winding sees the same flux reversed, so that even orders come from probe, amplifier or
     converter; what these do to the fundamental, which does not show, is of their size. So many readings as `shared` (C,) says share one

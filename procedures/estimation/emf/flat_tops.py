@@ -1,4 +1,4 @@
-"""Tops that something before the converter cuts off: flat beneath the noise, with a corner that few harmonics cannot draw."""
+"""Detects tops that are clipped before the converter: flat below the noise, with a corner that few harmonics cannot describe."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Harmonics of a waveform beyond those that were asked for: found in what a fit leaves, and taken out of it."""
+"""Finds further harmonics of a waveform in the residuals of a fit, and subtracts them."""
 
 from collections.abc import Mapping, Sequence
 

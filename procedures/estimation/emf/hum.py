@@ -35,7 +35,7 @@ class Hum:
     score: float
 
     def finding(self, channels: Sequence[DigitizedChannel]) -> Finding:
-        """Return what is told of it."""
+        """Return the finding for it."""
         worst = int(np.argmax(self.amplitudes))
         figures: dict[str, float | str] = {
             "frequency": self.frequency,

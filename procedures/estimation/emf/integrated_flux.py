@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike
 
 from procedures.estimation.emf.agreement import Combined, combine
 from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin
-from procedures.estimation.emf.making_good import as_recorded, make_good, rounding, too_coarse
 from procedures.estimation.emf.phase_jumps import find_jump, longest_whole, with_jump
 from procedures.estimation.emf.record import DigitizedChannel, channels_told, colour, prepare, start, usable
+from procedures.estimation.emf.record_preparation import as_recorded, prepare_record, rounding, too_coarse
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 
@@ -106,7 +106,7 @@ def flux_by_integration(
     model, reduced, few_t, block = reduced_model(v)
     density = colour(few_t, reduced, float(reduced.course[1]) / (2 * np.pi * reduced.half))
     good = (
-        make_good(t, v, kept, model, density, told, lambda values: reduced_model(values)[0])
+        prepare_record(t, v, kept, model, density, told, lambda values: reduced_model(values)[0])
         if len(digitized)
         else as_recorded(v, kept)
     )

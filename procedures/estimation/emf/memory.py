@@ -1,4 +1,4 @@
-"""A channel that remembers: the reversals that a core's or a dielectric's hysteresis leaves in a turning machine's voltage."""
+"""Detects a channel with hysteresis of a core or dielectric, by its reversals in the voltage of a turning machine."""
 
 from collections.abc import Sequence
 
@@ -36,7 +36,7 @@ def find_memory(
     channels: Sequence[DigitizedChannel],
     whole: NDArray[np.bool_],
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Return what is not known of each channel's fundamental (C,), V, where its reading lags by a width, and what is told of it.
+    """Return the uncertainty of each channel's fundamental (C,), V, because its reading lags by a width, and the findings.
 
     Such a reading stands still after each turning point until the voltage has come back by twice the width, and follows from there with a
     corner that few harmonics draw. The width, counted with ln n, is held against those that explain the record best.

@@ -1,4 +1,4 @@
-"""Samples lost under a time column without a gap: the waveform's phase jumps, in all channels at once."""
+"""Detects samples that are missing although the time column has no gap: the phase of the waveform jumps in all channels at once."""
 
 from dataclasses import dataclass, replace
 
@@ -97,7 +97,7 @@ def longest_whole(t: FloatArray, jump: int, frequency: float, misfit: Misfit) ->
 
 
 def with_jump(misfit: Misfit, found: Misfit) -> Misfit:
-    """Return what is told of a record's part together with the jump that it was cut at; jumps are counted together."""
+    """Return the findings of a record's part together with the jump at which it was divided; jumps are counted together."""
     (jump,) = found.findings
     others = []
     for each in misfit.findings:

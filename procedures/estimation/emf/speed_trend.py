@@ -1,4 +1,4 @@
-"""Flux linkage over several speeds: whether it goes with the speed, by which law, and what it is without that (§3.4.3)."""
+"""Flux linkage over several speeds: whether it depends on the speed, by which law, and its value without that (§3.4.3)."""
 
 import math
 from collections.abc import Callable, Sequence

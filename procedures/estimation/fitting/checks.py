@@ -1,4 +1,4 @@
-"""Checks of data before they are estimated from, so that no NaN comes out at the other end."""
+"""Checks of the data before an estimate, so that no result is NaN."""
 
 from typing import TYPE_CHECKING, TypeVar
 

@@ -1,4 +1,4 @@
-"""What an estimator hands back, and the error it raises where the data carry no estimate."""
+"""Results of estimators, and the error that is raised if the data do not determine the estimate."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

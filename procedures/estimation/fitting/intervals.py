@@ -1,4 +1,4 @@
-"""Bounds between which a figure lies, for judgements that must not rest on luck."""
+"""Intervals of values, for decisions that must hold for every value within them."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a record shows that the fitted model does not hold: causes by name, the test that finds them, what follows."""
+"""Differences between a record and the fitted model: causes by name, the test that detects them, and the consequences."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,7 +14,7 @@ ALARM = 3.5
 
 
 class Cause(StrEnum):
-    """What makes the world differ from the model, as results name it."""
+    """The cause of a difference between record and model, as results name it."""
 
     CLIPPED = "clipped"
     AC_COUPLED = "ac-coupled"
@@ -73,7 +73,7 @@ class Cause(StrEnum):
 
 
 class Answer(StrEnum):
-    """What was done about a cause: its term is in the model, the interval holds it, it is only said, or no figure is given."""
+    """The answer to a cause: its term is in the model, the interval includes it, it is only reported, or no figure is given."""
 
     MODELLED = "modelled"
     WIDENED = "widened"
@@ -83,7 +83,7 @@ class Answer(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that a record shows and the plain model does not hold.
+    """One difference between a record and the plain model.
 
     `estimates` are the estimates it concerns, all where empty; `score` how far beyond chance it was seen (standard deviations; 0
     where no statistic found it); `figures` are what was found of it by name, in SI, and what it is about, as a channel's name.
@@ -102,7 +102,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Misfit:
-    """All that one record shows beyond its model, the gravest first; nothing where it is as the model says."""
+    """All differences between one record and its model, the most serious first; empty if it agrees with the model."""
 
     findings: tuple[Finding, ...] = ()
 

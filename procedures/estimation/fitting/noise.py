@@ -1,4 +1,4 @@
-"""Noise of a sampled signal: what its scatter shows, and what its converter's steps hide."""
+"""Noise of a sampled signal, from its scatter and from the steps of its converter."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Whether what a fit leaves is random: no reading resembles its neighbour, and no wave stands out of the noise."""
+"""Tests whether residuals are random: no correlation between neighbours, and no periodic component above the noise."""
 
 import math
 from statistics import NormalDist

@@ -67,7 +67,7 @@ def odd_reading(values: Sequence[float], share: float, limit: float = 0.0) -> in
 
 
 def stands_out(values: Sequence[float], number: int) -> bool:
-    """Tell whether a reading is none of its siblings' kind, so that it may be left out of their mean.
+    """Tell whether a reading is an outlier among readings of the same quantity, so that it may be left out of their mean.
 
     It is beyond what one more normal reading like the others would be in 999 of 1000 cases (Student). Three others at least.
     """

@@ -19,7 +19,7 @@ _REACHED = 2e-3
 
 
 class TorqueLimit(StrEnum):
-    """What ends the torque at a speed."""
+    """What limits the torque at a speed."""
 
     CURRENT = "current"
     CURRENT_AND_VOLTAGE = "current-and-voltage"

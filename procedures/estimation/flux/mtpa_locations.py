@@ -1,4 +1,4 @@
-"""Where a map that is half read teaches most of its largest torque per ampere: locations on both sides of it."""
+"""Chooses the locations of a half-read map that determine its largest torque per ampere best: on both sides of it."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Whether a table of flux linkages that others made is one: holes, exchanged axes, wrong signs, another d axis, rms, computed torque."""
+"""Checks a given table of flux linkages: holes, exchanged axes, wrong signs, another d axis, rms values, computed torque."""
 
 import math
 from dataclasses import dataclass, replace

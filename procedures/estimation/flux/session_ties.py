@@ -1,4 +1,4 @@
-"""Whether readings of several sessions are of one motor on one bench: what currents that were read again say."""
+"""Checks by repeated readings whether several sessions measured the same motor on the same bench."""
 
 from dataclasses import dataclass, replace
 

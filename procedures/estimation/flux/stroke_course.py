@@ -1,4 +1,4 @@
-"""How a current goes from one end of a stroke to the other, which nothing shows but the voltage itself, and what that leaves unknown."""
+"""Course of the current within a stroke, which only the voltage shows, and the uncertainty that remains."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

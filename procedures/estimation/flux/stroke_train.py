@@ -1,4 +1,4 @@
-"""Strokes of current at standstill: what the voltage of each integrates to, and what of it is flux, in the stator's frame."""
+"""Current strokes at standstill: the integral of each stroke's voltage, and the part of it that is flux, in the stator's frame."""
 
 import math
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""Speeds that stand still over many readings and then jump, as a tachometer of few pulses a turn gives them."""
+"""Detects speed readings that stay constant and then jump, as from a tachometer with few pulses per turn."""
 
 from collections.abc import Sequence
 

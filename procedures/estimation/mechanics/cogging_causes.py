@@ -1,4 +1,4 @@
-"""What a slow turn's torque shows beside what repeats itself, and what follows for the cogging."""
+"""Disturbances in the torque of a slow turn, beside the part that repeats, and their effect on the cogging torque."""
 
 import math
 from dataclasses import dataclass, replace

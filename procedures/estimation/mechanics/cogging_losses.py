@@ -1,4 +1,4 @@
-"""Torque readings of a slow turn that are none: spikes, readings that stand still, an end of the range."""
+"""Detects invalid torque readings of a slow turn: spikes, repeated values, an end of the range."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Cogging whose amplitude changes along a part of a turn: what that leaves open of the rest of it."""
+"""Cogging whose amplitude changes along a part of a turn, and the resulting uncertainty for the rest of the turn."""
 
 import math
 

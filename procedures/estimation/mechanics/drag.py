@@ -1,4 +1,4 @@
-"""Drag over speed: what a motor takes to be turned, without a current."""
+"""Drag over speed: the torque to turn a motor without current."""
 
 import math
 

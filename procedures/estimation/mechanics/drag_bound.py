@@ -1,4 +1,4 @@
-"""The least that a motor's drag can be, of a coast too short to be fitted."""
+"""Lower bound of a motor's drag, from a coast-down that is too short to be fitted."""
 
 from dataclasses import dataclass
 

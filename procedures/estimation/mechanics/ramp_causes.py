@@ -1,4 +1,4 @@
-"""What ramps may show beyond inertia and friction: directions to look in, and the terms that explain what is seen."""
+"""Tests of ramps for effects beyond inertia and friction, and the terms that explain them."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

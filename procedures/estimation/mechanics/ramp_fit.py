@@ -1,4 +1,4 @@
-"""The fit of ramps, with terms for what they show beyond inertia and friction, and intervals that hold what no term explains."""
+"""The fit of ramps, with terms for effects beyond inertia and friction, and intervals that include what no term explains."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Where a record of the speed becomes a coast-down: held or driven speeds before the release are no friction's doing."""
+"""Finds where a record of the speed becomes a coast-down; before the release the speed was held or driven."""
 
 import numpy as np
 

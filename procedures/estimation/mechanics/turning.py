@@ -1,4 +1,4 @@
-"""The part of a ramp that turns, freed of readings that no shaft can have had."""
+"""The part of a ramp in which the shaft turns, without readings that are impossible for a shaft."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -105,7 +105,7 @@ def turning(ramp: SpeedRamp, number: int) -> Run:
     lost = int(inside.size - np.count_nonzero(inside))
     if lost > _MOST_LOST * inside.size:
         raise EstimationError(
-            f"{lost} of the {inside.size} speeds of ramp {number} are zero or wild; check the speed sensor's cable and threshold"
+            f"{lost} of the {inside.size} speeds of ramp {number} are zero or outliers; check the speed sensor's cable and threshold"
         )
     begin = float(time[part][inside][0])
     torque, torque_noise, varies = _torque(ramp.torque, number, time.size, part)
@@ -160,7 +160,7 @@ def _torque(given: float | FloatArray, number: int, size: int, part: slice) -> t
 
 
 def dropouts(runs: Sequence[Run]) -> list[Finding]:
-    """Return what is to be told of readings that were left out."""
+    """Return the finding for readings that were left out."""
     lost = sum(run.lost for run in runs)
     if not lost:
         return []

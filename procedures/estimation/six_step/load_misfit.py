@@ -1,4 +1,4 @@
-"""What the readings at a six-step drive's loads show beyond the model: loads that contradict the others, meters that contradict each other.
+"""Contradictions between the readings at the loads of a six-step drive: between loads, and between meters.
 
 Three things are read twice: the speed (tachometer, and the current's frequency), the current (out of the source, and one line's waveform),
 and the power (electrical less losses, and at the shaft). The mean voltages of all loads lie on one plane over speed and current.

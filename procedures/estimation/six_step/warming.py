@@ -1,4 +1,4 @@
-"""How far a winding has warmed at each of several loads, between a temperature read before and one read after."""
+"""Temperature rise of a winding at each of several loads, between a temperature read before and one read after."""
 
 import numpy as np
 from numpy.typing import ArrayLike

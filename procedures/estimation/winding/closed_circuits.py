@@ -1,4 +1,4 @@
-"""What closed circuits that are coupled to a winding make of its current step."""
+"""Effect of closed circuits coupled to a winding on its current step."""
 
 import numpy as np
 

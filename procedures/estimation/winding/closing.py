@@ -1,4 +1,4 @@
-"""What lines that are read once more at the end show: a winding that cools, contacts that come out otherwise each time."""
+"""Evaluates lines that are read again at the end: a winding that cools, contacts that differ each time."""
 
 import math
 from collections.abc import Sequence
@@ -109,7 +109,7 @@ def four_wires_again(
 
 
 def unsettled(again: Sequence[ReadAgain], parameter: str) -> Unsettled:
-    """Return what lines show that were read again, nothing where no change is more than chance.
+    """Return the findings of lines that were read again, empty if no change is more than chance.
 
     Changes at one falling rate are those of a winding that cools: it was warmer than its surroundings by that rate times its thermal
     time constant, which is not known. Any others are those of contacts, which only add.

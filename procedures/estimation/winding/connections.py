@@ -1,4 +1,4 @@
-"""From a reading between terminals to the phase: the one place that knows the factors."""
+"""Factors from a reading between terminals to the phase."""
 
 from enum import Enum
 from typing import Literal, NamedTuple

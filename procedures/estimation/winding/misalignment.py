@@ -1,4 +1,4 @@
-"""What a rotor that rests a little off d or q does to the inductance read on it (§3.3.3)."""
+"""Error of an inductance reading if the rotor is not exactly on d or q (§3.3.3)."""
 
 import math
 from typing import NamedTuple

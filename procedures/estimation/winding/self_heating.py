@@ -1,4 +1,4 @@
-"""A winding that its own readings warm: what four-wire readings of it leave open of the cold resistance."""
+"""A winding that is warmed by the readings themselves: the resulting uncertainty of the cold resistance."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What the short circuit of a turned motor tells: resistance and inductances from its currents, resistance and peak from its torque.
+"""Evaluates the short circuit of a turned motor: resistance and inductances from its currents, resistance and peak from its torque.
 
 In the rotor's frame, all three terminals joined, 0 = R·i_d − ω·L_q·i_q and 0 = R·i_q + ω·(L_d·i_d + λ), so that
 I = λω·√(R² + ω²L_q²) / (R² + ω²·L_d·L_q), and all that the shaft gives is heat: T·ω_mech = 1.5·R·I². Currents are peak, inductances

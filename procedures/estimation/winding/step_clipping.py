@@ -1,4 +1,4 @@
-"""A current step whose top is cut off by the end of a channel's range: what is left of it, and its fit."""
+"""A current step that is clipped at the end of a channel's range: the remaining part, and its fit."""
 
 from dataclasses import replace
 
@@ -49,7 +49,7 @@ def withheld(channel: str, level: float, lost: float) -> WithheldError:
     )
 
 
-def fit_what_is_left(step: Problem, plain: Fitted, level: float) -> tuple[Problem, Fitted]:
+def fit_unclipped(step: Problem, plain: Fitted, level: float) -> tuple[Problem, Fitted]:
     """Return the fit of what is not cut off, chosen by what the model gives and not by the readings, which would take their noise's side.
 
     Raises WithheldError where too little is left.

@@ -1,4 +1,4 @@
-"""What a converter's codes tell of a record: that its range ended, or that its steps are too coarse for its noise."""
+"""Evaluates a converter's codes: whether the range ended, or the steps are too coarse for the noise."""
 
 import numpy as np
 from scipy import special

@@ -1,4 +1,4 @@
-"""Mains hum on the voltage's channel of a step: seen before the step, and as a term of the model beside that on the current's."""
+"""Mains hum on the voltage channel of a step: detected before the step, and a term of the model beside the hum on the current."""
 
 from dataclasses import dataclass, field, replace
 from typing import ClassVar

@@ -1,4 +1,4 @@
-"""A first look at a recorded step: how long it takes, whatever noise lies on it."""
+"""First estimate of the duration of a recorded step, with any noise."""
 
 from typing import NamedTuple
 

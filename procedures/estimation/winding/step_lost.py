@@ -1,4 +1,4 @@
-"""Samples that are missing from a recorded step under a time column without a gap: found in the residuals, and as a term of the model."""
+"""Samples missing from a recorded step although the time column has no gap: found in the residuals, and as a term of the model."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -94,7 +94,7 @@ def lost_in(step: Problem, fitted: Fitted, scale: StepScale, *, alarm: float) ->
 
 
 def elsewhere(step: Problem, fitted: Fitted, scale: StepScale, as_likely: float) -> Iterator[Fitted]:
-    """Give the fits with the gap at other places: the way down to the best one, and those about it that are within `as_likely` of χ².
+    """Give the fits with the gap at other places: the descent to the best one, and those near it within `as_likely` of χ².
 
     Where much is missing the derivatives, by which the place was sought, do not hold; and whoever errs by a sample errs in the inductance.
     """

@@ -1,4 +1,4 @@
-"""What a current step shows beside resistance and inductance: found by a score test, put into the model, or told."""
+"""Effects in a current step beside resistance and inductance: found by a score test, modelled, or reported."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

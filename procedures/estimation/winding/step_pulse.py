@@ -1,4 +1,4 @@
-"""Voltages that are no step of a plain supply: a drive's, which switches, and a pulse that ends while the current goes on."""
+"""Detects voltages that are not the step of a plain supply: of a switching drive, or a pulse that ends before the current."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Repeated steps of one circuit: what they say together, and whether they contradict each other."""
+"""Combines repeated steps of one circuit, and tests whether they contradict each other."""
 
 import math
 from collections.abc import Sequence

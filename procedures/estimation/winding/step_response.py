@@ -14,7 +14,7 @@ from procedures.estimation.fitting.noise import undithered, white_noise
 from procedures.estimation.fitting.smoothing import components
 from procedures.estimation.winding.closed_circuits import other_axis_errors
 from procedures.estimation.winding.step_circuit import voltage_shares
-from procedures.estimation.winding.step_clipping import Ends, fit_what_is_left, without_end
+from procedures.estimation.winding.step_clipping import Ends, fit_unclipped, without_end
 from procedures.estimation.winding.step_codes import limited_from, too_coarse
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_plain, problem
 from procedures.estimation.winding.step_misfit import COARSE_ALARM, StepJudgement, judge, scale_of
@@ -90,7 +90,7 @@ def fit_step_response(
     start = start_of(record)
     step, plain = fit_plain(problem(record, *start[:3]), start)
     if cut is not None:
-        step, plain = fit_what_is_left(step, plain, cut)
+        step, plain = fit_unclipped(step, plain, cut)
     record = step.record
     _check_window(record, plain.full)
     used = slice(None) if record.kept is None else record.kept > 0.0

@@ -1,4 +1,4 @@
-"""What is said of a map whose readings ended early, were limited, or contradict those of an earlier session."""
+"""Messages about a map whose readings ended early, were limited, or contradict those of an earlier session."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from procedures.techniques.maps.readings import MapReadings
 
 #: What becomes of readings that contradict each other, by whether there was time to read all again.
 READ_AGAIN = text("they are left out, and what they had read was read again")
-LEFT_OUT = text("the map is of the session that read most; measure again with --repeat flux-map")
+LEFT_OUT = text("the map is of the session with the most readings; measure again with --repeat flux-map")
 
 
 def tell_left_out(procedure: Procedure[Any], taken: MapReadings, planned: int) -> None:
@@ -39,8 +39,9 @@ def tell_left_out(procedure: Procedure[Any], taken: MapReadings, planned: int) -
 def broken_words(broken: BrokenTie, answer: Text) -> Text:
     """Return that sessions contradict each other, and what is done about it."""
     return text(
-        "currents that were read again contradict what sessions before had read: flux linkages differ by {share:.2g} % of the "
-        "largest, gains by {gain:.2g} %, more than temperatures, the angle's zero and stated limits explain; {answer}",
+        "currents that were read again contradict the readings of earlier sessions: flux linkages differ by "
+        "{share:.2g} % of the largest, gains by {gain:.2g} %, more than temperatures, the angle's zero and stated "
+        "limits explain; {answer}",
         share=100.0 * broken.share,
         gain=100.0 * broken.gain,
         answer=answer,

@@ -106,7 +106,7 @@ def read_points(
             running.enter_context(bench.inverter.driving_dq_current(0.0, 0.0))
             for number, point in enumerate(planned):
                 if bench.clock.now() - first > pace.longest:
-                    taken.ended = text("the time of {longest:g} s was over", longest=pace.longest)
+                    taken.ended = text("the allowed time of {longest:g} s had passed", longest=pace.longest)
                     break
                 if point.direction != direction:
                     direction = point.direction

@@ -116,13 +116,13 @@ def report_figure(
     made = unc.statistical(budget.scatter, figure.value, figure.scatter, flux_map.degrees_of_freedom)
     if figure.sessions:
         made = made + unc.statistical(
-            text("what was other in the run's sessions: angle's zero, magnets, gains"),
+            text("differences between the run's sessions: angle's zero, magnets, gains"),
             0.0,
             figure.sessions,
             flux_map.degrees_of_freedom,
         )
     if figure.between:
-        made = made + unc.statistical("what lies between the map's points", 0.0, figure.between)
+        made = made + unc.statistical("interpolation between the map's points", 0.0, figure.between)
     for what, half_width in figure.shared.items():
         made = made + unc.limit(budget.shared[what], 0.0, abs(half_width))
     procedure.report(name, made, section=budget.section, estimator=estimator)
@@ -140,8 +140,9 @@ def tell_resistance(procedure: Procedure[Any], flux_map: MeasuredFluxMap, resist
         procedure.notice(
             "resistance-outweighs",
             text(
-                "at this speed the resistance takes {ratio:.2g} times the voltage of the inductance, so that what is not known of the "
-                "delay between voltage and current goes into the flux linkages, whose intervals may be too narrow: raise speed_share",
+                "at this speed the voltage across the resistance is {ratio:.2g} times that across the inductance, "
+                "so the unknown part of the delay between voltage and current affects the flux linkages, whose "
+                "intervals may be too narrow: raise speed_share",
                 ratio=ratio,
             ),
         )
@@ -150,8 +151,8 @@ def tell_resistance(procedure: Procedure[Any], flux_map: MeasuredFluxMap, resist
 def at_edge(current: float) -> Text:
     """Return what is said where the largest torque at a current (A) lies outside of the map."""
     return text(
-        "at {current:.3g} A the torque still grows where the map ends: the largest torque per ampere lies outside of it; measure over "
-        "more d-axis current",
+        "at {current:.3g} A the torque still increases at the edge of the map: the largest torque per ampere lies "
+        "outside of it; measure over a wider range of d-axis current",
         current=current,
     )
 

@@ -54,7 +54,8 @@ class RampSettings(Settings):
         default=0.05,
         ge=0.0,
         le=5.0,
-        description="readings this soon after a switch are left out: the transducer's filter, s",
+        description="readings within this time after the torque is switched are left out, because of the transducer's filter, "
+        "s",
     )
     speed_filter: float | None = Field(
         default=None,
@@ -73,7 +74,7 @@ class RampSettings(Settings):
         default=2.0,
         ge=0.0,
         le=60.0,
-        description="rest before the torque's zero is read, in which a filter forgets the torque that was there, s",
+        description="wait before the torque's zero is read, until a filter has settled, s",
     )
     torque: float | None = Field(
         default=None, gt=0.0, description="accelerating torque, N·m; found by trial when not given"
@@ -130,8 +131,9 @@ class ShortCoastError(ProcedureError):
     def __init__(self, count: int, fewest: int, last: DynamometerReading, time: float) -> None:
         super().__init__(
             text(
-                "the shaft is slow {time:.2g} s after the torque was taken off, which leaves {n} readings of the coast, {fewest} are "
-                "needed: something brakes it hard, or its inertia is small; shorten sample_interval and settling",
+                "the shaft is already slow {time:.2g} s after the torque was removed, which leaves {n} readings "
+                "of the coast-down, but {fewest} are needed: something brakes it hard, or its inertia is small; "
+                "shorten sample_interval and settling",
                 time=time,
                 n=count,
                 fewest=fewest,
@@ -164,8 +166,8 @@ class RampRecorder:
                     self._check_held(torque, readings[-1].speed / top)
                     raise ProcedureError(
                         text(
-                            "{torque:.3g} N·m brought the shaft to {speed:.0f} rpm only, {top:.0f} rpm were wanted: something brakes "
-                            "it, or the torque is too small",
+                            "{torque:.3g} N·m brought the shaft only to {speed:.0f} rpm, but {top:.0f} rpm are "
+                            "needed: something brakes it, or the torque is too small",
                             torque=torque,
                             speed=readings[-1].speed * 30.0 / math.pi,
                             top=top * 30.0 / math.pi,
@@ -224,8 +226,8 @@ class RampRecorder:
         if self._turned_alone and share < _HELD:
             raise MotorFaultError(
                 text(
-                    "the dynamometer, which turned alone, does not turn the motor with {torque:.3g} N·m: its bearing is seized, "
-                    "or the coupling is jammed or the rotor still locked",
+                    "the dynamometer turns when uncoupled, but with {torque:.3g} N·m it does not turn the motor: "
+                    "the motor's bearing is seized, the coupling is jammed, or the rotor is still locked",
                     torque=torque,
                 ),
                 "bearing",

@@ -35,8 +35,8 @@ def winding_temperature(procedure: Procedure[Any], given: float | None, half_wid
         procedure.notice(
             "winding-temperature",
             text(
-                "winding temperature {typed:g} °C is unlike what is usual here, {low:g} … {high:g} °C, and was confirmed: all that is "
-                "referred to 25 °C rests on it",
+                "winding temperature {typed:g} °C is unlike what is usual here, {low:g} … {high:g} °C, and was "
+                "confirmed: all values referred to 25 °C depend on it",
                 typed=known,
                 low=low,
                 high=high,

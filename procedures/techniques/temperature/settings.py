@@ -15,7 +15,7 @@ MagnetsTemperature = Annotated[
     float | None,
     Field(ge=-60.0, le=250.0, description="winding temperature, taken for the magnets', °C; asked for when not given"),
 ]
-TemperatureUncertainty = Annotated[float, Field(ge=0.0, le=50.0, description="half-width of what is known of it, K")]
+TemperatureUncertainty = Annotated[float, Field(ge=0.0, le=50.0, description="half-width of its uncertainty, K")]
 CopperCoefficient = Annotated[float, Field(gt=0.0, le=0.01, description="temperature coefficient, 1/K")]
 ReferenceTemperature = Annotated[float, Field(ge=-60.0, le=250.0, description="temperature at which it holds, °C")]
 MagnetCoefficient = Annotated[
@@ -23,5 +23,5 @@ MagnetCoefficient = Annotated[
 ]
 MagnetCoefficientUncertainty = Annotated[
     float | None,
-    Field(ge=0.0, le=0.01, description="half-width of what is known of it, 1/K; 30 % of it when not given"),
+    Field(ge=0.0, le=0.01, description="half-width of its uncertainty, 1/K; 30 % of it when not given"),
 ]

@@ -1,4 +1,4 @@
-"""Bring the rotor to a known angle with direct current, and know that the current really flows."""
+"""Bring the rotor to a known angle with direct current, and verify that the current flows."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -52,7 +52,7 @@ class SweepPlot:
             now, each = taken[-1].time, (taken[-1].time - taken[0].time) / (len(taken) - 1)
         coming = Coming("lcr_meter", "inductance", self._since, rate, until_x=rate * (now + left * each - self._since))
         time, inductance = np.array([r.time for r in taken]), np.array([r.inductance for r in taken])
-        curves, said, gauge = [], [text("The fit comes once the readings rise and fall.")], self._gauge(None)
+        curves, said, gauge = [], [text("The fit appears when the readings have risen and fallen.")], self._gauge(None)
         try:
             look = look_at_sweep(time, inductance)
         except EstimationError:
@@ -114,7 +114,7 @@ def step_plot(time: FloatArray, voltage: FloatArray, current: FloatArray) -> Liv
         course = course_at_sight(time, voltage, current)
     except EstimationError:
         message = text(
-            "No resistance and inductance fit this record: look at the probes, or wait for the next, longer one."
+            "No resistance and inductance fit this record: check the probes, or wait for the next, longer one."
         )
         return LivePlot(_STEP, Axes(_TIME, "s", _CURRENT, "A", (recorded,)), None, [message])
     loop = text(

@@ -64,8 +64,8 @@ def read_off_steps(bench: Bench, step: DrivenStep, guess: float, repeats: int) -
         width = min(max(_SCREEN * first.crossing, _SHORTEST), _LONGEST)
     raise ProcedureError(
         text(
-            "no width of the screen shows where the current crosses 63.2 %; check the trigger and the current probe, and see that the "
-            "time is read from the middle of the voltage's rise"
+            "at no width of the screen was the point visible where the current crosses 63.2 %; check the trigger "
+            "and the current probe, and that the time is read from the middle of the voltage's rise"
         )
     )
 
@@ -98,9 +98,7 @@ def _read_off(bench: Bench, step: DrivenStep, width: float, rise: float | None =
         rise = bench.reading(
             EnterReading(
                 "voltage_rise_time",
-                text(
-                    "how long the voltage takes to rise on the screen, from its beginning to its end; 0 where it is upright"
-                ),
+                text("rise time of the voltage on the screen, from its beginning to its end; 0 if it is vertical"),
                 "s",
                 0.0,
                 _LONGEST,

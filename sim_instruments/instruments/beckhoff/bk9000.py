@@ -43,7 +43,7 @@ class Bk9000:
         self._watch = SilenceWatch(self._run_out)
 
     def close(self) -> None:
-        """Watch nobody any more; again is allowed."""
+        """Stop the supervision; may be called again."""
         self._watch.close()
 
     def read_bits(self, address: int, count: int) -> list[bool]:

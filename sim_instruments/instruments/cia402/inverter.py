@@ -136,7 +136,7 @@ class Cia402Inverter:
         )
 
     def leave(self, generator: np.random.Generator) -> tuple[str, ...]:
-        """Be set up otherwise: unit and sign of velocities, mode of operation, targets that nobody took back."""
+        """Start with other settings: unit and sign of velocities, mode of operation, targets that were not reset."""
         objects = {
             MODE: drawn(generator, (0, PROFILE_VELOCITY, PROFILE_TORQUE)),
             POLARITY: drawn(generator, (0, _VELOCITY_POLARITY)),

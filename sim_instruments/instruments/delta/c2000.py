@@ -179,7 +179,7 @@ class DeltaDrive:
         self._framed = dict(self._registers)
 
     def close(self) -> None:
-        """Watch nobody any more; again is allowed."""
+        """Stop the supervision; may be called again."""
         self._watch.close()
 
     def read(self, address: int, count: int) -> list[int]:

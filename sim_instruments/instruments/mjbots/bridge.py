@@ -47,7 +47,7 @@ class MoteusReading:
 
 
 class MoteusBridge:
-    """The world's inverter as a moteus uses it; its own errors and noise lie between what it says and what is so."""
+    """The world's inverter as a moteus uses it; its own errors and noise are between the actual values and those it reports."""
 
     def __init__(
         self, world: "World", settings: MoteusSettings, loop: CurrentLoop, generator: np.random.Generator

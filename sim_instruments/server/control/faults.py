@@ -1,4 +1,4 @@
-"""Faults as requests: those of the catalogue, and whoever runs a procedure saying which step begins."""
+"""Faults as requests to the control endpoint, and messages about which step of a procedure begins."""
 
 from typing import Annotated, Any
 

@@ -240,7 +240,7 @@ class CanNode:
 
 
 class _GuardedNode(canopen.network.MessageListener):
-    """Hears a master ask for the node's state, which canopen leaves unheard: a remote frame."""
+    """Listens for a master's request for the node's state, a remote frame, which canopen ignores."""
 
     def __init__(self, answer: Callable[[], None], identifier: int) -> None:
         self._answer = answer

@@ -50,7 +50,7 @@ class SlcanReply:
 
 
 class Adapter:
-    """One client's adapter: closed at first, it hears and sends nothing until it is opened (`O`, `L` to listen only).
+    """One client's adapter: closed at first, it receives and sends nothing until it is opened (`O`, `L` to listen only).
 
     Any bit rate is taken, as the bus has none.
     """

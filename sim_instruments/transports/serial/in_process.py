@@ -24,7 +24,7 @@ class SerialLine:
         self._stop_listening = clock.on_advance(self._advance)
 
     def write(self, data: bytes) -> int:
-        """Take bytes, which nobody listens to."""
+        """Take bytes and discard them."""
         return len(data)
 
     def read(self, count: int, timeout: float) -> bytes:

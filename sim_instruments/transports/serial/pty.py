@@ -50,7 +50,7 @@ class PseudoTerminal:
         return bool(termios.tcgetattr(self._slave)[2] & termios.PARODD)
 
     def send(self, data: bytes) -> int:
-        """Send bytes and return how many; what nobody has read from the full line is lost, as on a real one."""
+        """Send bytes and return how many; bytes that were not read before the buffer is full are lost, as on a real line."""
         try:
             return os.write(self.master, data)
         except BlockingIOError:

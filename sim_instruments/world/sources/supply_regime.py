@@ -41,7 +41,7 @@ def over_voltage(supply: SupplySettings, source_voltage: float) -> bool:
 
 
 def is_open(supply: SupplySettings, state: State) -> bool:
-    """Say whether the output is off and open in whatever circuit: nothing is left on it, and no current flows anywhere."""
+    """Tell whether the output is off and open: it has no voltage, and no current flows."""
     return not supply.on and state.source_voltage <= NO_VOLTAGE and not state.winding_currents.any()
 
 

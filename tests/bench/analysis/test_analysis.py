@@ -73,7 +73,7 @@ def test_back_emf_says_what_looks_wrong(tmp_path: Path) -> None:
         w["text"]
         for w in analyze_back_emf(table(tmp_path, "t (s),a (V),b (V),c (V)", time, *v), connection="line")["warnings"]
     )
-    assert "channel c shows 0.0999 times what the others show" in texts
+    assert "channel c shows 0.0999 times the value of the other channels" in texts
     assert "instead of ±120°" in texts
     with pytest.raises(CaptureError, match=r"record\.csv: the record holds no whole period"):
         analyze_back_emf(table(tmp_path, "t (s),a (V)", time[:200], v[0, :200]))

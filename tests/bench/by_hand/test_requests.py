@@ -106,7 +106,7 @@ def test_a_command_takes_its_values_in_the_reader_s_units(line: str, method: str
         ("probes 1=A", "probes CHANNEL=TIP:REFERENCE"),
         ("voltmeter-leads A A", "voltmeter-leads HIGH LOW"),
         ("start-turning", "is not a number"),
-        ("lock-rotor now", "lock-rotor stands by itself"),
+        ("lock-rotor now", "lock-rotor takes no other words"),
         ("finish now", "there is no finish"),
     ],
 )

@@ -11,7 +11,7 @@ from bench.i18n.language import translator
     [
         (
             "supply energised voltage=1V current_limit=500mA regulated=current",
-            "DC supply: output on · voltage 1 V · current limit 500 mA · what the output holds: current",
+            "DC supply: output on · voltage 1 V · current limit 500 mA · regulated quantity: current",
             "直流电源：接通输出 · 电压 1 V · 限流 500 mA · 恒定量：电流",
         ),
         ("supply energised 5 V 1e-1A", "DC supply: output on · 5 V · 1e-1 A", "直流电源：接通输出 · 5 V · 1e-1 A"),

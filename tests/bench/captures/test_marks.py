@@ -59,5 +59,5 @@ def test_a_probe_s_factor_makes_a_current_of_volts(tmp_path: Path) -> None:
     assert current.unit == "A"
     assert current.values == pytest.approx(np.array([1.0, 2.0, 3.0]))
     in_amperes = capture.scaled({"CH2": ProbeFactor(10.0, "A")})
-    with pytest.raises(CaptureError, match="makes amperes of volts"):
+    with pytest.raises(CaptureError, match="converts volts to amperes"):
         in_amperes.scaled({"CH2": ProbeFactor(10.0, "A")})

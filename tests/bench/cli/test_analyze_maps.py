@@ -52,7 +52,7 @@ def test_a_largest_torque_outside_of_the_table_is_said_and_not_given(
     disc = rows[np.hypot(rows[:, 0], rows[:, 1]) <= 16.001]
     made = analyzed(capsys, 0, flux_map(written(tmp_path / "disc.csv", disc), pole_pairs=2.0, json=True))
     (edge,) = (warning["text"] for warning in made["warnings"] if warning["id"] == "mtpa-at-edge")
-    assert "at 16 A the torque still grows" in edge
+    assert "at 16 A the torque still increases" in edge
     given = made["details"]["mtpa"]
     assert [row["current"] for row in given[:3]] == [4.0, 8.0, 12.0]
     assert not any(row["at_edge"] for row in given)
@@ -110,7 +110,7 @@ def test_torque_that_was_computed_and_rms_for_peak(tmp_path: Path, capsys: pytes
     path = written(tmp_path / "computed.csv", np.column_stack((rows, torque)), heading)
     made = analyzed(capsys, 0, flux_map(path, pole_pairs=2.0, json=True))
     assert [(row["cause"], row["answer"]) for row in made["misfit"]] == [("torque-computed", "said")]
-    assert "no interval is changed" in made["warnings"][0]["text"]
+    assert "it changes no interval" in made["warnings"][0]["text"]
     scatter = 1.0 + 0.01 * np.random.default_rng(1).normal(size=torque.size)
     path = written(tmp_path / "rms.csv", np.column_stack((rows, 2.0 * torque * scatter)), heading)
     made = analyzed(capsys, 1, flux_map(path, pole_pairs=2.0, json=True))
@@ -344,7 +344,7 @@ def test_a_short_circuit_whose_drop_contradicts_is_an_alarm(tmp_path: Path, caps
     for column, flux_linkage in ((current / np.sqrt(2.0), flux), (current, 1e3 * flux)):
         path = written(tmp_path / "scaled.csv", np.column_stack((speed / 2.0, column, torque)), heading)
         made = analyzed(capsys, 1, short_circuit(path, pole_pairs=2.0, flux_linkage=flux_linkage, json=True))
-        assert "near √2 currents are rms" in json.dumps(made["withheld"]["d_axis_inductance"], ensure_ascii=False)
+        assert "near √2, the currents are rms" in json.dumps(made["withheld"]["d_axis_inductance"], ensure_ascii=False)
 
 
 def test_efficiency_knows_what_the_rows_share(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

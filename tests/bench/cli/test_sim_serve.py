@@ -247,7 +247,7 @@ address = "TCPIP0::192.0.2.11::inst0::INSTR"
         ({"simulated": ""}, "driver acme-dm5 names no simulated instrument"),
         (
             {"simulated": "acme-dm6"},
-            "driver acme-dm5 names the simulated instrument acme-dm6, which there is not: did you mean acme-dm5",
+            "driver acme-dm5 names the simulated instrument acme-dm6, which does not exist: did you mean acme-dm5",
         ),
         ({"role": "supply"}, "driver acme-dm5 names the simulated instrument acme-dm5, which stands for supply"),
         ({"machine": "fail"}, "RuntimeError: no such range"),

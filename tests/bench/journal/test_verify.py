@@ -75,12 +75,12 @@ def test_a_changed_line_is_named(run: RunFolder, place: int) -> None:
     [
         (lambda lines: lines.pop(9), 10, "event 10 was removed"),
         (lambda lines: lines.__delitem__(slice(9, 12)), 10, "events 10 to 12 were removed"),
-        (lambda lines: lines.insert(9, lines.pop(10)), 10, "put into another order"),
-        (lambda lines: lines.insert(20, lines[9]), 21, "was put in"),
-        (lambda lines: lines.insert(10, lines[9]), 10, "was put in"),
-        (lambda lines: lines.insert(9, b"{}\n"), 10, "is no event"),
+        (lambda lines: lines.insert(9, lines.pop(10)), 10, "the order of the lines was changed"),
+        (lambda lines: lines.insert(20, lines[9]), 21, "was inserted"),
+        (lambda lines: lines.insert(10, lines[9]), 10, "was inserted"),
+        (lambda lines: lines.insert(9, b"{}\n"), 10, "is not an event"),
         (lambda lines: lines.__delitem__(slice(0, 3)), 1, "events 1 to 3 were removed"),
-        (lambda lines: lines.__setitem__(4, lines[4][:-9] + b"\n"), 5, "is no event"),
+        (lambda lines: lines.__setitem__(4, lines[4][:-9] + b"\n"), 5, "is not an event"),
     ],
 )
 def test_lines_that_were_removed_put_in_or_moved_are_named(run: RunFolder, edit: Edit, line: int, said: str) -> None:
@@ -110,7 +110,7 @@ def test_a_run_that_was_cut_off_is_not_proven(run: RunFolder) -> None:
     run.journal.write_bytes(run.journal.read_bytes()[:-10])
     found = verify(run)
     assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
-    assert "no whole event" in found.unproven
+    assert "not a complete event" in found.unproven
 
 
 def test_a_waveform_that_was_changed_or_is_gone_is_named(run: RunFolder) -> None:
@@ -148,8 +148,8 @@ def test_a_result_that_was_written_in_another_form_is_named(run: RunFolder) -> N
         (lambda result: result.update(status="failed"), "status differ"),
         (lambda result: result["warnings"].append({}), "warnings differ"),
         (lambda result: result.pop("motor"), "motor differ"),
-        (lambda result: result.pop("journal"), "is no result as a run writes it"),
-        (lambda result: result["journal"].update(events=True), "is no result as a run writes it"),
+        (lambda result: result.pop("journal"), "is not a result as a run writes it"),
+        (lambda result: result["journal"].update(events=True), "is not a result as a run writes it"),
         (lambda result: result["journal"].update(events=4), "the hash it holds of event 4 is not"),
     ],
 )

@@ -142,11 +142,11 @@ def change_one(lines: list[bytes], index: int) -> None:
         (lambda lines: change_one(lines, 0), 1, "was changed"),
         (lambda lines: change_one(lines, 1), 2, "was changed"),
         (lambda lines: change_one(lines, -1), 0, "was changed"),
-        (lambda lines: lines.insert(0, lines.pop(1)), 1, "another order"),
-        (lambda lines: lines.insert(1, lines[0]), 1, "was put in"),
-        (lambda lines: lines.append(lines[0]), 0, "was put in"),
+        (lambda lines: lines.insert(0, lines.pop(1)), 1, "the order of the lines was changed"),
+        (lambda lines: lines.insert(1, lines[0]), 1, "was inserted"),
+        (lambda lines: lines.append(lines[0]), 0, "was inserted"),
         (lambda lines: lines.append(b"more"), 0, "follow the event that closed"),
-        (lambda lines: lines.append(b"{}\n"), 0, "is no event"),
+        (lambda lines: lines.append(b"{}\n"), 0, "is not an event"),
         (lambda lines: lines.__delitem__(slice(1, None)), 2, "the record's end was changed or removed"),
         (lambda lines: lines.clear(), 1, "the record's end was changed or removed"),
     ],
@@ -179,7 +179,7 @@ def test_an_end_that_was_cut_from_the_guardians_record_is_missed(stopped: RunFol
     assert found.verdict is Integrity.UNFINISHED
     assert f"{GUARDIAN} is not closed after its line {count - 1}" in found.unproven
     (cut_off.path / GUARDIAN).write_bytes(b"".join(lines_of(cut_off))[:-5])
-    assert "bytes at the end of guardian.jsonl are no whole event" in verify(cut_off).unproven
+    assert "bytes at the end of guardian.jsonl are not a complete event" in verify(cut_off).unproven
 
 
 def test_another_runs_record_in_its_place_is_told(stopped: RunFolder, killed_run: Path, stopped_run: Path) -> None:
@@ -222,7 +222,7 @@ def test_a_guardian_that_was_killed_has_not_closed_its_record(served: Served, tm
     run = RunFolder(ended_by(served, tmp_path, guardian_killed))
     found = verify(run)
     assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
-    assert "is not closed after its line 2: the guardian still goes on, was ended itself" in found.unproven
+    assert "is not closed after its line 2: the guardian is still running, was terminated itself" in found.unproven
 
 
 def test_a_guardian_of_a_session_that_the_journal_never_began_is_told(stopped: RunFolder) -> None:
@@ -261,11 +261,11 @@ def test_a_run_of_a_former_version_is_read_and_what_cannot_be_proved_is_said(sto
     former.close()
     found = verify(stopped)
     assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
-    assert "a version that did not tie guardian.jsonl to the journal: what it holds follows" in found.unproven
+    assert "a version that stored no hash of guardian.jsonl in the journal: its lines follow" in found.unproven
     (stopped.path / GUARDIAN).unlink()
     found = verify(stopped)
     assert (found.verdict, found.findings) == (Integrity.UNFINISHED, [])
-    assert "whether there was one cannot be proved" in found.unproven
+    assert "whether the file existed cannot be verified" in found.unproven
 
 
 def test_a_virtual_run_of_a_former_version_had_no_guardian_and_is_untouched(virtual_run: Path, tmp_path: Path) -> None:

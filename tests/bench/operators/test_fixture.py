@@ -178,7 +178,7 @@ def test_a_crosspoint_that_there_is_not_is_named(fixture: Asking, matrix: Matrix
 
 def test_a_current_probe_is_there_or_refused(fixture: Asking) -> None:
     fixture.perform(ConnectProbes((CurrentProbe(4, Terminal.A),)))
-    with pytest.raises(ProcedureError, match=r'channel 4 round the wire of B: .* put "B:channel4~" into fixed'):
+    with pytest.raises(ProcedureError, match=r'channel 4 round the wire of B\. .* put "B:channel4~" into fixed'):
         fixture.perform(ConnectProbes((CurrentProbe(4, Terminal.B),)))
 
 

@@ -86,7 +86,7 @@ def test_what_says_that_it_is_done(word: str) -> None:
     ("word", "told"),
     [
         ("no", "The run waits until this is done; Ctrl-C ends the run and switches everything off"),
-        ("31 mOhm", "'31 mOhm' is not asked for here, and is not kept: press Enter once it is done"),
+        ("31 mOhm", "no input is needed here, and '31 mOhm' is not stored: press Enter when the work is done"),
     ],
 )
 def test_a_no_or_a_reading_does_not_pass_for_done(word: str, told: str) -> None:

@@ -23,7 +23,7 @@ from drivers.interfaces.text import Text, lines, text
 from drivers.keysight.e4980a import KeysightE4980A
 from procedures.core.actions import DoubtReading
 from procedures.core.events import RepeatStarted
-from procedures.core.procedure_error import CorrectedError, RepeatWantedError
+from procedures.core.procedure_error import CorrectedError, RepeatRequestedError
 from tests.bench.operators.test_distant import Panel, asked
 from tests.command_line import Call
 
@@ -99,7 +99,9 @@ def test_a_slip_is_asked_about_and_typed_again(typed: Typed) -> None:
     slip = ("32 mΩ", "3.2 mΩ", "0,0321", "", "31.9 mOhm")
     status, result, said, events = typed(BEGIN, CONNECT, *slip, *(CONNECT, *GOOD) * 3)
     assert status == 0
-    assert "resistance A–B, reading 2 of 3: it is a tenth of its siblings, 0.0032 Ω against 0.032, 0.0321 Ω" in said
+    assert (
+        "resistance A–B, reading 2 of 3: it is a tenth of the other readings, 0.0032 Ω against 0.032, 0.0321 Ω" in said
+    )
     assert "LCR meter, resistance Rs at 20 Hz, A–B, reading 3 of 3" in said
     first = of(events, "repeats_taken")[0]
     assert (first["taken"], first["left_out"]) == ([0.032, 0.0319, 0.0321], [0.0032])
@@ -205,7 +207,7 @@ def test_a_corrected_one_that_contradicts_its_siblings_is_asked_for_again(typed:
     lines = (CONNECT, "32 mΩ", "<", "2", "3.19 mΩ", "", "31.9 mΩ", *GOOD[1:])
     status, result, said, events = typed(BEGIN, CONNECT, *GOOD, *lines, *(CONNECT, *GOOD) * 2)
     assert status == 0
-    assert "resistance A–B, reading 2 of 3: it is a tenth of its siblings" in said
+    assert "resistance A–B, reading 2 of 3: it is a tenth of the other readings" in said
     assert (result["misfit"], len(of(events, "reading_corrected"))) == ([], 1)
     assert of(events, "repeats_taken")[1]["taken"] == [0.032, 0.0319, 0.0321]
     # What was asked after it is still asked for where it belongs.
@@ -284,10 +286,10 @@ def operator(tmp_path: Path) -> Iterator[DistantOperator]:
 
 
 def test_at_a_panel_the_same_is_asked_in_words_to_be_translated(operator: DistantOperator, tmp_path: Path) -> None:
-    thread, given = asked(lambda: operator.perform(DoubtReading(text("it is a tenth of its siblings"))))
+    thread, given = asked(lambda: operator.perform(DoubtReading(text("it is a tenth of the other readings"))))
     with Panel(tmp_path) as panel:
         question = panel.question()
-        assert (question["kind"], question["lines"][0]["template"]) == ("doubt", "it is a tenth of its siblings")
+        assert (question["kind"], question["lines"][0]["template"]) == ("doubt", "it is a tenth of the other readings")
         assert "yes or no" in panel.answer(question, "perhaps")["refused"]
         panel.answer(question, True)
     thread.join()
@@ -329,7 +331,7 @@ def test_at_a_panel_units_are_typed_and_an_earlier_reading_corrected(operator: D
     def ask() -> object:
         try:
             return prompt.ask(text("resistance Rs"), "Ω", 0.0, 10.0, None)
-        except (CorrectedError, RepeatWantedError) as other:
+        except (CorrectedError, RepeatRequestedError) as other:
             return other
 
     with Panel(tmp_path) as panel:

@@ -26,7 +26,7 @@ files = ["acme.py"]
 driver = "acme-bridge"
 """
 REHEARSED = ("run", "stator-resistance", "--station", "station.toml", "--motor", "lg-400w", "--rehearse", "--json")
-NOT_THERE = "driver acme-bridge names the simulated instrument {}, which there is not: {}"
+NOT_THERE = "driver acme-bridge names the simulated instrument {}, which does not exist: {}"
 
 
 @pytest.fixture

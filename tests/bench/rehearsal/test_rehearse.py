@@ -312,7 +312,7 @@ def test_what_does_not_go_with_a_rehearsal_is_refused(
     [
         ("en", ["on a virtual twin of bench 7", "These values were assumed:", "left supply: energised voltage 12 V (at most 12 V",
                 "left supply: switched on", "☞ Connect, in this order:", "1. Take every lead and probe off", "Lock the shaft",
-                "Largest set points", "No limit is passed",
+                "Largest set points", "No limit is exceeded",
                 "If all processes of the bench die at once:", "supply: no watchdog; it stays on if run and guardian end"]),
         ("zh", ["bench 7", "☞", "✓", "left supply", "supply：没有看门狗"]),
     ],

@@ -14,7 +14,7 @@ def test_every_statusword_is_one_state_or_none(word: int) -> None:
     if matching:
         assert decode_state(word) is matching[0]
     else:
-        with pytest.raises(ValueError, match="stands for no state"):
+        with pytest.raises(ValueError, match="is not a valid state"):
             decode_state(word)
 
 

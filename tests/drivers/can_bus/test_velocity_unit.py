@@ -69,8 +69,8 @@ def test_what_a_drive_says(values: dict[tuple[int, int], int], counts: float) ->
 @pytest.mark.parametrize(
     ("stated", "values", "said"),
     [
-        ("", {}, r"does not say what a count.*velocity_unit"),
-        ("", ENCODER, r"does not say what a count.*velocity_unit"),
+        ("", {}, r"does not state the unit of its velocity.*velocity_unit"),
+        ("", ENCODER, r"does not state the unit of its velocity.*velocity_unit"),
         # An encoder at 1:1 was never set up.
         ("", ratio(0x608F, 1) | ratio(0x6096, 1) | ratio(0x6092, 1), "velocity_unit"),
         ("", {(0x60A9, 0): 0x00C04700}, "velocity_unit"),

@@ -67,8 +67,8 @@ def test_nothing_is_given_back_under_power(opened: Opened, moteus: Any) -> None:
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [
-        ("servo.voltage_mode_control", "1", "it was left with 1 where 0 is needed: its currents are not regulated"),
-        ("servo.fixed_voltage_mode", "1", "its currents stand at an angle that is not the rotor's"),
+        ("servo.voltage_mode_control", "1", "it is set to 1, but 0 is needed: its currents are not regulated"),
+        ("servo.fixed_voltage_mode", "1", "its currents are at an angle that is not the rotor's"),
         ("servo.fixed_voltage_mode", "1", "conf set servo.fixed_voltage_mode 0, then conf write"),
         ("motor.poles", "0", "motor.poles is 0. Calibrate it for the motor: moteus_tool --calibrate"),
         ("motor.poles", "7", "motor.poles is 7"),
@@ -113,7 +113,7 @@ def test_one_without_a_needed_value_is_refused(opened: Opened, moteus: Any) -> N
 def test_a_value_that_is_not_kept_is_told(opened: Opened, moteus: Any) -> None:
     answer = moteus._answer
     moteus._answer = lambda line: b"OK\r\n" if line.startswith("conf set") else answer(line)
-    with pytest.raises(ReportedError, match=r"left with 100.000000 where 20.000000 is needed"):
+    with pytest.raises(ReportedError, match=r"is set to 100.000000, but 20.000000 is needed"):
         opened()
 
 

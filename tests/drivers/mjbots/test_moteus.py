@@ -121,7 +121,7 @@ def test_a_limited_output_gives_no_reading_and_no_point(opened: Opened, moteus: 
     inverter = opened(settle_timeout=0.1)
     with inverter.driving_dq_current(0.0, 1.0):
         moteus.code = code
-        with pytest.raises(MeasurementError, match=rf"limited by .* \(code {code}\): this is no point"):
+        with pytest.raises(MeasurementError, match=rf"limited by .* \(code {code}\): this reading is not used"):
             inverter.measure_dq()
         with pytest.raises(MeasurementError, match=rf"limited by .* \(code {code}\)"):
             inverter.set_dq_current(0.0, 2.0)

@@ -61,7 +61,7 @@ def test_a_locked_parameter_is_refused_and_the_others_given_back(server: TcpServ
     units.registers |= KEYPAD
     units.keeps[1, 0x0B24] = 0
     with pytest.raises(
-        ReportedError, match=r"11-36.*left with 0 where 1 or 2 is needed: the frequency command does not"
+        ReportedError, match=r"11-36.*is set to 0, but 1 or 2 is needed: the frequency command does not"
     ):
         opened(server, clock)
     assert all(units.registers[key] == value for key, value in KEYPAD.items())
@@ -70,7 +70,7 @@ def test_a_locked_parameter_is_refused_and_the_others_given_back(server: TcpServ
 def test_torque_control_is_verified_before_it_is_trusted(server: TcpServer, units: Units, clock: Any) -> None:
     dynamometer = opened(server, clock)
     units.registers[1, 0x0B21] = 2
-    with pytest.raises(ReportedError, match=r"11-33.*left with 2 where 1 is needed"), dynamometer.driving_torque(1.0):
+    with pytest.raises(ReportedError, match=r"11-33.*is set to 2, but 1 is needed"), dynamometer.driving_torque(1.0):
         pass
     assert units.command != 0x12
     dynamometer.close()
@@ -87,7 +87,7 @@ def test_a_drive_without_00_21_goes_without_and_one_without_00_20_is_refused(
 
 
 def test_another_drive_is_refused_by_its_code(server: TcpServer, units: Units, clock: Any) -> None:
-    with pytest.raises(ReportedError, match=r"00-00 identity code.*left with 5 where 9 is needed.*drive_code"):
+    with pytest.raises(ReportedError, match=r"00-00 identity code.*is set to 5, but 9 is needed.*drive_code"):
         opened(server, clock, drive_code=9)
     opened(server, clock, drive_code=5).close()
 
@@ -126,7 +126,9 @@ def test_a_transducer_without_a_register_for_the_speeds_filter_goes_without(
 def test_a_filter_that_does_not_stay_is_refused_by_name(server: TcpServer, units: Units, clock: Any) -> None:
     units.set_32(0x06, 50)
     units.keeps[2, 0x07] = 50
-    with pytest.raises(ReportedError, match=r"06H.*left with 50 where 1 or 0 or 2 is needed: a torque lags behind.*02"):
+    with pytest.raises(
+        ReportedError, match=r"06H.*is set to 50, but 1 or 0 or 2 is needed: the torque reading lags behind.*02"
+    ):
         opened(server, clock)
 
 

@@ -213,7 +213,7 @@ def test_a_sensor_that_takes_no_zero_is_tared_here_and_says_so(server: TcpServer
 
 def test_an_inverted_torque_is_a_setting_and_must_be_the_stations(server: TcpServer, units: Units, clock: Any) -> None:
     units.set_32(0x12, 1)
-    with pytest.raises(ReportedError, match=r"12H torque direction.*left with 1 where 0 is needed.*parameter 12 to 0"):
+    with pytest.raises(ReportedError, match=r"12H torque direction.*is set to 1, but 0 is needed.*parameter 12 to 0"):
         opened(server, clock)
     dynamometer = opened(server, clock, torque_inverted=True)
     dynamometer.close()

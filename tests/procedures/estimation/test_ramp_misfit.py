@@ -129,7 +129,7 @@ def test_a_gap_of_zeros_does_not_end_a_record() -> None:
 def test_a_record_that_is_mostly_dropouts_is_refused() -> None:
     speed = np.linspace(200.0, 100.0, 90)
     speed[20:60] = 0.0
-    with pytest.raises(EstimationError, match="zero or wild"):
+    with pytest.raises(EstimationError, match="zero or outliers"):
         fit_ramps([SpeedRamp(np.linspace(0.0, 1.0, 90), speed, 0.1)])
 
 

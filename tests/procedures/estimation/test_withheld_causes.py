@@ -39,7 +39,7 @@ def test_one_pulse_a_turn_is_too_coarse():
     (finding,) = fit_coast_down(*of_pulses(*coast())).misfit.findings
     assert (finding.cause, finding.answer) == (Cause.TOO_COARSE, Answer.WITHHELD)
     assert finding.figures["readings"] > 5
-    assert "pulses a turn" in str(sentence(finding))
+    assert "pulses per turn" in str(sentence(finding))
 
 
 @pytest.mark.slow
@@ -53,7 +53,7 @@ def test_shorted_leads_leave_one_reason_and_what_was_tried(resolution):
     assert (finding.cause, finding.answer) == (Cause.UNEXPLAINED, Answer.WITHHELD)
     assert "stribeck" in finding.figures["tried"]
     said = str(sentence(finding))
-    assert "nothing that was tried explains it (" in said
+    assert "nor does any known cause that was tried (" in said
     assert "the model includes it" not in said
 
 

@@ -160,7 +160,7 @@ def test_the_record_says_how_it_is_proven(run: Run) -> None:
     blocks = section(document, "record").blocks
     (code,) = (block for block in blocks if isinstance(block, Paragraph) and block.code)
     assert code.words == f"motorbench results verify 20261121T000000Z-lg-400w --sha256 {'ef' * 32}"
-    assert any("cut off" in str(item[1]) for block in blocks if isinstance(block, Notices) for item in block.items)
+    assert any("incomplete" in str(item[1]) for block in blocks if isinstance(block, Notices) for item in block.items)
 
 
 def test_a_run_without_anything(run: Run) -> None:

@@ -132,17 +132,17 @@ class _Ended:
             return text("No parameter was measured.")
         measured = text("1 parameter measured") if count == 1 else text("{count} parameters measured", count=count)
         if look:
-            return text("{measured}. Needs a look: {names}.", measured=measured, names=look)
+            return text("{measured}. Needs attention: {names}.", measured=measured, names=look)
         open_points = sum(each.rank is not Rank.KNOWN for each in self._found)
         if open_points:
-            return text("{measured}. Warnings to look at: {count}.", measured=measured, count=open_points)
-        return text("{measured}. Nothing needs a look.", measured=measured)
+            return text("{measured}. Warnings to check: {count}.", measured=measured, count=open_points)
+        return text("{measured}. Nothing needs attention.", measured=measured)
 
     def _actions(self, headline: ui.element) -> None:
         say, view = self._reader.say, self._run.view.run
         with ui.row().classes("gap-3 mt-3 items-center"):
             if self._may_lead and view.status != "completed" and not self._manual:
-                go_on = ui.button(say(text("Go on where it ended")), on_click=lambda: self._resume(), color=None)
+                go_on = ui.button(say(text("Continue where it ended")), on_click=lambda: self._resume(), color=None)
                 go_on.classes("mb-go").props("no-caps")
             if self._may_lead:
                 following = f"/?{urlencode({'as_before': self._run.name})}"

@@ -197,7 +197,8 @@ class _LinePage:
             return
         if not self._session.person:
             self._say(
-                self._reader.say(text("Who has a motor tested again gives a name when the batch is begun.")), wrong=True
+                self._reader.say(text("A person who has a motor tested again gives a name when the batch is begun.")),
+                wrong=True,
             )
             return
         fault = await self._panel.line.say({"serial": self._refused, "again": self._session.person})

@@ -50,8 +50,8 @@ class LineStateRow:
 def _told(state: Mapping[str, Any], *, running: bool) -> tuple[StateKind, Text, Text]:
     measured = [str(socket["name"]) for socket in state["sockets"] if socket["serial_number"]]
     if not running:
-        unseen = text("Nothing is read back here any more. See at the sockets yourself that they are off.")
-        return StateKind.UNREAD, text("No batch goes on."), unseen
+        unseen = text("Nothing is read back here any more. Check at the sockets yourself that they are off.")
+        return StateKind.UNREAD, text("No batch is running."), unseen
     ending = text("The batch ends: {how}", how=restore_text(state["ending"])) if state["ending"] else None
     if measured:
         headline = text("Measuring, maybe energised: socket {names}. Do not touch.", names=measured)

@@ -35,7 +35,7 @@ class ActionBar:
         with self._bar:
             self._parts = ui.element("div").style("display: contents")
             with ui.element("div").classes("mb-act-lost"):
-                ui.label(say(text("Trying again … Nothing that you press here arrives."))).classes("mb-act-note")
+                ui.label(say(text("Trying again … Nothing that you press here takes effect."))).classes("mb-act-note")
                 self._waiting(text("Done: waits for the connection"))
 
     @property

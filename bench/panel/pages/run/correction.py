@@ -39,7 +39,7 @@ class Correction:
         return question is not None and (self._question == question["id"] or self.refused(question) is not None)
 
     def refused(self, question: Mapping[str, Any]) -> Text | None:
-        """Return why what was corrected last could not be, where nobody has said yet what is to be done about it."""
+        """Return why the last correction was not possible, as long as no decision about it has been made."""
         told = question.get("uncorrected")
         return restore_text(told["why"]) if told and self._question != -question["id"] else None
 

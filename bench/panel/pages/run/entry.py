@@ -62,8 +62,8 @@ class NumberEntry:
         if value is None or like is None:
             return None
         return text(
-            "{value} is more than five times off the readings before ({like}). A digit or the unit may be wrong. Type it again, "
-            "or keep it: then it counts, and the record says so.",
+            "{value} is more than five times off the readings before ({like}). A digit or the unit may be wrong. "
+            "Type it again, or keep it: then it is used, and the record says so.",
             value=shown(value, self._unit),
             like=shown(like, self._unit),
         )

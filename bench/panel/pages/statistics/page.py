@@ -179,7 +179,7 @@ class _Statistics:
             if (other := distribution_words(each, self._labels[distribution.parameter])) is not None:
                 ui.label(say(other)).classes("text-base mt-2")
             if distribution.changed:
-                changed = text("The limits were others at first; shown are those of the latest motor.")
+                changed = text("The limits have changed; those of the latest motor are shown.")
                 ui.label(say(changed)).classes("text-base mt-2")
 
     def _histogram(self, each: "ParameterStatistics", selection: "Selection") -> None:
@@ -255,7 +255,7 @@ class _Statistics:
                     shown = [figures["mean"], figures["s"], slope, say(drift_words(golden.drift))]
                     rows.append([_links([golden.serial_number]), str(golden.drift.count), *shown])
                 head = [text("Motor"), text("Times"), text("Mean"), Text("s")]
-                head += [text("Drift a day [95 % interval]"), text("What it tells")]
+                head += [text("Drift a day [95 % interval]"), text("Finding")]
                 self._table(head, rows, numeric={1, 2, 3, 4})
                 ui.label(say(text("Figures in {unit}.", unit=scale.unit or "1"))).classes("text-sm mt-2")
             if missing:

@@ -38,7 +38,7 @@ class InputTerminals:
         return float(np.abs(self._world.voltmeter_signal(np.linspace(end - aperture, end, _PEAK_POINTS))).max())
 
     def resistance(self, function: Function, full_scale: float, aperture: float, until: float | None = None) -> float:
-        """Return what an ohmmeter makes (Ω) of its terminals: whatever voltage is there counts as the test current's.
+        """Return an ohmmeter's reading (Ω) at its terminals, in which every voltage is attributed to the test current.
 
         Infinite where a peak of it is beyond the range, though the mean may not be.
         """

@@ -309,10 +309,10 @@ def test_a_full_disk_ends_the_batch_and_no_motor_is_called_done(bench: Any, monk
 
     monkeypatch.setattr("bench.eol.line.record_writer._RETRY_TIME", 0.0)
     monkeypatch.setattr(RecordWriter, "save", save)
-    with pytest.raises(StoreError, match="begin the batch again"):
+    with pytest.raises(StoreError, match="start the batch again"):
         bench.run(motors=2)
     assert bench.listener.records == []
-    assert any("is not kept yet" in words for words in bench.listener.troubles)
+    assert any("is not stored yet" in words for words in bench.listener.troubles)
     monkeypatch.undo()
     bench.run(motors=2)
     with own_records(str(bench.folder / "records.sqlite")) as kept:
@@ -338,7 +338,7 @@ def test_a_server_that_is_away_keeps_nothing_from_being_kept(bench: Any) -> None
     assert counts.motors == 1
     assert (counts.waits.for_server, counts.waits.unstored, counts.waits.refused) == (1, 0, ())
     (trouble,) = counts.waits.troubles
-    assert "the server takes nothing" in str(trouble.why)
+    assert "the server accepts no records" in str(trouble.why)
     with own_records(str(bench.folder / "runs" / "records.sqlite")) as kept:
         assert kept.count("small") == 1
 

@@ -119,7 +119,7 @@ def all_have_let_go() -> None:
 
 @pytest.mark.parametrize(
     ("act", "cause"),
-    [(kill, "was ended by SIGKILL"), (freeze, "gave no sign of life for 2 s and was ended by SIGKILL")],
+    [(kill, "was ended by SIGKILL"), (freeze, "did not respond for 2 s and was ended by SIGKILL")],
 )
 def test_a_motor_is_done_with_only_after_its_guardian_is(
     bench: Any, monkeypatch: pytest.MonkeyPatch, act: Callable[[int], None], cause: str

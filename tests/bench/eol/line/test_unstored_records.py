@@ -98,7 +98,7 @@ def test_a_batch_that_ends_with_records_in_no_database_says_so_and_the_next_one_
     assert (counts.motors, stopped, counts.waits.unstored) == (4, "", 4)
     message = "\n".join(map(str, counts.waits.sentences()))
     assert "records that are in no database yet, kept in files: 4" in message
-    assert "the station's own database takes nothing: database is locked" in message
+    assert "the station's own database accepts no records: database is locked" in message
     release(holder)
     assert numbers(own) == []
     bench.listener.records.clear()
@@ -126,7 +126,7 @@ def test_the_command_tells_what_waits(bench: Any, capsys: pytest.CaptureFixture[
     out, err = capsys.readouterr()
     content = json.loads(out)
     assert (content["waiting_for_server"], content["in_no_database"], content["refused_records"]) == (1, 0, [])
-    assert "the server takes nothing" in content["waits_because"][0]
+    assert "the server accepts no records" in content["waits_because"][0]
     assert "motorbench: records that wait for the server: 1\n" in err
     assert "motorbench: waiting records are forwarded with the next batch in this folder of runs\n" in err
 
@@ -177,12 +177,12 @@ def test_a_disk_that_fills_up_at_a_motor_stops_there_and_the_batch_goes_on_where
     assert kept == [1, 2, 3][: 2 + room], "a motor is called done when its record is on the disk"
     lost = 3 + room
     words = str(stopped.value)
-    assert f"the record of motor {lost} (V00000{lost}) could not be kept" in words
+    assert f"the record of motor {lost} (V00000{lost}) could not be stored" in words
     assert "no space is left on the disk" in words
-    assert "begin the batch again: it goes on where it is" in words
-    assert any(f"motor {lost} (V00000{lost}) is not kept yet" in each for each in bench.listener.troubles)
+    assert "start the batch again: it continues where it stopped" in words
+    assert any(f"motor {lost} (V00000{lost}) is not stored yet" in each for each in bench.listener.troubles)
     # The run of the motor that was told is there to be read.
-    run = words.partition("Its run is in ")[2].partition(";")[0]
+    run = words.partition("Its run is in ")[2].partition(". Remove")[0]
     assert (bench.folder / "runs" / "small" / run).is_dir() or Path(run).is_dir()
     before = {record.number: record.identifier for record in bench.listener.records}
     disk["full"] = False

@@ -114,7 +114,7 @@ def three_while_it_fails(station: Station, why: str) -> None:
     state = station.wait(lambda state: state.unstored == 3 and state.troubles and state.next_try)
     message = station.sentences(state)
     assert "records that are in no database yet, kept in files: 3" in message
-    assert "the station's own database takes nothing" in message
+    assert "the station's own database accepts no records" in message
     assert why in message
     assert "the next try is at" in message
 
@@ -178,7 +178,7 @@ def test_a_server_that_is_away_is_told_with_count_reason_and_next_try(station: S
     state = station.wait(lambda state: state.for_server == 2 and state.next_try)
     message = station.sentences(state)
     assert "records that wait for the server: 2" in message
-    assert "the server takes nothing: postgresql://nobody@127.0.0.1:9/none" in message
+    assert "the server accepts no records: postgresql://nobody@127.0.0.1:9/none" in message
     assert station.reported, "the listener hears it"
     station.server = there
     station.all_clear()

@@ -108,7 +108,7 @@ def test_abort_takes_the_way_down_and_cannot_be_overlooked(panel: Panel, new_pag
     page.get_by_role("button", name="Abort the run").click()
     expect(page.get_by_role("alert").filter(has_text="ABORTED")).to_contain_text("J. Doe")
     assert "made_safe" in kinds(panel, run)
-    expect(page.get_by_role("button", name="Go on where it ended")).to_be_visible()
+    expect(page.get_by_role("button", name="Continue where it ended")).to_be_visible()
 
 
 @pytest.mark.slow
@@ -154,7 +154,7 @@ def test_a_restarted_server_finds_the_run_again(panel: Panel, new_page: NewPage)
     panel.start()
     again = new_page()
     again.goto(panel.url)
-    expect(again.get_by_text(f"A run is going on: {run}")).to_be_visible()
+    expect(again.get_by_text(f"A run is in progress: {run}")).to_be_visible()
     again.get_by_role("button", name="Show it").click()
     again.wait_for_url("**/runs/**")
     step = str(again.locator("[data-step]").get_attribute("data-step"))

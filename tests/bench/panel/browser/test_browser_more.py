@@ -203,7 +203,7 @@ def test_a_figure_outside_the_types_tolerance_is_shown_and_measured_again(
     page.get_by_role("button", name="Start", exact=True).click()
     page.wait_for_url("**/runs/**")
     answer_until_end(page)
-    expect(page.get_by_role("heading", level=1)).to_contain_text("Needs a look: Stator resistance")
+    expect(page.get_by_role("heading", level=1)).to_contain_text("Needs attention: Stator resistance")
     expect(page.locator("[data-verdict=outside]")).to_be_visible()
     what_to_do = page.get_by_role("region", name="What to do, most important first")
     finding = what_to_do.locator(".mb-finding[data-rank=contradiction]").filter(has_text="−50 %")

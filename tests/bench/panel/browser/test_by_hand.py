@@ -33,7 +33,7 @@ def test_a_technician_uses_the_supply_by_hand(panel: Panel, new_page: NewPage) -
     expect(do).to_have_text("⚡ Switch on: output on")
     page.get_by_role("textbox", name="voltage (0 … 6.18 V)").fill("1")
     page.get_by_role("textbox", name="current limit (0 … 10 A)").fill("500 mA")
-    choose(page, "what the output holds, may be left out", "current")
+    choose(page, "regulated quantity, may be left out", "current")
     do.click()
     card = page.get_by_role("region", name="The present step")
     expect(card).to_contain_text("supply stays off until you have stated")
@@ -47,9 +47,9 @@ def test_a_technician_uses_the_supply_by_hand(panel: Panel, new_page: NewPage) -
     do.click()
     # First a person looks what is connected.
     expect(card).to_contain_text("the supply's plus on A")
-    page.get_by_role("button", name="It is so: switch on").click()
+    page.get_by_role("button", name="Confirmed: switch on").click()
     expect(card).to_contain_text(
-        "ON: DC supply: output on · voltage 1 V · current limit 500 mA · what the output holds: current"
+        "ON: DC supply: output on · voltage 1 V · current limit 500 mA · regulated quantity: current"
     )
     expect(page.get_by_role("status").filter(has_text="Energised: ")).to_contain_text("DC supply")
     choose(page, "What to do", "read the current")
@@ -73,7 +73,7 @@ def test_a_technician_uses_the_supply_by_hand(panel: Panel, new_page: NewPage) -
     expect(card).to_contain_text("voltage = 500 V is outside")
     line.fill("supply energised 1 V 1 A regulated=current")
     page.keyboard.press("Enter")
-    on = page.get_by_role("button", name="It is so: switch on")
+    on = page.get_by_role("button", name="Confirmed: switch on")
     expect(on).to_be_visible()
     on.focus()
     for code, said in (("SN 0815", "only the code DONE confirms"), ("DONE", "nothing waits for it now")):

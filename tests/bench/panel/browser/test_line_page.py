@@ -103,7 +103,7 @@ def test_records_that_no_database_takes_are_shown_until_they_are_stored(panel: P
     scan(page, "SN-1")
     shown = page.locator(".mb-records")
     expect(shown).to_contain_text("records that are in no database yet, kept in files: 1", timeout=30_000)
-    expect(shown).to_contain_text("the station's own database takes nothing: database is locked")
+    expect(shown).to_contain_text("the station's own database accepts no records: database is locked")
     expect(shown).to_contain_text("the next try is at", timeout=30_000)
     expect(count(page, "PASS")).to_have_text("✓ 1")
     holder.rollback()

@@ -191,7 +191,7 @@ def test_a_lost_connection_is_seen_and_comes_back_by_itself(panel: Panel, new_pa
     expect(done).to_be_focused()
     assert page.evaluate("window.same") is True
     # What nobody could take confirms nothing, and is named.
-    late = page.get_by_role("alert").filter(has_text="came while the page could not be heard")
+    late = page.get_by_role("alert").filter(has_text="came while the connection was interrupted")
     expect(late).to_contain_text("'DONE' came")
     assert heading(page).inner_text() == step
     scan(page, "SN-1")

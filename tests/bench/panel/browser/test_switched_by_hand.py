@@ -180,7 +180,7 @@ def test_a_reading_is_corrected_in_a_run_that_goes_on(serve: Serve, new_page: Ne
     type_until(page, "reading 3 of 3")
     correct(page, "B–C|A–B", "32.3 m")
     page.keyboard.press("Control+Escape")
-    page.get_by_role("button", name="Go on where it ended").click()
+    page.get_by_role("button", name="Continue where it ended").click()
     expect(page.locator("[data-done]:not([aria-disabled])")).to_be_visible()
     # The procedure begins anew: its readings are typed again, and what was corrected before counts no more.
     type_until(page, "reading 3 of 3")

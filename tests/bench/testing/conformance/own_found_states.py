@@ -8,7 +8,7 @@ from bench.testing.conformance.manual import Left
 from drivers.bases.oscilloscope_data import Probe
 from drivers.interfaces import ProbeKind, ReportedError
 
-_PRESS = {"error": ReportedError, "says": "was left with"}
+_PRESS = {"error": ReportedError, "says": "is set to"}
 
 
 def _register(unit: int, address: int, value: int, *, words: int = 1) -> dict[str, Any]:
@@ -46,7 +46,7 @@ _SCOPE = (
         for n in (1, 4)
         for what, value, found in (("INV", "ON", "1"), ("BWL", "ON", "1"), ("PROB:SKEW", "5E-8", "+5.00000000E-08"))
     ),
-    Left(":CHAN1:IMP?", ":CHAN1:IMP FIFT", error=ReportedError, says="was left with FIFT"),
+    Left(":CHAN1:IMP?", ":CHAN1:IMP FIFT", error=ReportedError, says="is set to FIFT"),
     # A current probe may want 50 Ω.
     Left(":CHAN4:IMP?", ":CHAN4:IMP FIFT", "FIFT"),
     Left(":CHAN3:DISP?", ":CHAN3:DISP ON", "1", "0"),
@@ -104,13 +104,13 @@ LEFT: Mapping[str, Sequence[Left]] = {
         Left("09-01", found="192", **_register(1, 0x0901, 192)),
         Left("09-04", found="12", **_register(1, 0x0904, 12)),
         Left("00-00", lambda _: None, "6", now=lambda _: 0, options={"drive_code": None}),
-        Left("00-00", lambda _: None, now=lambda _: 0, options={"drive_code": 5}, error=ReportedError, says="left with 6"),
+        Left("00-00", lambda _: None, now=lambda _: 0, options={"drive_code": 5}, error=ReportedError, says="is set to 6"),
         Left("06H", found="50", wanted="1", **_register(2, 0x06, 50, words=2)),
         Left("1EH", found="50", wanted="1", **_register(2, 0x1E, 50, words=2)),
         Left("06H", found="50", **_register(2, 0x06, 50, words=2), options={"torque_filter": 0.2}, alters=True),
-        Left("12H", **_register(2, 0x12, 1, words=2), error=ReportedError, says="left with 1"),
+        Left("12H", **_register(2, 0x12, 1, words=2), error=ReportedError, says="is set to 1"),
         Left("12H", found="1", **_register(2, 0x12, 1, words=2), options={"torque_inverted": True}, alters=True),
-        Left("12H", lambda _: None, now=lambda _: 0, options={"torque_inverted": True}, error=ReportedError, says="left with 0"),
+        Left("12H", lambda _: None, now=lambda _: 0, options={"torque_inverted": True}, error=ReportedError, says="is set to 0"),
     ),
     "cia402-inverter": (
         Left("0x607E", found="64", wanted="0", **_object(0x607E, 0x40)),

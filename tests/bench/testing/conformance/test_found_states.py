@@ -28,7 +28,7 @@ from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS
 
 SUPPLY, DYNAMOMETER = "keysight-e36300", "delta-dyn200"
 LIST = Left("VOLT:MODE? (@1)", "VOLT:MODE LIST,(@1)", "LIST", "FIX")
-PAIR = Left("OUTP:PAIR?", "OUTP:PAIR SER", error=ReportedError, says="left with SER")
+PAIR = Left("OUTP:PAIR?", "OUTP:PAIR SER", error=ReportedError, says="is set to SER")
 LIMIT = Left(
     "11-37",
     lambda simulated: simulated.units[1].write(0x0B25, [10]),
@@ -115,7 +115,7 @@ def test_another_instrument_that_is_recognised_is_found() -> None:
 )
 def test_another_model_that_is_taken_for_what_it_is_not_is_found(driver: str, model: Model, check: str) -> None:
     if check == "models":
-        with pytest.raises(ReportedError, match="left with 7 where 6 is needed"):
+        with pytest.raises(ReportedError, match="is set to 7, but 6 is needed"):
             check_model(trial(driver), model)
         return
     assert any(one.startswith(check) for one in failed(check_model, driver, None, model))

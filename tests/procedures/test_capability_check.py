@@ -25,10 +25,10 @@ class Bridge:
         return self.accuracy, Accuracy()
 
 
-def foresee(bridge: Bridge, expected: dict[str, float], *roles: Role, **given: Any) -> list[str]:
+def check_capability(bridge: Bridge, expected: dict[str, float], *roles: Role, **given: Any) -> list[str]:
     bench = SimpleNamespace(lcr_meter=bridge, has=lambda role: role in roles)
     plate = Nameplate("m", WindingConnection.WYE, rated_current=1.0, expected=expected)
-    notices = StatorResistance.foresee(cast("Bench", bench), plate, StatorResistanceSettings(**given))
+    notices = StatorResistance.check_capability(cast("Bench", bench), plate, StatorResistanceSettings(**given))
     assert all(notice.identifier == "cannot-support" for notice in notices)
     return [str(notice.message) for notice in notices]
 
@@ -38,7 +38,9 @@ COARSE = Accuracy(offset=3.3e-3)
 
 def test_it_names_procedure_instrument_and_what_would_do() -> None:
     bridge = Bridge(COARSE)
-    (said,) = foresee(bridge, {"stator_resistance": 0.016, "d_axis_inductance": 70e-6}, Role.SUPPLY, Role.VOLTMETER)
+    (said,) = check_capability(
+        bridge, {"stator_resistance": 0.016, "d_axis_inductance": 70e-6}, Role.SUPPLY, Role.VOLTMETER
+    )
     assert said == (
         "stator-resistance: the lcr_meter (bridge) at 20 Hz on 32 mΩ between lines can give 6 %, and 1 % is asked for (relative "
         "standard uncertainty); measure by four-wire direct current instead: stator-resistance-dc"
@@ -47,16 +49,16 @@ def test_it_names_procedure_instrument_and_what_would_do() -> None:
 
 
 def test_it_says_what_the_station_lacks_for_that() -> None:
-    (said,) = foresee(Bridge(COARSE), {"stator_resistance": 0.016}, Role.SUPPLY)
+    (said,) = check_capability(Bridge(COARSE), {"stator_resistance": 0.016}, Role.SUPPLY)
     assert "the station lacks supply or voltmeter" in said
 
 
 @pytest.mark.parametrize("expected", [{}, {"flux_linkage": 0.01}, {"stator_resistance": 1.0}])
 def test_nothing_is_claimed_where_nothing_is_known_or_all_is_well(expected: dict[str, float]) -> None:
-    assert foresee(Bridge(COARSE), expected) == []
+    assert check_capability(Bridge(COARSE), expected) == []
 
 
 def test_a_temperature_known_too_badly_is_named_as_such() -> None:
-    (said,) = foresee(Bridge(Accuracy()), {"stator_resistance": 0.016}, temperature_uncertainty=10.0)
+    (said,) = check_capability(Bridge(Accuracy()), {"stator_resistance": 0.016}, temperature_uncertainty=10.0)
     assert "the winding's temperature would have to be known within ±4.5 K" in said
-    assert foresee(Bridge(Accuracy()), {"stator_resistance": 0.016}, temperature_uncertainty=4.4) == []
+    assert check_capability(Bridge(Accuracy()), {"stator_resistance": 0.016}, temperature_uncertainty=4.4) == []

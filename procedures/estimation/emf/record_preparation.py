@@ -30,7 +30,7 @@ _ROUNDS = 3
 
 
 @dataclass(frozen=True)
-class MadeGood:
+class PreparedRecord:
     """A record as the waveform's model takes it: `values` (C, n), `kept` (C,) the share of readings that are the record's own, by what
     the uncertainties of offset and amplitudes grow (C, 1 + 2H), what is not known of the fundamental flux beside them (C,), how many
     readings share one rounding error (C,), and the findings.
@@ -59,7 +59,7 @@ class MadeGood:
         return (Finding(Cause.UNEXPLAINED, Answer.WITHHELD, ("flux_linkage",), score),)
 
 
-def make_good(
+def prepare_record(
     t: FloatArray,
     v: FloatArray,
     orders: Sequence[int],
@@ -67,7 +67,7 @@ def make_good(
     colour: float,
     channels: Sequence[DigitizedChannel],
     refit: Callable[[FloatArray], HarmonicModel],
-) -> MadeGood:
+) -> PreparedRecord:
     """Leave out what is no reading and what clipped, and take out a line of the mains, where the record (C, n) shows them; `refit` fits
     a whole record.
     """
@@ -108,7 +108,7 @@ def make_good(
     late, memory = find_memory(t, orders, model, channels, whole)
     findings += memory
     beside = np.sqrt(beside**2 + bent**2 + (np.hypot(lost, late) / speed) ** 2)
-    return MadeGood(values, kept, growth, beside, shared, tuple(findings))
+    return PreparedRecord(values, kept, growth, beside, shared, tuple(findings))
 
 
 def shared_rounding(
@@ -123,15 +123,17 @@ def shared_rounding(
     return shared
 
 
-def as_recorded(v: FloatArray, orders: Sequence[int]) -> MadeGood:
+def as_recorded(v: FloatArray, orders: Sequence[int]) -> PreparedRecord:
     """Return a record (C, n) whose channels nobody describes as it is."""
     count = v.shape[0]
-    return MadeGood(
+    return PreparedRecord(
         v, np.ones(count), np.ones((count, 1 + 2 * len(orders))), np.zeros(count), np.ones(count), (), told=False
     )
 
 
-def rounding(sizes: FloatArray, noise: FloatArray, channels: Sequence[DigitizedChannel], good: MadeGood) -> FloatArray:
+def rounding(
+    sizes: FloatArray, noise: FloatArray, channels: Sequence[DigitizedChannel], good: PreparedRecord
+) -> FloatArray:
     """Return what the converter's steps leave in each channel's amplitude (C,), V, standard uncertainty.
 
     Of few places of a turn that come again and again, as in a record sampled at a multiple of its frequency, the steps' errors do not
