@@ -98,6 +98,11 @@ DELTA = Manual(
             call="measure",
             times=1,
         ),
+        # A third of the frequency, or three times: a filter that lags, which is no reason to wait.
+        *(
+            Reply("read 1 2103H 1", counts.to_bytes(2, "big"), None, call="measure", within=0.01)
+            for counts in (3183, 350)
+        ),
         # 0.75 rpm: a shaft stands below half a one.
         Reply("read 2 0000H 6", bytes.fromhex("000000000000004b00000000"), MeasurementError, call="zero_torque"),
         Reply("read 1 2100H 1", bytes.fromhex("0500"), None),
@@ -158,6 +163,16 @@ DELTA_BY_COMMAND = {
                 reads={"speed": 60.0 * _RPM},
                 call="measure",
             ),
+        )
+    ),
+}
+#: A small transducer, whose thousandth is less than three counts: these are zero, a fourth is waited for and then subtracted.
+DELTA_SMALL = {
+    "transducer_range": 0.05,
+    "manual": Manual(
+        not_yet=tuple(
+            NotYet("read 2 0000H 6", bytes((0, 0, 0, counts, *bytes(8))), patience, call="zero_torque", told=False)
+            for counts, patience in ((3, 0.0), (4, 1.0))
         )
     ),
 }

@@ -18,7 +18,13 @@ from tests.bench.testing.conformance.own_cia402_manuals import (
     SIX_STEP,
 )
 from tests.bench.testing.conformance.own_cia402_models import INVERTER_MODELS, SIX_STEP_MODELS
-from tests.bench.testing.conformance.own_delta_manual import DELTA, DELTA_BY_COMMAND, DELTA_BY_POWER, POWER_STATED
+from tests.bench.testing.conformance.own_delta_manual import (
+    DELTA,
+    DELTA_BY_COMMAND,
+    DELTA_BY_POWER,
+    DELTA_SMALL,
+    POWER_STATED,
+)
 from tests.bench.testing.conformance.own_found_states import LACKS, LEFT
 from tests.bench.testing.conformance.own_gwinstek_manual import GPT9800, GPT9800_SLOW
 from tests.bench.testing.conformance.own_keysight_manuals import (
@@ -194,11 +200,12 @@ VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
         {"direction_from": "command"},
         DELTA_BY_COMMAND,
         DELTA_BY_POWER,
+        DELTA_SMALL,
         POWER_STATED,
         {"watchdog_time": 2.0},
     ),
-    "cia402-inverter": ({"heartbeat_time": 1.0}, *INVERTER_VARIANTS),
-    "cia402-six-step": ({"heartbeat_time": 1.0},),
+    "cia402-inverter": ({"heartbeat_time": 1.0}, {"process_data": True}, *INVERTER_VARIANTS),
+    "cia402-six-step": ({"heartbeat_time": 1.0}, {"process_data": True}),
     "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}, {"timeout": 0.3}),
     "gwinstek-gpt9800": ({"ramp_time": 0.5}, GPT9800_SLOW),
     "mjbots-moteus": (
