@@ -54,9 +54,9 @@ class Cia402Inverter(Cia402Driver, Inverter):
         self._clock = clock
         self._options = options
         self._name = name
+        self._torque_mode: int | None = None
         if node.guarding:
             # No more is commanded than no torque and no velocity.
-            self._torque_mode: int | None = PROFILE_TORQUE
             self._commanded = Velocity(node.objects, PROFILE_VELOCITY, 1.0)
             return
         self._rated_current = read_rated_current(node.objects, options.rated_current, options.current_scale)
@@ -180,7 +180,7 @@ class Cia402Inverter(Cia402Driver, Inverter):
         Raises ReportedError for an SDO abort, CommunicationError where the drive does not answer.
         """
         try:
-            if self._torque_mode is not None:
+            if self._node.guarding or self._torque_mode is not None:
                 self._objects.write(TARGET_TORQUE, 0, 0, 2)
         finally:
             if self._commanded.mode is not None:

@@ -4,9 +4,9 @@
   the module or a table looked up by `.get` whose every use stands in a message (names of error codes, a figure that the message
   shows), a property that the drivers read in messages only, what a method of their own returns that they call in `text(…)` only,
   what a method of their own is given for messages only, but not what that asks the instrument.
-- **Annotations**, decorators and imports.
+- **Annotations**, decorators, imports and protocols, of which nothing is made.
 - **Pauses of a loop that looks again**: the `sleep` in a `while` loop. How often one looks changes nothing that is found.
-- **Defaults that nobody leaves out**: of a parameter that every call in the drivers' modules gives.
+- **Defaults that nobody leaves out**: of a parameter that every call in the drivers' modules gives, also the `open` of a base.
 - **Lengths of pieces**: a constant that is nothing but the step of a `range` and the end of the slices that begin there. All pieces
   together are the whole, however long each is.
 - **`strict=`** of a `zip`: it says what must be so, and changes nothing where it is; `daemon=` and `name=` of a thread that is joined
@@ -58,6 +58,8 @@ def _formal(node: ast.AST) -> Iterator[ast.AST]:
                 yield from (one.value for each in threads for one in each.keywords if one.arg in ("daemon", "name"))
         case ast.ClassDef():
             yield from node.decorator_list
+            if any(ast.unparse(base) == "Protocol" for base in node.bases):
+                yield from node.body
         case ast.AnnAssign():
             yield from _annotations(node)
         case ast.keyword(arg="strict"):
@@ -178,7 +180,8 @@ def _is_get(parent: ast.AST) -> bool:
 
 def _pauses(node: ast.AST) -> Iterator[Any]:
     if isinstance(node, ast.While):
-        for each in node.body:
+        # One that looks at the clock ends by it, wherever in it one pauses; another may count its looks.
+        for each in ast_nodes(node) if ".now()" in ast.unparse(node) else node.body:
             if isinstance(each, ast.Expr) and isinstance(each.value, ast.Call):
                 called = each.value.func
                 if isinstance(called, ast.Attribute) and called.attr in ("sleep", "_pause"):
@@ -203,10 +206,26 @@ def _given_defaults(tree: ast.Module) -> Iterator[ast.AST]:
     for owner in (each for each in tree.body if isinstance(each, ast.ClassDef)):
         for made in (each for each in owner.body if isinstance(each, ast.FunctionDef) and each.name == "__init__"):
             calls = _calls_of(owner.name)
+            made_here = [] if calls is None else [*calls, *_made_by_bases(owner)]
             for argument, default in zip(made.args.kwonlyargs, made.args.kw_defaults, strict=True):
-                given = [any(one.arg == argument.arg for one in call.keywords) for call in calls or ()]
+                given = [any(one.arg == argument.arg for one in call.keywords) for call in made_here]
                 if default is not None and given and all(given):
                     yield default
+
+
+def _made_by_bases(owner: ast.ClassDef) -> Iterator[ast.Call]:
+    """Give the calls by which the methods of what a class is derived from make one of it."""
+    names = [ast.unparse(base).rpartition(".")[2] for base in owner.bases]
+    for base in (each for tree in _modules() for each in tree.body if isinstance(each, ast.ClassDef)):
+        if base.name in names:
+            yield from _made_by_bases(base)
+            for method in (each for each in base.body if isinstance(each, ast.FunctionDef)):
+                same = {"cls"}
+                for node in ast_nodes(method):
+                    if isinstance(node, ast.AnnAssign) and node.value is not None and ast.unparse(node.value) == "cls":
+                        same.add(ast.unparse(node.target))
+                    elif isinstance(node, ast.Call) and ast.unparse(node.func) in same:
+                        yield node
 
 
 @cache

@@ -24,6 +24,7 @@ _OTHERS = {
 def check_connection(trial: Trial) -> None:
     """Check the ways in which a connection is made, ends, and fails."""
     subject, checks = trial.subject, trial.checks
+    directions: list[str] = []
     with trial.stand() as made:
         trial.session.prepare(made)
         before = made.connections
@@ -32,10 +33,14 @@ def check_connection(trial: Trial) -> None:
         instrument.close()
         left = made.connections - before
         checks.that("close() lets go of the line", left <= 0, f"{left} connections are open", "Close the port")
-        again = made.open()
+        made.listen()
+        again = made.open(wire=lambda _, direction, __: directions.append(direction))
         wrong = trial.wrong(made, again)
         checks.that("close() lets go: opened again, it works", not wrong, wrong, TAKE_OVER)
         again.close()
+        heard = f"{len(directions)} of {len(made.messages)} messages, of which {directions.count('<')} came from it"
+        whole, remedy = len(directions) >= len(made.messages) and "<" in directions, "Hand on surroundings.wire"
+        checks.that("what is on its wire is told", whole, heard, remedy)
     with trial.stand() as made:
         if made.transport == "visa":
             _waiting(made, checks, guarded=subject.role.feeds)

@@ -1,7 +1,7 @@
 """Checks of opening over a disturbed line: an error or a correct result, and no resource kept if it did not open."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -24,7 +24,7 @@ def check_opening(trial: Trial) -> None:
 
     Each question is also refused; and never answered, however often it is asked: each, or the last two.
     """
-    messages, transport = _heard(trial)
+    messages, asked, transport = _heard(trial)
     different = {text: number for number, text in reversed(list(enumerate(messages, 1)))}
     for turn, (text, number) in enumerate(sorted(different.items(), key=lambda one: one[1])):
         kinds = disturbances(text, transport)
@@ -38,10 +38,10 @@ def check_opening(trial: Trial) -> None:
         right, remedy = _opened(trial, made, "a little late", "every other message"), "Wait for the reply time"
         trial.checks.that("opening: replies that come a little late", right, "it does not open", remedy)
     _over_a_real_line(trial)
-    questions = list(_questions(different, transport))
+    questions = list(_questions(messages[:asked], transport))
     for text in questions if trial.thorough else questions[-2:]:
         _silent(trial, text)
-    if transport in ("visa", "modbus", "can"):
+    if transport != "serial":
         for text in questions:
             _refused(trial, text)
 
@@ -65,18 +65,24 @@ def _over_a_real_line(trial: Trial) -> None:
         trial.checks.that("opening over a real line", not error, error, remedy)
 
 
-def _heard(trial: Trial) -> tuple[list[str], str]:
-    """Return the messages of opening, and what they go by."""
+def _heard(trial: Trial) -> tuple[list[str], int, str]:
+    """Return the messages of opening and closing, how many of them open it, and what they go by."""
     with trial.stand() as made:
         trial.session.prepare(made)
         made.listen()
-        made.open().close()
-        return [text for text, _ in made.messages], made.transport
+        instrument = made.open()
+        asked = len(made.messages)
+        instrument.close()
+        return [text for text, _ in made.messages], asked, made.transport
 
 
-def _questions(texts: dict[str, int], transport: str) -> Iterator[str]:
-    for text in texts:
-        if ("?" in text and "ERR" not in text) if transport == "visa" else text.startswith("read"):
+def _questions(texts: Sequence[str], transport: str) -> Iterator[str]:
+    for text in dict.fromkeys(texts):
+        # A stream asks by words; what it sets is no question.
+        asks = (
+            "?" in text and "ERR" not in text if transport == "visa" else re.match(r"read|stream (?!.*\bset\b)", text)
+        )
+        if asks:
             yield text
 
 

@@ -9,6 +9,8 @@ from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 #: What a node says of an object that it has not (CiA 301), and a Modbus unit of a register.
 _NO_OBJECT = (0x06020000).to_bytes(4, "little")
 _NO_REGISTER = 2
+#: What the diagnostic stream of a multiplex node says of a name that it has not, and the node of a register.
+_NO_NAME, _NO_INDEX = b"\x41\x01\x05ERR\r\n", b"\x31\x00\x02"
 
 
 def play(made: Stand, answers: Mapping[str, bytes | None]) -> None:
@@ -58,6 +60,8 @@ def put(fault: Fault, transport: str, message: str, data: bytes | None) -> None:
                 return
             command = 0x43 | (4 - len(data)) << 2 if verb == "read" else 0x60
             fault.reply = bytes([command]) + place + data.ljust(4, b"\0")
+        case "can-fd" if data is None:
+            fault.reply = _NO_NAME if message.startswith("stream") else _NO_INDEX
         case _:
             fault.reply = data or b""
 

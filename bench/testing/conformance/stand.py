@@ -15,6 +15,7 @@ from drivers.catalogue import Driver, Surroundings
 from drivers.interfaces import Clock, Instrument, Role, Traffic
 from drivers.transport.can.buses import CanBuses
 from drivers.transport.in_process import ByteStream
+from drivers.transport.wire import Wire
 from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import FIXTURE, SimulatedInstrument, SimulatedUnit
 from sim_instruments.faults.line_faults import Faults, MessageWatch
@@ -123,7 +124,13 @@ class Stand:
         return visa + ends + sum(not stream.closed for stream in self.streams)
 
     def open(
-        self, *, guarding: bool = False, elsewhere: bool = False, traffic: Traffic | None = None, address: str = ""
+        self,
+        *,
+        guarding: bool = False,
+        elsewhere: bool = False,
+        traffic: Traffic | None = None,
+        wire: Wire | None = None,
+        address: str = "",
     ) -> Instrument:
         """Open the driver's instrument, or as another process would: on a CAN bus, by a connection of its own.
 
@@ -139,6 +146,7 @@ class Stand:
             in_process=self,
             traffic=traffic,
             guarding=guarding,
+            wire=wire,
         )
         place = address or bench.address(self.subject.role.value)
         if not isinstance(place, str):

@@ -139,7 +139,7 @@ def _alternate(stand: Stand, inverter: Any, checks: Checks, current: complex, *,
     due = [0.0, *(0.5 + number for number in range(_STROKES - 1)), _STROKES - 1.0, float(_STROKES)]
     late = max(abs(one - _STROKE * other) for one, other in zip(times, due, strict=False))
     remedy = "The first and the last have half of the duration"
-    checks.close("strokes: times", late if in_time else 0.0, 0.0, 0.2 * _STROKE, remedy)
+    checks.close("strokes: times", late if in_time else 0.0, 0.0, 0.03 * _STROKE, remedy)
     actual = stand.world.inverter.rotor_state()
     apart = max(abs(math.remainder(one.electrical_angle - actual.electrical_angle, 2.0 * math.pi)) for one in samples)
     checks.close("strokes: angle of a rotor that stands", apart, 0.0, _APART, _READS)

@@ -53,7 +53,14 @@ _CIA402: Sequence[Reply] = (
     Reply("read 6041H 0", _NO_STATE, CommunicationError),
     Reply("read 1000H 0", b"\x91\x01\x02\x00", IdentityError),
 )
-_POWER = (NotYet("read 6041H 0", _READY, 1.0), NotYet("read 6061H 0", b"\0", 1.0))
+
+
+#: A state or a mode is waited for; in the first of these calls only, where it is named.
+def _power(*calls: str) -> Sequence[NotYet]:
+    return (
+        *(NotYet("read 6041H 0", _READY, 1.0, call=call) for call in calls or ("",)),
+        NotYet("read 6061H 0", b"\0", 1.0),
+    )
 
 
 def _in_fault(*calls: str) -> Sequence[Reply]:
@@ -67,7 +74,7 @@ _STOPPED = ProtectionTrip(lambda simulated: simulated.write(0x6040, 0), says="le
 def _node(product: int, model: str, **stated: Any) -> Manual:
     return Manual(
         identity=Identity("vendor 0x000002FF", model, "1", "10000"),
-        not_yet=(*_POWER, *stated.pop("not_yet", ())),
+        not_yet=(*_power(*stated.pop("powers", ())), *stated.pop("not_yet", ())),
         trip=ProtectionTrip(
             lambda simulated: simulated._power.trip(0x2310), says="0x2310 (continuous over-current)", within=0.3
         ),
@@ -75,6 +82,7 @@ def _node(product: int, model: str, **stated: Any) -> Manual:
     )
 
 
+_BEGINS, _AT_A_FIFTH = "driving_current begins", {"read 6077H 0": b"\xc8\0"}
 INVERTER = _node(
     2,
     "Virtual inverter",
@@ -87,17 +95,22 @@ INVERTER = _node(
     replies=(
         *_CIA402,
         *_in_fault("measure_frequency", "measure_current", "driving_frequency begins", "driving_frequency ends"),
-        *_in_fault("driving_current begins", "driving_current ends"),
+        *_in_fault(_BEGINS, "driving_current ends"),
         Reply("read 6075H 0", b"\0\0\0\0", ReportedError),
         Reply("read 6076H 0", b"\0\0\0\0", ReportedError, says="rated torque"),
         Reply("read 60A9H 0", b"\0\0\0\0", ReportedError, says="velocity_unit"),
         Reply("read 60A9H 0", b"\0\x47\xc0\0", ReportedError, says="velocity_unit"),
         Reply("read 607FH 0", b"\0\0\0\0", ReportedError, call="driving_frequency", says="0x607F"),
         *(
-            Reply(f"read {limit} 0", b"\1\0", ReportedError, call="driving_current begins", says=f"0x{limit[:4]} is 1")
+            Reply(f"read {limit} 0", b"\1\0", ReportedError, call=_BEGINS, says=f"0x{limit[:4]} is 1")
             for limit in ("6072H", "6073H")
         ),
         Reply("read 6077H 0", b"\x9c\xff", reads={"value": -1.0}, call="measure_current"),
+        # Current and torque of one motor are the same thousandths, but for a tenth of full scale and of the reading: 120 at 200.
+        *(
+            Reply("read 6078H 0", counts.to_bytes(2, "little"), error, call=_BEGINS, beside=_AT_A_FIFTH)
+            for counts, error in ((319, None), (321, MeasurementError), (81, None), (79, MeasurementError))
+        ),
         Reply("read 606CH 0", b"\0\0\0\0", MeasurementError, call="driving_frequency"),
     ),
 )
@@ -115,6 +128,8 @@ INVERTER_VARIANTS = (
 SIX_STEP = _node(
     3,
     "Virtual six-step drive",
+    # While it runs, a state on the way up is one that it has left operation for.
+    powers=("running begins", "running ends", "make_safe"),
     stopped=_STOPPED,
     accuracies={f"{when}: {what}": one for when in ("running", "at speed") for what, one in _BUS.items()},
     replies=(

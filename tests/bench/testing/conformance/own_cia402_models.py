@@ -195,7 +195,9 @@ _STATED: Sequence[Model] = tuple(
         StatedObject("0x2000:00", "u32", math.inf),
     )
 )
-INVERTER_MODELS: Sequence[Model] = (*_UNITS, *_VELOCITY, *_RATED, *_IDENTITIES, *_WATCHES, *_STATED)
+#: Modes that it does not tell are those of the profile: after a current, it is profile torque.
+_MODES: Sequence[Model] = (Model({"^read 6502H": None}, holds={"read 6060H 0": 4}),)
+INVERTER_MODELS: Sequence[Model] = (*_MODES, *_UNITS, *_VELOCITY, *_RATED, *_IDENTITIES, *_WATCHES, *_STATED)
 #: The maker's objects as others have them: subindex, width, sign.
 SIX_STEP_MODELS: Sequence[Model] = tuple(
     Model({f"^read {index}H {sub}$": data}, {"bus_current": stated}, {"measure_bus_current.value": value})

@@ -6,20 +6,37 @@ from typing import Any
 
 from bench.testing.conformance.manual import Manual, Model
 from drivers.bases.oscilloscope_data import Probe
-from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKind, ReportedError, SetpointError
+from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKind, SetpointError
 from drivers.keysight.options import ImpedanceCalibration
 from sim_instruments.world.fixture.layout import crosspoints
-from tests.bench.testing.conformance.own_cia402_manuals import CIA402_INVERTER, CIA402_SIX_STEP, INVERTER_VARIANTS
+from tests.bench.testing.conformance.own_cia402_manuals import (
+    CIA402_INVERTER,
+    CIA402_SIX_STEP,
+    INVERTER,
+    INVERTER_VARIANTS,
+    ROTOR,
+    SIX_STEP,
+)
 from tests.bench.testing.conformance.own_cia402_models import INVERTER_MODELS, SIX_STEP_MODELS
-from tests.bench.testing.conformance.own_delta_scales import POWER_STATED
-from tests.bench.testing.conformance.own_found_states import LACKS, LEFT
-from tests.bench.testing.conformance.own_manuals import (
+from tests.bench.testing.conformance.own_delta_manual import (
+    DELTA,
     DELTA_BY_COMMAND,
     DELTA_BY_POWER,
-    E4980A_CALIBRATED,
-    GPT9800_SLOW,
-    MANUALS,
+    DELTA_SMALL,
+    POWER_STATED,
 )
+from tests.bench.testing.conformance.own_found_states import LACKS, LEFT
+from tests.bench.testing.conformance.own_gwinstek_manual import GPT9800, GPT9800_SLOW
+from tests.bench.testing.conformance.own_keysight_manuals import (
+    DMM_34461A,
+    E4980A,
+    E4980A_CALIBRATED,
+    INFINIIVISION,
+    SWITCH_UNIT_34970A,
+)
+from tests.bench.testing.conformance.own_lutron_manual import LUTRON
+from tests.bench.testing.conformance.own_moteus_manual import MOTEUS
+from tests.bench.testing.conformance.own_supply_manuals import E36300, SCPI_SUPPLY
 
 VOLTAGE, CURRENT = Probe(ProbeKind.VOLTAGE, 10.0), Probe(ProbeKind.CURRENT, 10.0)
 _POINT = Accuracy(gain=1e-3, source="calibration")
@@ -138,30 +155,32 @@ _REFUSED: Mapping[str, Sequence[tuple[Mapping[str, Any], Any]]] = {
 }  # fmt: skip
 
 _MODELS: Mapping[str, Sequence[Model]] = {
-    "gwinstek-gpt9800": (Model(options={"ramp_time": 0.5}, holds={"MANU:RTIM?": "000.5 S"}),),
     "cia402-inverter": INVERTER_MODELS,
     "cia402-six-step": SIX_STEP_MODELS,
-    "delta-dyn200": (
-        *(Model(options={"watchdog_time": time}, error=SetpointError, says="watchdog_time") for time in (0.4, 100.1)),
-        *(
-            Model(
-                options={"watchdog_time": time},
-                states={"watchdog.time": time},
-                # 09-02: 2 coasts to a stop; 09-03 counts tenths of a second.
-                holds={"read 1 0902H 1": (2,), "read 1 0903H 1": (tenths,)},
-            )
-            for time, tenths in ((0.5, 5), (2.0, 20), (100.0, 1000))
-        ),
-        Model({"^read 1 0902H": None}, {"watchdog_time": 2.0}, error=ReportedError, says="watchdog_time = 0"),
-        Model({"^read 1 0903H": None}, {"watchdog_time": 2.0}, error=ReportedError, says="watchdog_time = 0"),
-    ),
+}
+
+
+_MANUALS: Mapping[str, Manual] = {
+    "keysight-e36300": E36300,
+    "keysight-e4980a": E4980A,
+    "keysight-34461a": DMM_34461A,
+    "keysight-infiniivision": INFINIIVISION,
+    "lutron-tachometer": LUTRON,
+    "delta-dyn200": DELTA,
+    "cia402-inverter": INVERTER,
+    "cia402-six-step": SIX_STEP,
+    "cia402-rotor-actuator": ROTOR,
+    "gwinstek-gpt9800": GPT9800,
+    "keysight-34970a": SWITCH_UNIT_34970A,
+    "scpi-supply": SCPI_SUPPLY,
+    "mjbots-moteus": MOTEUS,
 }
 
 
 def manual_of(name: str) -> Manual:
     """Return what the manual states of a driver's instrument, and the options that it must refuse."""
     refused = (Model(options=options, error=error) for options, error in _REFUSED.get(name, ()))
-    stated = MANUALS[name]
+    stated = _MANUALS[name]
     models = (*stated.models, *refused, *_MODELS.get(name, ()))
     return replace(stated, models=models, left=LEFT.get(name, ()), lacks=LACKS.get(name))
 
@@ -181,11 +200,12 @@ VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
         {"direction_from": "command"},
         DELTA_BY_COMMAND,
         DELTA_BY_POWER,
+        DELTA_SMALL,
         POWER_STATED,
         {"watchdog_time": 2.0},
     ),
-    "cia402-inverter": ({"heartbeat_time": 1.0}, *INVERTER_VARIANTS),
-    "cia402-six-step": ({"heartbeat_time": 1.0},),
+    "cia402-inverter": ({"heartbeat_time": 1.0}, {"process_data": True}, *INVERTER_VARIANTS),
+    "cia402-six-step": ({"heartbeat_time": 1.0}, {"process_data": True}),
     "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}, {"timeout": 0.3}),
     "gwinstek-gpt9800": ({"ramp_time": 0.5}, GPT9800_SLOW),
     "mjbots-moteus": (

@@ -20,6 +20,12 @@ def _register(unit: int, address: int, value: int, *, words: int = 1) -> dict[st
     }
 
 
+def _polled(objects: str) -> Left:
+    """Return that objects are measured by process data, where the station lets them be."""
+    told = f"PDO: {objects}"
+    return Left("0x1800", lambda _: None, told, now=lambda _: 0, options={"process_data": True})
+
+
 def _object(index: int, value: int) -> dict[str, Any]:
     """Return what leaves an object of a drive at a value, and reads it."""
     return {
@@ -120,7 +126,10 @@ LEFT: Mapping[str, Sequence[Left]] = {
         # Its ramps cannot be changed.
         Left("0x6083", lambda _: None, "1200000", now=lambda simulated: simulated.read(0x6083)),
         Left("0x6084", lambda _: None, "1200000", now=lambda simulated: simulated.read(0x6084)),
+        # Of what is measured together, what it lets be mapped.
+        _polled("0x6041, 0x606C, 0x6077, 0x6078"),
     ),
+    "cia402-six-step": (_polled("0x6041, 0x606C, 0x6079"),),
     "mjbots-moteus": (
         _moteus("servo.fw.enable", True, "1", "0"),
         _moteus("servo.voltage_mode_control", True, "", error=ReportedError, says="conf set servo.voltage_mode_control 0"),
@@ -154,4 +163,6 @@ LACKS: Mapping[str, Sequence[str]] = {
     "keysight-infiniivision": (),
     "gwinstek-gpt9800": (r"MAIN:FUNC\?", r"TEST:RET\?"),
     "delta-dyn200": (r"read 1 090[014]H", r"read 1 0015H", r"read 2 00(06|1E|20)H"),
+    # Gains and more are of some firmware only; whether there was telemetry to stop is no matter.
+    "mjbots-moteus": (r"conf get servo\.(fw\.|pid_dq|enable_motor_temp)", "tel stop"),
 }

@@ -21,6 +21,7 @@ from bench.testing.conformance import (
     check_export,
     check_simulated_instrument,
 )
+from bench.testing.conformance.connection import check_connection
 from bench.testing.conformance.disturbed import check_trip
 from bench.testing.conformance.driver import subject_of
 from bench.testing.conformance.kit import Conformance
@@ -54,10 +55,12 @@ SIMULATED = simulated_supply("acme-ps303", "Acme,PS303,4711,1.0", SupplyRating(3
 """
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize(
+    "name", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in OPTIONS if name not in QUICK)]
+)
 def test_our_drivers_conform(name: str) -> None:
     report = check_driver(
-        name,
+        driver_named(name),
         options=OPTIONS[name],
         found=FOUND.get(name),
         manual=manual_of(name),
@@ -65,17 +68,9 @@ def test_our_drivers_conform(name: str) -> None:
     )
     assert report.passed, "\n".join(map(str, report.failures))
     assert len(report.findings) > 30
-
-
-@pytest.mark.slow
-def test_a_moteus_conforms() -> None:
-    name = "mjbots-moteus"
-    report = check_driver(
-        name, options=OPTIONS[name], found=FOUND[name], manual=manual_of(name), variants=VARIANTS[name]
-    )
-    assert report.passed, "\n".join(map(str, report.failures))
-    # What it cannot do is checked, too.
-    assert any("driving_frequency: what it does not offer" in one.check for one in report.findings)
+    # What a moteus cannot do is checked, too.
+    told = any("driving_frequency: what it does not offer" in one.check for one in report.findings)
+    assert told is (name == "mjbots-moteus")
 
 
 def test_a_fault_that_is_not_told_as_it_should_be_is_found() -> None:
@@ -272,6 +267,14 @@ def test_a_driver_that_waits_too_short_for_a_real_line_is_found(monkeypatch: pyt
     check_opening(Trial(subject, session_of(subject.role), checks, seed=0))
     found = [one.check for one in checks.report("moteus").failures]
     assert found == ["opening over a real line"]
+
+
+def test_a_driver_whose_wire_is_not_heard_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.lutron.tachometer.TappedPort", lambda port, _: port)
+    subject = subject_of("lutron-tachometer", None, OPTIONS["lutron-tachometer"], installed())
+    checks = Checks()
+    check_connection(Trial(subject, session_of(subject.role), checks, seed=0))
+    assert [one.check for one in checks.report("it").failures] == ["what is on its wire is told"]
 
 
 def test_a_question_that_is_never_answered_must_be_told(monkeypatch: pytest.MonkeyPatch) -> None:
