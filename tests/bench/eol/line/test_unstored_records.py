@@ -195,3 +195,13 @@ def test_a_disk_that_fills_up_at_a_motor_stops_there_and_the_batch_goes_on_where
         found = {record.number: record.identifier for record in records.read("small")}
     assert {number: found[number] for number in before} == before
     assert not (bench.folder / "runs" / FOLDER).exists()
+
+
+def test_a_server_that_is_away_keeps_nothing_from_being_kept(bench: Any) -> None:
+    counts, _ = bench.run(motors=1, records="postgresql://nobody@127.0.0.1:9/none")
+    assert counts.motors == 1
+    assert (counts.waits.for_server, counts.waits.unstored, counts.waits.refused) == (1, 0, ())
+    (trouble,) = counts.waits.troubles
+    assert "the server takes nothing" in str(trouble.why)
+    with own_records(str(bench.folder / "runs" / "records.sqlite")) as kept:
+        assert kept.count("small") == 1
