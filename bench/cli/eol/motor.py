@@ -85,11 +85,11 @@ def _print(test: "MotorRecord", changed: "tuple[ChangedFigure, ...]", translate:
 def _said(change: "ChangedFigure") -> Text:
     scale = scale_of(change.after, change.unit)
     return text(
-        "{name}: {before:.4g} → {after:.4g} {unit}, {was} → {now}",
+        "{name}: {before:.4g} → {after:.4g}{unit}, {was} → {now}",
         name=ParameterLabels({change.parameter: change.label})[change.parameter],
         before=change.before / scale.factor,
         after=change.after / scale.factor,
-        unit=scale.unit,
+        unit=f" {scale.unit}" if scale.unit else "",
         was=change.verdict_before,
         now=change.verdict_after,
     )

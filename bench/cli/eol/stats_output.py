@@ -130,7 +130,7 @@ def _figures(parameters: Mapping[str, ParameterStatistics], labels: ParameterLab
         translate,
         text("Parameter"),
         text("Unit"),
-        text("Motors"),
+        text("Figures"),
         text("Mean"),
         Text("s"),
         text("Limits"),
@@ -178,7 +178,7 @@ def _histogram(each: ParameterStatistics, label: Text, translate: Translate) -> 
     table = plain_table(
         translate,
         text("From ({parameter}, {unit})", parameter=label.render(translate), unit=scale.unit),
-        text("Motors"),
+        text("Figures"),
         text(""),
         left=0,
     )

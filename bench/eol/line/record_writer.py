@@ -195,7 +195,10 @@ def save_with_retries(
             if not reported:
                 trouble(
                     text(
-                        "the record of motor {number} ({serial_number}) is not kept yet: {error}", error=error, **names
+                        "the record of motor {number} ({serial_number}) is not kept yet, and is tried again for {time:g} s: {error}",
+                        error=error,
+                        time=_RETRY_TIME,
+                        **names,
                     )
                 )
             reported = True
@@ -203,7 +206,7 @@ def save_with_retries(
                 raise StoreError(
                     text(
                         "the record of motor {number} ({serial_number}) could not be kept: {error}. Its run is in "
-                        "{run}; mend that and begin the batch again: it goes on where it is",
+                        "{run}; remove the cause, then give the same command again: the batch continues where it ended",
                         error=error,
                         run=record.run,
                         **names,

@@ -118,7 +118,9 @@ class SerialRegister:
             yield self._server if which == "server" and self._server is not None else self._own
         except FAULTS as error:
             message = text_of(fault_of(error))
-            why = text("the server: {why}", why=message) if which == "server" else message
+            why = text("the server: {why}", why=message)
+            if which != "server":
+                why = text("the station's own database: {why}", why=message)
             self._away[which] = (monotonic(), why)
             if which == "server":
                 self.close()

@@ -1,5 +1,7 @@
 """Who may be tested at two stations of one server, with the server there and away."""
 
+import errno
+import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -120,6 +122,26 @@ def test_a_server_that_is_away_holds_nothing_up_and_is_told_of_once(make_station
     (words,) = station.troubles
     assert "cannot be read: the server:" in words
     assert isinstance(station.admit("A1", 3), RefusedTest), "its own records are known all the same"
+
+
+def test_when_earlier_tests_can_be_looked_up_again_it_is_told(
+    make_station: Callable[..., Station], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unreadable(*_: object) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr("bench.eol.line.serial_register._PAUSE", 0.0)
+    station = make_station("east", str(tmp_path / "records.sqlite"))
+    with monkeypatch.context() as patch:
+        patch.setattr("bench.eol.line.serial_register.earlier_tests", unreadable)
+        for number in (1, 2):
+            assert station.admit(f"A{number}", number) == AdmittedTest(1)
+    for number in (3, 4):
+        assert station.admit(f"A{number}", number) == AdmittedTest(1)
+    away, back = station.troubles
+    assert "serial number A1 and those after it are measured" in away
+    assert "the station's own database: " in away
+    assert back == "from serial number A3 on, earlier tests are looked up again"
 
 
 def test_a_plan_may_refuse_what_cannot_be_looked_up(make_station: Callable[..., Station]) -> None:

@@ -179,8 +179,11 @@ def test_a_disk_that_fills_up_at_a_motor_stops_there_and_the_batch_goes_on_where
     words = str(stopped.value)
     assert f"the record of motor {lost} (V00000{lost}) could not be kept" in words
     assert "no space is left on the disk" in words
-    assert "begin the batch again: it goes on where it is" in words
-    assert any(f"motor {lost} (V00000{lost}) is not kept yet" in each for each in bench.listener.troubles)
+    assert "remove the cause, then give the same command again" in words
+    assert any(
+        f"motor {lost} (V00000{lost}) is not kept yet, and is tried again for" in each
+        for each in bench.listener.troubles
+    )
     # The run of the motor that was told is there to be read.
     run = words.partition("Its run is in ")[2].partition(";")[0]
     assert (bench.folder / "runs" / "small" / run).is_dir() or Path(run).is_dir()
