@@ -73,7 +73,7 @@ def _about(test: "MotorRecord") -> dict[str, object]:
 
 
 def _print(test: "MotorRecord", changed: "tuple[ChangedFigure, ...]", translate: Translate) -> None:
-    from bench.eol.labels import label_of
+    from bench.eol.record import label_of
 
     lines = [label_of(test)]
     if test.diagnosis or test.cause:

@@ -9,7 +9,7 @@ from bench.cli.eol.yields_output import groups_table, yields_table
 from bench.cli.plain_table import plain_table
 from bench.eol.line_statistics import LineStatistics, ParameterStatistics
 from bench.eol.statistics.association import Association
-from bench.eol.statistics.pareto import pareto
+from bench.eol.statistics.proportion import pareto
 from bench.eol.statistics_messages import (
     association_words,
     bounds,

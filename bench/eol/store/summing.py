@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection, Engine, case, delete, func, insert, literal, select, update
 
+from bench.eol.limits import limits_of
 from bench.eol.store.binned_sums import BinnedSums, bin_edges, sums_of
 from bench.eol.store.insertion import settle_within
-from bench.eol.store.limits_of_figures import limits_of
 from bench.eol.store.occasions import JUDGED, PLACE, step_of_start
 from bench.eol.store.repeated_tests import keep_repeated
 from bench.eol.store.schema import CHECK, FIGURE, MOTOR
