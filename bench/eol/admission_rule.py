@@ -83,8 +83,8 @@ def under_test(claim: SerialClaim) -> Text:
     """Return why a serial number that somebody else tests now is refused."""
     return text(
         "serial number {serial} is under test at station {station}, socket {socket}, as motor {number} of batch {batch} "
-        "since {time}; where that has ended without a record, begin that batch again, or have a named person take the motor "
-        "{minutes} minutes later: --again --person NAME",
+        "since {time}. If that test has ended without a record, continue that batch, or {minutes} minutes after the beginning let a named "
+        "person take the motor: --again --person NAME",
         serial=claim.serial_number,
         station=claim.station,
         socket=claim.socket,
@@ -113,7 +113,7 @@ def _forbidden(earlier: Sequence[EarlierTest], rule: AgainSection) -> Text | Non
 def _not_after(verdict: Verdict, rule: AgainSection) -> Text:
     allowed = ", ".join(sorted(rule.verdicts)) or "–"
     return text(
-        "after {verdict} the plan takes no motor again (again.verdicts: {allowed})",
+        "after the verdict {verdict} the plan does not test a motor again (again.verdicts: {allowed})",
         verdict=VERDICTS[verdict],
         allowed=allowed,
     )

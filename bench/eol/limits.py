@@ -46,6 +46,11 @@ class ParameterLimits:
         )
 
 
+def limits_of(low: float | None, high: float | None) -> ParameterLimits:
+    """Return the limits of a stored figure, of which an open side is nothing."""
+    return ParameterLimits(-math.inf if low is None else low, math.inf if high is None else high)
+
+
 def least_ratio(guard: GuardBand, minimum: float, limits: ParameterLimits) -> float:
     """Return how many widths of the 95 % interval the accepted figures must span at the least.
 

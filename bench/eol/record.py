@@ -73,3 +73,22 @@ class MotorRecord:
     test_number: int = 1
     again_by: str = ""
     golden: bool = False
+
+
+def label_of(record: MotorRecord) -> str:
+    """Return a motor's label: serial number, type, verdict, when (UTC), plan, socket, and the record's first eight digits.
+
+    One that failed has the rework codes of the parts at fault in the end.
+    """
+    return " | ".join(
+        (
+            record.serial_number,
+            record.model,
+            record.verdict.value.upper(),
+            record.ended.strftime("%Y-%m-%d %H:%M"),
+            record.plan,
+            f"socket {record.socket}",
+            record.identifier[:8],
+            *((record.rework,) if record.rework else ()),
+        )
+    )

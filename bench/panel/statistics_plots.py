@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from bench.eol.statistics.control_chart import Chart
-from bench.eol.statistics.pareto import pareto
+from bench.eol.statistics.proportion import pareto
 from bench.eol.statistics_messages import outside, rule_words, scale_for, trimmed
 from bench.panel.line_records import Bar
 from bench.panel.plots import axes, line, number_labels, tooltip

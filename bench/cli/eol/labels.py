@@ -17,8 +17,8 @@ def labels(*, batch: str, records: str = "records.sqlite") -> None:
         Where the records are kept; the same as for `eol run`.
 
     """
-    from bench.eol.labels import label_of
     from bench.eol.line.record_writer import own_records
+    from bench.eol.record import label_of
 
     with own_records(records) as kept:
         lines = [label_of(record) + "\n" for record in kept.read(batch)]

@@ -73,7 +73,7 @@ def _about(test: "MotorRecord") -> dict[str, object]:
 
 
 def _print(test: "MotorRecord", changed: "tuple[ChangedFigure, ...]", translate: Translate) -> None:
-    from bench.eol.labels import label_of
+    from bench.eol.record import label_of
 
     lines = [label_of(test)]
     if test.diagnosis or test.cause:
@@ -85,11 +85,11 @@ def _print(test: "MotorRecord", changed: "tuple[ChangedFigure, ...]", translate:
 def _said(change: "ChangedFigure") -> Text:
     scale = scale_of(change.after, change.unit)
     return text(
-        "{name}: {before:.4g} → {after:.4g} {unit}, {was} → {now}",
+        "{name}: {before:.4g} → {after:.4g}{unit}, {was} → {now}",
         name=ParameterLabels({change.parameter: change.label})[change.parameter],
         before=change.before / scale.factor,
         after=change.after / scale.factor,
-        unit=scale.unit,
+        unit=f" {scale.unit}" if scale.unit else "",
         was=change.verdict_before,
         now=change.verdict_after,
     )

@@ -9,7 +9,7 @@ from bench.cli.eol.yields_output import groups_table, yields_table
 from bench.cli.plain_table import plain_table
 from bench.eol.line_statistics import LineStatistics, ParameterStatistics
 from bench.eol.statistics.association import Association
-from bench.eol.statistics.pareto import pareto
+from bench.eol.statistics.proportion import pareto
 from bench.eol.statistics_messages import (
     association_words,
     bounds,
@@ -130,7 +130,7 @@ def _figures(parameters: Mapping[str, ParameterStatistics], labels: ParameterLab
         translate,
         text("Parameter"),
         text("Unit"),
-        text("Motors"),
+        text("Figures"),
         text("Mean"),
         Text("s"),
         text("Limits"),
@@ -178,7 +178,7 @@ def _histogram(each: ParameterStatistics, label: Text, translate: Translate) -> 
     table = plain_table(
         translate,
         text("From ({parameter}, {unit})", parameter=label.render(translate), unit=scale.unit),
-        text("Motors"),
+        text("Figures"),
         text(""),
         left=0,
     )

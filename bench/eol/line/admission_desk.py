@@ -86,6 +86,10 @@ class AdmissionDesk:
     def _unknown(self, serial_number: str, faults: Sequence[StoreError]) -> RefusedTest | None:
         """Say what could not be looked up, and refuse the motor where the plan has it so."""
         if not faults:
+            if self._reported:
+                self.trouble(
+                    text("from serial number {serial} on, earlier tests are looked up again", serial=serial_number)
+                )
             self._reported = ""
             return None
         why = text_of(faults[0])

@@ -154,9 +154,13 @@ class Coordinator:
         if slot.task is not None:
             record = cut_off_record(self._batch, slot.name, slot.task, slot.started, how, stopped=self._stop.by)
             self._finish(slot, record, self._slots.status.reached(slot.number))
-        self._listener.trouble(text("the process of socket {name} {how}", name=slot.name, how=how))
         deaths = slot.deaths + 1
-        if self._dispatcher.takes_no_more(slot.name):
+        over = self._dispatcher.takes_no_more(slot.name)
+        words = text("the process of socket {name} {how}", name=slot.name, how=how)
+        if not over and deaths < _DEATHS:
+            words = text("{words}; a new process takes the socket", words=words)
+        self._listener.trouble(words)
+        if over:
             return
         if deaths >= _DEATHS:
             words = text(

@@ -8,7 +8,6 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from bench.eol.labels import label_of
 from bench.eol.line.admission import RefusedSerial
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchMotor
@@ -16,7 +15,7 @@ from bench.eol.line.brakes import AppliedBrake
 from bench.eol.line.serial_numbers import QueuedSerials
 from bench.eol.line.tile_figures import tile_figures
 from bench.eol.motor_yield import MotorYield
-from bench.eol.record import MotorRecord
+from bench.eol.record import MotorRecord, label_of
 from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
 from bench.journal.stored_result import store_text

@@ -195,8 +195,9 @@ def save_with_retries(
             if not reported:
                 trouble(
                     text(
-                        "the record of motor {number} ({serial_number}) is not stored yet: {error}",
+                        "the record of motor {number} ({serial_number}) is not stored yet. It is tried again for {time:g} s: {error}",
                         error=error,
+                        time=_RETRY_TIME,
                         **names,
                     )
                 )
@@ -204,8 +205,8 @@ def save_with_retries(
             if monotonic() > until or stop.by:
                 raise StoreError(
                     text(
-                        "the record of motor {number} ({serial_number}) could not be stored: {error}. Its run is "
-                        "in {run}. Remove the cause and start the batch again: it continues where it stopped",
+                        "the record of motor {number} ({serial_number}) could not be stored: {error}. Its run is in "
+                        "{run}. Remove the cause, then give the same command again: the batch continues where it ended",
                         error=error,
                         run=record.run,
                         **names,

@@ -1,8 +1,10 @@
 """What a station knows of a serial number: its claim and its earlier tests, here and at every station of the server."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from concurrent.futures import Future
+from threading import Thread
 from time import monotonic
+from typing import Any, TypeVar
 
 from sqlalchemy import Engine
 
@@ -14,8 +16,12 @@ from bench.eol.store.faults import FAULTS, StoreError, fault_of
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text, text, text_of
 
+_Answer = TypeVar("_Answer")
+
 #: After a database did not answer it is not asked for so long (s): a line must not wait for it with every motor.
 _PAUSE = 30.0
+#: How long (s) the line waits for a server's answer: it hears of no stop meanwhile.
+_PATIENCE = 5.0
 
 
 class SerialRegister:
@@ -32,6 +38,7 @@ class SerialRegister:
         self._claims = "server" if server else "own claims"
         self._spooled = spooled
         self._server: Engine | None = None
+        self._asked: Future[Any] | None = None
         self._away: dict[str, tuple[float, Text]] = {}
 
     def claim(self, wanted: SerialClaim, *, by_person: bool = False) -> SerialClaim | None:
@@ -40,12 +47,11 @@ class SerialRegister:
         One that somebody left without a record is taken over after a while, sooner where a person answers for it.
         """
         stale = STALE_BY_PERSON if by_person else STALE
-        with self._asking(self._claims) as engine:
-            holder = claim_serial(engine, wanted, stale)
-            if holder is not None and self._is_recorded(holder):
-                release_serial(engine, holder)
-                holder = claim_serial(engine, wanted, stale)
-            return holder
+        holder = self._ask(self._claims, lambda engine: claim_serial(engine, wanted, stale))
+        if holder is not None and self._is_recorded(holder):
+            self.release(holder)
+            holder = self._ask(self._claims, lambda engine: claim_serial(engine, wanted, stale))
+        return holder
 
     def _is_recorded(self, claim: SerialClaim) -> bool:
         """Tell whether its test has ended here: a server lets go of it with the record, which may wait for the server."""
@@ -56,21 +62,22 @@ class SerialRegister:
 
     def release(self, claim: SerialClaim) -> None:
         """Let go of a serial number that is not tested after all. Raises StoreError."""
-        with self._asking(self._claims) as engine:
-            release_serial(engine, claim)
+        self._ask(self._claims, lambda engine: release_serial(engine, claim))
 
     def tests_here(self, serial_number: str) -> list[EarlierTest]:
         """Return the tests of a serial number that this station's records have, in order. Raises StoreError."""
-        with self._asking("own") as engine:
+
+        def tests(engine: Engine) -> list[EarlierTest]:
             spooled = [earlier_test_of(each) for each in self._spooled() if each.serial_number == serial_number]
             return in_order([*earlier_tests(engine, serial_number), *spooled])
+
+        return self._ask("own", tests)
 
     def tests_elsewhere(self, serial_number: str) -> list[EarlierTest]:
         """Return the tests of a serial number that the server has, none without one. Raises StoreError."""
         if not self._address:
             return []
-        with self._asking("server") as engine:
-            return earlier_tests(engine, serial_number)
+        return self._ask("server", lambda engine: earlier_tests(engine, serial_number))
 
     def check_plan(self, name: str, sha256: str, model: str) -> Iterator[Text]:
         """Give what is to be said of a plan whose name the records know with another content.
@@ -78,8 +85,7 @@ class SerialRegister:
         Raises InputError where they know it for another type. What cannot be looked up is not known.
         """
         try:
-            with self._asking("server" if self._address else "own") as engine:
-                last = latest_of_plan(engine, name)
+            last = self._ask("server" if self._address else "own", lambda engine: latest_of_plan(engine, name))
         except StoreError:
             return
         if last is not None and last.model != model:
@@ -107,20 +113,40 @@ class SerialRegister:
             self._server.dispose()
             self._server = None
 
-    @contextmanager
-    def _asking(self, which: str) -> Iterator[Engine]:
+    def _ask(self, which: str, question: Callable[[Engine], _Answer]) -> _Answer:
         since, why = self._away.get(which, (0.0, Text("")))
         if since and monotonic() - since < _PAUSE:
             raise StoreError(why)
         try:
-            if which == "server" and self._server is None:
-                self._server = open_database(self._address)
-            yield self._server if which == "server" and self._server is not None else self._own
-        except FAULTS as error:
-            message = text_of(fault_of(error))
-            why = text("the server: {why}", why=message) if which == "server" else message
-            self._away[which] = (monotonic(), why)
+            answer = self._ask_server(question) if which == "server" else question(self._own)
+        except (*FAULTS, StoreError) as error:
             if which == "server":
+                why = text("the server: {why}", why=text_of(fault_of(error)))
                 self.close()
+            else:
+                why = text("the station's own database: {why}", why=text_of(fault_of(error)))
+            self._away[which] = (monotonic(), why)
             raise StoreError(why) from error
         self._away.pop(which, None)
+        return answer
+
+    def _ask_server(self, question: Callable[[Engine], _Answer]) -> _Answer:
+        """Ask in a thread of its own: a server that is there and silent may take the request, and never answer."""
+        answer: Future[_Answer] = Future()
+
+        def ask() -> None:
+            try:
+                server = self._server = self._server or open_database(self._address)
+                answer.set_result(question(server))
+            except BaseException as error:  # noqa: BLE001  whoever asked hears it
+                answer.set_exception(error)
+
+        silent = StoreError(text("no answer within {time:g} s", time=_PATIENCE))
+        if self._asked is not None and not self._asked.done():
+            raise silent
+        self._asked = answer
+        Thread(target=ask, name="serial register", daemon=True).start()
+        try:
+            return answer.result(_PATIENCE)
+        except TimeoutError:
+            raise silent from None

@@ -1,7 +1,9 @@
-"""A share with its interval: yields."""
+"""Shares: of yields with their interval, of failures added up."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 
 @dataclass(frozen=True)
@@ -29,3 +31,21 @@ def proportion(hits: int, count: int, confidence: float = 0.95) -> Proportion:
     low = float(betaincinv(hits, count - hits + 1, tail)) if hits else 0.0
     high = float(betaincinv(hits + 1, count - hits, 1.0 - tail)) if hits < count else 1.0
     return Proportion(hits, count, hits / count, (low, high))
+
+
+@dataclass(frozen=True)
+class ParetoShare:
+    """One cause's share of all failures, and that of it and all before it; NaN where nothing failed."""
+
+    share: float
+    cumulative: float
+
+
+def pareto(counts: Sequence[int]) -> list[ParetoShare]:
+    """Return the shares of counts in their order."""
+    total = sum(counts)
+    if not total:
+        return [ParetoShare(math.nan, math.nan) for _ in counts]
+    return [
+        ParetoShare(count / total, so_far / total) for count, so_far in zip(counts, accumulate(counts), strict=True)
+    ]

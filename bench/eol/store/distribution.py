@@ -1,5 +1,6 @@
 """How a parameter's figures are distributed, as a database of very many motors sums them up."""
 
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,13 +9,13 @@ from itertools import pairwise
 from sqlalchemy import ColumnElement, Connection, and_, func, select, true, union_all
 from sqlalchemy import literal as bound
 
-from bench.eol.limits import ParameterLimits
+from bench.eol.limits import ParameterLimits, limits_of
 from bench.eol.store.binned_sums import BinnedSums, bin_edges, summed_by_bin, together
-from bench.eol.store.limits_of_figures import limits_of
 from bench.eol.store.schema import FIGURE, MOTOR
 from bench.eol.store.selection import Selection, golden_keys
-from bench.eol.store.stretches import StretchesByKey, among, without
-from bench.eol.store.summed_figures import SummedFigures, summed_figures
+from bench.eol.store.stretches import Stretch, StretchesByKey, among, without
+from bench.eol.store.summed_tables import SUMMED_FIGURES
+from bench.eol.store.summing import MIXED
 from bench.eol.store.tallies import ends_of, of_parameter
 
 #: Looked at to find out where values lie before they are sorted into bins.
@@ -64,7 +65,7 @@ def distribution(connection: Connection, parameter: str, selection: Selection) -
     limits = limits_of(looked[0].low, looked[0].high)
     seen = [row.value for row in looked if row.value is not None]
     middle = math.fsum(seen) / len(seen) if seen else 0.0
-    summed = [each for each in summed_figures(connection, parameter, selection) if each.limits == limits]
+    summed = [each for each in _summed_figures(connection, parameter, selection) if each.limits == limits]
     edges = list(summed[-1].edges) if summed else bin_edges(limits, middle, seen)
     summed = [each for each in summed if list(each.edges) == edges]
     parts = [each.sums for each in summed]
@@ -99,6 +100,36 @@ def distribution(connection: Connection, parameter: str, selection: Selection) -
         bins=Histogram(tuple(edges), sums.counts),
         histogram=_histogram(edges, sums.counts),
     )
+
+
+@dataclass(frozen=True)
+class _SummedFigures:
+    """The sums of one parameter of one type over the motors of a stretch of keys."""
+
+    stretch: Stretch
+    limits: ParameterLimits
+    edges: tuple[float, ...]
+    sums: BinnedSums
+
+
+def _summed_figures(connection: Connection, parameter: str, selection: Selection) -> list[_SummedFigures]:
+    """Return the sums of the stretches that are chosen whole, the earliest first; those with changed limits are left out."""
+    last_of = dict(selection.whole)
+    query = select(SUMMED_FIGURES).where(
+        SUMMED_FIGURES.c.model == selection.model,
+        SUMMED_FIGURES.c.parameter == parameter,
+        SUMMED_FIGURES.c.count != MIXED,
+    )
+    edges: dict[str, tuple[float, ...]] = {}
+    result = []
+    for row in connection.execute(query.order_by(SUMMED_FIGURES.c.first)):
+        if row.first in last_of:
+            if row.edges not in edges:
+                edges[row.edges] = tuple(json.loads(row.edges))
+            sums = BinnedSums(tuple(json.loads(row.counts)), row.middle, row.total, row.squares)
+            stretch = (row.first, last_of[row.first])
+            result.append(_SummedFigures(stretch, limits_of(row.low, row.high), edges[row.edges], sums))
+    return result
 
 
 def _binned(
@@ -136,7 +167,7 @@ def _outside(connection: Connection, of_it: ColumnElement[bool], limits: Paramet
 
 
 def _golden(
-    connection: Connection, parameter: str, selection: Selection, summed: Sequence[SummedFigures]
+    connection: Connection, parameter: str, selection: Selection, summed: Sequence[_SummedFigures]
 ) -> list[float]:
     """Return the golden motors' figures that are among those summed up."""
     keys = golden_keys(selection.golden).where(MOTOR.c.model == selection.model)

@@ -67,7 +67,9 @@ class Forwarder:
         watch.join(patience)
         with self._lock:
             self._listener = lambda _: None
-            return replace(self._state, next_try=None)
+            # A turn that has not ended has not counted.
+            waiting, unstored = self._records.waiting(), self._records.spooled()
+            return replace(self._state, next_try=None, for_server=waiting, unstored=unstored)
 
     def _work(self) -> None:
         while True:

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Collection, Mapping, Sequence
 from itertools import groupby
+from operator import itemgetter
 from typing import Any
 
 from sqlalchemy import (
@@ -39,6 +40,7 @@ _COMMON: Mapping[str, Any] = {
     "passed": _PASSED,
     "at_once": MOTOR.c.first_pass & _PASSED,
 }
+_ORDER = ("place", "tests", "last_passed")
 
 
 def keep_repeated(connection: Connection, first: int, last: int) -> None:
@@ -54,11 +56,10 @@ def keep_repeated(connection: Connection, first: int, last: int) -> None:
         some = serial_numbers[start : start + _AT_ONCE]
         insertion = (postgresql if connection.dialect.name == "postgresql" else sqlite).insert(REPEATED_SERIAL)
         connection.execute(insertion.on_conflict_do_nothing(), [{"serial_number": each} for each in some])
-        _keep_tests(connection, some)
-        _put_in_order(connection, some)
+        _keep_in_order(connection, some, _unkept_tests(connection, some))
 
 
-def _keep_tests(connection: Connection, serial_numbers: Sequence[str]) -> None:
+def _unkept_tests(connection: Connection, serial_numbers: Sequence[str]) -> list[dict[str, Any]]:
     columns = {**_COMMON, **PLACE, "step": step_of_start(connection), "batch": MOTOR.c.batch, "model": MOTOR.c.model}
     new = select(MOTOR.c.id.label("motor"), *(column.label(name) for name, column in columns.items())).where(
         MOTOR.c.serial_number.in_(serial_numbers), JUDGED, _unkept(MOTOR.c.id)
@@ -72,26 +73,26 @@ def _keep_tests(connection: Connection, serial_numbers: Sequence[str]) -> None:
         )
         for motor, procedure, verdict in connection.execute(query):
             attempts[motor].append((procedure, int(verdict != Verdict.PASS.value)))
-    for test in tests:
-        test["attempts"] = json.dumps(sorted(attempts[test["motor"]]), ensure_ascii=False)
-        test |= {"place": 0, "tests": 0, "last_passed": False}
-    if tests:
-        connection.execute(insert(REPEATED_TEST), tests)
+    return [test | {"attempts": json.dumps(sorted(attempts[test["motor"]]), ensure_ascii=False)} for test in tests]
 
 
-def _put_in_order(connection: Connection, serial_numbers: Sequence[str]) -> None:
-    """Say of each kept test of some serial numbers which it is."""
+def _keep_in_order(connection: Connection, serial_numbers: Sequence[str], new: Sequence[Mapping[str, Any]]) -> None:
+    """Keep new tests of some serial numbers, and say of each of their tests which it is."""
     table = REPEATED_TEST.c
-    columns = (table.serial_number, table.motor, table.passed, table.place, table.tests, table.last_passed)
-    query = select(*columns).where(table.serial_number.in_(serial_numbers))
-    rows = connection.execute(query.order_by(table.serial_number, table.started, table.motor)).all()
-    changed = []
-    for _, group in groupby(rows, key=lambda row: row.serial_number):
+    columns = (table.serial_number, table.started, table.motor, table.passed, *(table[name] for name in _ORDER))
+    kept = connection.execute(select(*columns).where(table.serial_number.in_(serial_numbers))).mappings()
+    rows = sorted([*kept, *new], key=itemgetter("serial_number", "started", "motor"))
+    inserted, changed = [], []
+    for _, group in groupby(rows, key=itemgetter("serial_number")):
         tests = list(group)
         for place, test in enumerate(tests, 1):
-            order = (place, len(tests), tests[-1].passed)
-            if (test.place, test.tests, test.last_passed) != order:
-                changed.append(dict(zip(("key", "place", "tests", "last_passed"), (test.motor, *order), strict=True)))
+            order = dict(zip(_ORDER, (place, len(tests), tests[-1]["passed"]), strict=True))
+            if "place" not in test:
+                inserted.append({**test, **order})
+            elif any(test[name] != order[name] for name in _ORDER):
+                changed.append({"key": test["motor"], **order})
+    if inserted:
+        connection.execute(insert(REPEATED_TEST), inserted)
     if changed:
         connection.execute(update(REPEATED_TEST).where(table.motor == bindparam("key")), changed)
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection, select, true
 
-from bench.eol.limits import ParameterLimits
-from bench.eol.store.limits_of_figures import limits_of
+from bench.eol.limits import ParameterLimits, limits_of
 from bench.eol.store.records import utc
 from bench.eol.store.schema import FIGURE, MOTOR
 from bench.eol.store.selection import Selection

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection, Engine, case, delete, func, insert, literal, select, update
 
+from bench.eol.limits import limits_of
 from bench.eol.store.binned_sums import BinnedSums, bin_edges, sums_of
 from bench.eol.store.insertion import settle_within
-from bench.eol.store.limits_of_figures import limits_of
 from bench.eol.store.occasions import JUDGED, PLACE, step_of_start
 from bench.eol.store.repeated_tests import keep_repeated
 from bench.eol.store.schema import CHECK, FIGURE, MOTOR
@@ -49,24 +49,20 @@ def sum_up(engine: Engine, most: int = LAST_KEY) -> int:
     done = 0
     with engine.connect() as connection:
         last = _last_key(connection)
-        summed = _summed(connection)
+        rows = connection.execute(select(SUMMED_STRETCH.c.first, SUMMED_STRETCH.c.last).where(SUMMED_STRETCH.c.by_test))
+        summed = {row.first: row.last for row in rows}
         connection.rollback()
         for first in range(1, last + 1, STRETCH):
-            if done < most and _worth(first, last, summed):
+            if done < most and _worth(first, last, summed.get(first, 0)):
                 done += _sum_stretch(connection, first, last)
                 connection.commit()
     return done
 
 
-def _worth(first: int, last: int, summed: Mapping[int, int]) -> bool:
-    end = min(last, first + STRETCH - 1)
-    before = summed.get(first, first - 1)
+def _worth(first: int, last: int, summed: int) -> bool:
+    """Tell whether a stretch, summed up to the key `summed`, is to be summed up (anew) to `last`."""
+    end, before = min(last, first + STRETCH - 1), max(summed, first - 1)
     return before < end and (end - before >= GROWTH or end == first + STRETCH - 1)
-
-
-def _summed(connection: Connection) -> dict[int, int]:
-    rows = connection.execute(select(SUMMED_STRETCH.c.first, SUMMED_STRETCH.c.last).where(SUMMED_STRETCH.c.by_test))
-    return {row.first: row.last for row in rows}
 
 
 def _last_key(connection: Connection) -> int:
@@ -85,19 +81,21 @@ def _sum_stretch(connection: Connection, first: int, last: int) -> bool:
     """Sum up a stretch; false where another station has done so meanwhile."""
     if connection.dialect.name == "postgresql":
         connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_LOCK})")
+        # A stretch is a small part of each table. A server that knows nothing yet of a new one would read all of it, and compile that.
+        connection.exec_driver_sql("SET LOCAL enable_seqscan = off; SET LOCAL jit = off")
     else:
         connection.exec_driver_sql("BEGIN IMMEDIATE")
         settle_within(connection)
         # A file gives the key of the last motor again when that was removed.
         last = min(last, _last_key(connection))
-    if not _worth(first, last, _summed(connection)):
+    this = SUMMED_STRETCH.c.first == first
+    before = connection.execute(select(SUMMED_STRETCH).where(this)).one_or_none()
+    if not _worth(first, last, before.last if before is not None and before.by_test else 0):
         return False
     last = min(last, first + STRETCH - 1)
     keep_repeated(connection, first, last)
-    this = SUMMED_STRETCH.c.first == first
     # Of one that a program of 0009 summed up only the repeated tests are missing.
-    kept = connection.execute(select(SUMMED_STRETCH.c.last).where(this, SUMMED_STRETCH.c.by_occasion)).scalar()
-    if kept == last:
+    if before is not None and before.by_occasion and before.last == last:
         connection.execute(update(SUMMED_STRETCH).where(this).values(by_test=True))
         return True
     for table in _CHILDREN:

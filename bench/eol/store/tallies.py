@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Row, func, select, true
 
-from bench.eol.store.limits_of_figures import limits_of
+from bench.eol.limits import limits_of
 from bench.eol.store.schema import CHECK, FIGURE, MOTOR, NOT_PASSED
 from bench.eol.store.selection import Selection
 from bench.eol.verdict import Verdict

@@ -7,12 +7,17 @@ from typing import Literal
 
 
 class Wire:
-    """Stands between a client and the server, and breaks at the next commit: before the server has heard it, or its answer is."""
+    """Stands between a client and the server, and breaks at the next commit: before the server has heard it, or its answer is.
+
+    While `passes` is not set, it takes what is sent and passes nothing on.
+    """
 
     def __init__(self, host: str, port: int) -> None:
         self._target = (host, port)
         self.breaks: Literal["before", "after"] | None = None
         self.broken = 0
+        self.passes = threading.Event()
+        self.passes.set()
         self._connections: list[socket.socket] = []
         self._cut = False
         self._listening = socket.create_server(("127.0.0.1", 0))
@@ -29,6 +34,7 @@ class Wire:
 
     def close(self) -> None:
         """Listen no more."""
+        self.passes.set()
         self._listening.close()
 
     def _accept(self) -> None:
@@ -50,6 +56,7 @@ class Wire:
     def _pass_on(self, source: socket.socket, sink: socket.socket, client: socket.socket) -> None:
         with suppress(OSError), source, sink:
             while data := source.recv(1 << 16):
+                self.passes.wait()
                 breaks = self.breaks if source is client and b"COMMIT" in data else None
                 if breaks is not None:
                     self.breaks, self.broken = None, self.broken + 1

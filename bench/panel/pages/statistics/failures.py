@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from nicegui import ui
 
-from bench.eol.statistics.pareto import pareto
+from bench.eol.statistics.proportion import pareto
 from bench.eol.statistics_messages import association_words, percentage
 from bench.panel.line_records import Bar
 from bench.panel.pages.parts import beside, plot, table

@@ -1,5 +1,7 @@
 """Who may be tested at two stations of one server, with the server there and away."""
 
+import errno
+import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -9,6 +11,7 @@ from threading import Barrier, Event
 from time import monotonic
 
 import pytest
+from sqlalchemy import make_url
 
 from bench.eol.admission_rule import AdmittedTest, RefusedTest
 from bench.eol.line.admission_desk import AdmissionDesk
@@ -18,6 +21,7 @@ from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text
 from tests.bench.eol.motor_records import motor_record
+from tests.bench.eol.wire import Wire
 
 AWAY = "postgresql://nobody@127.0.0.1:9/none"
 
@@ -120,6 +124,46 @@ def test_a_server_that_is_away_holds_nothing_up_and_is_told_of_once(make_station
     (words,) = station.troubles
     assert "cannot be read: the server:" in words
     assert isinstance(station.admit("A1", 3), RefusedTest), "its own records are known all the same"
+
+
+def test_a_server_that_is_there_and_silent_holds_nothing_up(
+    make_station: Callable[..., Station], server: str, wire: Wire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    address = make_url(server).set(host="127.0.0.1", port=wire.port).render_as_string(hide_password=False)
+    station = make_station("east", address)
+    assert station.admit("A1") == AdmittedTest(1)
+    monkeypatch.setattr("bench.eol.line.serial_register._PATIENCE", 0.5)
+    monkeypatch.setattr("bench.eol.line.serial_register._PAUSE", 0.0)
+    wire.passes.clear()
+    assert station.admit("A2", 2) == AdmittedTest(1)
+    assert station.admit("A3", 3) == AdmittedTest(1)
+    (silent,) = station.troubles
+    assert "cannot be read: the server: no answer within 0.5 s" in silent
+    wire.passes.set()
+    until = monotonic() + 60.0
+    while len(station.troubles) < 2 and monotonic() < until:
+        assert isinstance(station.admit("A4", 4), AdmittedTest)
+    assert station.troubles[-1] == "from serial number A4 on, earlier tests are looked up again"
+
+
+def test_when_earlier_tests_can_be_looked_up_again_it_is_told(
+    make_station: Callable[..., Station], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unreadable(*_: object) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr("bench.eol.line.serial_register._PAUSE", 0.0)
+    station = make_station("east", str(tmp_path / "records.sqlite"))
+    with monkeypatch.context() as patch:
+        patch.setattr("bench.eol.line.serial_register.earlier_tests", unreadable)
+        for number in (1, 2):
+            assert station.admit(f"A{number}", number) == AdmittedTest(1)
+    for number in (3, 4):
+        assert station.admit(f"A{number}", number) == AdmittedTest(1)
+    away, back = station.troubles
+    assert "serial number A1 and those after it are measured" in away
+    assert "the station's own database: " in away
+    assert back == "from serial number A3 on, earlier tests are looked up again"
 
 
 def test_a_plan_may_refuse_what_cannot_be_looked_up(make_station: Callable[..., Station]) -> None:

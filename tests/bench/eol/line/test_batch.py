@@ -3,8 +3,10 @@
 import json
 import os
 import signal
+import sqlite3
 import threading
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +14,11 @@ import pytest
 
 from bench.eol.line.admission import RefusedSerial
 from bench.eol.line.batch import Counts, _Counting
+from bench.eol.line.batch_log import FILE
 from bench.eol.line.record_writer import own_records
+from bench.eol.store.database import open_database
 from bench.eol.verdict import Verdict
+from bench.i18n.errors import InputError, UsageError
 from bench.journal.run_folder import RunFolder
 from bench.journal.verification import Integrity as Untouched
 from bench.journal.verify import verify
@@ -147,3 +152,28 @@ def test_serial_numbers_that_may_not_be_measured_do_not_stop_the_line(bench: Any
     assert any("pattern" in words for words in why)
     assert any("printable" in words for words in why)
     assert any("A1" in words for words in why)
+
+
+def test_wrong_names_and_numbers_are_usage_errors(bench: Any) -> None:
+    for wrong in (
+        {"batch": "../x"},
+        {"motors": 0},
+        {"motors": 2, "serials": "file.txt"},
+        {"sockets": 0},
+        {"operator": "terminal"},
+    ):
+        with pytest.raises(UsageError):
+            bench.run(**wrong)
+    with pytest.raises(InputError, match="cannot be read"):
+        bench.run(motors=None, serials=str(bench.folder / "none.txt"))
+
+
+def test_a_database_of_a_newer_schema_is_refused_and_left_alone(bench: Any) -> None:
+    path = bench.folder / "records.sqlite"
+    open_database(str(path)).dispose()
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute("UPDATE alembic_version SET version_num = '9999'")
+        connection.execute("UPDATE compatibility SET least = '9999'")
+    with pytest.raises(InputError, match="9999"):
+        bench.run()
+    assert not (bench.folder / "runs" / "small" / FILE).exists(), "nothing was begun"

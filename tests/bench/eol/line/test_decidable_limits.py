@@ -4,6 +4,8 @@ from typing import Any
 
 import pytest
 
+from bench.eol.verdict import Verdict
+
 _PROCEDURE = """
 from typing import ClassVar
 from procedures.core.bench import Role
@@ -67,3 +69,22 @@ def test_only_what_cannot_be_kept_is_told_of(bench: Any, guard: str, limit: str,
     plan_with(bench, f'parameter = "stator_resistance"\n{limit}', guard)
     counts, _ = bench.run(motors=1)
     assert [told in str(note) for note in counts.undecidable] == [True] * bool(told)
+
+
+def test_limits_that_strict_guard_bands_close_are_the_station_s(bench: Any) -> None:
+    content = bench.request.plan.read_text(encoding="utf-8")
+    for old, new in (('"shared"', '"strict"'), ("percent = 60.0", "percent = 0.001"), ("resistance = 3.0", "")):
+        content = content.replace(old, new, 1)
+    bench.request.plan.write_text(content, encoding="utf-8")
+    bench.run(motors=1)
+    (record,) = bench.listener.records
+    assert record.verdict is Verdict.ERROR
+    assert "its uncertainty is too large" in record.cause
+    assert "nothing was measured by this plan" in bench.listener.noticed[0]
+    bench.run(motors=1, first_serial=2, batch="next")
+    told = bench.listener.noticed[1:]
+    # At the motor of the first batch, and before the second.
+    assert len(told) == 2
+    for words in told:
+        assert "limit on stator_resistance: " in words
+        assert "and 1 are asked for: it will be an error" in words

@@ -1,87 +1,95 @@
-"""The order of a plan's procedures, and which motors have which."""
+"""Plans that are refused before anything begins, and those that are told of."""
 
-from collections.abc import Sequence
-from itertools import permutations
+from pathlib import Path
+from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from bench.eol.line.procedure_order import by_time_over_failures, sampled
-from bench.eol.plan import PlannedCheck
+from bench.eol.line.preparation import prepare
+from bench.i18n.errors import InputError
 
 
-def check(name: str, *after: str, every: int = 1) -> PlannedCheck:
-    return PlannedCheck(name, {}, every, "stop", 1, after)
+def changed(bench: Any, *pairs: tuple[str, str]) -> Path:
+    path: Path = bench.folder / "plan.toml"
+    content = path.read_text(encoding="utf-8")
+    for old, new in pairs:
+        assert old in content
+        content = content.replace(old, new, 1)
+    path.write_text(content, encoding="utf-8")
+    return path
 
 
-def expected_time(names: list[str], experience: dict[str, tuple[int, int, float]]) -> float:
-    """The mean time until the first failure or the end, failures being independent."""
-    time, going = 0.0, 1.0
-    for name in names:
-        attempts, failures, each = experience[name]
-        time += going * each
-        going *= 1.0 - (failures + 1) / (attempts + 2)
-    return time
-
-
-@given(st.lists(st.tuples(st.integers(0, 50), st.floats(0.1, 100.0)), min_size=1, max_size=5))
-def test_no_other_order_takes_less_time_on_average(figures: list[tuple[int, float]]) -> None:
-    experience = {f"p{n}": (100, failures, time) for n, (failures, time) in enumerate(figures)}
-    checks = [check(name) for name in experience]
-    chosen = [each.name for each in by_time_over_failures(checks, experience)]
-    least = min(expected_time(list(names), experience) for names in permutations(experience))
-    assert expected_time(chosen, experience) <= least * (1.0 + 1e-9)
-
-
-@pytest.mark.parametrize("sets", [20_000, 0])
-@given(
-    st.lists(st.tuples(st.integers(0, 99), st.floats(0.1, 100.0), st.sets(st.integers(0, 4))), min_size=1, max_size=6)
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("percent = 60.0", "low = 2.0\nhigh = 1.0", "low = 2 is above high = 1"),
+        ('parameter = "pole_pairs"', 'parameter = "pole_pears"', "no procedure of the plan gives it"),
+        ('parameter = "pole_pairs"', 'parameter = "inertia"', "add the procedure inertia"),
+        ('name = "stator-resistance"', 'name = "stator-resistence"', "did you mean stator-resistance"),
+        ("repeats = 1", "repeats = 0", "procedure stator-resistance: settings.repeats"),
+        ("resistance = 3.0", 'serial = "fixed"', "put the number in"),
+        ('name = "pole-pairs-back-emf"', 'name = "pole-pairs-back-emf"\nafter = ["inertia"]', "not listed before it"),
+        ("every = 2", "retries = 2", "retries = 2 has no effect with on_failure = 'go_on'"),
+        ("low = 4\nhigh = 4", "low = 4.2\nhigh = 4.8", "it is a count, and no whole number lies within 4.2 … 4.8"),
+        ("percent = 60.0", "low = 0.016\nhigh = 0.016", "low and high are both 0.016"),
+        ("percent = 60.0", 'low = "15 mOm"', "low: '15 mOm': the unit mOm is not known here"),
+        ("percent = 60.0", 'low = "15 mH"', "low: '15 mH' is in mH, and Ω is asked for"),
+    ],
 )
-def test_what_comes_before_others_is_weighed_with_them(sets: int, figures: list[tuple[int, float, set[int]]]) -> None:
-    experience = {f"p{n}": (100, failures, time) for n, (failures, time, _) in enumerate(figures)}
-    checks = [check(f"p{n}", *(f"p{m}" for m in sorted(after) if m < n)) for n, (_, _, after) in enumerate(figures)]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("bench.eol.line.procedure_order._SETS", sets)
-        chosen = [each.name for each in by_time_over_failures(checks, experience)]
-
-    def allowed(names: Sequence[str]) -> bool:
-        return all(set(each.after) <= set(names[: names.index(each.name)]) for each in checks)
-
-    assert allowed(chosen)
-    if sets:
-        least = min(expected_time(list(names), experience) for names in permutations(experience) if allowed(names))
-        assert expected_time(chosen, experience) <= least * (1.0 + 1e-9)
+def test_a_plan_that_is_not_right_is_refused_before_anything_begins(
+    bench: Any, old: str, new: str, message: str
+) -> None:
+    with pytest.raises(InputError, match=r"plan\.toml") as refused:
+        prepare(changed(bench, (old, new)), "virtual", 1)
+    assert message in str(refused.value)
 
 
-@pytest.mark.parametrize("sets", [20_000, 0])
-def test_a_slow_one_comes_soon_for_what_waits_behind_it(monkeypatch: pytest.MonkeyPatch, sets: int) -> None:
-    """By itself it finds nothing and comes last, and the one behind it, which finds most, would with it."""
-    monkeypatch.setattr("bench.eol.line.procedure_order._SETS", sets)
-    experience = {"other": (100, 10, 10.0), "opens": (100, 0, 5.0), "finds": (100, 80, 1.0)}
-    checks = [check("other"), check("opens"), check("finds", "opens")]
-    assert [each.name for each in by_time_over_failures(checks, experience)] == ["opens", "finds", "other"]
+@pytest.mark.parametrize(
+    ("pairs", "said"),
+    [
+        ([], []),
+        ([("percent = 60.0", "low = 15.2\nhigh = 16.8")], ["the type's own 0.016 (expected.stator_resistance of"]),
+        (
+            [('[[limit]]\nparameter = "pole_pairs"\nlow = 4\nhigh = 4\n', "")],
+            ["so that only what they refuse is rejected: pole-pairs-back-emf"],
+        ),
+        (
+            [
+                ('[[limit]]\nparameter = "stator_resistance"\npercent = 60.0\n', ""),
+                ('[[limit]]\nparameter = "pole_pairs"\nlow = 4\nhigh = 4\n', ""),
+            ],
+            ["there is no [[limit]]: every motor that can be measured passes"],
+        ),
+    ],
+)
+def test_limits_that_are_allowed_and_likely_a_mistake_are_told_of(
+    bench: Any, pairs: list[tuple[str, str]], said: list[str]
+) -> None:
+    notes = prepare(changed(bench, *pairs), "virtual", 1).notes
+    assert len(notes) == len(said)
+    for note, words in zip(notes, said, strict=True):
+        assert words in str(note)
 
 
-def test_very_many_procedures_are_put_in_order_all_the_same() -> None:
-    experience = {f"p{n}": (100, n, 1.0 + n % 7) for n in range(60)}
-    checks = [check(f"p{n}", *([f"p{n - 1}"] if n % 2 else [])) for n in range(60)]
-    chosen = [each.name for each in by_time_over_failures(checks, experience)]
-    assert sorted(chosen) == sorted(experience)
-    assert all(chosen.index(f"p{n - 1}") < chosen.index(f"p{n}") for n in range(1, 60, 2))
-
-
-def test_what_comes_after_another_stays_after_it() -> None:
-    experience = {"slow": (100, 0, 60.0), "quick": (100, 5, 1.0), "other": (100, 1, 10.0)}
-    checks = [check("slow"), check("quick", "slow"), check("other")]
-    assert [each.name for each in by_time_over_failures(checks, experience)] == ["other", "slow", "quick"]
-
-
-def test_without_experience_the_listed_order_stays() -> None:
-    checks = [check("slow"), check("quick")]
-    assert by_time_over_failures(checks, {"slow": (100, 0, 60.0)}) == tuple(checks)
-
-
-def test_every_nth_motor_begins_with_the_first() -> None:
-    checks = [check("each"), check("third", every=3)]
-    assert [len(sampled(checks, number)) for number in range(1, 8)] == [2, 1, 1, 2, 1, 1, 2]
+def test_a_virtual_socket_has_a_fixture_and_the_type_s_six_step_drive(bench: Any) -> None:
+    plan = changed(bench, ('name = "stator-resistance"', 'name = "insulation-resistance"'))
+    content = plan.read_text(encoding="utf-8").replace('repeats = 1, aperture = "SHOR", winding_temperature = 25.0', "")
+    content = content.replace(
+        'parameter = "stator_resistance"\npercent = 60.0', 'parameter = "insulation_resistance"\nlow = 1e8'
+    )
+    plan.write_text(content, encoding="utf-8")
+    assert prepare(plan, "virtual", 1).plan.checks[0].name == "insulation-resistance"
+    with pytest.raises(InputError, match="insulation_tester, which the virtual bench does not have"):
+        prepare(plan, "virtual", 1, "virtual")
+    plan.write_text(content.replace("insulation-resistance", "no-load-current-six-step"), encoding="utf-8")
+    with pytest.raises(InputError):
+        prepare(plan, "virtual", 1)
+    six_step = (
+        '[plan]\nname = "six"\nmotor = "92bl-30-25l"\n[[procedure]]\nname = "no-load-current-six-step"\n'
+        '[[procedure]]\nname = "hall-sensors"\n'
+    )
+    plan.write_text(six_step, encoding="utf-8")
+    assert [check.name for check in prepare(plan, "virtual", 1).plan.checks] == [
+        "no-load-current-six-step",
+        "hall-sensors",
+    ]

@@ -179,8 +179,11 @@ def test_a_disk_that_fills_up_at_a_motor_stops_there_and_the_batch_goes_on_where
     words = str(stopped.value)
     assert f"the record of motor {lost} (V00000{lost}) could not be stored" in words
     assert "no space is left on the disk" in words
-    assert "start the batch again: it continues where it stopped" in words
-    assert any(f"motor {lost} (V00000{lost}) is not stored yet" in each for each in bench.listener.troubles)
+    assert "Remove the cause, then give the same command again" in words
+    assert any(
+        f"motor {lost} (V00000{lost}) is not stored yet. It is tried again for" in each
+        for each in bench.listener.troubles
+    )
     # The run of the motor that was told is there to be read.
     run = words.partition("Its run is in ")[2].partition(". Remove")[0]
     assert (bench.folder / "runs" / "small" / run).is_dir() or Path(run).is_dir()
@@ -195,3 +198,13 @@ def test_a_disk_that_fills_up_at_a_motor_stops_there_and_the_batch_goes_on_where
         found = {record.number: record.identifier for record in records.read("small")}
     assert {number: found[number] for number in before} == before
     assert not (bench.folder / "runs" / FOLDER).exists()
+
+
+def test_a_server_that_is_away_keeps_nothing_from_being_kept(bench: Any) -> None:
+    counts, _ = bench.run(motors=1, records="postgresql://nobody@127.0.0.1:9/none")
+    assert counts.motors == 1
+    assert (counts.waits.for_server, counts.waits.unstored, counts.waits.refused) == (1, 0, ())
+    (trouble,) = counts.waits.troubles
+    assert "the server accepts no records" in str(trouble.why)
+    with own_records(str(bench.folder / "runs" / "records.sqlite")) as kept:
+        assert kept.count("small") == 1

@@ -350,6 +350,16 @@ def test_a_database_that_does_not_answer_is_told(station: Station, monkeypatch: 
     assert watched.close(PATIENCE).troubles == ()
 
 
+def test_what_waits_is_counted_in_the_end_although_a_request_has_not_ended(
+    station: Station, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers = threading.Event()
+    monkeypatch.setattr(ForwardingRecords, "forward", lambda _: answers.wait(PATIENCE) and 0)
+    station.save(record(1))
+    assert station.forwarder.close(0.2).for_server == 1
+    answers.set()
+
+
 def test_where_neither_database_nor_disk_takes_a_record_it_is_said(station: Station, tmp_path: Path) -> None:
     (tmp_path / "unstored").write_text("a file where the folder should be")
     with locked(station.path), pytest.raises(StoreError, match=r"unstored/.* cannot be written"):

@@ -1,0 +1,98 @@
+"""Serial numbers out of a file, off a scanner and made up: which are admitted, refused and passed over."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.eol.line.admission import Admission, RefusedSerial
+from bench.eol.line.admission_desk import AdmissionDesk
+from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.record_writer import RecordWriter
+from bench.eol.line.serial_numbers import generated_serials, serials_of_file
+from bench.eol.record import MotorRecord
+from bench.eol.store.database import open_database
+from bench.eol.store.spool import Spool
+from bench.i18n.errors import InputError, UsageError
+from tests.bench.eol.line.golden import open_gate
+from tests.bench.eol.motor_records import motor_record
+
+
+@pytest.fixture
+def records(tmp_path: Path) -> Iterator[RecordWriter]:
+    writer = RecordWriter(
+        open_database(str(tmp_path / "records.sqlite")), Spool(tmp_path / "unstored", "records.sqlite")
+    )
+    yield writer
+    writer.close()
+
+
+def a_record(number: int, serial: str, batch: str = "b") -> MotorRecord:
+    return motor_record(number, identifier=f"{batch}-{number}", batch=batch, serial_number=serial)
+
+
+def admitted(
+    folder: Path,
+    lines: str,
+    writer: RecordWriter,
+    *,
+    person: str = "",
+    last: int = 0,
+    finished: Sequence[str] = (),
+) -> list[BatchMotor | RefusedSerial]:
+    file = folder / "serials.txt"
+    file.write_text(lines, encoding="utf-8")
+
+    def check(serial: str) -> None:
+        if not serial.isprintable():
+            raise InputError(f"serial number {serial!r}: allowed are up to 64 printable characters")
+
+    desk = AdmissionDesk(writer.register, check, "record-{}".format, lambda _: None, "b", "s", "LG-400W", person=person)
+    admitted = []
+    with closing(serials_of_file(file)) as serials:
+        admission = Admission(serials, [], desk, open_gate(folder), last=last, finished=finished)
+        while not admission.ended and (motor := admission.take("1")) is not None:
+            admitted.append(motor)
+    return admitted
+
+
+def test_motors_of_earlier_batches_are_refused_unless_a_person_answers(tmp_path: Path, records: RecordWriter) -> None:
+    records.save(a_record(7, "A1", batch="last week"))
+    first, second = admitted(tmp_path, "A1\nA2\n", records)
+    assert isinstance(first, RefusedSerial)
+    assert "fail at station S, socket 1" in str(first.why)
+    assert "motor 7 of batch last week" in str(first.why)
+    assert first.by_person
+    assert second == BatchMotor(1, "A2")
+    assert admitted(tmp_path, "A1\n", records, person="Wang") == [BatchMotor(1, "A1", 2, "Wang")]
+
+
+def test_a_resumed_batch_passes_over_what_it_has(tmp_path: Path, records: RecordWriter) -> None:
+    records.save(a_record(1, "A1"))
+    assert admitted(tmp_path, "A1\nA2\n", records, last=1, finished=["A1"]) == [BatchMotor(2, "A2")]
+
+
+def test_a_scanner_that_sends_rubbish_does_not_stop_the_line(tmp_path: Path, records: RecordWriter) -> None:
+    result = admitted(tmp_path, "\ufeffA1\r\n\r\nA\x1b2\n A3 \n", records)
+    assert [type(each) for each in result] == [BatchMotor, RefusedSerial, BatchMotor]
+    assert result[2] == BatchMotor(2, "A3")
+
+
+def test_generated_serial_numbers_are_a_list() -> None:
+    serials = generated_serials("V{number:03d}", 2)
+    assert serials.listed
+    assert [serials.take(), serials.take(), serials.take()] == ["V001", "V002", None]
+    assert serials.ended
+
+
+def test_made_up_serial_numbers_go_on_where_another_batch_ended(bench: Any) -> None:
+    bench.run(motors=1)
+    counts, _ = bench.run(motors=1, first_serial=2, batch="next")
+    assert (counts.motors, counts.refused) == (1, 0)
+    assert bench.listener.records[-1].serial_number == "V000002"
+    with pytest.raises(UsageError, match=r"--first-serial 0: allowed are 1 to"):
+        bench.run(motors=1, first_serial=0)
+    with pytest.raises(UsageError, match=r"--first-serial 7: only for the motors of --motors N"):
+        bench.run(motors=None, first_serial=7)
