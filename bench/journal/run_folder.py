@@ -65,7 +65,8 @@ def stored_form(result: dict[str, Any]) -> bytes:
 
 def new_run_folder(runs: Path, motor: str) -> RunFolder:
     """Make a folder named by the time (UTC) and the motor. Raises InputError where it cannot be made."""
-    name = re.sub(r"[^\w.-]+", "-", motor).strip("-").lower() or "motor"
+    # File systems take 255 bytes; what a process appends and stamps has to fit beside the name.
+    name = re.sub(r"[^\w.-]+", "-", motor).strip("-").lower().encode()[:150].decode(errors="ignore") or "motor"
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
     for count in range(1000):
         path = runs / (f"{stamp}-{name}" + (f"-{count + 1}" if count else ""))
