@@ -160,11 +160,7 @@ def _wait_for_lock(file: int) -> None:
 
 
 def complain(words: str) -> None:
-<<<<<<< HEAD
-    """Say it on standard error, unless nobody is behind it or whoever is there does not read now: that is not waited for."""
-=======
-    """Report it on standard error, which may be closed."""
->>>>>>> words
+    """Report it on standard error, unless that is closed or not read at the moment: nothing waits for it."""
     with suppress(OSError, ValueError):
         _, ready, _ = select.select([], [_STDERR], [], 0.0)
         if ready:
