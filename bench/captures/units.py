@@ -4,7 +4,7 @@ import math
 import re
 
 _PREFIX = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "k": 1e3}
-_PREFIXED = {"s": "s", "sec": "s", "v": "V", "a": "A", "h": "H", "nm": "N·m", "ohm": "Ω", "ω": "Ω"}
+_PREFIXED = {"s": "s", "sec": "s", "v": "V", "a": "A", "h": "H", "nm": "N·m", "ohm": "Ω", "ohms": "Ω", "ω": "Ω"}
 _WHOLE = {
     "second": ("s", 1.0),
     "seconds": ("s", 1.0),
@@ -15,6 +15,8 @@ _WHOLE = {
     "amp": ("A", 1.0),
     "rad/s": ("rad/s", 1.0),
     "rad/sec": ("rad/s", 1.0),
+    "rads-1": ("rad/s", 1.0),
+    "rads^-1": ("rad/s", 1.0),
     "deg/s": ("rad/s", math.pi / 180),
     "°/s": ("rad/s", math.pi / 180),
     "rps": ("rad/s", 2 * math.pi),
@@ -26,17 +28,20 @@ _WHOLE = {
     "rev/min": ("rad/s", 2 * math.pi / 60),
     "min-1": ("rad/s", 2 * math.pi / 60),
     "min^-1": ("rad/s", 2 * math.pi / 60),
+    "ncm": ("N·m", 0.01),
     "krpm": ("rad/s", 1000 * 2 * math.pi / 60),
     "rad": ("rad", 1.0),
     "deg": ("rad", math.pi / 180),
     "°": ("rad", math.pi / 180),
     "degrees": ("rad", math.pi / 180),
 }
+#: Signs that one unit is written with or without: dots of products, raised digits, two hyphens.
+_SPELT = str.maketrans({"·": "", "⋅": "", "*": "", "¹": "1", "⁻": "-", "−": "-"})
 
 
 def si(unit: str) -> tuple[str, float] | None:
     """Return SI unit and factor of a unit as written ("ms", "rpm", "mN·m"); None where it is not known."""
-    plain = unit.strip().replace("·", "").replace("*", "").replace(" ", "")
+    plain = unit.translate(_SPELT).strip().replace(" ", "").replace("N.m", "Nm")
     if plain.lower() in _WHOLE:
         return _WHOLE[plain.lower()]
     if plain.lower() in _PREFIXED:
@@ -47,7 +52,7 @@ def si(unit: str) -> tuple[str, float] | None:
 
 
 #: What stands in brackets and may be a unit that is not known; "(CH1)" and "(10:1)" are none.
-_LIKE_A_UNIT = re.compile(r"[^\W\d_]{1,8}(/[^\W\d_]{1,4}|-1|\^-1)?|1/[^\W\d_]{1,4}")
+_LIKE_A_UNIT = re.compile(r"[^\W\d_]{1,8}(/[^\W\d_]{1,4}|-1|⁻¹|\^-1)?|1/[^\W\d_]{1,4}")
 
 
 def split_heading(heading: str) -> tuple[str, str]:

@@ -71,7 +71,7 @@ def decide(
             (
                 _tested(serial_number, earlier),
                 forbidden,
-                text("to test it all the same, a person takes the responsibility: --again --person NAME"),
+                text("to test it anyway, a person must take the responsibility: --again --person NAME"),
             ),
             between="; ",
         ),

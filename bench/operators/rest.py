@@ -79,7 +79,7 @@ class RestFinder:
                 return here
             distance *= growth
         raise ProcedureError(
-            text("the shaft snaps in nowhere else: does the holding current flow, and is the clutch open?")
+            text("the shaft snaps in at no other position: does the holding current flow, and is the clutch open?")
         )
 
     def _release_at(self, distance: float) -> float:

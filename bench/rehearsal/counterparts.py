@@ -84,8 +84,8 @@ def _counterpart(entry: Entry, catalogues: Catalogues) -> Counterpart:
         unit = SimulatedUnit(find("generic-supply"), role.value, options)
         said.append(
             text(
-                "{role}: {real} has no simulated counterpart; a generic instrument with its driver's ratings stands for it, "
-                "at most {ratings}",
+                "{role}: {real} has no simulated counterpart; a generic instrument with its driver's ratings is "
+                "used instead, at most {ratings}",
                 role=role.value,
                 real=driver.name,
                 ratings=_stated(options),
@@ -108,21 +108,22 @@ def _replaced(entry: Entry, kind: SimulatedInstrument) -> Text:
     ratings = _stated({name: bound for name, bound in stated_options(entry).items() if name in bounds})
     if ratings:
         return text(
-            "{role}: {real} has no simulated counterpart; a generic instrument with its driver's ratings stands for it, "
-            "at most {ratings}; it reads as accurately as {virtual}",
+            "{role}: {real} has no simulated counterpart; a generic instrument with its driver's ratings is used "
+            "instead, at most {ratings}; it reads as accurately as {virtual}",
             **about,
             ratings=ratings,
         )
     if bounds:
         return text(
-            "{role}: {real} has no simulated counterpart and declares no ratings; {virtual} stands for it, with its own ranges and "
-            "accuracies: give Driver(ratings=…) {bounds}, or name a simulated instrument of its own by Driver(simulated=…)",
+            "{role}: {real} has no simulated counterpart and declares no ratings; {virtual} is used instead, with "
+            "its own ranges and accuracies: give Driver(ratings=…) {bounds}, or name a simulated instrument of "
+            "its own by Driver(simulated=…)",
             **about,
             bounds=bounds,
         )
     return text(
-        "{role}: {real} has no simulated counterpart; {virtual} stands for it, with its own ranges and accuracies, which "
-        "ratings cannot tell: name a simulated instrument of its own by Driver(simulated=…)",
+        "{role}: {real} has no simulated counterpart; {virtual} is used instead, with its own ranges and "
+        "accuracies, which ratings cannot describe: name a simulated instrument of its own by Driver(simulated=…)",
         **about,
     )
 

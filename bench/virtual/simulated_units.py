@@ -48,7 +48,7 @@ def missing_counterpart(entry: Entry, catalogues: Catalogues) -> MissingCounterp
         if kind.role == entry.role.value:
             return None
         why = text(
-            "driver {driver} names the simulated instrument {name}, which stands for {other}", **about, other=kind.role
+            "driver {driver} names the simulated instrument {name}, which is one for {other}", **about, other=kind.role
         )
         return MissingCounterpart(why, slip=True)
     of_role = [other for other, each in known.items() if each.role == entry.role.value]

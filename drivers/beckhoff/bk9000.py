@@ -91,7 +91,7 @@ class BeckhoffRelay:
             raise ReportedError(
                 self._name,
                 text(
-                    "has dropped out: nobody fed it for {watchdog_time:g} s", watchdog_time=self._options.watchdog_time
+                    "has dropped out: it was not fed for {watchdog_time:g} s", watchdog_time=self._options.watchdog_time
                 ),
                 command=f"{STATUS:04X}H",
                 remedy=text("Find out what delayed the run, then start again"),

@@ -323,7 +323,7 @@ class DriveFraming:
         return ReportedError(
             self._name,
             text(
-                "{asked} is not what both drive and sensor (DYN-200) can do; allowed is {possible}",
+                "drive and sensor (DYN-200) do not both support {asked}; allowed is {possible}",
                 asked=asked,
                 possible=possible,
             ),

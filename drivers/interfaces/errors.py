@@ -95,7 +95,8 @@ class NotOfferedError(SetpointError):
             self,
             instrument,
             text(
-                "{parameter} = {value:g} {unit} is none of those that it offers, {offered} {unit}; nothing was sent",
+                "{parameter} = {value:g} {unit} is not one of the values that it offers, {offered} {unit}; "
+                "nothing was sent",
                 parameter=word(parameter),
                 value=value,
                 unit=unit,

@@ -100,7 +100,7 @@ class MoteusController:
         if reply.refused:
             raise ReportedError(
                 self.name,
-                text("it does not take register {registers}", registers=reply.refused),
+                text("it does not accept register {registers}", registers=reply.refused),
                 command=command,
                 remedy=text("Update its firmware, or take another drive"),
             )

@@ -166,7 +166,7 @@ class MoteusPowerStage:
             if self._clock.now() >= end:
                 raise ReportedError(
                     self._controller.name,
-                    text("is stopped, and {current:.3g} A still flow", current=current),
+                    text("is stopped, but {current:.3g} A still flow", current=current),
                     command="stop",
                     remedy=text("Switch its supply off; a motor that is turned fast may feed it"),
                 )

@@ -42,7 +42,9 @@ class HallSensorsSettings(Settings):
         le=180.0,
         description="where sensor 1 should rise, electrical degrees after the rising zero of the EMF from A to C",
     )
-    least_swing: float = Field(default=1.0, gt=0.0, le=100.0, description="a signal of less swing is dead, V")
+    least_swing: float = Field(
+        default=1.0, gt=0.0, le=100.0, description="a signal with a smaller swing counts as dead, V"
+    )
 
 
 class HallSensors(Procedure[HallSensorsSettings]):

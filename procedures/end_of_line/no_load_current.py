@@ -48,7 +48,10 @@ class NoLoadCurrentSettings(DrivenWiringSettings):
 
     speed_share: float = Field(default=0.5, gt=0.0, le=1.0, description="speed, share of the rated speed")
     current_share: float = Field(
-        default=0.1, gt=0.0, le=1.0, description="test current that the torque is scaled by, share of the rated current"
+        default=0.1,
+        gt=0.0,
+        le=1.0,
+        description="test current that gives the torque per ampere, share of the rated current",
     )
     readings: int = Field(default=8, ge=3, le=10_000, description="readings of the torque in each state")
     interval: float = Field(default=0.03, ge=0.0, le=10.0, description="time between readings, s")

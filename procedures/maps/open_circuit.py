@@ -381,7 +381,7 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
         if place < 0:
             raise ProcedureError(
                 text(
-                    "at {speed:.0f} rpm already the short-circuit current is above the rated one",
+                    "the short-circuit current is above the rated current already at {speed:.0f} rpm",
                     speed=speeds[0] / _RPM,
                 )
             )

@@ -181,8 +181,8 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         self.notice(
             "E14",
             text(
-                "R_c = {value:.3g} Ω at the largest load is energy that the inductance takes and returns, not loss; the copper loss is "
-                "{loss:.3g} W, formed with the rms current",
+                "R_c = {value:.3g} Ω at the largest load is energy that the inductance takes and returns, not "
+                "loss; the copper loss is {loss:.3g} W, calculated from the rms current",
                 value=float(known[-1].row["commutation_resistance"] or 0.0),
                 loss=float(known[-1].row["copper_loss"] or 0.0),
             ),

@@ -118,8 +118,8 @@ def mistake(entry: Mapping[str, Any], colours: Colours) -> Text:
             )
         case ProbingFault.SILENT.value:
             return text(
-                "channel {channel} shows no voltage: its tip or its reference is not connected, or the probe is dead: hold it on the "
-                "oscilloscope's calibrator",
+                "channel {channel} shows no voltage: its tip or its reference is not connected, or the probe is "
+                "defective: test it on the oscilloscope's calibrator",
                 channel=entry["channel"],
             )
         case ProbingFault.REVERSED.value:

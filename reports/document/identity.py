@@ -173,4 +173,4 @@ def signature_section(run: RunRecord) -> ReportSection:
 def _concerns(signature: SignOff) -> Text:
     if signature.holds:
         return text("the run as it stands here")
-    return text("an earlier state: the run went on, or was changed, after it")
+    return text("an earlier state: the run was continued, or changed, after it")

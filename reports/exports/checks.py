@@ -71,7 +71,7 @@ def _missing(name: str, subject: Subject) -> Text:
 
 def _count(parameter: Parameter, subject: Subject) -> Iterator[Text]:
     if not math.isfinite(parameter.value) or parameter.value < 1.0 or parameter.value != round(parameter.value):
-        yield text("pole_pairs is {value:g}, which is no whole number from 1", value=parameter.value)
+        yield text("pole_pairs is {value:g}, which is not a whole number of 1 or more", value=parameter.value)
     elif subject.pole_pairs_doubt is not None:
         yield text("the number of pole pairs is not certain: {doubt}", doubt=subject.pole_pairs_doubt)
 
@@ -94,8 +94,8 @@ def _measured(parameter: Parameter, bound: float) -> Iterator[Text]:
         )
     elif spread > bound * value:
         yield text(
-            "{name} is known to {relative} % only (standard uncertainty), at most {bound} % will do; measure it better, "
-            "or allow more",
+            "{name} is known to {relative} % only (standard uncertainty), but at most {bound} % is allowed; "
+            "measure it more accurately, or allow more",
             name=name,
             relative=percent(spread / value),
             bound=percent(bound),

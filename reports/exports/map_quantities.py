@@ -54,8 +54,8 @@ def map_objections(source: FromMap, subject: "Subject", replaced: float | None) 
         yield (
             "flux map",
             text(
-                "the flux map is known to {relative} % of its full scale only (standard uncertainty), at most {bound} % will do; measure "
-                "it better, or allow more",
+                "the flux map is known to {relative} % of its full scale only (standard uncertainty), but at most "
+                "{bound} % is allowed; measure it more accurately, or allow more",
                 relative=percent(spread),
                 bound=percent(bound),
             ),
@@ -80,8 +80,8 @@ def _scale_objections(found: ExportedMap, replaced: float | None) -> Iterator[Te
     spread = abs(line.standard_uncertainty * line.lowest / line.inductance)
     if not spread <= bound:
         yield text(
-            "the scale of L_d is known to {relative} % of L_d at the largest current only (standard uncertainty), at most {bound} % "
-            "will do",
+            "the scale of L_d is known to {relative} % of L_d at the largest current only (standard uncertainty), "
+            "but at most {bound} % is allowed",
             relative=percent(spread),
             bound=percent(bound),
         )

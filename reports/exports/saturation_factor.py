@@ -74,12 +74,14 @@ def _objections(found: ExportedMap, replaced: float | None) -> Iterator[Text]:
         yield text("the flux map has too few points on the q axis, where the saturation factor is fitted")
     elif not 0.0 < fit.factor <= 1.0:
         yield text(
-            "the saturation factor would be {factor:.3g}, allowed is 0 to 1: L does not fall with the current as the firmware has it",
+            "the saturation factor would be {factor:.3g}, allowed is 0 to 1: L does not decrease with the current "
+            "as the firmware assumes",
             factor=fit.factor,
         )
     elif fit.standard_uncertainty > (bound := _LARGEST_UNCERTAINTY if replaced is None else replaced):
         yield text(
-            "the saturation factor is known to ±{spread:.2g} only (standard uncertainty), at most {bound:.2g} will do",
+            "the saturation factor is known to ±{spread:.2g} only (standard uncertainty), but at most {bound:.2g} "
+            "is allowed",
             spread=fit.standard_uncertainty,
             bound=bound,
         )

@@ -161,13 +161,14 @@ def _print(made: dict[str, Any], rows: Sequence[dict[str, Any]], translate: Tran
     source, friction = made["source"], made["friction"]
     sentences = [
         text(
-            "Source: {voltage:.4g} V behind {resistance:.3g} Ω, as the run's readings tell; diodes {diode:g} V, as stated",
+            "Source: {voltage:.4g} V behind {resistance:.3g} Ω, by the run's readings; diodes {diode:g} V, as stated",
             voltage=source["voltage"],
             resistance=source["resistance"],
             diode=made["diode_drop"],
         ),
         text(
-            "Loads are those that the run's dynamometer shows: {lost:.3g} N·m are lost before it, at every speed alike",
+            "Loads are those that the run's dynamometer shows: {lost:.3g} N·m are lost before it, the same at "
+            "every speed",
             lost=made["lost_torque"],
         )
         if friction is None

@@ -133,7 +133,7 @@ class FdcanusbNode:
     def _broken(self, error: BaseException) -> CommunicationError:
         return CommunicationError(
             self._name,
-            text("the adapter is gone ({error})", error=error),
+            text("the adapter is no longer connected ({error})", error=error),
             remedy=text("Check the adapter and its cable"),
         )
 

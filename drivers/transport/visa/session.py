@@ -268,7 +268,7 @@ class ScpiSession:
                 self.name, text("no reply ({finding})", finding=finding(error)), command=command
             ) from error
         if not raw.endswith(b"\n"):
-            raise CommunicationError(self.name, text("half a reply: {raw}", raw=repr(raw[:80])), command=command)
+            raise CommunicationError(self.name, text("an incomplete reply: {raw}", raw=repr(raw[:80])), command=command)
         try:
             reply = raw.decode("ascii").rstrip("\r\n")
         except UnicodeDecodeError as error:

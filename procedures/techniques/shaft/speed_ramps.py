@@ -47,9 +47,9 @@ class RampSettings(Settings):
     )
     ramp_time: float = Field(default=1.0, gt=0.05, le=120.0, description="time aimed at for the driven ramp, s")
     coast_share: float = Field(
-        default=0.2, gt=0.02, lt=1.0, description="the coast is followed down to this share of the top speed"
+        default=0.2, gt=0.02, lt=1.0, description="the coast-down is recorded down to this share of the top speed"
     )
-    longest_coast: float = Field(default=60.0, gt=0.1, le=3600.0, description="longest time to follow the coast, s")
+    longest_coast: float = Field(default=60.0, gt=0.1, le=3600.0, description="longest time of the coast-down, s")
     settling: float = Field(
         default=0.05,
         ge=0.0,

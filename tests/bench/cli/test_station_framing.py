@@ -164,13 +164,13 @@ def test_a_sensor_that_is_elsewhere_is_said_with_its_keys(call: Call, made: Made
     [
         (
             ("--rate", "38400"),
-            "38400 bit/s is not what both drive and sensor (DYN-200) can do; allowed is 4800, 9600, 19200",
+            "drive and sensor (DYN-200) do not both support 38400 bit/s; allowed is 4800, 9600, 19200",
         ),
         (
             ("--format", "8E1"),
-            "8E1 RTU is not what both drive and sensor (DYN-200) can do; allowed is 8N2 RTU, 8N1 RTU",
+            "drive and sensor (DYN-200) do not both support 8E1 RTU; allowed is 8N2 RTU, 8N1 RTU",
         ),
-        (("--format", "7N2"), "7N2 RTU is not what both"),
+        (("--format", "7N2"), "do not both support 7N2 RTU"),
         (("--unit", "2"), "unit 2 is the sensor's (transducer_unit)"),
         (("--unit", "255"), "a C2000 cannot be unit 255; allowed is 1 to 254"),
     ],

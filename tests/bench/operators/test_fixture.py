@@ -270,7 +270,7 @@ def test_the_action_gives_the_marks(fixture: Asking) -> None:
 
 def test_a_shaft_that_nothing_holds_has_no_rests(fixture: Asking, actuator: Actuator) -> None:
     actuator.dead = math.inf
-    with pytest.raises(ProcedureError, match="snaps in nowhere else"):
+    with pytest.raises(ProcedureError, match="snaps in at no other position"):
         fixture.perform(MarkRestPositions())
 
 

@@ -208,7 +208,7 @@ def test_a_driver_without_a_counterpart_is_rehearsed_with_its_own_ratings(call: 
     )
     told = json.loads(out)
     assert told["differences"] == [
-        "supply: acme-ps303 has no simulated counterpart; a generic instrument with its driver's ratings stands for it, "
+        "supply: acme-ps303 has no simulated counterpart; a generic instrument with its driver's ratings is used instead, "
         "at most 30 V, 3 A"
     ]
     assert told["highest"]["supply"]["current limit"] == {"value": 3.0, "unit": "A", "limit": 3.0, "whose": "the model"}

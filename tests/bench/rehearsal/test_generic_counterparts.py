@@ -38,12 +38,14 @@ def test_every_role_is_rehearsed_and_what_stands_for_it_is_said(call: Call, tmp_
     told = json.loads(out)
     assert told["status"] == "completed", told["cause"]
     said = {role: next(one for one in told["differences"] if one.startswith(role)) for role in ROLES}
-    generic = "a generic instrument with its driver's ratings stands for it, at most"
+    generic = "a generic instrument with its driver's ratings is used instead, at most"
     assert f"{generic} 1000 Hz, 1 V rms; it reads as accurately as keysight-e4980a" in said["lcr_meter"]
     assert f"{generic} 300 rad/s" in said["dynamometer"]
     assert f"{generic} 12 A" in said["inverter"]
     for role in ("oscilloscope", "tachometer", "voltmeter"):
-        assert "which ratings cannot tell: name a simulated instrument of its own by Driver(simulated=…)" in said[role]
+        assert (
+            "which ratings cannot describe: name a simulated instrument of its own by Driver(simulated=…)" in said[role]
+        )
     assert "declares no ratings" in said["supply"]
     assert "give Driver(ratings=…) maximum_voltage, maximum_current, or name" in said["supply"]
     highest = told["highest"]

@@ -111,7 +111,7 @@ def test_a_reversed_output_and_a_gear(opened: Opened, moteus: Any) -> None:
     assert found.electrical_speed == pytest.approx(2.0 * math.pi * 2.5 * 4 * 7)
     assert found.electrical_angle == pytest.approx(2.0 * math.pi - 1.5)
     assert math.isnan(found.winding_temperature)
-    # It is stopped, and puts out nothing.
+    # It is stopped, but puts out nothing.
     assert math.isnan(found.d_voltage)
     assert math.isnan(found.q_voltage)
 
@@ -282,7 +282,7 @@ def test_a_stop_that_is_not_taken_is_told(opened: Opened, moteus: Any) -> None:
 def test_a_current_that_flows_on_is_told(opened: Opened, moteus: Any) -> None:
     inverter, register = opened(transition_timeout=0.05), moteus._register
     moteus._register = lambda number: 3.0 if number == 0x004 else register(number)
-    with pytest.raises(ReportedError, match=r"is stopped, and 3 A still flow. Switch its supply off"):
+    with pytest.raises(ReportedError, match=r"is stopped, but 3 A still flow. Switch its supply off"):
         enter(inverter.driving_dq_current(0.0, 3.0))
     moteus._register = register
     inverter.make_safe()

@@ -118,7 +118,7 @@ def test_a_relay_that_has_dropped_out_is_told_of_and_never_switched_on_again(
     relay.pick_up()
     coupler.registers[STATUS] = 0x8000
     coupler.coils[0] = False
-    with pytest.raises(ReportedError, match="has dropped out: nobody fed it for 1 s"):
+    with pytest.raises(ReportedError, match="has dropped out: it was not fed for 1 s"):
         relay.feed()
     assert not coupler.coils[0]
     coupler.registers[STATUS], coupler.deaf = 0, True

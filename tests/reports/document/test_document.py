@@ -55,7 +55,7 @@ def test_who_has_signed_stands_above_the_lines(run: Run) -> None:
             "2026-11-20 09:30:05 UTC",
             "–",
             "seen",
-            "an earlier state: the run went on, or was changed, after it",
+            "an earlier state: the run was continued, or changed, after it",
         ],
     ]
     assert isinstance(found.blocks[-1], Signatures)

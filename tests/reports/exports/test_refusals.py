@@ -79,7 +79,7 @@ def test_a_measured_figure_without_uncertainty(spread: float, make_subject: Make
 @pytest.mark.parametrize("value", [0.0, 3.5, -4.0, math.nan, math.inf])
 def test_pole_pairs_are_whole_numbers(value: float, make_subject: Make, replaced: Replaced) -> None:
     (reason,) = reasons(make_subject(parameters=replaced("pole_pairs", value=value)))
-    assert "no whole number" in reason
+    assert "not a whole number" in reason
 
 
 def count(procedure: str, value: float, certain: bool = True) -> ProcedureResult:

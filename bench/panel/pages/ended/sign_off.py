@@ -55,7 +55,7 @@ class SignOffPart:
             parts.append(f"SHA-256 {signature.sha256[:12]}…")
             ui.label(" · ".join(part for part in parts if part)).classes("text-base")
             if not signature.holds:
-                words = text("This signature does not hold: the run went on, or was changed, after it.")
+                words = text("This signature is not valid: the run was continued, or changed, after it.")
                 ui.label(say(words)).classes("mb-refused")
         asked = asked_of(self._run.view.run.start)
         people = {signature.person for signature in signed if signature.holds}

@@ -1,0 +1,32 @@
+"""One unit in the spellings that headings have."""
+
+import math
+
+import pytest
+
+from bench.captures.units import si, split_heading
+
+MINUTE = 2.0 * math.pi / 60.0
+
+
+@pytest.mark.parametrize(
+    ("written", "unit", "factor"),
+    [
+        *((text, "rad/s", MINUTE) for text in ("rpm", "1/min", "min-1", "min^-1", "min⁻¹", "min−1", "U/min", "r/min")),
+        *((text, "rad/s", 1.0) for text in ("rad/s", "rad s-1", "rad·s⁻¹", "rad s^-1")),
+        *((text, "N·m", 1.0) for text in ("Nm", "N.m", "N·m", "N⋅m", "N m", "N*m")),
+        *((text, "N·m", 1e-3) for text in ("mNm", "mN.m", "mN·m", "mN m")),
+        *((text, "N·m", 1e-2) for text in ("Ncm", "N·cm")),
+        *((text, "H", 1e-6) for text in ("uH", "\u00b5H", "\u03bcH")),
+        *((text, "Ω", 1e-3) for text in ("mohm", "mOhm", "mOhms", "m\u03a9", "m\u2126")),
+    ],
+)
+def test_a_unit_in_every_spelling(written: str, unit: str, factor: float) -> None:
+    assert si(written) == (unit, pytest.approx(factor))
+    assert split_heading(f"x ({written})")[0] == "x"
+    assert si(split_heading(f"x [{written}]")[1]) == (unit, pytest.approx(factor))
+
+
+@pytest.mark.parametrize("written", ["M", "Mm", "Hz", "1/s", "s.", "min.", "°C", "", "m"])
+def test_what_is_no_unit_of_a_record(written: str) -> None:
+    assert si(written) is None
