@@ -173,7 +173,8 @@ def test_a_dc_meter_has_no_frequency(clock: Any) -> None:
 def test_what_a_meter_does_not_offer(clock: Any) -> None:
     made = meter(Person(), clock)
     with pytest.raises(
-        SetpointError, match=r"frequency = 20 Hz is none of those that it offers, 100, 1000 Hz.*--set frequency=100"
+        SetpointError,
+        match=r"frequency = 20 Hz is not one of the values that it offers, 100, 1000 Hz.*--set frequency=100",
     ):
         made.configure(20.0)
     with pytest.raises(SetpointError, match="level = 11 V rms"):

@@ -249,7 +249,7 @@ address = "TCPIP0::192.0.2.11::inst0::INSTR"
             {"simulated": "acme-dm6"},
             "driver acme-dm5 names the simulated instrument acme-dm6, which does not exist: did you mean acme-dm5",
         ),
-        ({"role": "supply"}, "driver acme-dm5 names the simulated instrument acme-dm5, which stands for supply"),
+        ({"role": "supply"}, "driver acme-dm5 names the simulated instrument acme-dm5, which is one for supply"),
         ({"machine": "fail"}, "RuntimeError: no such range"),
         ({}, "RuntimeError: no such range"),
         ({"transport": "pigeon"}, "transport 'pigeon' is unknown; there are visa, modbus, serial, can"),

@@ -42,7 +42,7 @@ def stated(tmp_path: Path) -> Path:
         ("tonghui-th2832", NOT_THERE.format("tonghui-th2832", "known are: keysight-e4980a"), False),
         (
             "lutron-tachometer",
-            "driver acme-bridge names the simulated instrument lutron-tachometer, which stands for tachometer",
+            "driver acme-bridge names the simulated instrument lutron-tachometer, which is one for tachometer",
             True,
         ),
     ],

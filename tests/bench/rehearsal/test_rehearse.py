@@ -236,7 +236,7 @@ def test_a_frequency_that_the_meter_does_not_offer_is_named(rehearse: Rehearse, 
     # The 20 Hz that a connection is verified at are not the plan's.
     (violation,) = made["violations"]
     assert violation["procedure"] == "stator-resistance"
-    assert "frequency = 20 Hz is none of those that it offers, 100, 1000 Hz" in violation["message"]
+    assert "frequency = 20 Hz is not one of the values that it offers, 100, 1000 Hz" in violation["message"]
 
 
 @pytest.mark.parametrize(
