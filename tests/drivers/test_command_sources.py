@@ -4,7 +4,6 @@ import ast
 import re
 import tokenize
 from collections.abc import Collection, Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from bench.testing.conformance import check_driver, stand
 from bench.traffic.messages import message_of
 from drivers.catalogue import Surroundings
 from drivers.command_sources import CommandSource, SourcedCommand, declared_commands, sourced_commands
+from drivers.transport.wire import Wire
 from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, driver_named
 from tests.drivers.dialogue import DIALOGUES
 
@@ -175,7 +175,15 @@ def _modbus(name: str, message: bytes) -> Iterator[str]:
 def sent(name: str, monkeypatch: pytest.MonkeyPatch) -> Collection[str]:
     """What a driver sends in the conformance checks: found states, use, ends, limits, trips, disturbed lines."""
     hears = Sent(name)
-    monkeypatch.setattr(stand, "Surroundings", partial(Surroundings, wire=hears))
+
+    def heard(*given: Any, wire: Wire | None, **named: Any) -> Surroundings:
+        def both(*message: Any) -> None:
+            for each in (hears, wire) if wire else (hears,):
+                each(*message)
+
+        return Surroundings(*given, wire=both, **named)
+
+    monkeypatch.setattr(stand, "Surroundings", heard)
     check_driver(driver_named(name), options=OPTIONS[name], found=FOUND.get(name), variants=VARIANTS.get(name, ()))
     return hears.commands
 

@@ -89,3 +89,13 @@ def test_a_default_that_the_opening_of_a_base_gives_is_left_alone() -> None:
     excluded = unobservable(tree)
     (made,) = (node for node in ast_nodes(tree) if isinstance(node, ast.FunctionDef) and node.name == "__init__")
     assert {ast.unparse(each) for each in made.args.kw_defaults if id(each) in excluded} == {"'voltmeter'", "False"}
+
+
+def test_what_an_error_is_told_with_is_left_alone_and_not_that_it_is_one() -> None:
+    tree = ast.parse(path_of("drivers.gwinstek.gpt9800").read_text(encoding="utf-8"))
+    excluded = unobservable(tree)
+    (told,) = (node for node in ast_nodes(tree) if isinstance(node, ast.FunctionDef) and node.name == "_unusable")
+    (returned,) = (node for node in told.body if isinstance(node, ast.Return) and isinstance(node.value, ast.Call))
+    assert id(returned) not in excluded
+    assert isinstance(returned.value, ast.Call)
+    assert all(id(one.value) in excluded for one in returned.value.keywords)

@@ -3,7 +3,7 @@
 - **Messages**: what stands in `text(…)`, in `raise` and in `add_note(…)`, and what serves nothing else: a local name, a function of
   the module or a table looked up by `.get` whose every use stands in a message (names of error codes, a figure that the message
   shows), a property that the drivers read in messages only, what a method of their own returns that they call in `text(…)` only,
-  what a method of their own is given for messages only, but not what that asks the instrument.
+  what a method of their own is given for messages only or puts into an error that it returns, but not what that asks the instrument.
 - **Annotations**, decorators, imports and protocols, of which nothing is made.
 - **Pauses of a loop that looks again**: the `sleep` in a `while` loop. How often one looks changes nothing that is found.
 - **Defaults that nobody leaves out**: of a parameter that every call in the drivers' modules gives, also the `open` of a base.
@@ -119,6 +119,8 @@ def _only_in_messages(tree: ast.Module, messages: set[int]) -> set[int]:
             for node in returned:
                 whole = ast_nodes(node.value if _asks(node.value) else node)  # type: ignore[arg-type]
                 found |= {id(each) for each in whole} - kept
+        elif function.name.startswith("_") and function.name in _shown():
+            found |= {id(each) for part in _told_by(function) for each in ast_nodes(part)}
         found |= {id(each) for part in _said_only(tree, function, messages) for each in ast_nodes(part)}
         for node in ast_nodes(function):
             if isinstance(node, ast.Assign) and (names := _targets(node)) and not _asks(node.value):
@@ -126,6 +128,14 @@ def _only_in_messages(tree: ast.Module, messages: set[int]) -> set[int]:
                 if uses and all(id(use) in messages for use in uses):
                     found |= {id(each) for each in ast_nodes(node.value)}
     return found
+
+
+def _told_by(function: ast.FunctionDef) -> Iterator[ast.AST]:
+    """Give what a method puts into the error that it returns, which is raised where it is called."""
+    for node in ast_nodes(function):
+        if isinstance(node, ast.Return) and isinstance(node.value, ast.Call) and _name(node.value).endswith("Error"):
+            parts = [*node.value.args, *(one.value for one in node.value.keywords)]
+            yield from (part for part in parts if not _asks(part))
 
 
 def _said_only(tree: ast.Module, function: ast.FunctionDef, messages: set[int]) -> Iterator[ast.AST]:

@@ -1,5 +1,6 @@
 """Use of a DC supply: line A–B of a locked motor is fed, at several voltages and at the current limit."""
 
+import math
 from contextlib import AbstractContextManager
 from typing import Any
 
@@ -153,11 +154,20 @@ def _trip(stand: Stand, supply: Any, checks: Checks, highest: float) -> None:
 
 
 def _set_without_output(stand: Stand, supply: Any, checks: Checks) -> None:
-    """Both orders: to a higher level and to a lower one, while the output is off."""
-    for share in (0.7, 0.2):
-        supply.configure(*_level(stand, supply, share))
-        remedy = "Switch on in energised() only"
-        checks.that("configure() leaves the output off", not stand.energised, "it is on", remedy)
+    """Both orders: to a higher level and to a lower one, while the output is off; the protection stays above the level."""
+    stand.watch(stand.world.supply, "set_voltage")
+
+    def above() -> float:
+        over, levels = stand.world.supply.protections()["over_voltage"], stand.calls["set_voltage"]
+        return math.inf if over is None or not levels else float(over - levels[-1][0])
+
+    with stand.sampling(above) as margins:
+        for share in (0.2, 0.7, 0.2):
+            supply.configure(*_level(stand, supply, share))
+            remedy = "Switch on in energised() only"
+            checks.that("configure() leaves the output off", not stand.energised, "it is on", remedy)
+    least, advice = min(margins, default=math.inf), "Raise it before the level, and lower it after the level"
+    checks.that("over-voltage protection while levels change", least >= 0.0, f"{-least:.3g} V below the level", advice)
     checks.rejects("negative voltage", supply.configure, (-1.0, 0.1))
 
 

@@ -27,6 +27,7 @@ from bench.testing.conformance.driver import subject_of
 from bench.testing.conformance.kit import Conformance
 from bench.testing.conformance.opening import check_opening
 from bench.testing.conformance.report import Checks
+from bench.testing.conformance.roles import supply
 from bench.testing.conformance.session import Trial, session_of
 from bench.testing.conformance.watchdogs import check_watchdog
 from drivers.interfaces import Accuracy, CommunicationError, Identity, IdentityError, MeasurementError, Reading
@@ -267,6 +268,21 @@ def test_a_driver_that_waits_too_short_for_a_real_line_is_found(monkeypatch: pyt
     check_opening(Trial(subject, session_of(subject.role), checks, seed=0))
     found = [one.check for one in checks.report("moteus").failures]
     assert found == ["opening over a real line"]
+
+
+def test_a_level_that_is_raised_before_its_protection_is_found() -> None:
+    subject = subject_of("keysight-e36300", None, OPTIONS["keysight-e36300"], installed())
+    trial = Trial(subject, session_of(subject.role), Checks(), seed=0)
+    with trial.opened() as (made, instrument):
+
+        def configure(voltage: float, _: float) -> None:
+            for header, value in (("VOLT", voltage), ("VOLT:PROT", 1.2 * voltage)):
+                instrument._channel.write(header, f"{value:.6g}")
+
+        instrument.configure = configure
+        supply._set_without_output(made, instrument, trial.checks)
+    failed = [one.check for one in trial.checks.report("supply").failures]
+    assert "over-voltage protection while levels change" in failed
 
 
 def test_a_driver_whose_wire_is_not_heard_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
