@@ -119,7 +119,8 @@ def line_statistics(engine: Engine, wanted: StatisticsRequest) -> LineStatistics
         wanted = replace(wanted, golden=golden_motors(connection, wanted.golden))
         selection = choose(connection, wanted.batches, wanted.model, wanted.golden)
         names = known_names(connection, wanted.parameters)
-        found = {name: _parameter(connection, name, selection, wanted) for name in names}
+        neighbours = rows_of_neighbours(connection, names, selection)
+        found = {name: _parameter(connection, name, selection, wanted, neighbours[name]) for name in names}
         statistics = {name: each for name, each in found.items() if each is not None}
         by_parameter = failures_by_parameter(connection, selection)
         by_procedure = failures_by_procedure(connection, selection)
@@ -168,12 +169,15 @@ def known_names(connection: Connection, requested: Sequence[str]) -> list[str]:
 
 
 def _parameter(
-    connection: Connection, name: str, selection: Selection, wanted: StatisticsRequest
+    connection: Connection,
+    name: str,
+    selection: Selection,
+    wanted: StatisticsRequest,
+    rows: Sequence[Sequence[float]],
 ) -> ParameterStatistics | None:
     figures = distribution(connection, name, selection)
     if figures is None:
         return None
-    rows = rows_of_neighbours(connection, name, selection)
     within, freedom = spread_within(rows)
     points = latest(connection, name, selection, wanted.last)
     values = [value for _, value in points]

@@ -1,10 +1,12 @@
 """`python -m tests.studies.line_statistics`: all statistics over very many motors on a PostgreSQL server.
 
 The server itself makes the records, which for ten millions takes a quarter of an hour and 20 GB; then the finished stretches are
-summed up, as a line does at a batch's end, and `line_statistics` is timed, cold once and warm.
+summed up, as a line does at a batch's end, and `line_statistics` is timed, cold once and warm. A database that is there already may be
+a file, too.
 """
 
 import argparse
+import os
 import statistics
 import time
 from collections.abc import Iterator
@@ -119,13 +121,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--motors", type=int, default=10_000_000)
     parser.add_argument("--server", default=USUAL)
-    parser.add_argument("--database", default="", help="a database filled before")
+    parser.add_argument("--database", default="", help="address or file of a database filled before")
     parser.add_argument("--rounds", type=int, default=5)
     given = parser.parse_args()
     with filled(given.server, given.database, given.motors) as reference:
         engine = open_database(reference)
         first, found = timed(engine, StatisticsRequest())
-        print(f"{found.selection.count} motors, nothing summed up before: {first:.2f} s", flush=True)
+        print(f"{found.selection.count} motors, for the first time, before summing up: {first:.2f} s", flush=True)
         began = time.perf_counter()
         print(f"{sum_up(engine)} stretches summed up in {time.perf_counter() - began:.1f} s", flush=True)
         for name, request in (
@@ -137,7 +139,8 @@ def main() -> None:
         ):
             took = [timed(engine, request)[0] for _ in range(given.rounds)]
             shown = ", ".join(f"{each:.2f}" for each in took)
-            print(f"{name}: {shown} s, median {statistics.median(took):.2f} s", flush=True)
+            load = os.getloadavg()[0]
+            print(f"{name}: {shown} s, median {statistics.median(took):.2f} s, load {load:.1f}", flush=True)
         engine.dispose()
 
 

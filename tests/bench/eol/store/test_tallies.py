@@ -33,7 +33,7 @@ def test_moments_and_histogram_are_those_of_the_figures(engine: Engine, put: Put
         put(r=value, other=1.0)
     with settled(engine) as connection:
         result = distribution(connection, "r", choose(connection, ()))
-        neighbours = rows_of_neighbours(connection, "r", choose(connection, ()))
+        neighbours = rows_of_neighbours(connection, ["r"], choose(connection, ()))["r"]
     assert result is not None
     assert (result.count, result.unit, result.limits) == (64, "Ω", ParameterLimits(9.0, 11.0))
     assert result.mean == pytest.approx(np.mean(values), rel=1e-13)
@@ -81,7 +81,7 @@ def test_only_the_batches_that_are_asked_for(engine: Engine, put: Put) -> None:
             assert selection.count == result.count == len(values)
             assert result.mean == pytest.approx(np.mean(values))
             assert [value for _, value in latest(connection, "r", selection, 9)] == values
-            assert [v for row in rows_of_neighbours(connection, "r", selection) for v in row] == values
+            assert [v for row in rows_of_neighbours(connection, ["r"], selection)["r"] for v in row] == values
         assert failures_by_parameter(connection, choose(connection, ("A",))) == [Failures("s", 1, 0)]
         assert failures_by_parameter(connection, choose(connection, ("C",))) == []
         # Two attempts at one motor are one motor that failed.
