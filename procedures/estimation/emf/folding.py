@@ -41,8 +41,8 @@ class Folded:
         )
 
     def products(self, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the normal matrix of offset and flux linkages, whose voltages are the speed's times `basis` (2H, P), and the values' products
-        with them (C, 1 + 2H).
+        """Return the normal matrix of offset and flux linkages, whose voltages are the speed's times `basis` (2H, P), and the products of
+        the values with them (C, 1 + 2H).
         """
         normal = np.empty((1 + len(basis), 1 + len(basis)))
         normal[0, 0] = self.counts.sum()
