@@ -8,12 +8,12 @@ from typing import Any
 from GTC.lib import UncertainReal
 
 from bench.analysis.back_emf_details import detail_record, detail_speeds, warn_of_record
-from bench.analysis.back_emf_record import BackEmfRecord, read_record
+from bench.analysis.back_emf_record import USUAL_HARMONICS, BackEmfRecord, read_record
 from bench.analysis.outcome import AnalysisOutcome, named, paths_of, refuse_copies
 from bench.analysis.probe_connection import PROBES, ProbeConnection, by_name, judge_connection
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
-from bench.analysis.time_base import CONFIRMED, judge_frequency, judge_open_time
+from bench.analysis.time_base import CONFIRMED, judge_frequency, judge_open_time, judge_sampling
 from bench.captures import WHOLE, CaptureError, CapturePart, ProbeFactor
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import Translate, english, text, text_of
@@ -42,7 +42,7 @@ def analyze_back_emf(
     speed_rpm: float | None = None,
     speed_uncertainty_rpm: float | None = None,
     speeds: int = 1,
-    harmonics: Sequence[int] = (1, 3, 5, 7),
+    harmonics: Sequence[int] = USUAL_HARMONICS,
     accuracy: Sequence[Statement] = (),
     temperature: Temperature | None = None,
     selection: CapturePart = WHOLE,
@@ -102,6 +102,7 @@ def analyze_back_emf(
         )
         warn_of_record(outcome, record)
         judge_frequency(outcome, record.fit.frequency, turning, ("electrical_frequency", *hanging))
+        judge_sampling(outcome, record.fit.frequency, record.rate, turning, ("electrical_frequency", *hanging))
         if turning is None or abs(record.fit.frequency / turning - 1.0) >= CONFIRMED:
             judge_open_time(
                 outcome, record.capture, "frequency", record.fit.frequency, ("electrical_frequency", *hanging)

@@ -24,6 +24,8 @@ from procedures.estimation.fitting.misfit import Misfit
 #: Waves whose phases are less apart than this (sine, 3°) are one line's.
 _ONE_LINE = 0.05
 _COUPLINGS = ("dc", "ac")
+#: Orders that are fitted where the sampling tells them; others are asked for.
+USUAL_HARMONICS = (1, 3, 5, 7)
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,12 @@ class BackEmfRecord:
     def names(self) -> list[str]:
         """The channels' names."""
         return [channel.name for channel in self.capture.channels]
+
+    @property
+    def rate(self) -> float:
+        """Samples a second."""
+        time = self.capture.times()
+        return float((time.size - 1) / (time[-1] - time[0]))
 
     @property
     def drifts(self) -> bool:
@@ -118,6 +126,20 @@ def read_record(
     ]
     time = capture.times()
     fit = estimated(capture, lambda: fit_back_emf(time, values, harmonics=harmonics, digitized=told))
+    beyond = sorted({order for order in harmonics if order not in (*fit.harmonics, *USUAL_HARMONICS)})
+    if beyond:
+        rate = (time.size - 1) / float(time[-1] - time[0])
+        raise CaptureError(
+            capture.source,
+            text(
+                "--harmonics {order}: order {order} of {frequency:.4g} Hz lies beyond what {rate:.6g} samples a second tell. "
+                "Allowed are orders up to {most}",
+                order=beyond[0],
+                frequency=fit.frequency,
+                rate=rate,
+                most=int(0.45 * rate / fit.frequency),
+            ),
+        )
     integrated = estimated(
         capture,
         lambda: flux_by_integration(time, values, harmonics=harmonics, frequency=fit.frequency, digitized=told),

@@ -11,6 +11,8 @@ from drivers.interfaces.text import Text, text
 _TIME_CONSTANTS = (5e-6, 0.1)
 #: Electrical frequencies (Hz) at which a back-EMF is recorded: below, it is turned slower than a hand does; above, faster than motors go.
 _FREQUENCIES = (1.0, 20e3)
+#: Samples a period below which a back-EMF may be one of a frequency beyond half the sampling rate, and below which no figure is given.
+_SAMPLES, _LEAST_SAMPLES = 20, 4
 #: A tachometer's speed that agrees to this share confirms a frequency: units are wrong by more.
 CONFIRMED = 0.1
 #: How long (s) a shaft takes to come to rest.
@@ -94,6 +96,33 @@ def judge_frequency(outcome: AnalysisOutcome, frequency: float, speed: float | N
             frequency=frequency,
         ),
     )
+
+
+def judge_sampling(
+    outcome: AnalysisOutcome, frequency: float, rate: float, speed: float | None, withheld: Iterable[str]
+) -> None:
+    """Say that a frequency (Hz) sampled at a `rate` (Hz) only few times a turn may be another's, and give none of `withheld` at hardly any
+    samples, unless the rotor's `speed`, in electrical turns a second (None where it is not known), says that it is so.
+
+    One beyond half the rate folds back without a trace: this asks where that is likely, for it may lie anywhere below half the rate.
+    """
+    each = rate / frequency
+    if each >= _SAMPLES or (speed is not None and abs(frequency / speed - 1.0) < CONFIRMED):
+        return
+    why = text(
+        "a period has only {each:.3g} samples: {frequency:.4g} Hz and {folded:.4g} Hz give the same samples at {rate:.6g} "
+        "samples a second, and the flux linkage follows the frequency. Record {wanted} samples a period or more, or "
+        "confirm the frequency with --speed-rpm and --pole-pairs",
+        each=each,
+        frequency=frequency,
+        folded=rate - frequency,
+        rate=rate,
+        wanted=_SAMPLES,
+    )
+    if each < _LEAST_SAMPLES:
+        outcome.withhold(withheld, "few-samples", why)
+    else:
+        outcome.warn(why, "few-samples")
 
 
 def warn_of_coast(outcome: AnalysisOutcome, seconds: float, inertia: float | None = None) -> None:

@@ -44,7 +44,10 @@ class ShaftSensors:
     @property
     def clear(self) -> bool:
         """Whether they add nothing."""
-        return self == ShaftSensors()
+        return self == _CLEAR_SENSORS
+
+
+_CLEAR_SENSORS = ShaftSensors()
 
 
 @dataclass(frozen=True)

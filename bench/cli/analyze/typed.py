@@ -27,10 +27,20 @@ _PROBES: Mapping[str, tuple[float, bool]] = {
 }
 
 
+#: As a motor's file allows.
+MOST_POLE_PAIRS = 200
+
+
 def _whole(_: Any, tokens: Sequence[Token]) -> int:
     typed = tokens[0].value
-    if not typed.isdecimal() or not int(typed):
-        raise UsageError(text("--pole-pairs {typed}: allowed is a whole number from 1 on", typed=typed))
+    if not re.fullmatch("0*[0-9]{1,3}", typed, re.ASCII) or not 1 <= int(typed) <= MOST_POLE_PAIRS:
+        raise UsageError(
+            text(
+                "--pole-pairs {typed}: allowed is a whole number from 1 to {most}; more no motor has",
+                typed=typed,
+                most=MOST_POLE_PAIRS,
+            )
+        )
     return int(typed)
 
 

@@ -211,33 +211,20 @@ class ModbusLine:
     @contextmanager
     def _limited(self) -> Iterator[None]:
         """Wait no longer within the block than an energised source may be silent; on a serial line, begin after a silence."""
-        with self._silent():
-            yield from self._patient()
-
-    @contextmanager
-    def _silent(self) -> Iterator[None]:
-        clock = self._clock
+        clock, patience, parameters = self._clock, self.calls.patience, self._client.comm_params
         if clock is not None and self._last_frame is not None:
             left = self._last_frame + RTU_SILENCE - clock.now()
             if left > 0:
                 clock.sleep(left)
-        try:
-            yield
-        finally:
-            if clock is not None:
-                self._last_frame = clock.now()
-
-    def _patient(self) -> Iterator[None]:
-        patience, parameters = self.calls.patience, self._client.comm_params
         usual = parameters.timeout_connect
-        if patience is None or patience >= (usual or 0.0):
-            yield
-            return
-        parameters.timeout_connect = patience
+        if patience is not None and patience < (usual or 0.0):
+            parameters.timeout_connect = patience
         try:
             yield
         finally:
             parameters.timeout_connect = usual
+            if clock is not None:
+                self._last_frame = clock.now()
 
     def _silence(self, command: str, error: Exception) -> CommunicationError:
         return CommunicationError(

@@ -88,11 +88,13 @@ def find_ends(
             if at >= _LEAST and at > following and np.unique(place[below < 0.5 * cell]).size >= _LEAST:
                 levels[k, side] = sign * level
                 certain[k] = certain[k] or at > _CERTAIN * max(following, _LEAST)
-    steps = np.array([channel.resolution for channel in channels])
-    noise = np.array([white_noise(row, step) for row, step in zip(v, steps, strict=True)])
-    margins = np.maximum(steps, 3.0 * noise)
     tops = find_flat_tops(t, v, orders, model, channels, shared, hum)
     flat = tops.levels
+    steps = np.array([channel.resolution for channel in channels])
+    if not np.isfinite(levels).any() and not np.isfinite(flat).any():
+        return Ends(levels, certain, steps)
+    noise = np.array([white_noise(row, step) for row, step in zip(v, steps, strict=True)])
+    margins = np.maximum(steps, 3.0 * noise)
     if tops.own:
         # Flat tops of the machine's own fill a cell as well, unless noise spreads them; then only the instrument knows.
         told = np.array([channel.clipped is True for channel in channels])

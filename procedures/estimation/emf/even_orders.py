@@ -1,12 +1,14 @@
 """Detects a non-linear channel by harmonics of even order in the voltages of a turning machine, which no winding causes."""
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from procedures.estimation.emf.harmonics import HarmonicModel, thin, waveform_basis
+from procedures.estimation.emf.folding import PARTS, Folded, flux_waves
+from procedures.estimation.emf.harmonics import HarmonicModel
 from procedures.estimation.emf.record import DigitizedChannel, usable
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
@@ -16,8 +18,6 @@ from procedures.estimation.fitting.noise import undithered
 _EVEN, _ODD = (2, 4, 6, 8, 10, 12), (9, 11, 13, 15, 17)
 #: They are seen where chance gives them once in so many records, and told from this share of the fundamental on.
 _CHANCE, _LEAST = 1e-5, 1e-3
-#: So many places of a turn are told apart.
-_PLACES = 1024
 #: A channel whose two polarities have unequal gains moves the fundamental by 2.3 times all its even orders: less than twice the standard
 #: uncertainty.
 _TO_FUNDAMENTAL = 1.4
@@ -46,24 +46,21 @@ def find_bend(
     if not even:
         return nothing
     speed = float(model.speed(np.array([model.middle]))[0])
-    few, left, _ = thin(t, model.residuals, max(orders) * speed / (2.0 * np.pi))
-    basis = waveform_basis(model, orders, few)
+    # Two turns, over which half orders close as well.
+    folded, basis = Folded.over(t, model.residuals, model, 2), flux_waves(orders, 2)
     # Readings at few places of a turn cannot tell an even order from an odd one beyond them.
-    places = np.unique(np.floor(np.mod(model.phase(few) / (2.0 * np.pi), 1.0) * _PLACES)).size
-    if places < 2 * basis.shape[0]:
+    places = int(np.count_nonzero(folded.counts.reshape(2, PARTS).sum(axis=0)))
+    size = 1 + basis.shape[0]
+    if places < 2 * size:
         return nothing
-    inverse = np.linalg.inv(basis @ basis.T)
-    values = left @ basis.T @ inverse
-    rest = left - values @ basis
-    noise = np.sqrt(np.mean(rest**2, axis=1) * few.size / (few.size - basis.shape[0]))
+    normal, along = folded.products(basis)
+    inverse = np.linalg.inv(normal)
+    values = along @ inverse
+    squares = np.einsum("cn,cn->c", model.residuals, model.residuals) - np.sum(values * along, axis=1)
+    noise = np.sqrt(np.maximum(squares, 0.0) / (t.size - size))
     # Nothing that repeats itself lies at half orders: what is there has leaked, or is the alias of an order beyond the sampling.
-    angle = model.phase(few)
-    wave, onward = np.exp(-1j * (_EVEN[0] + 0.5) * angle), np.exp(-1j * (_EVEN[1] - _EVEN[0]) * angle)
-    halves = []
-    for _ in _EVEN:
-        halves.append(rest @ wave * (2.0 / few.size))
-        wave = wave * onward
-    leaked = np.mean(np.abs(halves) ** 2, axis=0) / 2.0
+    halves = folded.left(values, basis) @ _half_waves() * (2.0 / t.size)
+    leaked = np.mean(np.abs(halves) ** 2, axis=1) / 2.0
     count = len(orders)
     chosen = [1 + part * count + place for part in (0, 1) for place in even]
     volts = np.array(orders)[even] * speed
@@ -73,7 +70,7 @@ def find_bend(
         np.sqrt(leaked)[:, None],
     )
     amplitudes = np.abs(model.flux[:, list(kept).index(1)]) * speed
-    steps = [undithered(float(n), c.resolution) for n, c in zip(np.std(rest, axis=1), channels, strict=True)]
+    steps = [undithered(float(n), c.resolution) for n, c in zip(noise, channels, strict=True)]
     power = np.sum((sizes / spread) ** 2, axis=1)
     beyond = np.sqrt(np.maximum(np.sum(sizes**2 - spread**2, axis=1), 0.0))
     limit = float(special.chdtri(len(chosen), _CHANCE / len(channels)))
@@ -87,3 +84,10 @@ def find_bend(
     }
     finding = Finding(Cause.DISTORTION, Answer.WIDENED, ("flux_linkage",), float(np.sqrt(power[worst])), figures)
     return _TO_FUNDAMENTAL * np.where(bent, beyond, 0.0) / speed, (finding,)
+
+
+@cache
+def _half_waves() -> NDArray[np.complex128]:
+    """Return the waves that lie half an order above each even one, (2P, E)."""
+    centre = (np.arange(2 * PARTS) + 0.5) * (2.0 * np.pi / PARTS)
+    return np.asarray(np.exp(-1j * np.outer(centre, np.array(_EVEN) + 0.5)), dtype=np.complex128)

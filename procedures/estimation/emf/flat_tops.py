@@ -189,20 +189,32 @@ def _by_harmonics(left: FloatArray, basis: FloatArray, extra: FloatArray) -> Flo
 def _best_cut(row: FloatArray, basis: FloatArray, wave: FloatArray) -> _Cut | None:
     """Return the cut waveform that leaves least of one channel (n,), None where no search ends at one."""
     best: _Cut | None = None
+    # Searches that meet go on together: one suffices.
+    passed: set[bytes] = set()
     for share in _SHARES:
         low, high = np.quantile(wave, [0.5 * share, 1.0 - 0.5 * share])
         for below, above in ((wave < low, wave > high), (wave < -np.inf, wave > high), (wave < low, wave > np.inf)):
-            found = _cut(row, basis, below, above)
+            found = _cut(row, basis, below, above, passed)
             if found is not None and (best is None or found.squares < best.squares):
                 best = found
     return best
 
 
-def _cut(row: FloatArray, basis: FloatArray, below: BoolArray, above: BoolArray) -> _Cut | None:
-    """Return the least squares of a waveform and its levels, begun with what is taken as cut off; it and the choice alternate."""
+def _cut(
+    row: FloatArray, basis: FloatArray, below: BoolArray, above: BoolArray, passed: set[bytes] | None = None
+) -> _Cut | None:
+    """Return the least squares of a waveform and its levels, begun with what is taken as cut off; it and the choice alternate.
+
+    None, too, from a choice on that another search has `passed`.
+    """
     levels = np.array([-np.inf, np.inf])
     fitted = row
     for _ in range(_STEPS):
+        if passed is not None:
+            choice = np.packbits((below, above)).tobytes()
+            if choice in passed:
+                return None
+            passed.add(choice)
         kept = ~(below | above)
         if np.count_nonzero(kept) < 4 * basis.shape[0]:
             return None

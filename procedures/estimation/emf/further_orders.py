@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy import special
 
+from procedures.estimation.emf.folding import Folded, flux_waves
 from procedures.estimation.emf.harmonics import HarmonicModel, waveform_basis
 from procedures.estimation.fitting.fit import FloatArray
 
@@ -28,9 +29,7 @@ def further_orders(
     looked = [order for order in range(2, most + 1) if order not in orders]
     if not looked or turns < 1.0:
         return {}, residuals
-    # All orders share one basis, its products and the residuals' with it.
-    basis = waveform_basis(model, looked, time)
-    normal, along = basis @ basis.T, residuals @ basis.T
+    normal, along = Folded.over(time, residuals, model).products(flux_waves(tuple(looked)))
     found = np.flatnonzero(_significant(normal, along, residuals))
     if not found.size:
         return {}, residuals
@@ -38,7 +37,7 @@ def further_orders(
     values = _solved(normal[np.ix_(rows, rows)], along[:, rows])
     speed = float(model.speed(np.array([model.middle]))[0])
     flux = np.hypot(values[:, 1 : 1 + found.size], values[:, 1 + found.size :])
-    left = residuals - values @ basis[rows]
+    left = residuals - values @ waveform_basis(model, [looked[k] for k in found], time)
     return {looked[order]: looked[order] * speed * flux[:, k] for k, order in enumerate(found)}, left
 
 

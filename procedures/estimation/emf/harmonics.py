@@ -9,7 +9,7 @@ from numpy.polynomial import chebyshev
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 
 #: A step of the course below this share of its standard uncertainty is the last one.
-_LAST_STEP = 3e-5
+_LAST_STEP = 3e-3
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class _Wave:
 def thin(time: FloatArray, channels: FloatArray, highest_frequency: float) -> tuple[FloatArray, FloatArray, int]:
     """Average blocks of samples where there are many more than the highest frequency (Hz) needs; also the block's length."""
     step = float(time[-1] - time[0]) / (time.size - 1)
-    block = int(min(1.0 / (40 * highest_frequency * step), time.size // 4096))
+    block = int(min(1.0 / (16 * highest_frequency * step), time.size // 4096))
     if block < 2:
         return time, channels, 1
     count = time.size // block

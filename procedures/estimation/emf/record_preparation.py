@@ -51,9 +51,11 @@ class PreparedRecord:
         own noise and the harmonics that a machine may have. Of channels that nobody describes nothing is said.
         """
         sizes = np.abs(model.flux).max(axis=1) * float(model.speed(np.array([model.middle]))[0])
+        if not (self.told and np.any(noise > _UNLIKE * sizes)):
+            return ()
         own = np.array([white_noise(row, each.resolution) for row, each in zip(self.values, channels, strict=True)])
         unlike = (noise > _UNLIKE * sizes) & (noise > _UNLIKE_NOISE * own)
-        if not (self.told and np.any(unlike | (noise > _MOST_NOISE * sizes))):
+        if not np.any(unlike | (noise > _MOST_NOISE * sizes)):
             return ()
         score = float(np.max(noise / np.maximum(own, 1e-300)))
         return (Finding(Cause.UNEXPLAINED, Answer.WITHHELD, ("flux_linkage",), score),)

@@ -116,7 +116,8 @@ class Dyn200:
             )
         block = [0] * (self.ranges[0][0] + self.ranges[0][1])
         for number, value in self._settings.items():
-            block[number : number + 2] = double_word(value)
+            if address - 2 < number < address + count:
+                block[number : number + 2] = double_word(value)
         torque, speed = self._sense()
         dropouts = self._world.disturbances.sensors.dropouts
         if dropouts and float(self._random.uniform()) < dropouts:

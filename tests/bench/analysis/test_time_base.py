@@ -51,6 +51,39 @@ def test_a_frequency_at_which_nobody_turns_gives_no_figure(tmp_path: Path, unit:
     assert {row["cause"] for row in found["withheld"].values()} == ({"unlikely-frequency"} if told else set())
 
 
+@pytest.mark.parametrize(
+    ("frequency", "said", "given"), [(700.0, True, False), (900.0, True, True), (40.0, False, True)]
+)
+def test_a_frequency_that_may_be_another_folded_back_is_asked_about(
+    tmp_path: Path, frequency: float, said: bool, given: bool
+) -> None:
+    time = np.arange(4000) / 1000.0
+    noise = np.random.default_rng(2).normal(0.0, 0.01, time.size)
+    wave = 2.0 * np.sin(2.0 * np.pi * frequency * time) + noise
+    path = written(tmp_path / "emf.csv", "t (s),u (V)", time, wave)
+    found = analyze_back_emf(path, coupling={"": "dc"})
+    told = ids(found) | {row["cause"] for row in found["withheld"].values()}
+    assert ("few-samples" in told, "flux_linkage" in found["parameters"]) == (said, given)
+
+
+def test_few_samples_suffice_where_the_tachometer_confirms_the_frequency(tmp_path: Path) -> None:
+    time = np.arange(4000) / 1000.0
+    noise = np.random.default_rng(2).normal(0.0, 0.01, time.size)
+    path = written(tmp_path / "emf.csv", "t (s),u (V)", time, 2.0 * np.sin(2.0 * np.pi * 300.0 * time) + noise)
+    for rpm, given in ((4500.0, True), (10500.0, False)):
+        found = analyze_back_emf(path, coupling={"": "dc"}, pole_pairs=4, speed_rpm=rpm)
+        assert ("flux_linkage" in found["parameters"]) == given
+
+
+def test_an_order_beyond_the_sampling_is_refused_with_the_highest_one(tmp_path: Path) -> None:
+    time = np.arange(4000) / 1000.0
+    noise = np.random.default_rng(2).normal(0.0, 0.01, time.size)
+    path = written(tmp_path / "emf.csv", "t (s),u (V)", time, 2.0 * np.sin(2.0 * np.pi * 40.0 * time) + noise)
+    with pytest.raises(CaptureError, match=r"order 13 of 40 Hz .* orders up to 11"):
+        analyze_back_emf(path, harmonics=(1, 5, 13))
+    assert "flux_linkage" in analyze_back_emf(path, harmonics=(1, 5, 11))["parameters"]
+
+
 def test_a_slow_turn_that_the_tachometer_confirms_gives_its_figures(tmp_path: Path) -> None:
     time = np.linspace(0.0, 20.0, 4001)
     noise = np.random.default_rng(2).normal(0.0, 0.01, time.size)

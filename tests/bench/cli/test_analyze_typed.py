@@ -78,4 +78,4 @@ def test_periods_a_second_are_no_speed_by_themselves(call: Call, tmp_path: Path,
 def test_half_a_pole_pair_is_none(call: Call, tmp_path: Path, kind: str) -> None:
     status, _, err = call("analyze", kind, str(tmp_path / "map.csv"), "--pole-pairs", "3.5")
     assert status == 2
-    assert "a whole number from 1 on" in err
+    assert "a whole number from 1 to 200" in err
