@@ -5,9 +5,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers.interfaces.text import Text, text
-from reports.exports.exported_map import ExportedMap
+from reports.exports.exported_map import ExportedMap, FloatArray
 from reports.exports.figures import ExportFigure
 from reports.exports.map_quantities import FromMap
 
@@ -37,11 +38,11 @@ def saturation_factor(found: ExportedMap) -> SaturationFactor | None:
     zero = int(np.argmin(np.abs(found.i_d)))
     middle = int(np.argmin(np.abs(found.i_q)))
     on_axis = found.measured[zero] & (found.i_q > 0.0)
-    if np.count_nonzero(on_axis) < _LEAST or not 0 < zero < len(found.i_d) - 1 or not 0 < middle < len(found.i_q) - 1:
-        return None
     # L of both axes at no current, which is what a bridge reads: slopes of the surface.
-    slope_d = np.gradient(found.psi_d[:, middle], found.i_d)[zero]
-    slope_q = np.gradient(found.psi_q[zero], found.i_q)[middle]
+    slope_d = _slope_at_zero(found.i_d, found.psi_d[:, middle], found.measured[:, middle])
+    slope_q = _slope_at_zero(found.i_q, found.psi_q[zero], found.measured[zero])
+    if np.count_nonzero(on_axis) < _LEAST or slope_d is None or slope_q is None:
+        return None
     mean = float(slope_d + slope_q) / 2.0
     current, psi_d, psi_q = found.i_q[on_axis], found.psi_d[zero, on_axis], found.psi_q[zero, on_axis]
     largest = float(current[-1])
@@ -58,6 +59,14 @@ def saturation_factor(found: ExportedMap) -> SaturationFactor | None:
         return float(np.degrees(np.max(np.abs(np.arctan2(off, psi_d)))))
 
     return SaturationFactor(factor, math.hypot(u_left, u_points), largest, angle(beyond), angle(left))
+
+
+def _slope_at_zero(current: FloatArray, flux: FloatArray, measured: NDArray[np.bool_]) -> float | None:
+    """Return the slope (H) at no current of what was measured, which may end there; None where it is not there, or too little."""
+    at = current[measured]
+    if at.size < _LEAST or float(np.min(np.abs(at))) > 1e-6 * float(np.max(np.abs(current))):
+        return None
+    return float(np.gradient(flux[measured], at, edge_order=2)[np.argmin(np.abs(at))])
 
 
 def _figure(found: ExportedMap) -> ExportFigure:

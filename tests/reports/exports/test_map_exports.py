@@ -167,6 +167,32 @@ def test_a_map_of_half_the_plane(name: str, make_subject: Make, tmp_path: Path) 
         assert module.i_s(complex(*law(i_d, i_q))) == pytest.approx(complex(i_d, i_q), abs=1e-3)
 
 
+@pytest.mark.parametrize("name", HALVES)
+def test_controllers_take_a_map_of_half_the_plane(name: str, make_subject: Make, subject: Subject) -> None:
+    (low, high), _ = HALVES[name]
+    made = findings(low=low, high=high)
+    if low == 0.0:
+        del made["d_axis_saturation"]
+    half = make_subject(flux_map=exported_map("flux-map", made))
+    assert vesc(written("vesc", half))["foc_sat_comp"] == pytest.approx(vesc(written("vesc", subject))["foc_sat_comp"])
+    sheet = sheet_for(installed().exports["moteus"], half)
+    scales = [line for line in sheet.lines if line.name == "motor.inductance_d_scale"]
+    assert len(scales) == (low < 0.0)
+    assert (low == 0.0) == any("no points on the negative d axis" in str(reason) for reason in sheet.left_out)
+    assert written("gym-electric-motor", half) == written("gym-electric-motor", subject)
+
+
+def test_vesc_of_one_side_of_the_q_axis_rests_on_what_was_measured(make_subject: Make, subject: Subject) -> None:
+    made = findings()
+    grid = made["grid"]
+    beyond = np.array(grid["i_q"]) < 0.0
+    grid["measured"] = (np.array(grid["measured"]) & ~beyond).tolist()
+    # Carried on beyond the points, a surface may go anywhere.
+    grid["psi_q"] = np.where(beyond, 5.0, np.array(grid["psi_q"])).tolist()
+    factor = vesc(written("vesc", make_subject(flux_map=exported_map("flux-map", made))))["foc_sat_comp"]
+    assert factor == pytest.approx(vesc(written("vesc", subject))["foc_sat_comp"], abs=0.01)
+
+
 def test_csv_has_both_sides_with_their_uncertainty(subject: Subject) -> None:
     rows = list(csv.DictReader(io.StringIO(written("flux-map-csv", subject), newline="")))
     places = {(round(float(r["id_A"]), 6), round(float(r["iq_A"]), 6)) for r in rows}
