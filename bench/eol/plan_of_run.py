@@ -1,7 +1,6 @@
 """A plan made from a measured motor: what the run measured, within limits about what it found."""
 
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -84,8 +83,3 @@ def _limit(figure: Parameter, percent: float) -> dict[str, Any] | None:
         return None
     own = 100.0 * _LEAST_RATIO * (high - low) / 2.0 / abs(figure.value)
     return {"parameter": figure.name, "percent": float(max(percent, math.ceil(own))), "of": "golden"}
-
-
-def plan_name(model: str) -> str:
-    """Return the file's name for a type's plan."""
-    return (re.sub(r"[^\w.-]+", "-", model).strip("-.").lower() or "motor") + ".toml"

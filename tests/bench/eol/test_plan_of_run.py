@@ -5,7 +5,7 @@ import pytest
 
 from bench.cli.main import main
 from bench.eol.plan import load_plan
-from bench.eol.plan_of_run import plan_name
+from bench.eol.plan_name import plan_name
 
 
 def call(*arguments: str) -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 from nicegui import run as background
 from nicegui import ui
 
-from bench.eol.plan_of_run import plan_name
+from bench.eol.plan_name import plan_name
 from bench.i18n.errors import InputError
 from bench.panel.child_command import child_command
 from bench.panel.launch import BatchOrder

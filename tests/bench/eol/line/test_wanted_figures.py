@@ -34,7 +34,7 @@ def plan(folder: Path, before: str = "", after: str = "", settings: str = WINDIN
         ({}, "torque_constant; no procedure of the plan gives it: put torque-constant before this one, or give settings.loads"),
         ({"after": CONSTANT}, "torque-constant gives it too late"),
         ({"before": CONSTANT + "every = 2\n"}, "with every = 2 only, and this one is measured with every = 1"),
-        ({"settings": "loads = [0.1, 0.2, 0.3]"}, "wants stator_resistance; no procedure of the plan gives it"),
+        ({"settings": "loads = [0.1, 0.2, 0.3]"}, "needs stator_resistance; no procedure of the plan gives it"),
     ],
 )  # fmt: skip
 def test_what_nothing_gives_in_time_is_refused_with_what_to_do(
@@ -43,7 +43,7 @@ def test_what_nothing_gives_in_time_is_refused_with_what_to_do(
     path = plan(tmp_path, **given)
     with pytest.raises(InputError) as refused:
         prepare(path, "virtual", 1)
-    assert str(refused.value).startswith(f"{path}: procedure equivalent-resistance: it wants ")
+    assert str(refused.value).startswith(f"{path}: procedure equivalent-resistance: it needs ")
     assert said in str(refused.value)
 
 
