@@ -209,7 +209,9 @@ class GuardianLink:
         with suppress(OSError, ValueError):
             self._stdin.close()
         # Its output ends with it: that is heard at once, where subprocess would look now and then.
-        self._threads[0].join(0.0 if self._ended == _MUTE else _LEAVE_UNSAFE if unsafe else _LEAVE)
+        # One that is not ready yet leaves once it is.
+        starting = 0.0 if self._ready else _START
+        self._threads[0].join(0.0 if self._ended == _MUTE else starting + (_LEAVE_UNSAFE if unsafe else _LEAVE))
         try:
             self._process.wait(0.0 if self._threads[0].is_alive() else _REAP)
         except subprocess.TimeoutExpired:
