@@ -397,6 +397,22 @@ _SEEN_IN_FOUR_WIRE_SCATTER = {
         "the meters' limits of error: check clips, terminals and the supply, and measure again"
     ),
 }
+#: What is said of the frequency that pole pairs are counted by: `record` = "frequency".
+_SEEN_IN_FREQUENCY = {
+    Cause.WRONG_PERIOD: text(
+        "the voltage has {frequency:.4g} Hz, as of {pairs:.0f} pole pairs, but also {slower:.4g} Hz with {share:.0%} of its amplitude, as "
+        "of {fewer:.0f} pole pairs: a probe or an amplifier that is not linear makes twice the frequency of the fundamental larger than the "
+        "fundamental itself. Use another channel or a wider range, and measure again"
+    ),
+}
+#: What is said of a bridge's readings at several frequencies: `record` = "bridge".
+_SEEN_IN_BRIDGE = {
+    Cause.SECOND_TIME_CONSTANT: text(
+        "the resistance at {frequency:g} Hz is {rise:.1%} above that at {lowest:g} Hz, and the inductance for slow changes {more:.1%} "
+        "above that at {frequency:g} Hz: a second time constant of {time_constant:.3g} s with a coupling of {coupling:.2g}, as eddy currents in "
+        "iron or magnets, or shorted turns, cause it. The inductance for slow changes is the one meant; a lower frequency reads more of it"
+    ),
+}
 #: What is said of inductances over a turn: `record` = "sweep".
 _SEEN_IN_SWEEP = {
     Cause.ODD_READING: text(
@@ -450,6 +466,8 @@ _SEEN_IN = {
     "ramp": _SEEN_IN_RAMP,
     "ramp-tried": _SEEN_IN_RAMP_TRIED,
     "step-tried": _SEEN_IN_STEP_TRIED,
+    "bridge": _SEEN_IN_BRIDGE,
+    "frequency": _SEEN_IN_FREQUENCY,
     "sweep": _SEEN_IN_SWEEP,
     "emf": _SEEN_IN_EMF,
     "emf-dead-zone": _SEEN_IN_EMF_DEAD_ZONE,

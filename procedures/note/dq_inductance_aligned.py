@@ -37,6 +37,7 @@ from procedures.techniques.winding.alignment import aligning
 from procedures.techniques.winding.dq_axes import connection_of, require
 from procedures.techniques.winding.plots import aligned_plot
 from procedures.techniques.winding.short_correction import short_correct
+from procedures.techniques.winding.slow_inductance import Slow, slow_inductance
 from procedures.verification.settings import SupplyWiringSettings
 
 #: A saliency of so many standard uncertainties tells an angle.
@@ -70,12 +71,13 @@ class DqInductanceAlignedSettings(SupplyWiringSettings):
 
 @dataclass(frozen=True)
 class Position:
-    """Readings at one locked position: A against B and C (H, and its resistance, Ω), and how much the line AB reads more than
-    CA (H), where that was read.
+    """Readings at one locked position: A against B and C (H, and its resistance, Ω), what lower frequencies say of it, and how much
+    the line AB reads more than CA (H), where that was read.
     """
 
     reading: UncertainReal
     resistance: float
+    slow: Slow
     difference: UncertainReal | None = None
 
 
@@ -169,8 +171,9 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         self.findings[f"reading_{axis}"] = float(statistics.x)
         self.bench.show(lambda: aligned_plot(self.findings["reading_d"], self.findings.get("reading_q")))
         reading = self.bench.uncertainties.instrument("LCR meter", statistics, taken.inductance_accuracy)
+        slow = slow_inductance(self, *at, (f"{axis}_axis_inductance",))
         if bridge.read_by_hand or not self.settings.check_alignment:
-            return Position(reading, 0.0)
+            return Position(reading, 0.0, slow)
         lines = []
         for high, low in ((Terminal.A, Terminal.B), (Terminal.C, Terminal.A)):
             self.wiring.bridge.connect(meter_across(high, low), *at)
@@ -182,7 +185,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
             held_angle(float(statistics.x), float(ab.x), float(ca.x), taken.resistance, self._angular()),
             continuous=self._verified[axis],
         )
-        return Position(reading, taken.resistance, ab - ca)
+        return Position(reading, taken.resistance, slow, ab - ca)
 
     def _angular(self) -> float:
         return 2.0 * math.pi * self.settings.frequency
@@ -225,7 +228,10 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
                 q=1e6 * float(q.x),
             ),
         )
-        for name, reading, axis in (("d_axis_inductance", d, "d"), ("q_axis_inductance", q, "q")):
+        for name, reading, axis, slow in (
+            ("d_axis_inductance", d * at_d.slow.ratio, "d", at_d.slow),
+            ("q_axis_inductance", q * at_q.slow.ratio, "q", at_q.slow),
+        ):
             self.report(
                 name,
                 factors.y_equivalent * reading,
@@ -233,6 +239,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
                 estimator="mean of the aligned readings, two thirds",
                 note_value=halved[axis],
                 winding=float((factors.winding * reading).x) if self.is_delta else None,
+                misfit=slow.misfit,
             )
 
 

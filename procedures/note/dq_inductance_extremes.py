@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -28,7 +28,7 @@ from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
 from procedures.core.steps import step
-from procedures.estimation.fitting.misfit import NO_MISFIT
+from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 from procedures.estimation.winding import rotor_sweep
 from procedures.estimation.winding.connections import phase_factor
 from procedures.estimation.winding.timed_sweep import LEAST_PERIODS, fit_timed_sweep
@@ -38,6 +38,7 @@ from procedures.techniques.instrument_choice import InstrumentChoice, choose_for
 from procedures.techniques.winding.dq_axes import connection_of
 from procedures.techniques.winding.plots import SweepPlot
 from procedures.techniques.winding.short_correction import short_correct
+from procedures.techniques.winding.slow_inductance import UNCHANGED, Slow, slow_inductance
 from procedures.verification.settings import WiringSettings
 
 #: Pole pairs assumed for the turning speed where they are not known yet: many, so that the shaft turns slowly enough.
@@ -90,6 +91,7 @@ class Sweep:
     inductance: NDArray[np.float64]
     accuracy: Accuracy
     fit: rotor_sweep.SweepFit | None = None
+    slow: Slow = UNCHANGED
 
 
 class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
@@ -162,7 +164,10 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         if self.settings.turning_speed is None and _rough(sweep):
             # The induced voltage spoils a reading by the square of the speed.
             sweep = self._turned(speed / _SLOWER, _SLOWER * readings, reading_time)
-        return sweep
+        # Where the shaft stands now is any angle: what is held back there is that share of both.
+        settings = self.settings
+        slow = slow_inductance(self, settings.frequency, settings.level, settings.aperture, self.gives)
+        return replace(sweep, slow=slow)
 
     @step("3.3.2/3", "Class: less than {class_threshold:.0%} between smallest and largest is a surface-magnet machine")
     def classify(self, sweep: Sweep) -> str:
@@ -318,7 +323,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 ),
             )
         for name, axis in _NAMES:
-            reading = self.bench.uncertainties.instrument("LCR meter", found[axis], sweep.accuracy)
+            reading = self.bench.uncertainties.instrument("LCR meter", found[axis], sweep.accuracy) * sweep.slow.ratio
             self.report(
                 name,
                 factors.y_equivalent * reading,
@@ -326,7 +331,9 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
                 estimator=estimator,
                 note_value=factors.winding * notes[axis],
                 winding=float((factors.winding * reading).x) if self.is_delta else None,
-                misfit=sweep.fit.misfit.of(name) if sweep.fit else NO_MISFIT,
+                misfit=Misfit.together(
+                    (sweep.fit.misfit.of(name) if sweep.fit else NO_MISFIT, sweep.slow.misfit.of(name))
+                ),
             )
 
 

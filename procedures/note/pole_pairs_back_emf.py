@@ -13,6 +13,7 @@ from procedures.core.demand import SPEED, Demand, Demands, Measurand
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.emf.back_emf import fit_back_emf
+from procedures.estimation.emf.period import slower_wave
 from procedures.techniques.acquisition import ranged_record
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.shaft.pole_pair_count import count, frequency_reading
@@ -43,6 +44,8 @@ class PolePairsBackEmf(Procedure[PolePairsBackEmfSettings]):
 
     def measure(self) -> None:
         """Drive, read frequency and speed, divide."""
+        #: A slower wave beside the one whose frequency is read: the part of the frequency, and its share.
+        self._slower: tuple[int, float] | None = None
         with ExitStack() as driven:
             self.drive(driven)
             frequency, uncertainty = self.read_frequency()
@@ -69,6 +72,7 @@ class PolePairsBackEmf(Procedure[PolePairsBackEmfSettings]):
         start = 4.0 * (self.nameplate.rated_voltage or 50.0)
         wave = ranged_record(self.bench, {channel: start}, 10.0 + self.settings.record_time)[channel]
         fit = fit_back_emf(wave.time, np.atleast_2d(wave.values))
+        self._slower = slower_wave(wave.time, fit.residuals[0], fit.frequency, fit.fundamental()[0])
         return fit.frequency, fit.frequency_uncertainty
 
     @step("3.1.2.2-2/3", "Read the rotor's speed on the tachometer")
@@ -79,4 +83,4 @@ class PolePairsBackEmf(Procedure[PolePairsBackEmfSettings]):
     @step("3.1.2.2-2/4", "Pole pairs are the nearest whole number to 60 f / n")
     def conclude(self, frequency: float, uncertainty: float, speed: Reading) -> None:
         """Report the number of pole pairs if frequency and speed allow one whole number only."""
-        count(self, frequency, uncertainty, speed, section="3.1.2.2")
+        count(self, frequency, uncertainty, speed, section="3.1.2.2", slower=self._slower)

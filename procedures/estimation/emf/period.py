@@ -12,6 +12,8 @@ _ENOUGH = 1000
 _PADDED = 2
 #: With fewer periods leakage moves a spectrum's peak; steps a period in which the best frequency is then looked for.
 _FEW, _FINE = 4.0, 40
+#: A slower wave is told from this share of the amplitude on, if it is so many times what noise makes and has so many periods.
+_SLOWER, _BEYOND, _LEAST_SLOWER = 0.1, 5.0, 2.0
 
 
 def peak_to_peak(values: ArrayLike) -> float:
@@ -80,3 +82,25 @@ def _nearest_sine(centred: FloatArray) -> float:
     with_waves = np.stack((np.broadcast_to(few.sum(axis=1), sums.T.shape), sums.real.T, -sums.imag.T), axis=1)
     taken = np.sum(with_waves * np.linalg.solve(normal, with_waves), axis=(1, 2))
     return float(steps[np.argmax(taken)] * share / _FINE)
+
+
+def slower_wave(
+    time: FloatArray, residuals: FloatArray, frequency: float, amplitude: float
+) -> tuple[int, float] | None:
+    """Return what part of a frequency (Hz) a wave in a fit's residuals (n,) has, 2 or 3, and its share of the amplitude; None without one.
+
+    A channel that is bent strongly shows twice the frequency larger than the fundamental, which is then left in the residuals. In records
+    too short to tell the two apart nothing is found.
+    """
+    span = float(time[-1] - time[0])
+    for part in (2, 3):
+        angle = 2.0 * np.pi * frequency / part * time
+        if frequency * span < part * _LEAST_SLOWER:
+            continue
+        design = np.column_stack((np.ones_like(time), np.cos(angle), np.sin(angle)))
+        values, *_ = np.linalg.lstsq(design, residuals, rcond=None)
+        noise = float(np.sqrt(2.0 * np.mean((residuals - design @ values) ** 2) / time.size))
+        size = float(np.hypot(values[1], values[2]))
+        if size > max(_SLOWER * amplitude, _BEYOND * noise):
+            return part, size / amplitude
+    return None

@@ -9,6 +9,7 @@ from drivers.interfaces import Reading
 from drivers.interfaces.text import text
 from procedures.core.bench import Bench, ProcedureError
 from procedures.core.procedure import Procedure
+from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.estimation.mechanics import pole_pairs
 from procedures.estimation.mechanics.pole_pairs import FrequencyRatio
 
@@ -64,10 +65,19 @@ def is_clear(found: FrequencyRatio) -> bool:
     return found.certain and abs(found.ratio - found.pole_pairs) <= _ASIDE
 
 
-def count(procedure: Procedure[Any], frequency: float, uncertainty: float, speed: Reading, *, section: str) -> None:
+def count(
+    procedure: Procedure[Any],
+    frequency: float,
+    uncertainty: float,
+    speed: Reading,
+    *,
+    section: str,
+    slower: tuple[int, float] | None = None,
+) -> None:
     """Report pole pairs from electrical frequency (Hz, with its uncertainty) and the tachometer's reading (rad/s).
 
-    Raises ProcedureError where the shaft stands, or the two figures allow no whole number or more than one.
+    `slower` is a wave of the second or third part of the frequency beside it, and its share: where it gives a whole number too, the
+    count is withheld. Raises ProcedureError where the shaft stands, or the two figures allow no whole number or more than one.
     """
     found = ratio(frequency, uncertainty, speed)
     speed_rpm = speed.value * _RPM
@@ -87,10 +97,23 @@ def count(procedure: Procedure[Any], frequency: float, uncertainty: float, speed
                 speed=speed_rpm,
             )
         )
+    misfit = NO_MISFIT
+    if slower is not None and found.pole_pairs % slower[0] == 0:
+        part, share = slower
+        figures: dict[str, float | str] = {
+            "record": "frequency",
+            "frequency": frequency,
+            "pairs": float(found.pole_pairs),
+            "slower": frequency / part,
+            "fewer": float(found.pole_pairs // part),
+            "share": share,
+        }
+        misfit = Misfit((Finding(Cause.WRONG_PERIOD, Answer.WITHHELD, ("pole_pairs",), figures=figures),))
     procedure.report(
         "pole_pairs",
         ureal(float(found.pole_pairs), 0.0),
         section=section,
         estimator="nearest whole number to 60 f / n",
         note_value=found.ratio,
+        misfit=misfit,
     )

@@ -1,0 +1,42 @@
+"""Records that look sound and are not: iron that holds back the field from a bridge, and a channel bent so far that its pitch doubles."""
+
+from pathlib import Path
+
+import pytest
+
+MOTORS = Path(__file__).parents[2] / "bench" / "motors"
+BRIDGES = ("dq-inductance-aligned", "dq-inductance-extremes")
+
+
+@pytest.mark.parametrize(("coupling", "resistance"), [(0.4, 6.0), (0.3, 30.0)])
+def test_bridges_give_the_inductance_for_slow_changes(motorbench, tmp_path, coupling, resistance):
+    text = (MOTORS / "gimbal.toml").read_text(encoding="utf-8")
+    motor = tmp_path / "eddy.toml"
+    iron = f"\n[virtual.iron]\neddy_coupling = {coupling}\neddy_resistance = {resistance}\n"
+    motor.write_text(text + iron, encoding="utf-8")
+    status, given = motorbench("run", *BRIDGES, "--station", "virtual", "--motor", str(motor))
+    assert status == 0
+    for name in BRIDGES:
+        for axis, truth in (("d", 1.90e-3), ("q", 2.05e-3)):
+            parameter = given["procedures"][name]["parameters"][f"{axis}_axis_inductance"]
+            low, high = parameter["coverage_interval"]
+            assert low <= truth <= high
+            assert high - low < 0.12 * truth
+        assert "second-time-constant" in {warning["id"] for warning in given["procedures"][name]["warnings"]}
+
+
+@pytest.mark.parametrize(("bow", "told"), [(0.0, False), (0.003, False), (0.277, True)])
+def test_twice_the_frequency_is_not_taken_for_the_frequency(motorbench, tmp_path, bow, told):
+    file = tmp_path / "bow.toml"
+    file.write_text(f"[channels.1]\nbow = {bow}\n", encoding="utf-8")
+    arguments = ("run", "pole-pairs-back-emf", "--station", "virtual", "--motor", "gimbal")
+    _, given = motorbench(*arguments, "--disturbances", str(file))
+    if told:
+        assert given["parameters"] == {}
+        assert "pole_pairs" in given["withheld"]
+        (said,) = given["misfit"]
+        assert (said["cause"], said["answer"]) == ("wrong-period", "withheld")
+        assert (said["figures"]["pairs"], said["figures"]["fewer"]) == (22.0, 11.0)
+    else:
+        assert given["parameters"]["pole_pairs"]["value"] == 11.0
+        assert given["misfit"] == []
