@@ -401,16 +401,17 @@ _SEEN_IN_FOUR_WIRE_SCATTER = {
 _SEEN_IN_FREQUENCY = {
     Cause.WRONG_PERIOD: text(
         "the voltage has {frequency:.4g} Hz, as of {pairs:.0f} pole pairs, but also {slower:.4g} Hz with {share:.0%} of its amplitude, as "
-        "of {fewer:.0f} pole pairs: a probe or an amplifier that is not linear makes twice the frequency of the fundamental larger than the "
-        "fundamental itself. Use another channel or a wider range, and measure again"
+        "of {fewer:.0f} pole pairs: a probe or an amplifier that is not linear makes twice the frequency of the fundamental larger than "
+        "the fundamental itself. Use another channel or a wider range, and measure again"
     ),
 }
 #: What is said of a bridge's readings at several frequencies: `record` = "bridge".
 _SEEN_IN_BRIDGE = {
     Cause.SECOND_TIME_CONSTANT: text(
         "the resistance at {frequency:g} Hz is {rise:.1%} above that at {lowest:g} Hz, and the inductance for slow changes {more:.1%} "
-        "above that at {frequency:g} Hz: a second time constant of {time_constant:.3g} s with a coupling of {coupling:.2g}, as eddy currents in "
-        "iron or magnets, or shorted turns, cause it. The inductance for slow changes is the one meant; a lower frequency reads more of it"
+        "above that at {frequency:g} Hz: a second time constant of {time_constant:.3g} s with a coupling of {coupling:.2g}, as eddy "
+        "currents in iron or magnets, or shorted turns, cause it. The inductance for slow changes is the one meant; a lower frequency "
+        "reads more of it"
     ),
 }
 #: What is said of inductances over a turn: `record` = "sweep".
