@@ -111,6 +111,8 @@ def test_delta_and_saliency_of_the_others() -> None:
         ("[0.0163, 0.0159, 0.0158]", "[0.016, 0.016, -0.016]", ["virtual.phase_resistance[2] = -0.016", "ohm"]),
         ("[0.0163, 0.0159, 0.0158]", "[0.016, 0.016]", ["virtual.phase_resistance", "list of three"]),
         ("73.0e-6", "73.0", ["virtual.d_axis_inductance = 73.0", "up to 10 H"]),
+        ("73.0e-6", "1e-300", ["virtual.d_axis_inductance = 1e-300", "at least 1e-09", "H"]),
+        ("inertia = 6.0e-5", "inertia = 1e-30", ["virtual.inertia = 1e-30", "at least 1e-10", "kg·m²"]),
         (
             "inertia =",
             "q_axis_saturation_current = 0.0\ninertia =",
