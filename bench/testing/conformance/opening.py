@@ -39,7 +39,7 @@ def check_opening(trial: Trial) -> None:
         right, remedy = _opened(trial, made, "a little late", "every other message"), "Wait for the reply time"
         trial.checks.that("opening: replies that come a little late", right, "it does not open", remedy)
     _over_a_real_line(trial)
-    questions = list(_questions(messages[:asked], transport))
+    questions = list(_questions(messages[:asked][::-1], transport))
     for text in questions if trial.thorough else questions[-2:]:
         _silent(trial, text)
     if transport != "serial":
