@@ -3,7 +3,8 @@
 import fcntl
 import hashlib
 import os
-import sys
+import queue
+import select
 import threading
 from contextlib import suppress
 from dataclasses import replace
@@ -22,12 +23,16 @@ FILE = "guardian.jsonl"
 _ROOM = 1 << 16
 #: How long (s) the guardian before this one may still be there.
 _LEAVING = 8.0
+#: How long (s) a guardian that has nothing else to do waits for the disk.
+_DISK = 20.0
+_STDERR = 2
 
 
 class GuardianRecord:
     """Appends events to a run's `guardian.jsonl`; one that cannot be written goes to standard error and is passed over.
 
-    Lines are those of a journal, each with the hash of the one before; `time` is in seconds since this guardian's start.
+    A thread of its own writes: a disk that hangs keeps nothing switched on. Lines are those of a journal, each with the hash
+    of the one before; `time` is in seconds since this guardian's start.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -36,6 +41,7 @@ class GuardianRecord:
         self._length = self._number = 0
         self._hash = ""
         self._begun = monotonic()
+        self._events: queue.SimpleQueue[tuple[str, float, Event] | threading.Event] = queue.SimpleQueue()
         try:
             self._file = os.open(folder / FILE, os.O_RDWR | os.O_CREAT, 0o644)
             _wait_for_lock(self._file)
@@ -51,33 +57,25 @@ class GuardianRecord:
                 # Another guardian's file stays another guardian's.
                 os.close(self._file)
                 self._file = -1
+        threading.Thread(target=self._write_all, name="guardian's record", daemon=True).start()
 
     @property
     def head(self) -> RecordEnd:
-        """The number and the SHA-256 of the last event on the disk."""
-        with self._lock:
-            return RecordEnd(self._number, self._hash)
+        """The number and the SHA-256 of the last event on the disk, which is waited for."""
+        self._written()
+        return RecordEnd(self._number, self._hash)
 
     def record(self, event: Event) -> None:
-        """Append one event, on the disk when this returns; one that says that the guardian leaves holds its own digest."""
+        """Have one event appended, soon and without waiting; one that says that the guardian leaves holds its own digest."""
         with self._lock:
             wall = datetime.now(UTC).isoformat(timespec="microseconds")
-            recorded = RecordedEvent(self._number + 1, wall, monotonic() - self._begun, event)
-            line = (
-                sealed(recorded, event, self._hash) if isinstance(event, GuardianLeft) else encode(recorded, self._hash)
-            )
-            if self._file < 0:
-                return
-            try:
-                os.pwrite(self._file, line + b"\n", self._length)
-                self._length += len(line) + 1
-                self._number, self._hash = self._number + 1, hashlib.sha256(line).hexdigest()
-                os.fdatasync(self._file)
-            except OSError as error:
-                complain(f"an event cannot be written ({error}): {line.decode(errors='replace')}")
+            self._events.put((wall, monotonic() - self._begun, event))
 
     def close(self) -> bool:
         """Give back the room that was not needed; tell whether the file ends with the last event now."""
+        if not self._written():
+            complain("its record is not on the disk, which does not answer")
+            return False
         with self._lock:
             if self._file < 0:
                 return False
@@ -91,6 +89,31 @@ class GuardianRecord:
             finally:
                 os.close(self._file)
                 self._file = -1
+
+    def _written(self) -> bool:
+        """Wait for the disk; tell whether all that was recorded is on it, but for what it did not take."""
+        reached = threading.Event()
+        self._events.put(reached)
+        return reached.wait(_DISK)
+
+    def _write_all(self) -> None:
+        while True:
+            recorded = self._events.get()
+            if isinstance(recorded, threading.Event):
+                recorded.set()
+            elif self._file >= 0:
+                self._write(*recorded)
+
+    def _write(self, wall: str, time: float, event: Event) -> None:
+        recorded = RecordedEvent(self._number + 1, wall, time, event)
+        line = sealed(recorded, event, self._hash) if isinstance(event, GuardianLeft) else encode(recorded, self._hash)
+        try:
+            os.pwrite(self._file, line + b"\n", self._length)
+            self._length += len(line) + 1
+            self._number, self._hash = self._number + 1, hashlib.sha256(line).hexdigest()
+            os.fdatasync(self._file)
+        except OSError as error:
+            complain(f"an event cannot be written ({error}): {line.decode(errors='replace')}")
 
 
 def sealed(recorded: RecordedEvent, event: GuardianLeft, previous: str) -> bytes:
@@ -137,9 +160,12 @@ def _wait_for_lock(file: int) -> None:
 
 
 def complain(words: str) -> None:
-    """Say it on standard error, which may have nobody behind it any more."""
+    """Say it on standard error, unless nobody is behind it or whoever is there does not read now: that is not waited for."""
     with suppress(OSError, ValueError):
-        print(f"motorbench guardian: {words}", file=sys.stderr, flush=True)
+        _, ready, _ = select.select([], [_STDERR], [], 0.0)
+        if ready:
+            # What is ready takes so much without waiting.
+            os.write(_STDERR, f"motorbench guardian: {words}".encode()[: select.PIPE_BUF - 1] + b"\n")
 
 
 def read_guardian(folder: Path) -> list[RecordedEvent]:

@@ -17,6 +17,8 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 NUDGE = signal.SIGUSR1
 #: How often (s) the main thread is nudged until the shutdown has begun.
 _INTERVAL = 0.01
+#: How often (s) it is looked whether a signal waits for a main thread that hangs in the system: on a disk that does not answer.
+_LOOK = 0.1
 #: A request that has stood for so long (s) breaks off what an energised block does at its end.
 _LATE = 0.4
 #: One that has stood for so long (s), and again after each such time, is raised wherever the main thread is.
@@ -55,7 +57,8 @@ class Interrupts:
 
     A request is a flag that stays up. Every command to an instrument and every wait of the run's thread looks at it, by `check`
     or `waiting`, until `shutdown_begins`. Signal handlers only set attributes; a thread behind the wake-up descriptor tells
-    the `listen`ers, counts the signals and nudges the main thread out of what it waits in.
+    the `listen`ers, counts the signals and nudges the main thread out of what it waits in. A signal that a main thread stuck in
+    the system does not take is told them all the same.
     """
 
     def __init__(self) -> None:
@@ -221,9 +224,17 @@ class Interrupts:
 
     def _wake(self, waking: int, main: int) -> None:
         signals, told, due, overdue = 0, False, 0.0, 0.0
+        waiting: set[int] = set()
+        # Only what is blocked here is told to be pending; who takes it is the main thread.
+        signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
         while True:
             nudging = told and main and not self._begun
-            ready, _, _ = select.select([waking], [], [], max(0.0, due - monotonic()) if nudging else None)
+            longest = _LOOK if main and not told else None
+            ready, _, _ = select.select([waking], [], [], max(0.0, due - monotonic()) if nudging else longest)
+            if main and not told:
+                before, waiting = waiting, signal.sigpending() & set(_SIGNALS)
+                if untaken := before & waiting:
+                    self._signal = self._signal or min(untaken)
             if ready:
                 arrived = os.read(waking, 4096)
                 if not arrived:

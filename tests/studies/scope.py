@@ -36,7 +36,7 @@ def main() -> None:
     given = asked.parse_args()
     if given.hold:
         station, runs = given.hold
-        hold(station, Path(runs), ("wait",), ())
+        hold(station, Path(runs), ("wait",))
     elif given.inside:
         _measure(given.rounds)
     else:

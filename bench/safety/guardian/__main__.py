@@ -56,7 +56,6 @@ def main() -> None:
     record.record(GuardianLeft(journal=journal_head(Path(charge.folder), durable=os.getppid() != parent)))
     closed = record.close()
     _say({"record": asdict(record.head), **({"left": True} if closed else {})})
-    sys.stderr.flush()
     # Connections must not keep it from leaving, least of all those that do not answer any more: the system closes them.
     os._exit(0)
 

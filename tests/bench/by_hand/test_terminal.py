@@ -89,14 +89,14 @@ def test_the_guardian_switches_off_what_a_killed_run_left_on(terminal: Callable[
 
 
 def test_what_is_left_alone_goes_off_and_the_run_goes_on(terminal: Callable[..., Terminal], served: Served) -> None:
-    run = terminal("--set", "idle_time=0.5")
+    run = terminal("--set", "idle_time=3")
     run.switch_on()
     served.seconds_until_off()
     run.type("supply output_mode", "supply energised 1 V", "finish")
     status, out, err = run.ended()
     assert status == 0, err
     assert "ON: supply energised 1 V 1 A regulated=current" in err
-    assert "No command for 0.5 s. Everything is off" in err
+    assert "No command for 3 s. Everything is off" in err
     assert "DC supply: off" in err
     assert "energised needs current_limit" in err
     assert "Run: " in out

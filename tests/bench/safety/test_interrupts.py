@@ -76,6 +76,29 @@ def test_a_signal_that_another_thread_got_is_heard_all_the_same() -> None:
         blocked_while(interrupts, kill_me)
 
 
+def test_a_signal_that_no_thread_takes_is_told_all_the_same() -> None:
+    # As in a main thread that hangs in the system: it waits for whoever may take it, until the block's end.
+    said = subprocess.run([sys.executable, "-c", _UNTAKEN], capture_output=True, text=True, check=True).stdout
+    assert said.splitlines() == ["told: SIGTERM", "interrupted by SIGTERM"]
+
+
+_UNTAKEN = """
+import os, signal, threading
+from bench.safety.interrupts import Interrupted, Interrupts
+interrupts, told = Interrupts(), threading.Event()
+interrupts.listen(lambda by: (print("told:", by), told.set()))
+signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
+with interrupts.raising():
+    os.kill(os.getpid(), signal.SIGTERM)
+    assert told.wait(10.0)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
+    try:
+        interrupts.check()
+    except Interrupted as error:
+        print(error)
+"""
+
+
 def test_the_first_counts_and_a_second_signal_is_in_a_hurry() -> None:
     interrupts = Interrupts()
     with interrupts.raising():

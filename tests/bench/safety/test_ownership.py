@@ -3,6 +3,7 @@
 import json
 import os
 import pwd
+import select
 import signal
 import socket
 import tempfile
@@ -35,7 +36,7 @@ from procedures.core.nameplate import Nameplate, WindingConnection
 from sim_instruments.server.served_bench import ServedBench
 from tests.command_line import Call
 from tests.studies.forked import Forked, command, motorbench
-from tests.studies.held import Run, Served
+from tests.studies.held import PATIENCE, Run, Served
 
 STATION = """
 [station]
@@ -196,6 +197,7 @@ def test_the_guardian_of_a_killed_run_has_its_instruments_until_it_has_left(tmp_
     )
     try:
         guardian = first.guardian_pid
+        gone = os.pidfd_open(guardian)
         before = served.world.truth()
         refused = command(*second)
         assert refused.returncode == 1
@@ -217,6 +219,9 @@ def test_the_guardian_of_a_killed_run_has_its_instruments_until_it_has_left(tmp_
         assert "which switches off what was left on" in refused.stderr
         os.kill(guardian, signal.SIGCONT)
         first.guardian_left()
+        # What it wrote last stands there a moment before its process ends.
+        assert select.select([gone], [], [], PATIENCE)[0]
+        os.close(gone)
         assert served.world.truth()["energised"] is False
         done = command(*second, "--json")
         assert done.returncode == 0, done.stderr

@@ -1,8 +1,10 @@
+import gc
 import json
 import os
 import select
 import shutil
 import signal
+import warnings
 from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -118,6 +120,10 @@ def browser() -> Iterator[Browser]:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield browser
         browser.close()
+    # On a busy machine its event loop is closed before the pipe to its driver is, which only the collector closes then.
+    with warnings.catch_warnings(action="ignore", category=ResourceWarning):
+        del browser, playwright
+        gc.collect()
 
 
 @pytest.fixture(scope="package")

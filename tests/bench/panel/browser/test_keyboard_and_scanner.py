@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.bench.panel.browser.conftest import Panel
+from tests.bench.panel.browser.conftest import PATIENCE, Panel
 from tests.bench.panel.browser.test_browser import begin
 
 pytestmark = pytest.mark.slow
@@ -23,6 +23,20 @@ _SEEN = """() => {
     }
     const top = document.elementFromPoint(box.left + box.width / 2, box.top + Math.min(box.height, 40) / 2);
     return [marked, at.contains(top) || top?.closest('.q-field, .mb-field')?.contains(at) || at.closest('label')?.contains(top)];
+}"""
+
+
+#: How often the bar at the foot has shown another step, or the page has lost or found its server.
+_CHANGES = """() => {
+    const bar = document.querySelector('[data-step]');
+    if (bar && window.watchedBar !== bar) {
+        window.changes ??= 0;
+        const watch = new MutationObserver(() => { window.changes += 1; });
+        watch.observe(bar, { attributeFilter: ['data-step'] });
+        watch.observe(document.documentElement, { attributeFilter: ['class'] });
+        window.watchedBar = bar;
+    }
+    return window.changes;
 }"""
 
 
@@ -45,7 +59,7 @@ def scan(page: Page, code: str) -> None:
 def confirm_to_the_end(page: Page, press: Callable[[], None], *, most: int = 60) -> int:
     """Confirm each step, `most` of them; the focus is where its answer belongs, and at the end on what comes next.
 
-    Returns how many were confirmed.
+    Returns how often it was pressed.
     """
     onward = page.get_by_role("button", name="Measure the next motor")
     ready = page.locator("[data-done]:not([aria-disabled])")
@@ -55,12 +69,15 @@ def confirm_to_the_end(page: Page, press: Callable[[], None], *, most: int = 60)
             expect(onward).to_be_focused()
             expect(page.locator("[data-next]:not([aria-disabled])")).to_be_visible()
             return confirmed
+        # Counted before the last look: a page that changes under the press may leave it untaken, and is looked at again.
+        changes = page.evaluate(_CHANGES)
+        expect(ready).to_be_visible()
         expect(page.locator("[data-focus]:not([disabled])").first).to_be_focused()
-        step = str(page.locator("[data-step]").get_attribute("data-step"))
         press()
         page.wait_for_function(
-            "step => document.querySelector('[data-step]')?.dataset.step !== step || document.querySelector('[data-next]')",
-            arg=step,
+            "before => window.changes !== before || document.querySelector('[data-next]')",
+            arg=changes,
+            timeout=PATIENCE * 1000,
         )
     raise AssertionError("the run did not end")
 

@@ -4,6 +4,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ import pytest
 
 from bench.cli.results import results
 from bench.i18n.errors import InputError
+from bench.journal import guardian_record
 from bench.journal.codec import data_of
-from bench.journal.guardian_record import FILE, GuardianRecord, read_guardian
+from bench.journal.guardian_record import FILE, GuardianRecord, complain, read_guardian
 from bench.journal.journal import Journal as RunJournal
 from bench.safety.guardian.guarded_instruments import is_shared, needs_guardian
 from bench.safety.guardian.protocol import Charge, charge_of, decode, encode
@@ -77,11 +79,14 @@ class Journal:
 class Watched:
     """A watch on a thread, and the run's end of its pipe."""
 
-    def __init__(self, *items: Item, heartbeat: float = 30.0, stalled: float = 30.0) -> None:
+    def __init__(
+        self, *items: Item, heartbeat: float = 30.0, stalled: float = 30.0, record: Recorder | None = None
+    ) -> None:
         self.instruments, self.journal = Instruments(*items), Journal()
         self.said: list[dict[str, Any]] = []
         self.incoming, self.outgoing = os.pipe()
-        self.watch = Watch(self.instruments, self.journal, self.incoming, self.said.append, heartbeat, stalled)
+        record = record or self.journal
+        self.watch = Watch(self.instruments, record, self.incoming, self.said.append, heartbeat, stalled)
         self.thread = threading.Thread(target=self.watch.run)
         self.thread.start()
 
@@ -114,9 +119,9 @@ def watched() -> Iterator[type[Watched]]:
     made: list[Watched] = []
 
     class Kept(Watched):
-        def __init__(self, *items: Item, **limits: float) -> None:
+        def __init__(self, *items: Item, **options: Any) -> None:
             made.append(self)
-            super().__init__(*items, **limits)
+            super().__init__(*items, **options)
 
     yield Kept
     for one in made:
@@ -237,6 +242,7 @@ def test_the_record_has_its_room_beforehand_and_is_read_while_it_grows(tmp_path:
     assert read_guardian(tmp_path) == []
     record = GuardianRecord(tmp_path)
     record.record(event("started", pid=1))
+    assert record.head.events == 1
     assert (tmp_path / FILE).stat().st_size > 60_000
     assert [event.kind for event in read_guardian(tmp_path)] == ["started"]
     record.record(event("took", cause="…"))
@@ -245,18 +251,58 @@ def test_the_record_has_its_room_beforehand_and_is_read_while_it_grows(tmp_path:
     record.record(event("took"))
     again = GuardianRecord(tmp_path)
     again.record(event("started", pid=2))
+    assert again.head.events == 3
     assert [event.kind for event in read_guardian(tmp_path)] == ["started", "took", "started"]
     again.close()
     assert (tmp_path / FILE).read_bytes().count(b"\n") == 3
 
 
 def test_a_record_that_cannot_be_written_says_so_and_stops_nothing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     record = GuardianRecord(tmp_path / "missing")
     record.record(event("took", cause="…"))
     record.close()
-    assert "guardian.jsonl cannot be written" in capsys.readouterr().err
+    assert "guardian.jsonl cannot be written" in capfd.readouterr().err
+
+
+def test_a_disk_that_hangs_keeps_nothing_on(
+    watched: type[Watched], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers = threading.Event()
+    sync = os.fdatasync
+    monkeypatch.setattr(os, "fdatasync", lambda file: (answers.wait(30.0), sync(file)))
+    record = GuardianRecord(tmp_path)
+    one = watched(record=record)
+    one.tell(unanswered="the supply, which is energised and has not answered for 0.7 s", role="supply")
+    while not one.instruments.done:
+        one.thread.join(0.01)
+    assert one.instruments.done == [Do.OUTPUT_OFF]
+    assert [event.kind for event in read_guardian(tmp_path)] in ([], ["took"])
+    answers.set()
+    one.tell(down=True)
+    one.tell(done=True, journal=True)
+    one.thread.join(20.0)
+    assert record.close()
+    assert read_guardian(tmp_path)[0].kind == "took"
+
+
+def test_nobody_who_does_not_read_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    unread, said = os.pipe()
+    try:
+        os.set_blocking(said, False)
+        with suppress(BlockingIOError):
+            while True:
+                os.write(said, b"." * 4096)
+        os.set_blocking(said, True)
+        monkeypatch.setattr(guardian_record, "_STDERR", said)
+        complain("what fills the pipe beyond its end")
+        assert b"fills" not in os.read(unread, 1 << 20)
+        complain("what is read")
+        assert os.read(unread, 1 << 20) == b"motorbench guardian: what is read\n"
+    finally:
+        os.close(unread)
+        os.close(said)
 
 
 def test_a_charge_goes_through_the_pipe() -> None:
