@@ -192,10 +192,18 @@ class VirtualSection(_MachineSection):
     flux_linkage: float = number("V·s/rad", above=0.0, up_to=100.0, description="peak, per electrical radian")
     # As Saturation's law takes it: the q axis' differential inductance has halved there.
     d_axis_saturation_current: float | None = number(
-        "A", None, at_least=1e-3, up_to=1e5, description="peak, of the Y-equivalent; without it the axis does not saturate"
+        "A",
+        None,
+        at_least=1e-3,
+        up_to=1e5,
+        description="peak, of the Y-equivalent; without it the axis does not saturate",
     )
     q_axis_saturation_current: float | None = number(
-        "A", None, at_least=1e-3, up_to=1e5, description="peak, of the Y-equivalent; without it the axis does not saturate"
+        "A",
+        None,
+        at_least=1e-3,
+        up_to=1e5,
+        description="peak, of the Y-equivalent; without it the axis does not saturate",
     )
 
     def motor(self, connection: WindingConnection) -> VirtualMotor:
