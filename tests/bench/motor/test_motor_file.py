@@ -116,9 +116,9 @@ def test_delta_and_saliency_of_the_others() -> None:
         (
             "inertia =",
             "q_axis_saturation_current = 0.0\ninertia =",
-            ["virtual.q_axis_saturation_current = 0.0", "above 0", "100000 A"],
+            ["virtual.q_axis_saturation_current = 0.0", "at least 0.001", "100000 A"],
         ),
-        ("inertia =", 'd_axis_saturation_current = "inf"\ninertia =', ["give a number in A", "above 0"]),
+        ("inertia =", 'd_axis_saturation_current = "inf"\ninertia =', ["give a number in A", "at least 0.001"]),
         ("inertia =", "d_axis_saturation_current = inf\ninertia =", ["virtual.d_axis_saturation_current = inf"]),
         ("pole_pairs = 4", "pole_pairs = 4.5", ["virtual.pole_pairs = 4.5", "whole number"]),
         ('"wye"', '"star"', ["nameplate.connection = 'star'", "'wye' or 'delta'"]),
