@@ -25,6 +25,8 @@ _BEFORE = ("", "u", "v", "e", "emf", "bemf", "voltage", "phase", "ph", "uphase",
 _STAR = ("n", "neutral", "star", "0")
 #: A third harmonic that is common to all channels, as a share of the fundamental: less may be a converter's.
 _FLOOR = 0.005
+#: In a channel or two, where windings that differ make some of it: those of a motor with one winding of 80 % make less.
+_LONE_FLOOR = 0.03
 #: And beyond noise by so many standard uncertainties.
 _CLEAR = 5.0
 #: What makes a third harmonic in each channel by itself.
@@ -69,25 +71,37 @@ def judge_connection(
     *,
     typed: bool,
 ) -> None:
-    """Hold a connection against what all channels have in common; give none of `withheld` where they cannot be voltages between lines,
+    """Hold a connection against the third harmonic of the channels; give none of `withheld` where they cannot be voltages between lines,
     unless somebody `typed` that they are.
     """
     if connection != "line":
         return
     shares = []
+    together = all(len(record.lines) >= 3 for record in records)
     for record in records:
-        if len(record.lines) < 3 or any(finding.cause in _DISTORTS for finding in record.misfit.findings):
+        if any(finding.cause in _DISTORTS for finding in record.misfit.findings):
             return
-        share, u_share = in_phase_third(record.capture.times(), record.values, record.fit.model)
-        if share < _FLOOR or share < _CLEAR * u_share:
-            return
-        shares.append(share)
-    why = text(
-        "the three channels have a common third harmonic of {share:.2%} of the fundamental. Three line voltages "
-        "cannot have one; phase voltages against the winding's own star point do. Give --connection neutral, or "
-        "--connection line if the probes distort; the flux linkage differs by √3",
-        share=max(shares),
-    )
+        time, model = record.capture.times(), record.fit.model
+        sets = (record.values,) if together else record.values[:, None]
+        for values in sets:
+            share, u_share = in_phase_third(time, values, model)
+            if share < (_FLOOR if together else _LONE_FLOOR) or share < _CLEAR * u_share:
+                return
+            shares.append(share)
+    if together:
+        why = text(
+            "the three channels have a common third harmonic of {share:.2%} of the fundamental. Three line voltages "
+            "cannot have one; phase voltages against the winding's own star point do. Give --connection neutral, or "
+            "--connection line if the probes distort; the flux linkage differs by √3",
+            share=max(shares),
+        )
+    else:
+        why = text(
+            "a third harmonic of {share:.2%} of the fundamental. Voltages between lines hardly have one; phase voltages "
+            "against the winding's own star point do. State where the probe was: --connection neutral or --connection "
+            "line; the flux linkage differs by √3",
+            share=max(shares),
+        )
     if typed:
         outcome.warn(why, "probe-connection")
     else:

@@ -20,6 +20,8 @@ def write_new(file: Path, content: str | bytes, *, force: bool) -> None:
 
     Raises UsageError where it is there with another and may not be overwritten, InputError where it cannot be written.
     """
+    if file.is_dir():
+        raise UsageError(text("{file} is a folder; give the name of a file", file=str(file)))
     data = content.encode() if isinstance(content, str) else content
     part = file.with_name(f".{file.name}.{os.getpid()}")
     try:

@@ -130,7 +130,7 @@ class _MachineSection(InsideSection):
     zero_sequence_inductance: float | None = number("H", None, above=0.0, up_to=10.0)
     flux_harmonics: tuple[FluxHarmonic, ...] = ()
     pole_pairs: int = number("", at_least=1, up_to=200)
-    inertia: float = number("kg·m²", above=0.0, up_to=1e3)
+    inertia: float = number("kg·m²", at_least=1e-10, up_to=1e3)
     coulomb_friction: float = number("N·m", 0.0, at_least=0.0, up_to=1e3)
     viscous_friction: float = number("N·m·s/rad", 0.0, at_least=0.0, up_to=1e3)
     cogging_torque: float = number("N·m", 0.0, at_least=0.0, up_to=1e3, description="amplitude")
@@ -187,15 +187,23 @@ class _MachineSection(InsideSection):
 class VirtualSection(_MachineSection):
     """`[virtual]` of a motor by its constants."""
 
-    d_axis_inductance: float = number("H", above=0.0, up_to=10.0)
-    q_axis_inductance: float = number("H", above=0.0, up_to=10.0)
+    d_axis_inductance: float = number("H", at_least=1e-9, up_to=10.0)
+    q_axis_inductance: float = number("H", at_least=1e-9, up_to=10.0)
     flux_linkage: float = number("V·s/rad", above=0.0, up_to=100.0, description="peak, per electrical radian")
     # As Saturation's law takes it: the q axis' differential inductance has halved there.
     d_axis_saturation_current: float | None = number(
-        "A", None, above=0.0, up_to=1e5, description="peak, of the Y-equivalent; without it the axis does not saturate"
+        "A",
+        None,
+        at_least=1e-3,
+        up_to=1e5,
+        description="peak, of the Y-equivalent; without it the axis does not saturate",
     )
     q_axis_saturation_current: float | None = number(
-        "A", None, above=0.0, up_to=1e5, description="peak, of the Y-equivalent; without it the axis does not saturate"
+        "A",
+        None,
+        at_least=1e-3,
+        up_to=1e5,
+        description="peak, of the Y-equivalent; without it the axis does not saturate",
     )
 
     def motor(self, connection: WindingConnection) -> VirtualMotor:

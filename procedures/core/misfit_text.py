@@ -279,6 +279,12 @@ _SEEN_IN_EMF_MEMORY = {
         "whether this remains"
     ),
 }
+_SEEN_IN_SHORT_CIRCUIT = {
+    Cause.SLOPE: text(
+        "the flux linkage changes by {change:+.1%} from the first row to the last, as that of magnets does which warm while they are "
+        "braked: let the motor cool between the speeds, and measure the open circuit's flux linkage again after the last"
+    ),
+}
 _SEEN_IN_EMF_JUMPS = {
     Cause.DROPOUTS: text(
         "the phase of the waveform jumps {count:.0f} times in all channels at once: samples are missing, although "
@@ -474,6 +480,7 @@ _SEEN_IN = {
     "emf-dead-zone": _SEEN_IN_EMF_DEAD_ZONE,
     "emf-jumps": _SEEN_IN_EMF_JUMPS,
     "emf-memory": _SEEN_IN_EMF_MEMORY,
+    "short-circuit": _SEEN_IN_SHORT_CIRCUIT,
 }
 #: Causes whose sentence tells what was done, too.
 _ALL_SAID = (Cause.PULSE_ENDS,)

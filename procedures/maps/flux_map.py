@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -17,7 +18,7 @@ from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.flux.estimator import FluxMapEstimate
-from procedures.estimation.flux.flux_map import MeasuredFluxMap
+from procedures.estimation.flux.flux_map import MeasuredFluxMap, of_gains
 from procedures.estimation.flux.mtpa_locations import about_mtpa, held_back
 from procedures.estimation.flux.plan import (
     PlannedReading,
@@ -57,6 +58,8 @@ _ORDER = 20
 _MODULATED = 0.95
 #: The torque of the map and the shaft's differ by less than so many standard uncertainties.
 _AGREE = 3.0
+#: Of a difference so many of its standard uncertainties are held beside it; 95 % of a rectangle end at that share of its limit.
+_COVERED, _INSIDE = 2.0, 0.95
 _BUDGET = MapBudget(
     text("scatter of the map's readings"),
     {
@@ -199,7 +202,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             if broken is not None:
                 self.notice("sessions-contradict", broken_words(broken, LEFT_OUT))
         self.tell_misfit(found.misfit)
-        fit, flux_map = found.fit, found.map
+        fit, flux_map = found.fit, self._compare_torque(found.map, taken)
         self.findings |= {
             "tables": {MAP_FILE: table_of(flux_map)},
             "full_scale": flux_map.full_scale,
@@ -232,7 +235,6 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
                 ),
             }
         self._report_figures(flux_map)
-        self._compare_torque(flux_map, taken)
 
     def _allowed(self) -> Callable[[FloatArray], NDArray[np.bool_]] | None:
         """Return which currents the voltage has room for, by what is known of the motor; None where that is too little."""
@@ -294,11 +296,13 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         )
         report_mtpa(self, _BUDGET, flux_map, self._pairs)
 
-    def _compare_torque(self, flux_map: MeasuredFluxMap, taken: MapReadings) -> None:
-        """Hold the map's torque against the shaft's, without what turns at no current too."""
+    def _compare_torque(self, flux_map: MeasuredFluxMap, taken: MapReadings) -> MeasuredFluxMap:
+        """Hold the map's torque against the shaft's, without what turns at no current too; where they contradict each other, return the
+        map with gains whose limits hold the difference, for either of them may be what is wrong.
+        """
         compared = shaft_torque(flux_map, taken, self._pairs)
         if compared is None:
-            return
+            return flux_map
         accuracy = taken.points[-1].shaft.torque_accuracy
         gain = accuracy.gain or accuracy.offset / self._largest_torque
         # Both gains go into the map's torque whole, the current's by the points' places too, whatever saturates.
@@ -306,7 +310,12 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         limits = (gain, gains.voltage, gains.current)
         spread = math.hypot(compared.scatter, *(limit / math.sqrt(3.0) for limit in limits))
         self.findings["torque"] = {**compared.as_dict(), "standard_uncertainty": spread}
-        if abs(compared.ratio - 1.0) > _AGREE * spread:
+        difference = abs(compared.ratio - 1.0)
+        if difference > _AGREE * spread:
+            slopes = flux_map.surface.slopes(flux_map.points)
+            limit = (difference + _COVERED * spread) / _INSIDE
+            wider = of_gains(flux_map.points, flux_map.flux, slopes, voltage=limit, current=limit)
+            flux_map = replace(flux_map, shared={**flux_map.shared, **wider})
             self.notice(
                 "torque-differs",
                 text(
@@ -316,3 +325,4 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
                     expanded=2.0 * spread,
                 ),
             )
+        return flux_map

@@ -15,7 +15,7 @@ from bench.testing.conformance import check_driver, stand
 from bench.traffic.messages import message_of
 from drivers.catalogue import Surroundings
 from drivers.command_sources import CommandSource, SourcedCommand, declared_commands, sourced_commands
-from drivers.transport.wire import Wire
+from drivers.transport.wire import Carrier, Direction, Wire
 from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, driver_named
 from tests.drivers.dialogue import DIALOGUES
 
@@ -176,12 +176,12 @@ def sent(name: str, monkeypatch: pytest.MonkeyPatch) -> Collection[str]:
     """What a driver sends in the conformance checks: found states, use, ends, limits, trips, disturbed lines."""
     hears = Sent(name)
 
-    def heard(*given: Any, wire: Wire | None, **named: Any) -> Surroundings:
-        def both(*message: Any) -> None:
+    def heard(clock: Any, *, wire: Wire | None, **named: Any) -> Surroundings:
+        def both(carrier: Carrier, direction: Direction, data: bytes) -> None:
             for each in (hears, wire) if wire else (hears,):
-                each(*message)
+                each(carrier, direction, data)
 
-        return Surroundings(*given, wire=both, **named)
+        return Surroundings(clock, wire=both, **named)
 
     monkeypatch.setattr(stand, "Surroundings", heard)
     check_driver(driver_named(name), options=OPTIONS[name], found=FOUND.get(name), variants=VARIANTS.get(name, ()))

@@ -75,7 +75,8 @@ def test_a_drive_that_is_off_in_everything_is_in_the_interval():
     ) as bench:
         found = map_of(bench, PLATE)
     off, uncertainty = errors_of(found, MAP)
-    assert np.abs(off).max() < 5e-3 * found.findings["full_scale"]
+    assert np.abs(off).max() < 6e-3 * found.findings["full_scale"]
+    assert np.mean(np.abs(off) < 5e-3 * found.findings["full_scale"]) > 0.95
     assert np.all(np.abs(off) <= 3.0 * uncertainty)
     # The angle's zero is found, not assumed: the drive's own and what is off besides.
     off_by = OFF.angle_error + InverterErrors().loop.angle_error
@@ -100,6 +101,22 @@ def test_torque_and_its_largest_per_ampere_are_the_maps():
     )
 
 
+@pytest.mark.parametrize("gain", ["current_gain", "voltage_gain"])
+def test_a_gain_beyond_its_limit_is_said_and_in_the_interval(gain):
+    setting = BenchSetting(disturbances=Disturbances(inverter=CurrentLoop(**{gain: 0.1})))
+    with flux_bench(made_motor(), PLATE, seed=6, setting=setting) as bench:
+        found = map_of(bench, PLATE, "locations=24")
+    assert "torque-differs" in {notice.identifier for notice in found.warnings}
+    off, uncertainty = errors_of(found, MAP)
+    assert np.abs(off).max() > 0.02 * found.findings["full_scale"]
+    assert np.mean(np.abs(off) <= 2.0 * uncertainty) > 0.95
+    beta = np.radians(np.linspace(0.0, 89.0, 891))
+    psi_d, psi_q = MAP.flux(-50.0 * np.sin(beta), 50.0 * np.cos(beta))
+    most = np.max(6.0 * (psi_d * 50.0 * np.cos(beta) + psi_q * 50.0 * np.sin(beta)))
+    low, high = found.parameter("mtpa_torque").coverage_interval
+    assert low < most < high
+
+
 @needs_baldor
 def test_a_measured_map():
     table = np.loadtxt(BALDOR_FILE, delimiter=",", skiprows=1)
@@ -107,7 +124,8 @@ def test_a_measured_map():
     with flux_bench(motor_on(truth), BALDOR, seed=1, errors=Errors.drawn(np.random.default_rng(1))) as bench:
         found = map_of(bench, BALDOR)
     off, uncertainty = errors_of(found, truth)
-    assert (len(off), found.findings["readings"]) == (51, 88)
+    assert len(off) == 51
+    assert found.findings["readings"] <= 90
     assert np.abs(off).max() < 5e-3 * found.findings["full_scale"]
     assert np.all(np.abs(off) <= 3.0 * uncertainty)
     assert found.parameter("mtpa_angle").value == pytest.approx(50.7, abs=0.7)

@@ -16,6 +16,7 @@ from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
 #: How long (s, of the wall's clock) a reply takes on a real line: a serial adapter holds it back for some 16 ms.
 _ON_ITS_WAY = 0.02
+_TRIES = 3
 _HELD = "Close the connection of what does not open"
 
 
@@ -38,7 +39,7 @@ def check_opening(trial: Trial) -> None:
         right, remedy = _opened(trial, made, "a little late", "every other message"), "Wait for the reply time"
         trial.checks.that("opening: replies that come a little late", right, "it does not open", remedy)
     _over_a_real_line(trial)
-    questions = list(_questions(messages[:asked], transport))
+    questions = list(_questions(messages[:asked][::-1], transport))
     for text in questions if trial.thorough else questions[-2:]:
         _silent(trial, text)
     if transport != "serial":
@@ -47,7 +48,19 @@ def check_opening(trial: Trial) -> None:
 
 
 def _over_a_real_line(trial: Trial) -> None:
-    """Check that it opens where every reply takes its time by the wall's clock, as on a real line."""
+    """Check that it opens where every reply takes its time by the wall's clock, as on a real line.
+
+    A busy machine may take longer once: one that waits too short never opens.
+    """
+    errors: list[str] = []
+    while len(errors) < _TRIES and (error := _slowly(trial)):
+        errors.append(error)
+    remedy = f"Wait for a reply that is {_ON_ITS_WAY:g} s on its way"
+    trial.checks.that("opening over a real line", len(errors) < _TRIES, " / ".join(errors), remedy)
+
+
+def _slowly(trial: Trial) -> str:
+    """Return the error of an opening over a real line, empty where there is none."""
     with trial.stand(sockets=True) as made:
         trial.session.prepare(made)
 
@@ -56,13 +69,11 @@ def _over_a_real_line(trial: Trial) -> None:
             return False
 
         made.faults.watch(MessageWatch(hears, lambda: None))
-        error = ""
         try:
             made.open().close()
-        except InstrumentError as raised:
-            error = f"{raised}"
-        remedy = f"Wait for a reply that is {_ON_ITS_WAY:g} s on its way"
-        trial.checks.that("opening over a real line", not error, error, remedy)
+        except InstrumentError as error:
+            return f"{error}"
+        return ""
 
 
 def _heard(trial: Trial) -> tuple[list[str], int, str]:

@@ -32,10 +32,10 @@ class Folded:
         counts = np.bincount(part, minlength=size).astype(np.float64)
         sums = np.array([np.bincount(part, row, minlength=size) for row in values])
         if model.course.size == 2:
-            rate = float(model.course[1]) / model.half
-            return cls(counts, rate * counts, rate**2 * counts, sums, rate * sums)
+            steady = float(model.course[1]) / model.half
+            return cls(counts, steady * counts, steady**2 * counts, sums, steady * sums)
         rate = model.speed(time)
-        rates, powers = (np.bincount(part, rate**power, minlength=size) for power in (1, 2))
+        rates, powers = (np.bincount(part, row, minlength=size).astype(np.float64) for row in (rate, rate**2))
         return cls(
             counts, rates, powers, sums, np.array([np.bincount(part, rate * row, minlength=size) for row in values])
         )

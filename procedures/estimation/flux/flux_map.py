@@ -126,3 +126,12 @@ class MeasuredFluxMap:
         return np.asarray(
             1.5 * pole_pairs * (self.flux[:, 0] * self.points[:, 1] - self.flux[:, 1] * self.points[:, 0])
         )
+
+
+def of_gains(
+    points: FloatArray, flux: FloatArray, slopes: FloatArray, *, voltage: float, current: float
+) -> dict[str, FloatArray]:
+    """Return what gains of voltage and current (relative) do to flux linkages (m, 2) at currents (m, 2) where ψ rises by `slopes`
+    (m, 2, 2): (2m,) each, as a map's `shared` has them.
+    """
+    return {"voltage": voltage * flux.ravel(), "current": -current * np.einsum("kab,kb->ka", slopes, points).ravel()}

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
-from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap
+from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap, of_gains
 from procedures.estimation.flux.reading_model import ReadingModel
 from procedures.estimation.flux.readings import FluxReadings, Locations, locations_of
 from procedures.estimation.flux.surface import FluxSurface, fit_surface
@@ -175,10 +175,8 @@ def _result(
     of_map = np.zeros((2 * layout.locations, 2 * layout.locations))
     of_map[np.ix_(places, places)] = covariance[: places.size, : places.size]
     flux = model.flux(unknowns)
-    slopes = surface.slopes(points)
     shared = {
-        "voltage": gains.voltage * flux.ravel(),
-        "current": -gains.current * np.einsum("kab,kb->ka", slopes, points).ravel(),
+        **of_gains(points, flux, surface.slopes(points), voltage=gains.voltage, current=gains.current),
         "speed": -gains.speed * flux.ravel(),
         # At either speed a delay τ is −τ·R·i in ψ.
         "delay": -gains.delay * float(np.mean(model.resistance() @ unknowns[layout.resistance])) * points.ravel(),

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 
-#: Rows of equal i_q lie denser at small |i_q|, where bridges saturate.
-_DENSER = 1.4
+#: Rows of equal i_q lie denser at small |i_q|, where bridges saturate. The first beside the d axis is so near to it that what it says along
+#: i_d is little new: its locations are so many times farther apart.
+_DENSER, _BESIDE_AXIS = 1.4, 1.5
 _LEAST = 8
 #: Locations that are read in all four quadrants, and readings from one at zero current to the next.
 ANCHORS, BETWEEN_ZEROS = 6, 6
@@ -149,14 +150,21 @@ def further_readings(
 ) -> Sequence[PlannedReading]:
     """Return the readings of further locations (m, 2), i_q > 0: each once, the signs of i_q and of the speed alternating, or with
     `both_sides` at either sign of i_q, in the order that `reading_order` has. Empty where there are none.
+
+    The two of the largest currents are read at both speeds: the resistance is not known beyond the readings before.
     """
     single: dict[int, list[PlannedReading]] = {1: [], -1: []}
+    repeated: dict[int, list[PlannedReading]] = {1: [], -1: []}
+    largest = np.argsort(-np.hypot(*points.T), kind="stable")[:2]
     for number, (i_d, i_q) in enumerate(points.tolist()):
+        # All of them motor: what the resistance is wrong by is then no slope from one to the next, which the largest torque hangs on.
         direction = 1 if number % 2 == 0 else -1
         single[direction].append(PlannedReading(i_d, direction * i_q, direction))
         if both_sides:
             single[-direction].append(PlannedReading(i_d, -direction * i_q, -direction))
-    return _in_blocks(single, {1: [], -1: []}, random, block) if len(points) else []
+        if number in largest:
+            repeated[-direction].append(PlannedReading(i_d, direction * i_q, -direction))
+    return _in_blocks(single, repeated, random, block) if len(points) else []
 
 
 def remaining(
@@ -240,8 +248,9 @@ def _rows(largest: float, rows: int, spacing: float, low: float, high: float, bo
             left, right = round(-first / step), round(last / step)
             i_d = np.concatenate((np.linspace(first, 0.0, left + 1)[:-1], [0.0], np.linspace(0.0, last, right + 1)[1:]))
         else:
+            apart = _BESIDE_AXIS * step if row == 1 else step
             i_d = (
-                np.linspace(first, last, max(round((last - first) / step), 1) + 1)
+                np.linspace(first, last, max(round((last - first) / apart), 1) + 1)
                 if last - first > 0.3 * step
                 else (np.array([0.5 * (first + last)]))
             )

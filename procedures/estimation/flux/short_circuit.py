@@ -334,11 +334,11 @@ def _with_fall(
         return chord, []
     change = float(fallen.values[3])
     score = change / spread
-    if score > -1.0:
-        # Magnets warm while they are braked; what rises is something else.
-        return chord, []
-    shift = chord.value * math.expm1(float(solved.values[0] - fallen.values[0]))
-    wider = math.hypot(chord.standard_uncertainty, abs(shift) * math.sqrt(1.0 - 1.0 / score**2))
+    # Magnets warm while they are braked: a rise is something else, and shifts no L_d. How much they warmed only the rows tell, so that
+    # L_d is known no better than beside it.
+    shift = chord.value * math.expm1(float(solved.values[0] - fallen.values[0])) if change < 0.0 else 0.0
+    of_four = chord.value * noise * math.sqrt(float(fallen.covariance[0, 0]))
+    wider = math.hypot(chord.standard_uncertainty, shift, of_four)
     found = []
     if score < -_FALLS:
         figures: dict[str, float | str] = {"change": change, "record": "short-circuit"}

@@ -163,6 +163,26 @@ def three(
     return path
 
 
+def test_a_lone_channel_with_a_third_harmonic_is_not_taken_for_a_line(tmp_path: Path) -> None:
+    path = three(tmp_path, "CH1 CH2 CH3")
+    columns = np.loadtxt(path, delimiter=",", skiprows=1)
+    for count in (1, 2):
+        np.savetxt(
+            lone := tmp_path / f"{count}.csv",
+            columns[:, : 1 + count],
+            delimiter=",",
+            header="t,CH1,CH2"[: 5 + 4 * (count - 1)],
+            comments="",
+        )
+        open_ = analyze_back_emf(lone, coupling={"": "dc"}, pole_pairs=4)
+        assert open_["withheld"]["flux_linkage"]["cause"] == "probe-connection"
+        said = analyze_back_emf(lone, coupling={"": "dc"}, connection="neutral")
+        assert flux(said)["value"] == pytest.approx(5.0 / (2.0 * np.pi * 100.0), rel=2e-3)
+    lines = three(tmp_path, "CH1 CH2 CH3", line=True, third=0.2, gains=(1.0, 1.0, 1.0))
+    np.savetxt(lone, np.loadtxt(lines, delimiter=",", skiprows=1)[:, :2], delimiter=",", header="t,CH1", comments="")
+    assert not analyze_back_emf(lone, coupling={"": "dc"}, pole_pairs=4)["withheld"]
+
+
 def test_a_third_harmonic_in_phase_says_that_no_lines_were_probed(tmp_path: Path) -> None:
     truth = 5.0 / (2.0 * np.pi * 100.0)
     for names in ("CH1 CH2 CH3", "Uab Ubc Uca"):

@@ -180,6 +180,14 @@ def test_a_file_with_other_content_is_not_overwritten(call: Call, record: Callab
     assert file.stat().st_mtime_ns == written
 
 
+@pytest.mark.parametrize("folder", ["/", ".", "..", ""])
+def test_a_folder_is_no_file(folder: str, call: Call, record: Callable[..., Path]) -> None:
+    record(everything())
+    code, out, err = call("export", "a-run", "--for", "vesc", "--force", "--output", folder)
+    assert (code, out) == (2, "")
+    assert err == f"motorbench: {folder or '.'} is a folder; give the name of a file\n"
+
+
 def test_json_has_the_fields_and_the_content(call: Call, record: Callable[..., Path]) -> None:
     record(everything())
     made = json.loads(call("export", "a-run", "--for", "vesc", "--json")[1])

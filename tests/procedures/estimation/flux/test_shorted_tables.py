@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from procedures.core.misfit_text import sentence
 from procedures.estimation.flux.short_circuit import ShortCircuitFit, fit_short_circuit
 
 R, L_D, L_Q, FLUX, PAIRS = 0.1, 1e-3, 1.5e-3, 0.05, 4
@@ -38,3 +39,18 @@ def test_magnets_that_warm_along_give_no_inductance() -> None:
     assert not fitted(0).misfit
     found = fitted(0, warming=0.04).misfit
     assert all(found.withholding(name) for name in ("d_axis_inductance", "q_axis_inductance", "stator_resistance"))
+
+
+def test_magnets_that_warm_by_a_percent_stay_within_the_interval_of_the_d_axis() -> None:
+    held = 0
+    for seed in range(10):
+        low, high = fitted(seed, warming=0.01, torque=False).chord_inductance.coverage_interval  # type: ignore[union-attr]
+        held += low <= L_D <= high
+    assert held >= 9
+
+
+def test_what_is_told_of_warming_magnets_is_about_magnets() -> None:
+    (found,) = fitted(0, warming=0.04, torque=False).misfit.findings
+    said = str(sentence(found))
+    assert "the flux linkage changes by -4." in said or "the flux linkage changes by -3." in said
+    assert "let the motor cool" in said
