@@ -7,7 +7,7 @@ from typing import Any
 from GTC import ureal
 from GTC.lib import UncertainReal
 
-from drivers.interfaces import Aperture, ImpedanceReading
+from drivers.interfaces import Aperture, ImpedanceReading, SetpointError
 from drivers.interfaces.text import text
 from procedures.core.procedure import Procedure
 from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
@@ -43,9 +43,14 @@ def slow_inductance(
     if bridge.read_by_hand or lower <= 2.0 * _LOWEST:
         return UNCHANGED
     readings = [_series(bridge.measure())]
-    for other in (lower, _LOWEST):
-        bridge.configure(other, level, aperture)
-        readings.append(_series(bridge.measure()))
+    try:
+        for other in (lower, _LOWEST):
+            bridge.configure(other, level, aperture)
+            readings.append(_series(bridge.measure()))
+    except SetpointError:
+        # A bridge of few frequencies says nothing here; what it has is measured as before.
+        bridge.configure(frequency, level, aperture)
+        return UNCHANGED
     bridge.configure(frequency, level, aperture)
     found = second_circuit(readings)
     if found is None:
