@@ -4,6 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from drivers.interfaces import NotOfferedError
+from drivers.keysight.e4980a import KeysightE4980A
+
 MOTORS = Path(__file__).parents[2] / "bench" / "motors"
 BRIDGES = ("dq-inductance-aligned", "dq-inductance-extremes")
 
@@ -23,6 +26,22 @@ def test_bridges_give_the_inductance_for_slow_changes(motorbench, tmp_path, coup
             assert low <= truth <= high
             assert high - low < 0.12 * truth
         assert "second-time-constant" in {warning["id"] for warning in given["procedures"][name]["warnings"]}
+
+
+def test_a_bridge_of_few_frequencies_measures_at_its_own(motorbench, monkeypatch):
+    own = KeysightE4980A.configure
+
+    def configure(bridge, frequency, *level_and_aperture):
+        if frequency not in (offered := (100.0, 1000.0)):
+            raise NotOfferedError("lcr_meter", "frequency", frequency, "Hz", offered)
+        return own(bridge, frequency, *level_and_aperture)
+
+    monkeypatch.setattr(KeysightE4980A, "configure", configure)
+    status, given = motorbench("run", *BRIDGES, "--station", "virtual", "--motor", "gimbal")
+    assert status == 0
+    assert given["misfit"] == []
+    low, high = given["parameters"]["d_axis_inductance"]["coverage_interval"]
+    assert low <= 1.90e-3 <= high
 
 
 @pytest.mark.parametrize(("bow", "told"), [(0.0, False), (0.003, False), (0.277, True)])
