@@ -226,7 +226,8 @@ _SEEN_IN_STEP = {
         "iron or magnets cause it; the inductance given is the one for slow changes"
     ),
     Cause.AC_COUPLED: text(
-        "the {channel} channel is AC coupled, with a corner of {corner:.3g} Hz: couple it DC, or use a probe that measures direct current"
+        "the {channel} channel is AC coupled, with a corner of {corner:.3g} Hz: couple it DC, or use a probe that measures direct "
+        "current. A rotor that turns during the step lowers the current in the same way: lock it"
     ),
     Cause.HUM: text(
         "mains hum of {frequency:.0f} Hz and {amplitude:.3g} A on the current: keep the leads short and twisted, and the probe away from "

@@ -126,6 +126,34 @@ def test_the_corner_of_a_coupling_is_named() -> None:
     assert found.figures["channel"] == "current"
 
 
+def turning(inertia: float, seed: int) -> StepFit:
+    """Fit the step of a winding of 0.15 Ω and 0.2 mH whose rotor (0.02 V·s) turns on its inertia (kg·m²)."""
+    count, before, fine, dt = 3000, 400, 10, 3e-6
+    current, speed, flowing = 0.0, 0.0, np.zeros(count)
+    for k in range(before, count):
+        flowing[k] = current
+        for _ in range(fine):
+            current += (2.0 - 0.15 * current - 0.02 * speed) / 2e-4 * dt / fine
+            speed += 0.02 * current / inertia * dt / fine
+    random = np.random.default_rng(seed)
+    voltage = np.where(np.arange(count) >= before, 2.0, 0.0)
+    return fit_step_response(
+        np.arange(count) * dt,
+        voltage + random.normal(0.0, 0.01, count),
+        flowing + random.normal(0.0, 0.04, count),
+    )
+
+
+@pytest.mark.parametrize("inertia", [1e-5, 2e-5, 6e-5, 2e-4])
+def test_a_rotor_that_turns_is_held_or_withheld_and_told_of(inertia: float) -> None:
+    fit = turning(inertia, 3)
+    assert Cause.AC_COUPLED in {f.cause for f in fit.misfit.findings}
+    for name, truth in (("resistance", 0.15), ("inductance", 2e-4)):
+        if fit.misfit.withholding(name) is None:
+            reach = 2.0 * np.hypot(fit.uncertainty(name), fit.timing * truth * (name == "inductance"))
+            assert abs(fit.value(name) - truth) < reach, name
+
+
 @pytest.mark.parametrize("corner", [1.0, 3.0, 10.0])
 def test_a_current_that_dies_away_under_a_lasting_voltage_is_ac_coupled(corner: float) -> None:
     for record in sampled(with_("corner", corner), bits=12, noise=(0.5, 2.0)):
