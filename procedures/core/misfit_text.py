@@ -245,6 +245,12 @@ _SEEN_IN_STEP = {
         "lock of the shaft and the contacts, and measure again"
     ),
 }
+_SEEN_IN_COAST = {
+    Cause.UNEXPLAINED: text(
+        "the fit gives a negative friction, which is impossible: the friction of this shaft follows none of the laws that are fitted, or "
+        "something drove or braked it"
+    ),
+}
 #: What is said otherwise of a map whose torque contradicts it: 2, where pole pairs may be half of what they are, and 2/3.
 _SEEN_IN_MAP_TWICE = {
     Cause.RMS_FOR_PEAK: text(
@@ -448,6 +454,7 @@ _SEEN_IN = {
     "rms-both": _SEEN_IN_MAP_TWICE,
     "step": _SEEN_IN_STEP,
     "step-both": _SEEN_IN_STEP_BOTH,
+    "coast": _SEEN_IN_COAST,
     "ramp": _SEEN_IN_RAMP,
     "ramp-tried": _SEEN_IN_RAMP_TRIED,
     "step-tried": _SEEN_IN_STEP_TRIED,

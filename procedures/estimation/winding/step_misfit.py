@@ -225,8 +225,9 @@ def _candidates(
         if family in modelled or z < (_WORTH if family == "skew" else least):
             continue
         terms = [t for t in TERMS if t.family == family] if family in _SEVERAL else [first[family]]
-        if family == "hum":
-            terms = [t for t in TERMS if t.family == family and t in {d.term for d in named}] + list(hums)
+        if family in ("hum", "third"):
+            terms = [t for t in TERMS if t.family == family and t in {d.term for d in named}]
+            terms += hums if family == "hum" else ()
         for found in _possible(step, [(*fitted.terms, t) for t in terms], fitted, scale, enough):
             enough = min(enough, found.cost + _AS_LIKELY)
             yield found
