@@ -226,7 +226,8 @@ _SEEN_IN_STEP = {
         "iron or magnets cause it; the inductance given is the one for slow changes"
     ),
     Cause.AC_COUPLED: text(
-        "the {channel} channel is AC coupled, with a corner of {corner:.3g} Hz: couple it DC, or use a probe that measures direct current"
+        "the {channel} channel is AC coupled, with a corner of {corner:.3g} Hz: couple it DC, or use a probe that measures direct "
+        "current. A rotor that turns during the step lowers the current in the same way: lock it"
     ),
     Cause.HUM: text(
         "mains hum of {frequency:.0f} Hz and {amplitude:.3g} A on the current: keep the leads short and twisted, and the probe away from "
@@ -242,6 +243,12 @@ _SEEN_IN_STEP = {
     Cause.REPEATS_DIFFER: text(
         "{count:.0f} steps on one axis differ by {ratio:.2g} times what their uncertainties explain: check the "
         "lock of the shaft and the contacts, and measure again"
+    ),
+}
+_SEEN_IN_COAST = {
+    Cause.UNEXPLAINED: text(
+        "the fit gives a negative friction, which is impossible: the friction of this shaft follows none of the laws that are fitted, or "
+        "something drove or braked it"
     ),
 }
 #: What is said otherwise of a map whose torque contradicts it: 2, where pole pairs may be half of what they are, and 2/3.
@@ -470,6 +477,7 @@ _SEEN_IN = {
     "rms-both": _SEEN_IN_MAP_TWICE,
     "step": _SEEN_IN_STEP,
     "step-both": _SEEN_IN_STEP_BOTH,
+    "coast": _SEEN_IN_COAST,
     "ramp": _SEEN_IN_RAMP,
     "ramp-tried": _SEEN_IN_RAMP_TRIED,
     "step-tried": _SEEN_IN_STEP_TRIED,

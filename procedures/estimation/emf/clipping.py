@@ -24,6 +24,8 @@ _MOST_LOST, _MOST_MOVED = 0.45, 0.05
 _ROUNDS, _STEPS = 4, 12
 #: Noise of so much of a step, rounding included, spreads a flat top over several cells.
 _SPREAD = 0.55
+#: No machine's tops are so flat over so much of the turn that this share of its readings lies in the two extreme cells.
+_MOST_FLAT = 0.74
 #: The model's peak lies beyond the flat top by so many of its uncertainties, or it is no flat top.
 _CLEARLY = 4.0
 #: What is left of a waveform that the model holds is noise, and this much more at most.
@@ -75,19 +77,25 @@ def find_ends(
     """
     levels = np.full((len(channels), 2), np.inf) * np.array([-1.0, 1.0])
     certain: BoolArray = np.array([channel.clipped is True for channel in channels])
+    # Noise between the ends, and the share of the readings at them.
+    inner, flattened = np.zeros(len(channels)), np.zeros(len(channels))
     place = np.floor(np.mod(model.phase(t) / (2.0 * np.pi), 1.0) * _PLACES)
     for k, (row, channel) in enumerate(zip(v, channels, strict=True)):
         if channel.clipped is False:
             continue
+        ended = np.zeros(row.size, dtype=bool)
         for side, sign in enumerate((-1.0, 1.0)):
             level = float(np.max(sign * row))
             below = level - sign * row
             cell = channel.resolution or float(np.min(below[below > 0.0], initial=np.inf))
+            ended |= below < 0.5 * cell
             at = np.count_nonzero(below < 0.5 * cell) / shared[k]
             following = np.count_nonzero((below >= 0.5 * cell) & (below < 1.5 * cell)) / shared[k]
             if at >= _LEAST and at > following and np.unique(place[below < 0.5 * cell]).size >= _LEAST:
                 levels[k, side] = sign * level
                 certain[k] = certain[k] or at > _CERTAIN * max(following, _LEAST)
+        flattened[k] = np.mean(ended)
+        inner[k] = white_noise(row, among=~(ended[:-2] | ended[1:-1] | ended[2:]))
     tops = find_flat_tops(t, v, orders, model, channels, shared, hum)
     flat = tops.levels
     steps = np.array([channel.resolution for channel in channels])
@@ -98,7 +106,7 @@ def find_ends(
     if tops.own:
         # Flat tops of the machine's own fill a cell as well, unless noise spreads them; then only the instrument knows.
         told = np.array([channel.clipped is True for channel in channels])
-        open_ = np.flatnonzero(~told & (noise < _SPREAD * steps))
+        open_ = np.flatnonzero(~told & (np.maximum(noise, inner) < _SPREAD * steps) & (flattened < _MOST_FLAT))
         levels[open_], certain[open_] = flat[0], False
     found = np.asarray(np.any(np.isfinite(flat), axis=1))
     # A level that was fitted is no single reading's: no noise is on it.

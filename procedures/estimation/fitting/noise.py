@@ -1,6 +1,7 @@
 """Noise of a sampled signal, from its scatter and from the steps of its converter."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from procedures.estimation.fitting.fit import FloatArray
 
@@ -8,16 +9,18 @@ from procedures.estimation.fitting.fit import FloatArray
 _ALL_ALIKE = 8.0
 
 
-def white_noise(values: FloatArray, resolution: float = 0.0) -> float:
+def white_noise(values: FloatArray, resolution: float = 0.0, among: NDArray[np.bool_] | None = None) -> float:
     """Return the standard deviation of the sample-to-sample noise (unit of the values), quantisation included.
 
     From second differences, so that a smooth signal does not count; single jumps are left out.
-    Never below that of rounding to `resolution`.
+    Never below that of rounding to `resolution`. Of the second differences (n − 2) only those `among` count, where given.
     """
     floor = resolution / np.sqrt(12.0)
-    if values.size < 3:
-        return float(floor)
     second = np.abs(np.diff(values, 2))
+    if among is not None:
+        second = second[among]
+    if not second.size:
+        return float(floor)
     limit = 6.0 * (1.4826 * float(np.median(second)) + resolution)
     if limit == 0:
         limit = float(np.sort(second)[-1 - max(4, second.size // 200)]) if second.size > 10 else float(np.max(second))

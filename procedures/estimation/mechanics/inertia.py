@@ -1,6 +1,7 @@
 """Inertia and friction from ramps of speed (§3.5, erratum E6)."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from procedures.estimation.fitting.checks import Number, estimate_of, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
+from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.mechanics.ramp_fit import explain
 from procedures.estimation.mechanics.turning import Run, SpeedRamp, turning
 
@@ -122,8 +124,8 @@ def fit_coast_down(
 ) -> Fit:
     """Fit `coulomb_deceleration` = Tc/J (rad/s²), `viscous_rate` = B/J (1/s) and `initial_speed` to a coast-down (s, rad/s).
 
-    Also `quadratic_rate` = c/J (1/rad). `speed_filter` (s) is the time constant of the speed's filter. Raises EstimationError where the
-    speed does not fall.
+    Also `quadratic_rate` = c/J (1/rad). `speed_filter` (s) is the time constant of the speed's filter. Where the whole interval of a
+    friction is negative, both are withheld: no bearing drives. Raises EstimationError where the speed does not fall.
     """
     measured = np.asarray(time, dtype=np.float64), np.asarray(speed, dtype=np.float64)
     run = turning(SpeedRamp(*measured, 0.0, speed_resolution, speed_filter), 1)
@@ -133,9 +135,14 @@ def fit_coast_down(
     design = np.column_stack((-run.time, -_integral(run.time, run.speed), np.ones_like(run.time)))
     scale = np.sqrt(np.mean(design**2, axis=0))
     solution, *_ = np.linalg.lstsq(design / scale, run.speed, rcond=None)
-    return _fit(
-        [run], solution[:2] / scale[:2], ("coulomb_deceleration", "viscous_rate", "quadratic_rate"), unit_torque=True
-    )
+    names = ("coulomb_deceleration", "viscous_rate", "quadratic_rate")
+    fit = _fit([run], solution[:2] / scale[:2], names, unit_torque=True)
+    below = [name for name in names[:2] if fit.interval(name)[1] < 0.0]
+    if below and not fit.misfit.withholding(below[0]):
+        figures: dict[str, float | str] = {"record": "coast", "below": below[0]}
+        impossible = Misfit((Finding(Cause.UNEXPLAINED, Answer.WITHHELD, names[:2], figures=figures),))
+        fit = replace(fit, misfit=Misfit.together((impossible, fit.misfit)))
+    return fit
 
 
 def torque_from_power(power: ArrayLike, speed: ArrayLike) -> float:

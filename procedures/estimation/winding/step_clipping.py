@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from procedures.estimation.fitting.fit import WithheldError
+from procedures.estimation.fitting.fit import EstimationError, FloatArray, WithheldError
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.winding.step_codes import clipped_at
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_plain
@@ -14,6 +14,11 @@ from procedures.estimation.winding.step_record import StepRecord
 Ends = tuple[float, float] | None
 #: Of a step whose top is cut off at least this share is left; samples count that the model puts so many standard deviations below.
 _LEAST_SEEN, _CLEAR_OF_END, _CHOICES = 0.55, 4.0, 6
+#: A top that an amplifier cuts off ahead of its noise explains the record better than terms by so much of χ², and leaves of it at most so
+#: many times the noise's variance.
+_BETTER, _AS_NOISE = 25.0, 1.3
+#: Last share of a record that lies on a flat top.
+_ON_TOP = 8
 
 
 def without_end(record: StepRecord, voltage_ends: Ends, current_ends: Ends) -> tuple[StepRecord, float] | None:
@@ -69,3 +74,29 @@ def fit_unclipped(step: Problem, plain: Fitted, level: float) -> tuple[Problem, 
         if unchanged:
             break
     return step, plain
+
+
+def fit_flat_top(step: Problem, plain: Fitted, explained: FloatArray) -> tuple[Problem, Fitted, float] | None:
+    """Return the fit of what lies below a top that is flat beneath its noise, and that level (A); None where the record has none.
+
+    `explained` (n,) is the current (A) as the best model without a top has it. Raises WithheldError where too little lies below.
+    """
+    record = step.record
+    level = float(np.mean(record.current[-(record.time.size // _ON_TOP) :]))
+    up = float(np.sign(level - plain.full[2]))
+    room = up * (level - record.current) > record.current_noise
+    first = int(np.argmax(~room[record.edge :])) + record.edge
+    if first <= record.edge + 10:
+        return None
+    below = replace(step, record=replace(record, kept=(np.arange(room.size) < first).astype(np.float64)))
+    try:
+        below, cut = fit_plain(below, plain.full)
+    except EstimationError:
+        return None
+    best, left = (
+        float(np.sum((record.current - model) ** 2)) / record.current_noise**2
+        for model in (explained, up * np.minimum(up * cut.current, up * level))
+    )
+    if best - left < _BETTER or left > _AS_NOISE * room.size:
+        return None
+    return *fit_unclipped(below, cut, level), level

@@ -147,10 +147,12 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
     chance = _CHANCE if fitted.terms else _CHANCE_OF_NONE
     within = [k for k, d in enumerate(named) if d.family in modelled]
     growth = score.growth(within, chance=chance)[: len(step.names)]
-    if of_both:
+    # What leaves a figure open withholds it.
+    opening = [*of_both, *(t for t in fitted.terms if t.cause is Cause.AC_COUPLED)]
+    if opening:
         beyond = no_figure(fitted, values, growth, apart)
         if any(beyond):
-            place = fitted.terms.index(of_both[0])
+            place = fitted.terms.index(opening[0])
             answers = [Answer.WITHHELD if b else Answer.MODELLED for b in beyond]
             each = zip(answers, step.names, strict=False)
             findings[place : place + 1] = [replace(findings[place], answer=a, estimates=(n,)) for a, n in each]
@@ -223,8 +225,9 @@ def _candidates(
         if family in modelled or z < (_WORTH if family == "skew" else least):
             continue
         terms = [t for t in TERMS if t.family == family] if family in _SEVERAL else [first[family]]
-        if family == "hum":
-            terms = [t for t in TERMS if t.family == family and t in {d.term for d in named}] + list(hums)
+        if family in ("hum", "third"):
+            terms = [t for t in TERMS if t.family == family and t in {d.term for d in named}]
+            terms += hums if family == "hum" else ()
         for found in _possible(step, [(*fitted.terms, t) for t in terms], fitted, scale, enough):
             enough = min(enough, found.cost + _AS_LIKELY)
             yield found
@@ -273,6 +276,19 @@ def _possible(
             yield fit
 
 
+def _turned(fit: Fitted, scale: StepScale, count: int) -> FloatArray:
+    """Return how far the parameters (k,) lie higher where a rotor that turns, and no AC coupling, lets the current fall.
+
+    Behind a high pass of rate c the current is s/((s + c)·(L·s + R)) of the voltage, that of a rotor on its inertia alone
+    s/(L·s² + R′·s + k²/J): one expression, with R′ = R + c·L and the same L.
+    """
+    higher = np.zeros(count)
+    for term in fit.terms:
+        if _figures(fit, term, scale).get("channel") == "current" and term.cause is Cause.AC_COUPLED:
+            higher[0] += figures_of(fit.terms, fit.figures, term)[0] / scale.time_constant * fit.full[1]
+    return higher
+
+
 def _spanned(
     step: Problem, fitted: Fitted, rivals: list[Fitted], scale: StepScale
 ) -> tuple[FloatArray, FloatArray, list[Finding]]:
@@ -280,12 +296,12 @@ def _spanned(
     count = len(step.names)
     own = fitted.full[step.free]
     spread = 2.0 * np.sqrt(np.diag(fitted.covariance)[:count])
-    low, high = own - spread, own + spread
+    low, high = own - spread, own + spread + _turned(fitted, scale, count)
     findings = []
     for rival in rivals:
         theirs = rival.full[step.free]
         reach = 2.0 * np.sqrt(np.diag(rival.covariance)[:count])
-        low, high = np.minimum(low, theirs - reach), np.maximum(high, theirs + reach)
+        low, high = np.minimum(low, theirs - reach), np.maximum(high, theirs + reach + _turned(rival, scale, count))
         for term in rival.terms:
             if term.family not in {t.family for t in fitted.terms}:
                 findings.append(Finding(term.cause, Answer.WIDENED, (), 0.0, _figures(rival, term, scale)))

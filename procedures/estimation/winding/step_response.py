@@ -14,7 +14,7 @@ from procedures.estimation.fitting.noise import undithered, white_noise
 from procedures.estimation.fitting.smoothing import components
 from procedures.estimation.winding.closed_circuits import other_axis_errors
 from procedures.estimation.winding.step_circuit import voltage_shares
-from procedures.estimation.winding.step_clipping import Ends, fit_unclipped, without_end
+from procedures.estimation.winding.step_clipping import Ends, fit_flat_top, fit_unclipped, without_end
 from procedures.estimation.winding.step_codes import limited_from, too_coarse
 from procedures.estimation.winding.step_fit import Fitted, Problem, fit_plain, problem
 from procedures.estimation.winding.step_misfit import COARSE_ALARM, StepJudgement, judge, scale_of
@@ -95,7 +95,14 @@ def fit_step_response(
     _check_window(record, plain.full)
     used = slice(None) if record.kept is None else record.kept > 0.0
     coarse = too_coarse(record.current[used], plain.current[used], current_resolution)
-    judged = judge(step, plain, alarm=max(alarm, COARSE_ALARM) if coarse else alarm)
+    seen_by = max(alarm, COARSE_ALARM) if coarse else alarm
+    judged = judge(step, plain, alarm=seen_by)
+    # A corner takes several terms, or none explains it.
+    several = len(judged.fitted.terms) > 1 or any(f.cause is Cause.UNEXPLAINED for f in judged.findings)
+    if cut is None and several and (flat := fit_flat_top(step, plain, judged.fitted.current)):
+        step, plain, cut = flat
+        record = step.record
+        judged = judge(step, plain, alarm=seen_by)
     findings = judged.findings
     if coarse:
         figures: dict[str, float | str] = {"record": "step", "channel": "current", "resolution": current_resolution}

@@ -15,6 +15,8 @@ from procedures.estimation.winding.step_term import StepScale, Term, high_pass, 
 #: Time constants of eddy currents that are looked for, in those of the winding.
 EDDIES = (0.03, 0.1, 0.3)
 MAINS = (50.0, 60.0)
+#: Hum's third harmonic, of rectifiers and saturated transformers, comes alone or with it.
+THIRDS = tuple(3.0 * f for f in MAINS)
 
 
 class _Skew(Term):
@@ -232,6 +234,14 @@ class _Hum(Term):
         return {"frequency": self.frequency, "amplitude": abs(scale.current) * float(np.hypot(*figures))}
 
 
+@dataclass(frozen=True)
+class _Third(_Hum):
+    """The third harmonic of mains hum on the current's channel."""
+
+    family: ClassVar[str] = "third"
+    frequency: float = THIRDS[0]
+
+
 def hum_on_current(frequency: float) -> Term:
     """Return the term of mains hum of a frequency (Hz) on the current's channel alone."""
     return _Hum(frequency)
@@ -249,6 +259,7 @@ TERMS: tuple[Term, ...] = (
     _VoltageCoupling(),
     _Slope(),
     *(_Hum(frequency) for frequency in MAINS),
+    *(_Third(frequency) for frequency in THIRDS),
 )
 
 
@@ -273,19 +284,20 @@ def directions(
     part = current[after]
     # Nothing flows before the step.
     cubic = part * (part / scale.current) ** 2 / 3.0
-    angles = [2.0 * np.pi * f * (record.time - scale.begin) for f in MAINS if f * record.step < 0.4]
-    rows = np.zeros((3 + len(EDDIES) + 1 + 2 * len(angles), size))
+    lines = [t for t in TERMS if isinstance(t, _Hum) and t.frequency * record.step < 0.4]
+    rows = np.zeros((3 + len(EDDIES) + 1 + 2 * len(lines), size))
     rows[0, after] = -np.gradient(part)
     rows[1, after] = high_pass(cubic, record.step, rate)
     rows[2 : 2 + len(EDDIES), after] = closed_circuits(record, rate, part, EDDIES)
     rows[2 + len(EDDIES), after] = -np.cumsum(part)
     rows[3 + len(EDDIES)] = (record.time - scale.begin) / scale.length
-    for k, angle in enumerate(angles):
+    for k, line in enumerate(lines):
+        angle = 2.0 * np.pi * line.frequency * (record.time - scale.begin)
         rows[4 + len(EDDIES) + 2 * k] = np.sin(angle)
         rows[5 + len(EDDIES) + 2 * k] = np.cos(angle)
     named = [Direction("skew", Cause.SKEW, _Skew()), Direction("saturation", Cause.SATURATION, _Saturation())]
     named += [Direction("eddy", Cause.SECOND_TIME_CONSTANT, _Eddy(lag)) for lag in EDDIES]
     named += [Direction("coupling", Cause.AC_COUPLED, _Coupling()), Direction("slope", Cause.SLOPE, _Slope())]
-    for frequency in MAINS[: len(angles)]:
-        named += 2 * [Direction("hum", Cause.HUM, _Hum(frequency))]
+    for line in lines:
+        named += 2 * [Direction(line.family, Cause.HUM, line)]
     return named, rows

@@ -174,6 +174,15 @@ def test_a_trapezoid_is_not_taken_for_a_cut_wave() -> None:
         assert not any(f.cause is Cause.CLIPPED for f in fit.misfit.findings)
 
 
+@pytest.mark.parametrize(("share", "noise"), [(0.2, 0.05), (0.3, 0.05), (0.2, 0.2), (0.4, 0.64), (0.5, 0.2)])
+def test_a_wave_of_which_little_is_left_gives_no_figure(share: float, noise: float) -> None:
+    setup = replace(PLAIN, periods=10.0, points=5000, ends=(share, share), steps=60.0 / share, noise=noise)
+    time, v = record(np.random.default_rng(3), setup)
+    withheld = fit_back_emf(time, v, digitized=told(setup)).misfit.withholding("flux_linkage")
+    assert withheld is not None
+    assert withheld.cause is Cause.CLIPPED
+
+
 def frozen(v: FloatArray) -> FloatArray:
     v[1, 700:1500] = v[1, 699]
     return v

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from GTC import ureal
 
+from procedures.core.misfit_text import sentence
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.mechanics.inertia import (
     fit_coast_down,
@@ -127,3 +128,20 @@ def test_a_rising_speed_is_no_coast_down() -> None:
         fit_coast_down(UP, exact()[0].speed)
     with pytest.raises(EstimationError, match="not steeper"):
         two_point(0.0, 0.0, 1.0, -800.0, 0.1, 2.0, 800.0, 3.0, 600.0)
+
+
+def test_a_friction_that_would_be_negative_withholds_both() -> None:
+    # Friction that falls over all of the range, by a law that no term has.
+    random, dt, fine, w = np.random.default_rng(2), 0.01, 20, 300.0
+    speeds = []
+    while w > 6.0:
+        speeds.append(w)
+        for _ in range(fine):
+            w -= (100.0 + 0.15 * w + 1.0e2 * (w / 100.0) / (1.0 + (w / 100.0) ** 2)) * dt / fine
+    speed = np.array(speeds) + random.normal(0.0, 0.3, len(speeds))
+    fit = fit_coast_down(np.arange(speed.size) * dt, speed)
+    assert fit.interval("coulomb_deceleration")[1] < 0.0
+    for name in ("coulomb_deceleration", "viscous_rate"):
+        withheld = fit.misfit.withholding(name)
+        assert withheld is not None
+        assert "negative friction" in sentence(withheld).render()

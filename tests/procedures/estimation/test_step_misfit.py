@@ -126,6 +126,58 @@ def test_the_corner_of_a_coupling_is_named() -> None:
     assert found.figures["channel"] == "current"
 
 
+@pytest.mark.parametrize("share", [0.7, 0.8, 0.9])
+def test_a_top_that_an_amplifier_cuts_ahead_of_its_noise_is_left_out(share: float) -> None:
+    random, time = np.random.default_rng(5), np.arange(5000) * 2e-6
+    full = -10.0 * np.expm1(-np.maximum(time - 0.0016, 0.0) / 1e-3)
+    voltage = np.where(time > 0.0016, 2.0, 0.0) + random.normal(0.0, 0.008, time.size)
+    current = np.minimum(full, 10.0 * share) + random.normal(0.0, 0.04, time.size)
+    fit = fit_step_response(time, voltage, current)
+    assert fit.misfit.findings[0].cause is Cause.CLIPPED
+    assert abs(fit.value("resistance") - 0.2) < 3.0 * fit.uncertainty("resistance")
+    assert abs(fit.value("inductance") - 2e-4) < 3.0 * fit.uncertainty("inductance") + fit.timing * 2e-4
+
+
+def test_the_third_harmonic_of_hum_is_modelled() -> None:
+    for mains in (50.0, 60.0):
+        random, time = np.random.default_rng(7), np.arange(5000) * 2e-6
+        full = -10.0 * np.expm1(-np.maximum(time - 0.0016, 0.0) / 1e-3)
+        voltage = np.where(time > 0.0016, 2.0, 0.0) + random.normal(0.0, 0.008, time.size)
+        hum = 0.2 * np.sin(2.0 * np.pi * 3.0 * mains * time + 1.0)
+        fit = fit_step_response(time, voltage, full + hum + random.normal(0.0, 0.04, time.size))
+        (finding,) = (f for f in fit.misfit.findings if f.answer is Answer.MODELLED)
+        assert (finding.cause, finding.figures["frequency"]) == (Cause.HUM, 3.0 * mains)
+        assert abs(fit.value("resistance") - 0.2) < 3.0 * fit.uncertainty("resistance")
+
+
+def turning(inertia: float, seed: int) -> StepFit:
+    """Fit the step of a winding of 0.15 Ω and 0.2 mH whose rotor (0.02 V·s) turns on its inertia (kg·m²)."""
+    count, before, fine, dt = 3000, 400, 10, 3e-6
+    current, speed, flowing = 0.0, 0.0, np.zeros(count)
+    for k in range(before, count):
+        flowing[k] = current
+        for _ in range(fine):
+            current += (2.0 - 0.15 * current - 0.02 * speed) / 2e-4 * dt / fine
+            speed += 0.02 * current / inertia * dt / fine
+    random = np.random.default_rng(seed)
+    voltage = np.where(np.arange(count) >= before, 2.0, 0.0)
+    return fit_step_response(
+        np.arange(count) * dt,
+        voltage + random.normal(0.0, 0.01, count),
+        flowing + random.normal(0.0, 0.04, count),
+    )
+
+
+@pytest.mark.parametrize("inertia", [2e-5, 6e-5, 2e-4])
+def test_a_rotor_that_turns_is_held_or_withheld_and_told_of(inertia: float) -> None:
+    fit = turning(inertia, 3)
+    assert Cause.AC_COUPLED in {f.cause for f in fit.misfit.findings}
+    for name, truth in (("resistance", 0.15), ("inductance", 2e-4)):
+        if fit.misfit.withholding(name) is None:
+            reach = 2.0 * np.hypot(fit.uncertainty(name), fit.timing * truth * (name == "inductance"))
+            assert abs(fit.value(name) - truth) < reach, name
+
+
 @pytest.mark.parametrize("corner", [1.0, 3.0, 10.0])
 def test_a_current_that_dies_away_under_a_lasting_voltage_is_ac_coupled(corner: float) -> None:
     for record in sampled(with_("corner", corner), bits=12, noise=(0.5, 2.0)):

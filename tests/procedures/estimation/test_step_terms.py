@@ -21,6 +21,7 @@ FIGURES = {
     "_VoltageCoupling": (0.1,),
     "_Slope": (0.01,),
     "_Hum": (0.01, 0.02),
+    "_Third": (0.01, 0.02),
     "RingingEdge": (0.01, 0.02, 0.1, -0.1),
     "Resonance": (0.1, -0.1),
 }
