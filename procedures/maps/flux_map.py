@@ -275,6 +275,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             return []
         if (allowed := self._allowed()) is not None:
             points = points[allowed(points)]
+        self.findings["locations"] += len(points)
         return further_readings(points, np.random.default_rng(_ORDER), both_sides=not fit.symmetric)
 
     def _estimate(self, taken: MapReadings) -> FluxMapEstimate:

@@ -12,9 +12,9 @@ from procedures.estimation.flux.readings import FluxReadings
 
 #: So unlikely a difference is one where it is more than this share of the largest flux linkage; magnets and gains that moved are known to
 #: a part of it only.
-_APART, _SEEN_SHARE = 1e-6, 2e-3
+_APART, _SEEN_SHARE = 1e-6, 5e-3
 #: Two gains within their limits differ by no more than the sum, and this many standard uncertainties.
-_BEYOND = 3.0
+_BEYOND = 3.5
 #: Noise that is taken where none is stated, in shares of the largest voltage; their ratio alone counts.
 _NOISE = 5e-4
 
