@@ -87,11 +87,13 @@ def test_a_run_is_followed_and_led_to_its_end(tmp_path: Path) -> None:
 
 def test_the_newest_reading_is_what_the_bridge_was_asked_for(tmp_path: Path) -> None:
     run = led(tmp_path, Order(("dq-inductance-extremes",), "virtual", "lg-400w", "J. Doe"), confirm_all)
+    # At 1 kHz it was asked for the inductance, at last, at 20 Hz, for the resistance.
     latest = run.view.latest
     assert latest is not None
-    assert (latest.instrument, str(latest.quantity), latest.unit) == ("lcr_meter", "inductance", "H")
-    assert latest.values[-1] == pytest.approx(150e-6, rel=0.05)
-    assert run.view.readings["lcr_meter", "resistance"].unit == "Ω"
+    assert (latest.instrument, str(latest.quantity), latest.unit) == ("lcr_meter", "resistance", "Ω")
+    inductance = run.view.readings["lcr_meter", "inductance"]
+    assert inductance.unit == "H"
+    assert inductance.values[-1] == pytest.approx(150e-6, rel=0.05)
 
 
 def test_the_open_question_shows_what_is_to_be_connected(tmp_path: Path) -> None:

@@ -306,7 +306,7 @@ def test_a_question_that_is_never_answered_must_be_told(monkeypatch: pytest.Monk
     check_opening(Trial(subject, session_of(subject.role), checks, seed=0, thorough=True))
     found = {one.check: one.wrong for one in checks.report("delta").failures}
     assert list(found) == ["no answer at all when opening: is told"]
-    assert "UnboundLocalError at 'read 2 0008H 2'" in found["no answer at all when opening: is told"]
+    assert "UnboundLocalError at 'read 2 0020H 2'" in found["no answer at all when opening: is told"]
 
 
 def test_a_watchdog_that_acts_too_early_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
