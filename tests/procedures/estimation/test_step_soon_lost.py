@@ -17,7 +17,7 @@ def fitted(lost: int, after: int, seed: int = 0, coupling: float = 0.0, lag: flo
     on = np.maximum(time, 0.0) * R / L
     # Two coupled circuits of one inductance, the second closed: two rates.
     if coupling:
-        rates, shares = np.linalg.eig(-_inverse(coupling) @ np.diag([1.0, 1.0 / lag]))
+        rates, shares = (each.real for each in np.linalg.eig(-_inverse(coupling) @ np.diag([1.0, 1.0 / lag])))
         weights = np.linalg.solve(shares, np.array([1.0, 0.0]))
         current = 10.0 * (1.0 - np.exp(np.outer(on, rates)) @ (shares[0] * weights))
     else:
