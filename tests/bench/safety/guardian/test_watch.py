@@ -4,18 +4,14 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from bench.cli.results import results
 from bench.i18n.errors import InputError
-from bench.journal import guardian_record
 from bench.journal.codec import data_of
-from bench.journal.guardian_record import FILE, GuardianRecord, complain, read_guardian
-from bench.journal.journal import Journal as RunJournal
+from bench.journal.guardian_record import GuardianRecord, read_guardian
 from bench.safety.guardian.guarded_instruments import is_shared, needs_guardian
 from bench.safety.guardian.protocol import Charge, charge_of, decode, encode
 from bench.safety.guardian.watch import Watch
@@ -25,7 +21,6 @@ from bench.station.shutdown_sequence import Do, Item, item
 from bench.station.station_file import load_station
 from procedures.core.bench import Recorder, Role
 from procedures.core.events import Event
-from tests.journals import event
 
 ZERO, DISABLE = item(Do.COMMAND_ZERO, Role.INVERTER), item(Do.DISABLE, Role.INVERTER)
 OFF, DECAYED = item(Do.OUTPUT_OFF, Role.SUPPLY), item(Do.VOLTAGE_DECAYED, Role.SUPPLY)
@@ -238,34 +233,6 @@ def test_a_source_that_does_not_answer_is_switched_off_at_once_and_the_run_goes_
     assert not any("took" in message for message in one.said)
 
 
-def test_the_record_has_its_room_beforehand_and_is_read_while_it_grows(tmp_path: Path) -> None:
-    assert read_guardian(tmp_path) == []
-    record = GuardianRecord(tmp_path)
-    record.record(event("started", pid=1))
-    assert record.head.events == 1
-    assert (tmp_path / FILE).stat().st_size > 60_000
-    assert [event.kind for event in read_guardian(tmp_path)] == ["started"]
-    record.record(event("took", cause="…"))
-    record.close()
-    record.close()
-    record.record(event("took"))
-    again = GuardianRecord(tmp_path)
-    again.record(event("started", pid=2))
-    assert again.head.events == 3
-    assert [event.kind for event in read_guardian(tmp_path)] == ["started", "took", "started"]
-    again.close()
-    assert (tmp_path / FILE).read_bytes().count(b"\n") == 3
-
-
-def test_a_record_that_cannot_be_written_says_so_and_stops_nothing(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    record = GuardianRecord(tmp_path / "missing")
-    record.record(event("took", cause="…"))
-    record.close()
-    assert "guardian.jsonl cannot be written" in capfd.readouterr().err
-
-
 def test_a_disk_that_hangs_keeps_nothing_on(
     watched: type[Watched], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -285,24 +252,6 @@ def test_a_disk_that_hangs_keeps_nothing_on(
     one.thread.join(20.0)
     assert record.close()
     assert read_guardian(tmp_path)[0].kind == "took"
-
-
-def test_nobody_who_does_not_read_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    unread, said = os.pipe()
-    try:
-        os.set_blocking(said, False)
-        with suppress(BlockingIOError):
-            while True:
-                os.write(said, b"." * 4096)
-        os.set_blocking(said, True)
-        monkeypatch.setattr(guardian_record, "_STDERR", said)
-        complain("what fills the pipe beyond its end")
-        assert b"fills" not in os.read(unread, 1 << 20)
-        complain("what is read")
-        assert os.read(unread, 1 << 20) == b"motorbench guardian: what is read\n"
-    finally:
-        os.close(unread)
-        os.close(said)
 
 
 def test_a_charge_goes_through_the_pipe() -> None:
@@ -361,44 +310,6 @@ def test_who_needs_one(tmp_path: Path) -> None:
     path.write_text(STATION.replace("1.5", "0.01"), encoding="utf-8")
     with pytest.raises(InputError, match=r"guardian\.heartbeat = 0\.01; allowed is a number of at least 0\.2"):
         load_station(path)
-
-
-def test_what_a_guardian_did_is_shown_with_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    journal = RunJournal(tmp_path / "journal.jsonl", lambda: 0.0)
-    journal.record(
-        event("run_started", run=str(tmp_path), motor={"name": "M"}, station={}, procedures=["tiny"], settings=[])
-    )
-    journal.close()
-    assert results(str(tmp_path), language="en") == 0
-    assert "The guardian" not in capsys.readouterr().out
-    record = GuardianRecord(tmp_path)
-    record.record(event("took", cause="the run's process has died"))
-    record.close()
-    assert results(str(tmp_path), language="en") == 0
-    assert "The guardian carried out the shutdown at 20" in (said := capsys.readouterr().out)
-    assert "the run's process has died" in said
-    assert results(str(tmp_path), json=True) == 0
-    assert '"cause": "the run\'s process has died"' in capsys.readouterr().out
-
-
-def test_two_guardians_of_one_run_do_not_write_into_each_others_lines(tmp_path: Path) -> None:
-    first = GuardianRecord(tmp_path)
-    first.record(event("took", cause="the run died"))
-
-    def begin() -> None:
-        second = GuardianRecord(tmp_path)
-        second.record(event("ready"))
-        second.close()
-
-    waiting = threading.Thread(target=begin)
-    waiting.start()
-    waiting.join(0.2)
-    assert waiting.is_alive()
-    first.record(event("left"))
-    first.close()
-    waiting.join(10.0)
-    told = read_guardian(tmp_path)
-    assert [(event.number, event.kind) for event in told] == [(1, "took"), (2, "left"), (3, "ready")]
 
 
 @pytest.mark.parametrize("off", [True, False])
