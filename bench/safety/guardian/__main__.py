@@ -14,6 +14,7 @@ from bench.i18n.errors import InputError
 from bench.journal.events.safety import GuardianConnected, GuardianLeft, GuardianStarted, InterlockOpened
 from bench.journal.guardian_record import GuardianRecord, complain, journal_head
 from bench.safety.guardian.guarded_instruments import GuardedInstruments, is_shared
+from bench.safety.guardian.lateness import RunQueue
 from bench.safety.guardian.protocol import charge_of, decode, encode
 from bench.safety.guardian.watch import Watch
 from bench.safety.interlocks import Interlocks, cause, remember
@@ -43,7 +44,7 @@ def main() -> None:
     guarded = sorted(role.value for role in instruments.roles)
     record.record(GuardianStarted(pid=os.getpid(), run=parent, token=charge.token, roles=guarded))
     failed = instruments.open()
-    watch = Watch(instruments, record, sys.stdin.fileno(), _say, charge.heartbeat, charge.stalled)
+    watch = Watch(instruments, record, sys.stdin.fileno(), _say, charge.heartbeat, charge.stalled, RunQueue(parent))
     connected = GuardianConnected(opened=instruments.opened(), failed=failed, seconds=monotonic() - begun)
     record.record(connected)
     for role, error in failed.items():

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from bench.journal.events.safety import GuardianMeasured, GuardianTook, GuardianWalked
 from bench.journal.guardian_record import complain
-from bench.safety.guardian.lateness import Lateness
+from bench.safety.guardian.lateness import Lateness, RunQueue
 from bench.safety.guardian.protocol import decode
 from bench.safety.shutdown import Outcome, failures
 from bench.station.shutdown_sequence import OFF_BY, Do, Item
@@ -73,7 +73,7 @@ class _Cause:
 class Watch:
     """Watches one run through the pipe `incoming` and answers by `say`; `run` returns when nobody needs it any more.
 
-    `heartbeat` and `stalled` (s) are the charge's.
+    `heartbeat` and `stalled` (s) are the charge's; `queue` tells how long the run's threads had no processor.
     """
 
     def __init__(
@@ -84,6 +84,7 @@ class Watch:
         say: Say,
         heartbeat: float,
         stalled: float,
+        queue: RunQueue,
     ) -> None:
         self._instruments = instruments
         self._record = record
@@ -91,7 +92,7 @@ class Watch:
         self._say = say
         self._heartbeat = heartbeat
         self._stalled = stalled
-        self._late = Lateness(heartbeat)
+        self._late, self._queue = Lateness(heartbeat), queue
         self._buffer = b""
         self._unread: list[dict[str, Any]] = []
         self._gone = self._done = self._unsafe = self._down = False
@@ -141,15 +142,16 @@ class Watch:
             if self._gone and not self._unread:
                 return _Cause("the run's process has died")
             now = monotonic()
-            due = last + self._heartbeat + self._late.allowance(now)
+            due = last + self._patience_with_run(now - last, now)
             planned = min(due, now + _LOOK, self._begin[1] if self._begin else due, self._deadline() or due)
             messages = self._hear(planned)
             woke = monotonic()
             if not messages:
                 self._late.woke(planned, woke)
-            patience = self._heartbeat + self._late.allowance(woke)
+            patience = self._patience_with_run(woke - last, woke)
             if any("beat" in message for message in messages):
                 last = woke
+                self._queue.note()
             elif woke - planned > _LATE:
                 last = max(last, woke - patience + _LATE)
             self._take_all(messages)
@@ -162,6 +164,13 @@ class Watch:
                 return _Cause(self._begin[0])
             if (deadline := self._deadline()) and now >= deadline:
                 return self._overdue()
+
+    def _patience_with_run(self, silent: float, now: float) -> float:
+        """Return how long (s) the run may be silent, silent for a time (s) by now: more where either got no processor."""
+        late = self._late.allowance(now)
+        if silent >= self._heartbeat + late:
+            late = max(late, min(self._queue.waited(), self._heartbeat))
+        return self._heartbeat + late
 
     def _deadline(self) -> float | None:
         """By when (s, monotonic) the run must have switched off what it is switching off; None where it is not doing so."""

@@ -13,6 +13,7 @@ from bench.i18n.errors import InputError
 from bench.journal.codec import data_of
 from bench.journal.guardian_record import GuardianRecord, read_guardian
 from bench.safety.guardian.guarded_instruments import is_shared, needs_guardian
+from bench.safety.guardian.lateness import RunQueue
 from bench.safety.guardian.protocol import Charge, charge_of, decode, encode
 from bench.safety.guardian.watch import Watch
 from bench.safety.shutdown import Outcome
@@ -75,13 +76,19 @@ class Watched:
     """A watch on a thread, and the run's end of its pipe."""
 
     def __init__(
-        self, *items: Item, heartbeat: float = 30.0, stalled: float = 30.0, record: Recorder | None = None
+        self,
+        *items: Item,
+        heartbeat: float = 30.0,
+        stalled: float = 30.0,
+        record: Recorder | None = None,
+        queue: RunQueue | None = None,
     ) -> None:
         self.instruments, self.journal = Instruments(*items), Journal()
         self.said: list[dict[str, Any]] = []
         self.incoming, self.outgoing = os.pipe()
         record = record or self.journal
-        self.watch = Watch(self.instruments, record, self.incoming, self.said.append, heartbeat, stalled)
+        queue = queue or RunQueue(os.getpid())
+        self.watch = Watch(self.instruments, record, self.incoming, self.said.append, heartbeat, stalled, queue)
         self.thread = threading.Thread(target=self.watch.run)
         self.thread.start()
 
@@ -153,6 +160,23 @@ def test_a_silent_run_is_kept_off_until_it_says_that_it_is_awake(watched: type[W
     one.tell(down=True)
     one.tell(done=True, journal=True)
     assert one.ended() == ["no heartbeat for 0.2 s"]
+
+
+def test_a_run_that_got_no_processor_is_given_the_same_time_once_more_and_no_longer(
+    watched: type[Watched], tmp_path: Path
+) -> None:
+    counted = tmp_path / "17" / "task" / "17" / "schedstat"
+    counted.parent.mkdir(parents=True)
+    counted.write_text("0 0 0\n")
+    one = watched(heartbeat=0.4, queue=RunQueue(17, tmp_path))
+    begun = time.monotonic()
+    one.tell(beat=1, age=0.0)
+    one.await_said("echo")
+    counted.write_text("0 60000000000 9\n")
+    assert one.await_said("took") == "no heartbeat for 0.4 s"
+    assert 0.8 <= time.monotonic() - begun < 5.0
+    os.close(one.outgoing)
+    one.ended()
 
 
 def test_a_run_that_does_not_get_on(watched: type[Watched]) -> None:
