@@ -79,6 +79,13 @@ def decide(
     )
 
 
+def takes_again(verdict: Verdict, test_number: int, rule: AgainSection) -> bool:
+    """Tell whether a test came to no verdict on the motor, and the rule takes it again by itself."""
+    if verdict in _JUDGED or verdict.value not in rule.verdicts:
+        return False
+    return verdict is Verdict.ABORTED or test_number < rule.most_tests
+
+
 def under_test(claim: SerialClaim) -> Text:
     """Return why a serial number that somebody else tests now is refused."""
     return text(

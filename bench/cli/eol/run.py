@@ -137,6 +137,12 @@ def run(
     if stopped:
         sentence = text("the batch was stopped by {person}; the same command continues it", person=stopped)
         print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
+    elif counts.no_verdict:
+        sentence = text(
+            "motors without a verdict: {count}. The same command tests them again; where serial numbers are scanned, scan them again",
+            count=len(counts.no_verdict),
+        )
+        print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
     if counts.held_up is not None:
         print(f"motorbench: {counts.held_up.render(translate)}", file=sys.stderr)
     if counts.brakes and not stopped:
@@ -207,6 +213,7 @@ def _summary(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
         "golden": dict(counts.golden),
         "refused": counts.refused,
         "untested": sorted(counts.untested),
+        "no_verdict": sorted(counts.no_verdict),
         "bench_time": counts.bench_time,
         "wall_time": wall,
         "motors_per_second": counts.motors / wall if wall > 0.0 else 0.0,

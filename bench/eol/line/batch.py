@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import IO
 
+from bench.eol.admission_rule import takes_again
 from bench.eol.exports.json_lines import motor_as_dict
 from bench.eol.line.admission import Admission, RefusedSerial
 from bench.eol.line.admission_desk import AdmissionDesk
@@ -35,6 +36,7 @@ from bench.eol.line.warm_up import WarmUp
 from bench.eol.line.worker_process import ForkServer
 from bench.eol.motor_yield import MotorYield
 from bench.eol.plan import Plan, PlannedCheck
+from bench.eol.plan_file import AgainSection
 from bench.eol.plans_beside import check_serial
 from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import BatchPlan
@@ -55,7 +57,8 @@ class Counts:
     """What became of a batch's tests, by verdict, golden motors' beside them; yields by motor; serial numbers refused.
 
     `untested` are those refused that the batch has not tested either, before or after. `brakes` are those that applied, `undecidable`
-    tells of limits that the station cannot decide; `waits` is what still waits at the end.
+    tells of limits that the station cannot decide; `waits` is what still waits at the end. Motors of `no_verdict` ended with an error
+    or were aborted, and the plan takes them again.
     """
 
     verdicts: Counter[str] = field(default_factory=Counter)
@@ -63,6 +66,7 @@ class Counts:
     golden: Counter[str] = field(default_factory=Counter)
     refused: int = 0
     untested: set[str] = field(default_factory=set)
+    no_verdict: set[str] = field(default_factory=set)
     brakes: list[AppliedBrake] = field(default_factory=list)
     #: Whether the line itself ended the batch before its end, and why where no brake says it.
     unfinished: bool = False
@@ -174,7 +178,7 @@ def _run(
             nullcontext(fork_server) if fork_server else closing(ForkServer()) as workers,
             closing(_outputs(plan, line, folder, BatchListener(listener, *panel))) as outputs,
         ):
-            heard = BatchListener(_Counting(counts, outputs), listener, *panel)
+            heard = BatchListener(_Counting(counts, outputs, plan.again), listener, *panel)
             limits = DecidableLimits(prepared, heard.noted)
             listeners = BatchListener(heard, limits)
             limits.before(uncertainties)
@@ -276,13 +280,17 @@ def _cut_off(log: BatchLog, writer: RecordWriter) -> list[BatchMotor]:
 class _Counting(BatchListener):
     """Counts motors by verdict, and hands their records to outputs."""
 
-    def __init__(self, counts: Counts, outputs: RecordOutputs) -> None:
-        self._counts, self._outputs = counts, outputs
+    def __init__(self, counts: Counts, outputs: RecordOutputs, again: AgainSection) -> None:
+        self._counts, self._outputs, self._again = counts, outputs, again
 
     def done(self, record: MotorRecord) -> None:
         (self._counts.golden if record.golden else self._counts.verdicts)[record.verdict.value] += 1
         self._counts.by_motor.add(record)
         self._counts.untested.discard(record.serial_number)
+        if not record.golden:
+            self._counts.no_verdict.discard(record.serial_number)
+            if takes_again(record.verdict, record.test_number, self._again):
+                self._counts.no_verdict.add(record.serial_number)
         self._counts.bench_time += record.bench_time
         # It is kept already: whatever becomes of it here, no record is lost.
         if self._outputs.wanted:

@@ -6,10 +6,11 @@ from datetime import timedelta
 from random import Random
 from typing import Literal, get_args
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.eol.admission_rule import AdmittedTest, RefusedTest, decide
+from bench.eol.admission_rule import AdmittedTest, RefusedTest, decide, takes_again
 from bench.eol.plan_file import AgainSection
 from bench.eol.store.earlier_tests import EarlierTest, in_order
 from bench.eol.verdict import Verdict
@@ -136,3 +137,21 @@ def test_the_usual_rule_takes_what_was_cut_off_and_nothing_that_was_judged() -> 
         assert isinstance(ruled(history_of(*admitted), usual), AdmittedTest), admitted
     for refused in (["pass"], ["fail"], ["aborted", "fail"], ["fail", "error"], ["error"] * 3, ["pass", "fail!"]):
         assert isinstance(ruled(history_of(*refused), usual), RefusedTest), refused
+
+
+@pytest.mark.parametrize(
+    ("verdict", "test_number", "again"),
+    [
+        ("error", 1, True),
+        ("error", 3, False),
+        ("aborted", 1, True),
+        ("aborted", 9, True),
+        ("pass", 1, False),
+        ("fail", 1, False),
+    ],
+)
+def test_what_came_to_no_verdict_is_taken_again_as_long_as_the_rule_allows(
+    verdict: str, test_number: int, again: bool
+) -> None:
+    assert takes_again(Verdict(verdict), test_number, AgainSection()) is again
+    assert not takes_again(Verdict(verdict), test_number, AgainSection(verdicts=frozenset()))

@@ -5,6 +5,7 @@ import os
 import signal
 import sqlite3
 import threading
+from collections import Counter
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -16,6 +17,7 @@ from bench.eol.line.admission import RefusedSerial
 from bench.eol.line.batch import Counts, _Counting
 from bench.eol.line.batch_log import FILE
 from bench.eol.line.record_writer import own_records
+from bench.eol.plan_file import AgainSection
 from bench.eol.store.database import open_database
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError, UsageError
@@ -76,6 +78,10 @@ def test_a_worker_that_is_killed_costs_its_own_motor_and_no_other(bench: Any) ->
     assert "was ended by SIGKILL" in lost.cause
     assert all(record.verdict is Verdict.PASS for record in records if record is not lost)
     assert any("SIGKILL" in words for words in bench.listener.troubles)
+    assert counts.no_verdict == {lost.serial_number}
+    bench.listener.when_begun = lambda _: None
+    counts, _ = bench.run(motors=3)
+    assert (counts.verdicts[Verdict.PASS.value], counts.motors, counts.no_verdict) == (1, 1, set())
 
 
 @pytest.mark.slow
@@ -135,12 +141,24 @@ def test_a_batch_whose_motors_were_tested_before_is_not_done(bench: Any, call: C
 
 def test_a_motor_that_was_refused_and_then_tested_is_not_missing() -> None:
     counts = Counts()
-    listener = _Counting(counts, RecordOutputs([], Path(), lambda _: None))
+    listener = _Counting(counts, RecordOutputs([], Path(), lambda _: None), AgainSection())
     listener.refused(RefusedSerial("A1", text("not now")))
     listener.refused(RefusedSerial("A2", text("not now")))
     listener.refused(RefusedSerial("A3", text("it is being measured"), taken=True))
     listener.done(motor_record(serial_number="A1", verdict=Verdict.PASS))
     assert (counts.refused, counts.untested) == (3, {"A2"})
+
+
+def test_who_gave_a_batch_with_a_motor_in_error_hears_that_the_same_command_tests_it_again(
+    bench: Any, call: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def with_an_error(*_: object) -> tuple[Counts, str]:
+        return Counts(Counter({"pass": 1, "error": 2}), no_verdict={"A2", "A3"}), ""
+
+    monkeypatch.setattr("bench.cli.eol.run.run_batch", with_an_error)
+    code, out, err = call("eol", "run", str(bench.request.plan), "--station", "virtual", "--json")
+    assert (code, json.loads(out)["no_verdict"]) == (1, ["A2", "A3"])
+    assert "motors without a verdict: 2. The same command tests them again" in err
 
 
 def test_serial_numbers_that_may_not_be_measured_do_not_stop_the_line(bench: Any) -> None:
