@@ -89,16 +89,17 @@ def record_of(test: UnitTest, batch: Batch, socket: str) -> MotorRecord:
     if verdict is Verdict.PASS and (finished is None or finished.view.status != "completed"):
         # Everything was measured, and the shutdown or the record of it was not as it should be.
         verdict = Verdict.ERROR
+    translate = translator(batch.request.language)
     try:
         waveforms = test.waveforms.files(verdict)
     except RecordError as error:
-        waveforms, cause = {}, f"{cause}; {error}" if cause else str(error)
+        said = error.brief if error.remedy.render(translate) in cause else error.text
+        waveforms, cause = {}, "; ".join(words for words in (cause, said.render(translate)) if words)
         verdict = Verdict.ERROR if verdict is Verdict.PASS else verdict
     diagnoses: tuple[Diagnosis, ...] = ()
     if verdict is Verdict.FAIL and finished is not None:
         found = {name: result.findings for name, result in finished.view.finished.items()}
         diagnoses = diagnose(found, figures, judge.errors, batch.motor.nameplate.expected)
-    translate = translator(batch.request.language)
     return replace(
         _ended_now(batch, socket, task, test.started, verdict, bench_time),
         first_pass=judge.first_pass(verdict),

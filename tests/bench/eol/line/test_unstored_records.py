@@ -4,8 +4,10 @@ import errno
 import json
 import os
 import sqlite3
+from collections.abc import Mapping
 from pathlib import Path
 from threading import Event
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,6 +15,10 @@ from sqlalchemy import Connection, Engine, NullPool, create_engine, text
 from sqlalchemy.exc import OperationalError
 
 from bench.cli.main import main
+from bench.eol.limits import GuardBand
+from bench.eol.line.judging import MotorJudge
+from bench.eol.line.messages import Task
+from bench.eol.line.motor_record import KeptWaveforms, UnitTest, record_of
 from bench.eol.line.record_writer import own_records
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import open_database
@@ -20,8 +26,12 @@ from bench.eol.store.faults import StoreError
 from bench.eol.store.insertion import insert_record
 from bench.eol.store.spool import FOLDER
 from bench.eol.store.waiting import Waiting
+from bench.eol.verdict import Verdict
+from bench.i18n.language import translator
 from bench.journal.disk import write_file
+from bench.journal.errors import RecordError
 from tests.bench.eol.loaded_workers import loaded_workers
+from tests.bench.eol.motor_records import NOON
 
 
 def numbers(reference: Path, batch: str = "small") -> list[int]:
@@ -208,3 +218,28 @@ def test_a_server_that_is_away_keeps_nothing_from_being_kept(bench: Any) -> None
     assert "the server accepts no records" in str(trouble.why)
     with own_records(str(bench.folder / "runs" / "records.sqlite")) as kept:
         assert kept.count("small") == 1
+
+
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_what_a_full_disk_keeps_out_is_named_twice_and_what_to_do_once(tmp_path: Path, language: str) -> None:
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    journal, waveform = RecordError(tmp_path / "journal.jsonl", full), RecordError(tmp_path / "0001.h5", full)
+    translate = translator(language)
+
+    class Full(KeptWaveforms):
+        def files(self, verdict: Verdict) -> Mapping[str, str]:
+            raise waveform
+
+    judge = MotorJudge((), {}, GuardBand.STRICT, 1.0, translate)
+    batch = SimpleNamespace(
+        name="B",
+        uid="0" * 32,
+        line="L",
+        plan=SimpleNamespace(name="p", sha256=""),
+        request=SimpleNamespace(language=language, person=""),
+        motor=SimpleNamespace(nameplate=SimpleNamespace(name="m")),
+    )
+    test = UnitTest(Task(1, "A1", (), 0.0), judge, Full("all"), NOON, cause=journal.text.render(translate))
+    cause = record_of(test, batch, "1").cause  # type: ignore[arg-type]
+    assert (cause.count("journal.jsonl"), cause.count("0001.h5")) == (1, 1)
+    assert cause.count(journal.remedy.render(translate)) == 1
