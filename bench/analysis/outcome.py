@@ -17,7 +17,7 @@ from procedures.core.parameters import PARAMETERS
 from procedures.core.result import Withheld
 from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
-from procedures.plausibility.sizes import IMPLAUSIBLE, UNUSUAL, size_beyond, size_unusual
+from procedures.plausibility.sizes import IMPLAUSIBLE, TOO_UNCERTAIN, UNUSUAL, size_beyond, size_unusual, too_uncertain
 
 _Result = TypeVar("_Result")
 #: What rounding to the last digit leaves of a fit is smaller than that of one reading by the root of their number, rarely this much more.
@@ -92,9 +92,6 @@ class AnalysisOutcome:
         if beyond is not None:
             self.withhold((name,), IMPLAUSIBLE, beyond_words(name, float(quantity.x), beyond))
             return
-        unusual = size_unusual(name, float(quantity.x))
-        if unusual is not None:
-            self.warn(unusual_words(name, float(quantity.x), unusual), UNUSUAL)
         made = self.uncertainties.parameter(
             name,
             PARAMETERS[name].unit,
@@ -105,6 +102,13 @@ class AnalysisOutcome:
             convention=convention,
             winding=winding,
         )
+        vague = too_uncertain(name, made.value, made.coverage_interval, made.unit)
+        if vague is not None:
+            self.withhold((name,), TOO_UNCERTAIN, vague)
+            return
+        unusual = size_unusual(name, float(quantity.x))
+        if unusual is not None:
+            self.warn(unusual_words(name, float(quantity.x), unusual), UNUSUAL)
         told = made.as_dict()
         for row, input_ in zip(told["budget"], made.budget, strict=True):
             row["source"] = input_.source.render(self._translate)

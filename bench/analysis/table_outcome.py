@@ -14,7 +14,7 @@ from procedures.core.budget import Uncertainties
 from procedures.core.misfit_text import misfit_row, sentence
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.flux.flux_map import MapFigure
-from procedures.plausibility.sizes import IMPLAUSIBLE, UNUSUAL, size_beyond, size_unusual
+from procedures.plausibility.sizes import IMPLAUSIBLE, TOO_UNCERTAIN, UNUSUAL, size_beyond, size_unusual, too_uncertain
 
 
 def told(path: Path, misfit: Misfit, translate: Translate) -> dict[str, Any]:
@@ -44,19 +44,26 @@ def give(
     translate: Translate,
     digits: float = 0.0,
 ) -> None:
-    """Add a parameter, or why it is not given: no motor has such a size. `digits` is the last digit of the
+    """Add a parameter, or why it is not given: no motor has such a size, or the interval says nothing. `digits` is the last digit of the
     numbers that it comes from, share of the largest, whose error it has at least.
     """
     beyond = size_beyond(name, figure.value)
-    if beyond is None:
-        made["parameters"][name] = _parameter(name, unit, figure, procedure, digits)
-        unusual = size_unusual(name, figure.value)
-        if unusual is not None:
-            message = unusual_words(name, figure.value, unusual).render(translate)
-            made["warnings"].append({"id": UNUSUAL, "text": message})
-    else:
-        message = beyond_words(name, figure.value, beyond).render(translate)
-        made["withheld"] |= withheld_rows((name,), IMPLAUSIBLE, message)
+    if beyond is not None:
+        made["withheld"] |= withheld_rows(
+            (name,), IMPLAUSIBLE, beyond_words(name, figure.value, beyond).render(translate)
+        )
+        return
+    given = _parameter(name, unit, figure, procedure, digits)
+    low, high = given["coverage_interval"]
+    vague = too_uncertain(name, figure.value, (low, high), unit)
+    if vague is not None:
+        made["withheld"] |= withheld_rows((name,), TOO_UNCERTAIN, vague.render(translate))
+        return
+    made["parameters"][name] = given
+    unusual = size_unusual(name, figure.value)
+    if unusual is not None:
+        message = unusual_words(name, figure.value, unusual).render(translate)
+        made["warnings"].append({"id": UNUSUAL, "text": message})
 
 
 def _parameter(name: str, unit: str, figure: MapFigure, procedure: str, digits: float) -> dict[str, Any]:

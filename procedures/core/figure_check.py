@@ -6,14 +6,15 @@ from collections.abc import Iterable
 from drivers.interfaces.text import Text, text
 from procedures.core.procedure_error import ProcedureError
 from procedures.core.result import Notice, Parameter, Withheld
-from procedures.plausibility.sizes import IMPLAUSIBLE, UNUSUAL, size_beyond, size_unusual
+from procedures.plausibility.sizes import IMPLAUSIBLE, TOO_UNCERTAIN, UNUSUAL, size_beyond, size_unusual, too_uncertain
 
 #: The cause of a figure that is withheld because it lies where none can be.
 OUT_OF_BOUNDS = "out-of-bounds"
 
 
 def possible(parameters: Iterable[Parameter]) -> tuple[list[Parameter], list[Withheld]]:
-    """Return the parameters whose interval reaches into their definition's bounds and whose size a motor may have, the others as withheld.
+    """Return the parameters whose interval reaches into their definition's bounds, whose size a motor may have and whose interval tells
+    something, the others as withheld.
 
     Raises ProcedureError for a value or an uncertainty that is no number.
     """
@@ -33,6 +34,8 @@ def possible(parameters: Iterable[Parameter]) -> tuple[list[Parameter], list[Wit
         cause, message = OUT_OF_BOUNDS, _outside(each)
         if message is None:
             cause, message = IMPLAUSIBLE, _beyond(each)
+        if message is None:
+            cause, message = TOO_UNCERTAIN, too_uncertain(each.name, each.value, each.coverage_interval, each.unit)
         if message is None:
             kept.append(each)
         else:

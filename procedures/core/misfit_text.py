@@ -427,6 +427,14 @@ _SEEN_IN_BRIDGE = {
         "reads more of it"
     ),
 }
+#: What is said of a torque constant: `record` = "torque-constant".
+_SEEN_IN_TORQUE_CONSTANT = {
+    Cause.CHANNELS_DIFFER: text(
+        "torque over current on the dynamometer is {ratio:.4g} times 1.5·p·λ ({off:+.1%}), more than the stated limits of torque, current "
+        "and flux linkage explain: check pole pairs, peak against rms current, the inverter's current scale with a meter, the "
+        "transducer's calibration, and whether the current lies in the q axis. Iron that saturates also makes less torque for each ampere"
+    ),
+}
 #: What is said of inductances over a turn: `record` = "sweep".
 _SEEN_IN_SWEEP = {
     Cause.ODD_READING: text(
@@ -489,6 +497,7 @@ _SEEN_IN = {
     "emf-jumps": _SEEN_IN_EMF_JUMPS,
     "emf-memory": _SEEN_IN_EMF_MEMORY,
     "short-circuit": _SEEN_IN_SHORT_CIRCUIT,
+    "torque-constant": _SEEN_IN_TORQUE_CONSTANT,
 }
 #: Causes whose sentence tells what was done, too.
 _ALL_SAID = (Cause.PULSE_ENDS,)

@@ -1,7 +1,8 @@
 """Torque constant from flux linkage, and measured on the dynamometer (§2.4)."""
 
+import math
 from contextlib import ExitStack
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from GTC.lib import UncertainReal
@@ -13,9 +14,11 @@ from procedures.core.actions import INVERTER, CoupleDynamometer, ReleaseRotor
 from procedures.core.bench import Role
 from procedures.core.demand import SHAFT, Demand, Demands, Measurand
 from procedures.core.nameplate import Nameplate
+from procedures.core.parameter_set import DISAGREEMENT
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.shaft.torque_levels import torque_at_levels
 from procedures.techniques.temperature.correction import magnet_factor, winding_temperature
@@ -31,6 +34,8 @@ from procedures.verification.settings import DrivenWiringSettings
 DERIVED = "1.5 · pole pairs · flux linkage"
 #: Of the dynamometer's largest torque this share is used.
 _TORQUE_SHARE = 0.8
+#: Where the two differ by more than this (of the logarithm), neither is given: one of them is wrong.
+_MOST_APART = 0.1
 
 
 class TorqueConstantSettings(DrivenWiringSettings):
@@ -64,6 +69,28 @@ def torque_currents(settings: TorqueConstantSettings, nameplate: Nameplate, most
     return np.linspace(-largest, largest, 2 * settings.levels + 1)
 
 
+class TorqueConstantFigure(NamedTuple):
+    """A torque constant (N·m/A), and what the document's simple formula gives for it."""
+
+    quantity: UncertainReal
+    note_value: float
+
+
+def contradiction(ratio: UncertainReal) -> tuple[float, Misfit]:
+    """Return the standard uncertainty (relative) that the measured constant and 1.5·p·λ have beside their own, and what is said of them.
+
+    `ratio` is one over the other. It is as much as the two differ by more than their uncertainties let expect: no third quantity tells a
+    current, or a torque, that is read wrong from a flux linkage that is.
+    """
+    off, own = float(ratio.x) - 1.0, float(ratio.u)
+    excess = math.sqrt(max(off**2 - own**2, 0.0))
+    if abs(off) <= DISAGREEMENT * own:
+        return excess, NO_MISFIT
+    answer = Answer.WITHHELD if abs(math.log(max(float(ratio.x), 1e-9))) > _MOST_APART else Answer.WIDENED
+    figures: dict[str, float | str] = {"record": "torque-constant", "ratio": float(ratio.x), "off": off}
+    return excess, Misfit((Finding(Cause.CHANNELS_DIFFER, answer, ("torque_constant",), off / own, figures),))
+
+
 class TorqueConstant(Procedure[TorqueConstantSettings]):
     """Torque per ampere: 1.5·p·λ, and the slope of shaft torque over the inverter's current (§2.4)."""
 
@@ -92,33 +119,54 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         by_hand=True,
     )
     def torque_per_ampere(self) -> None:
-        """Report what is available of both."""
+        """Report what is available of both; where they contradict each other, neither is known better than the other."""
         derived = self._derived()
+        measured = None
         if self.settings.measured and self.bench.has(Role.DYNAMOMETER) and self.bench.has(Role.INVERTER):
-            self._measured(derived)
+            measured = self._measured(derived)
+        between: UncertainReal | float = 1.0
+        misfit = NO_MISFIT
+        if measured is not None and derived is not None:
+            excess, misfit = contradiction(measured.quantity / derived.quantity)
+            between = self.bench.uncertainties.limit(
+                text("torque constant, measured against 1.5·p·λ"), 1.0, math.sqrt(3.0) * excess
+            )
+        if derived is not None:
+            self.report(
+                "torque_constant",
+                derived.quantity * between,
+                section="2.4",
+                estimator=DERIVED,
+                note_value=derived.note_value,
+                misfit=misfit,
+            )
+        if measured is not None:
+            self.report(
+                "torque_constant",
+                measured.quantity * between,
+                section="2.4",
+                estimator="slope of shaft torque over the inverter's current, both directions",
+                note_value=measured.note_value,
+                misfit=misfit,
+            )
 
-    def _derived(self) -> UncertainReal | None:
+    def _derived(self) -> TorqueConstantFigure | None:
         flux, pairs = self.known.get("flux_linkage"), self.known_value("pole_pairs")
         if flux is None or pairs is None:
             return None
-        derived = 1.5 * pairs * self.bench.uncertainties.of_parameter(flux)
-        self.report(
-            "torque_constant",
-            derived,
-            section="2.4",
-            estimator=DERIVED,
-            note_value=1.5 * pairs * (flux.note_value or flux.value),
+        factor = 1.5 * pairs
+        return TorqueConstantFigure(
+            factor * self.bench.uncertainties.of_parameter(flux), factor * (flux.note_value or flux.value)
         )
-        return derived
 
-    def _measured(self, derived: UncertainReal | None) -> None:
+    def _measured(self, derived: TorqueConstantFigure | None) -> TorqueConstantFigure:
         bench = self.bench
         bench.perform(INVERTER, ReleaseRotor(), CoupleDynamometer())
         self.wiring.inverter.direction(INVERTER)
         temperature = winding_temperature(
             self, self.settings.winding_temperature, self.settings.temperature_uncertainty
         )
-        most = self._most_current(float(derived.x) if derived is not None else None)
+        most = self._most_current(float(derived.quantity.x) if derived is not None else None)
         levels = torque_currents(self.settings, self.nameplate, most)
         speed = driving_speed_rad(bench, self.nameplate, self.settings.speed_share)
         bench.thermometer.warmed()
@@ -166,23 +214,8 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             self.settings.magnet_coefficient,
             self.settings.magnet_coefficient_uncertainty,
         )
-        self.report(
-            "torque_constant",
-            slope,
-            section="2.4",
-            estimator="slope of shaft torque over the inverter's current, both directions",
-            note_value=float((torques[-1] - torques[0]) / (currents[-1] - currents[0])),
-        )
-        if derived is not None and abs(float(slope.x) / float(derived.x) - 1.0) > 0.1:
-            self.notice(
-                "torque-constant",
-                text(
-                    "measured {measured:.4g} N·m/A against 1.5·p·λ = {derived:.4g} N·m/A: check pole pairs, peak against rms current, "
-                    "and the inverter's current scale",
-                    measured=float(slope.x),
-                    derived=float(derived.x),
-                ),
-            )
+        self.findings["measured"] = {"value": float(slope.x), "standard_uncertainty": float(slope.u)}
+        return TorqueConstantFigure(slope, float((torques[-1] - torques[0]) / (currents[-1] - currents[0])))
 
     def _most_current(self, constant: float | None) -> float:
         """Return the current (A) that inverter and dynamometer take."""

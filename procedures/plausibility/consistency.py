@@ -18,6 +18,7 @@ from procedures.plausibility.type_tolerance import held_against_type
 
 Findings = Mapping[str, Mapping[str, Any]]
 _Keyed = tuple[tuple[str, str], Notice]
+_Pair = tuple[float, float]
 _Ratios = list[tuple[Parameter, Ratio]]
 
 #: Procedure whose findings hold the time constants, and those that read inductances with a bridge.
@@ -43,8 +44,11 @@ def check_consistency(
     `findings` are those of the procedures by name; `procedures`, else the installed ones, define the parameters.
     One mistake raises one alarm: what follows from it is not told again.
     """
-    pairs, alarms = _pole_pairs(found, nameplate)
-    alarms += _torque(found, pairs) if pairs else []
+    # As measured, before flux linkage and pole pairs were held against it.
+    torque = findings.get("torque-constant", {}).get("measured")
+    measured = (torque["value"], torque["standard_uncertainty"]) if torque else _measured_torque_constant(found)
+    pairs, alarms = _pole_pairs(found, nameplate, measured)
+    alarms += _torque(found, pairs, measured) if pairs else []
     if pairs and not alarms:
         alarms += _plate(found, pairs, nameplate)
     alarms += _winding(found, pairs or 1.0, nameplate)
@@ -54,7 +58,7 @@ def check_consistency(
     return (*alarms, *type_values, *held_against_type(found, nameplate))
 
 
-def _pole_pairs(found: ParameterSet, nameplate: Nameplate) -> tuple[float | None, list[Notice]]:
+def _pole_pairs(found: ParameterSet, nameplate: Nameplate, torque: _Pair | None) -> tuple[float | None, list[Notice]]:
     """Return the pole pairs that most speaks for, and an alarm where anything else was claimed."""
     claims = {p.procedure: float(p.value) for p in _figures(found, "pole_pairs")}
     if nameplate.pole_pairs is not None:
@@ -65,7 +69,7 @@ def _pole_pairs(found: ParameterSet, nameplate: Nameplate) -> tuple[float | None
         return None, []
     # Where as many speak for one as for another, the one that the torque constant bears out; else what was measured first.
     counted = Counter(claims.values())
-    best = min(counted, key=lambda p: (-counted[p], _torque_misfit(found, p)))
+    best = min(counted, key=lambda p: (-counted[p], _torque_misfit(found, p, torque)))
     alarms = []
     for claimed in counted:
         if claimed == best:
@@ -122,15 +126,16 @@ def _winding(found: ParameterSet, pairs: float, nameplate: Nameplate) -> list[No
     return alarms
 
 
-def _torque_misfit(found: ParameterSet, pairs: float) -> float:
-    ratio = _against_flux(found, _measured_torque_constant(found), 1.5 * pairs)
+def _torque_misfit(found: ParameterSet, pairs: float, torque: _Pair | None) -> float:
+    ratio = _against_flux(found, torque, 1.5 * pairs)
     return abs(math.log(ratio.value)) if ratio else 0.0
 
 
-def _torque(found: ParameterSet, pairs: float) -> list[Notice]:
+def _torque(found: ParameterSet, pairs: float, measured: _Pair | None) -> list[Notice]:
     """Hold the measured torque constant and the EMF at mechanical speed against p·λ, and find which of the three is off."""
-    torque = _against_flux(found, _measured_torque_constant(found), 1.5 * pairs)
-    emf = _against_flux(found, found.parameters.get("back_emf_constant_mechanical"), pairs)
+    torque = _against_flux(found, measured, 1.5 * pairs)
+    constant = found.parameters.get("back_emf_constant_mechanical")
+    emf = _against_flux(found, _pair(constant) if constant else None, pairs)
     torque_off = torque is not None and torque.deviates(_FLUX_SLACK)
     emf_off = emf is not None and emf.deviates(_FLUX_SLACK)
     if torque is not None and torque_off:
@@ -311,18 +316,18 @@ def _figures(found: ParameterSet, name: str) -> tuple[Parameter, ...]:
     return () if best is None else (best, *found.alternatives.get(name, ()))
 
 
-def _measured_torque_constant(found: ParameterSet) -> Parameter | None:
-    return next((p for p in _figures(found, "torque_constant") if p.estimator != DERIVED), None)
+def _measured_torque_constant(found: ParameterSet) -> _Pair | None:
+    return next((_pair(p) for p in _figures(found, "torque_constant") if p.estimator != DERIVED), None)
 
 
-def _against_flux(found: ParameterSet, parameter: Parameter | None, factor: float) -> Ratio | None:
+def _against_flux(found: ParameterSet, figure: _Pair | None, factor: float) -> Ratio | None:
     flux = found.parameters.get("flux_linkage")
-    if flux is None or parameter is None:
+    if flux is None or figure is None:
         return None
-    return quotient(_pair(parameter), (factor * flux.value, factor * flux.standard_uncertainty))
+    return quotient(figure, (factor * flux.value, factor * flux.standard_uncertainty))
 
 
-def _pair(parameter: Parameter) -> tuple[float, float]:
+def _pair(parameter: Parameter) -> _Pair:
     return parameter.value, parameter.standard_uncertainty
 
 

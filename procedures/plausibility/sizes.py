@@ -2,8 +2,15 @@
 
 from collections.abc import Mapping
 
+from drivers.interfaces.text import Text, text
+
 #: The cause that a figure is not given for where no motor has such a size, and the warning's that hardly any has it.
 IMPLAUSIBLE, UNUSUAL = "implausible-size", "unusual-size"
+#: The cause that a figure is not given for whose interval is so wide that it tells nothing of the motor.
+TOO_UNCERTAIN = "too-uncertain"
+#: Half-width of the interval over the value, at most: of what no motor is without, and of friction, which a motor may hardly have: there a
+#: figure that cannot be told from zero still says how much it is at most.
+_MOST, _MOST_OF_FRICTION = 1.0, 10.0
 
 #: From the smallest watch motors and micro motors to the largest generators, and a factor of ten or more to spare on either side: a
 #: limit is for what cannot be, not for what is rare.
@@ -49,3 +56,24 @@ def size_unusual(name: str, value: float) -> tuple[float, float] | None:
     """Return the least and the largest size (SI) that a motor on a bench usually has, where a value above 0 lies outside; else None."""
     least, most = _USUAL.get(name, (0.0, float("inf")))
     return (least, most) if value > most or 0.0 < value < least else None
+
+
+def too_uncertain(name: str, value: float, interval: tuple[float, float], unit: str) -> Text | None:
+    """Return why the figure of a motor's size is not given: half the width of its 95 % interval exceeds the value itself, of a friction ten
+    times the value. None where it does not, and for parameters that may be zero.
+    """
+    least, _ = _SIZES.get(name, (None, None))
+    if least is None:
+        return None
+    low, high = interval
+    most = _MOST if least > 0.0 else _MOST_OF_FRICTION
+    if 0.5 * (high - low) <= most * abs(value):
+        return None
+    return text(
+        "the readings only show that it lies between {low:.3g} and {high:.3g} {unit}, and a figure with an interval wider than "
+        "±{most:.0%} of itself is not given. The other warnings name the likely cause; read more often or longer, or use a larger signal",
+        low=low,
+        high=high,
+        unit=unit,
+        most=most,
+    )

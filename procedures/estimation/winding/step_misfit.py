@@ -30,6 +30,9 @@ COARSE_ALARM = 10.0
 #: So much of a direction's square is chance. Where no cause was found it is of many directions the one seen best: as much as keeps
 #: intervals of clean records below 1.5 times the plain fit's on average.
 _CHANCE, _CHANCE_OF_NONE = 1.0, 2.0
+#: Of two explanations that no record tells apart the truth is at one end of what they span: the interval reaches so much further, for
+#: limits of gain are added to it as a root of squares, which does not move an end by as much as they do.
+_TWO_ENDS = 1.35
 #: Lateness, in the winding's time constants, from which a channel's second order may show, and the damping that is tried for it.
 _LATE, _DAMPED = 0.005, 0.6
 #: Dampings that are tried for a channel that is late and rings.
@@ -296,14 +299,16 @@ def _spanned(
     count = len(step.names)
     own = fitted.full[step.free]
     spread = 2.0 * np.sqrt(np.diag(fitted.covariance)[:count])
-    low, high = own - spread, own + spread + _turned(fitted, scale, count)
+    low, high, turned = own - spread, own + spread, own + spread + _turned(fitted, scale, count)
     findings = []
     for rival in rivals:
         theirs = rival.full[step.free]
         reach = 2.0 * np.sqrt(np.diag(rival.covariance)[:count])
-        low, high = np.minimum(low, theirs - reach), np.maximum(high, theirs + reach + _turned(rival, scale, count))
+        low, high = np.minimum(low, theirs - reach), np.maximum(high, theirs + reach)
+        turned = np.maximum(turned, theirs + reach + _turned(rival, scale, count))
         for term in rival.terms:
             if term.family not in {t.family for t in fitted.terms}:
                 findings.append(Finding(term.cause, Answer.WIDENED, (), 0.0, _figures(rival, term, scale)))
-    apart = np.maximum(0.25 * (high - low) - 0.5 * spread, 0.0)
-    return 0.5 * (low + high), apart, findings
+    more = np.maximum(turned - high, 0.0)
+    apart = np.maximum(0.25 * (high - low) - 0.5 * spread, 0.0) + 0.25 * _TWO_ENDS * more
+    return 0.5 * (low + high + more), apart, findings

@@ -62,14 +62,11 @@ def test_the_run_fails_with_the_fault_and_everything_off(
     assert not any(fake.on for fake in fakes.values())
 
 
-@pytest.mark.parametrize(("value", "given"), [(-1.0, False), (-1e-4, True), (0.016, True)])
-def test_a_figure_whose_whole_interval_is_out_of_bounds_is_withheld(ran: Ran, value: float, given: bool) -> None:
-    view = ran(lambda procedure: give(procedure, value, 1e-3))
-    found = view.parameters()
-    assert ("stator_resistance" in found.parameters) is given
-    assert [reason.cause for reason in found.withheld.get("stator_resistance", ())] == (
-        [] if given else ["out-of-bounds"]
-    )
+@pytest.mark.parametrize(("value", "cause"), [(-1.0, "out-of-bounds"), (-1e-4, "too-uncertain"), (0.016, "")])
+def test_a_figure_whose_whole_interval_is_out_of_bounds_is_withheld(ran: Ran, value: float, cause: str) -> None:
+    found = ran(lambda procedure: give(procedure, value, 1e-3)).parameters()
+    assert ("stator_resistance" in found.parameters) is (not cause)
+    assert [reason.cause for reason in found.withheld.get("stator_resistance", ())] == ([cause] if cause else [])
 
 
 @pytest.mark.parametrize(
@@ -90,3 +87,11 @@ def test_a_size_that_motors_hardly_have_is_asked_about(ran: Ran, value: float, w
     reasons = [reason.cause for reason in found.withheld.get("stator_resistance", ())]
     assert reasons == (["implausible-size"] if withheld else [])
     assert ("unusual-size" in str(view.as_dict())) is said
+
+
+@pytest.mark.parametrize(("uncertainty", "given"), [(0.3, True), (0.9, False)])
+def test_a_figure_whose_interval_is_wider_than_itself_is_withheld(ran: Ran, uncertainty: float, given: bool) -> None:
+    found = ran(lambda procedure: give(procedure, 0.5, 0.5 * uncertainty)).parameters()
+    assert ("stator_resistance" in found.parameters) is given
+    reasons = [reason.cause for reason in found.withheld.get("stator_resistance", ())]
+    assert reasons == ([] if given else ["too-uncertain"])
