@@ -392,7 +392,7 @@ _SEEN_IN_SIX_STEP_TORQUE = {
         "cannot be more accurate than that"
     ),
 }
-#: What is said of four-wire readings of one line: `record` = "four-wire", and "four-wire-scatter" where no single one is odd.
+#: What is said of four-wire readings of one line: `record` = "four-wire…"; "-scatter" where no single one is odd.
 _SEEN_IN_FOUR_WIRE = {
     Cause.REPEATS_DIFFER: text(
         "of {count:.0f} four-wire readings of a line, the one at {current:.3g} A deviates by {off:+.2%} from the "
@@ -408,6 +408,13 @@ _SEEN_IN_FOUR_WIRE_SCATTER = {
     Cause.REPEATS_DIFFER: text(
         "{count:.0f} four-wire readings of a line scatter by {scatter:.2%} about their straight line, more than "
         "the meters' limits of error: check clips, terminals and the supply, and measure again"
+    ),
+}
+_SEEN_IN_FOUR_WIRE_SETTLING = {
+    Cause.UNSETTLED: text(
+        "four-wire readings had not settled: while the current flowed for as long again, voltage over current changed by {ratio:+.2%}, and "
+        "the current by {flow:+.2%} between its reading and the voltage's. The supply is slow, the voltmeter averages, or the winding "
+        "warms up: raise settle=…, switch the voltmeter's averaging off, or use less current"
     ),
 }
 #: What is said of the frequency that pole pairs are counted by: `record` = "frequency".
@@ -477,6 +484,7 @@ _SEEN_IN = {
     "hand-sweep": _SEEN_IN_HAND_SWEEP,
     "cogging": _SEEN_IN_COGGING,
     "four-wire": _SEEN_IN_FOUR_WIRE,
+    "four-wire-settling": _SEEN_IN_FOUR_WIRE_SETTLING,
     "four-wire-scatter": _SEEN_IN_FOUR_WIRE_SCATTER,
     "six-step": _SEEN_IN_SIX_STEP,
     "six-step-current": _SEEN_IN_SIX_STEP_CURRENT,

@@ -1,5 +1,6 @@
 """Stator resistance by four-wire direct current, where a bridge at 20 Hz cannot do it (erratum E9)."""
 
+import math
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -31,6 +32,7 @@ from procedures.estimation.fitting.repeats import odd_reading
 from procedures.estimation.winding import resistance
 from procedures.estimation.winding.closing import Unsettled, four_wires_again
 from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE
+from procedures.estimation.winding.settling import unsettled
 from procedures.techniques.repeated_readings import READ_SHARE, TYPED_SHARE, between
 from procedures.techniques.temperature.correction import check_temperature, warmed, winding_temperature
 from procedures.techniques.temperature.settings import (
@@ -79,6 +81,10 @@ class LineSlope:
     resistance: UncertainReal
     readings: tuple[FloatArray, FloatArray, FloatArray]
     misfit: Misfit = NO_MISFIT
+    #: By how much V over I changed until the first current had flowed twice as long, and the current between its reading and the voltage's.
+    settling: tuple[float, float] | None = None
+    #: Standard deviation of one V over I (relative), and how many readings beside the fit's figures show it.
+    scatter: tuple[float, int] = (0.0, 0)
 
     @property
     def rise(self) -> float:
@@ -101,6 +107,8 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
     roles: ClassVar[frozenset[Role]] = frozenset({Role.SUPPLY, Role.VOLTMETER})
     gives: ClassVar[tuple[str, ...]] = ("stator_resistance",)
     needs: ClassVar[Demands] = {Role.SUPPLY: LOOP, Role.VOLTMETER: Demand((Measurand.VOLTAGE,))}
+
+    _settling: tuple[float, float] | None = None
 
     def measure(self) -> None:
         """Take the slope between all three pairs of terminals."""
@@ -136,6 +144,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         currents: list[float] = []
         voltages: list[float] = []
         accuracies: tuple[Accuracy, Accuracy] = (Accuracy(), Accuracy())
+        self._settling = None
         high, low = pair
         sensing = ConnectVoltmeter(high, low)
         for sign, plus, minus in ((1.0, high, low), (-1.0, low, high)):
@@ -170,7 +179,11 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             "residual": fit.residuals.tolist(),
             "resistance": fit.value("resistance"),
         }
-        return LineSlope(quantity, (np.array(times), i, v), misfit)
+        steps = (each.resolution / math.sqrt(12.0) for each in accuracies)
+        chance = math.hypot(
+            fit.residual_rms / abs(v[0]), *(step / abs(x) for step, x in zip(steps, (i[0], v[0]), strict=True))
+        )
+        return LineSlope(quantity, (np.array(times), i, v), misfit, self._settling, (chance, v.size - 3))
 
     def close(self, slopes: dict[LinePair, LineSlope]) -> Unsettled:
         """Return what repeated readings of lines show about contacts and about a cooling winding."""
@@ -194,6 +207,10 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         at_first = self._at_first_reading([slopes[pair].readings for pair in LINE_PAIRS])
         copper = self.settings.coefficient, self.settings.reference_temperature
         temperature, contacts = allowed_for(self, found, temperature, *copper)
+        off, settling = self._unsettled(list(slopes.values()))
+        contacts = contacts * self.bench.uncertainties.limit(
+            "readings before voltage and current have settled", 1.0, off
+        )
         cold = measured.at_temperature(temperature, COLD, *copper)
         self.report(
             "stator_resistance",
@@ -202,7 +219,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             estimator="slope of four-wire voltage over current, both polarities, referred to 25 °C",
             note_value=float(measured.winding.x),
             winding=float((cold.winding * at_first).x) if self.is_delta else None,
-            misfit=Misfit.together((found.misfit, *(slopes[pair].misfit for pair in LINE_PAIRS))),
+            misfit=Misfit.together((found.misfit, settling, *(slopes[pair].misfit for pair in LINE_PAIRS))),
         )
 
     def _polarity(
@@ -243,6 +260,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         with ExitStack() as energised:
             supply = bench.supply
             energised.enter_context(supply.energised(supply.maximum_voltage, level, Regulated.CURRENT))
+            begun = bench.clock.now()
             bench.clock.sleep(self.settings.settle)
             current = flowing_current(bench, level)
             # One range for all readings of a pair: each range has a zero and a gain of its own.
@@ -252,7 +270,30 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             voltage = bench.voltmeter.measure_voltage()
             if choose_range:
                 self.wiring.supply.seen_leads(output, current, voltage)
+                if not (bench.voltmeter.read_by_hand or supply.read_by_hand):
+                    self._settling = self._changes(level, current, voltage, bench.clock.now() - begun)
             return current, voltage
+
+    def _changes(self, level: float, current: Reading, voltage: Reading, since: float) -> tuple[float, float]:
+        """Return by how much (relative) V over I changes until the current has flowed for as long again as `since` (s), and the current
+        between its own reading and the voltage's.
+        """
+        self.bench.clock.sleep(since)
+        later, above = flowing_current(self.bench, level), self.bench.voltmeter.measure_voltage()
+        ratio = above.value / later.value / (voltage.value / current.value) - 1.0
+        share = (voltage.time - current.time) / (later.time - current.time)
+        return ratio, share * (later.value / current.value - 1.0)
+
+    def _unsettled(self, lines: Sequence[LineSlope]) -> tuple[float, Misfit]:
+        """Return by how much (relative) the lines may be off because their readings had not settled, and what is said of it."""
+        asked = [line for line in lines if line.settling is not None]
+        freedom = sum(line.scatter[1] for line in asked)
+        square = sum(line.scatter[0] ** 2 for line in asked)
+        changes = np.array([line.settling for line in asked]).reshape(-1, 2)
+        chance = math.sqrt(square / len(asked)) if asked else 0.0
+        off, misfit = unsettled(changes[:, 0], changes[:, 1], chance, freedom)
+        self.findings["settling"] = {"changes": changes.tolist(), "allowed": off}
+        return off, misfit
 
     def _check_warming(self, before: float, rise: float) -> float:
         """Return how warm (°C) the winding may be after a pair; raises ProcedureError where that is above the motor's limit.

@@ -36,6 +36,8 @@ DERIVED = "1.5 · pole pairs · flux linkage"
 _TORQUE_SHARE = 0.8
 #: Where the two differ by more than this (of the logarithm), neither is given: one of them is wrong.
 _MOST_APART = 0.1
+#: So much of what they differ by beyond chance is a standard uncertainty of either: which is off is not known, and chance may hide a part.
+_BEYOND = 1.25
 
 
 class TorqueConstantSettings(DrivenWiringSettings):
@@ -83,7 +85,7 @@ def contradiction(ratio: UncertainReal) -> tuple[float, Misfit]:
     current, or a torque, that is read wrong from a flux linkage that is.
     """
     off, own = float(ratio.x) - 1.0, float(ratio.u)
-    excess = math.sqrt(max(off**2 - own**2, 0.0))
+    excess = _BEYOND * math.sqrt(max(off**2 - own**2, 0.0))
     if abs(off) <= DISAGREEMENT * own:
         return excess, NO_MISFIT
     answer = Answer.WITHHELD if abs(math.log(max(float(ratio.x), 1e-9))) > _MOST_APART else Answer.WIDENED

@@ -178,6 +178,14 @@ def test_a_rotor_that_turns_is_held_or_withheld_and_told_of(inertia: float) -> N
             assert abs(fit.value(name) - truth) < reach, name
 
 
+def test_an_ac_coupled_current_leaves_the_resistance_within_its_interval() -> None:
+    """A rotor that turns would make the same record: the truth is at one end of what both span."""
+    for record in sampled(with_("corner", 0.1), bits=12, noise=(0.5, 2.0)):
+        fit = fitted(record)
+        if fit.misfit.withholding("resistance") is None:
+            assert abs(fit.value("resistance") - record.resistance) < 1.96 * fit.uncertainty("resistance")
+
+
 @pytest.mark.parametrize("corner", [1.0, 3.0, 10.0])
 def test_a_current_that_dies_away_under_a_lasting_voltage_is_ac_coupled(corner: float) -> None:
     for record in sampled(with_("corner", corner), bits=12, noise=(0.5, 2.0)):
