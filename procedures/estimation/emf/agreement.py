@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special
 
 from procedures.estimation.emf.record import DigitizedChannel
-from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.fit import EstimationError, FloatArray, coverage_interval
 from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 
 #: What findings here are about.
@@ -24,6 +24,8 @@ _USUAL = sorted(
 )
 #: A usual factor is meant where the channels' own spread, and at least this share, reaches it.
 _NEAR = 0.03
+#: A mean known no better than this is not given, where something was found in its channels.
+_MOST = 0.2
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,21 @@ def combine(
         },
     )
     return Combined(mean, total, left, Misfit((finding,)), scatter)
+
+
+def judged(combined: Combined, findings: Sequence[Finding]) -> Misfit:
+    """Return all that is said of a record with these `findings` beside those of the channels' mean: what has widened its interval until it
+    says little withholds it.
+    """
+    misfit = Misfit.together((Misfit(tuple(findings)), combined.misfit))
+    if not combined.value or not math.isfinite(combined.uncertainty):
+        return misfit
+    low, high = coverage_interval(combined.value, combined.uncertainty, combined.degrees_of_freedom)
+    if 0.5 * (high - low) <= _MOST * abs(combined.value):
+        return misfit
+    wide = [f.answer is Answer.WIDENED and f.concerns(FLUX) for f in misfit.findings]
+    said = zip(wide, misfit.findings, strict=True)
+    return Misfit.together([Misfit(tuple(replace(f, answer=Answer.WITHHELD) if w else f for w, f in said))])
 
 
 def _contradicting(v: FloatArray, channels: Sequence[DigitizedChannel]) -> Finding | None:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-from procedures.estimation.emf.agreement import Combined, combine
+from procedures.estimation.emf.agreement import Combined, combine, judged
 from procedures.estimation.emf.further_orders import further_orders
 from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin, waveform_basis
 from procedures.estimation.emf.phase_jumps import find_jump, longest_whole, with_jump
@@ -245,7 +245,5 @@ def _result(
         time_origin=model.middle,
         model=model,
         flux_linkage=combined,
-        misfit=Misfit.together(
-            (Misfit((*good.findings, *good.unlike(model, rms, channels), *too_coarse(rms, channels))), combined.misfit),
-        ),
+        misfit=judged(combined, (*good.findings, *good.unlike(model, rms, channels), *too_coarse(rms, channels))),
     )

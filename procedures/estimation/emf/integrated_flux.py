@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from procedures.estimation.emf.agreement import Combined, combine
+from procedures.estimation.emf.agreement import Combined, combine, judged
 from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin
 from procedures.estimation.emf.phase_jumps import find_jump, longest_whole, with_jump
 from procedures.estimation.emf.record import DigitizedChannel, channels_told, colour, prepare, start, usable
@@ -174,7 +174,5 @@ def flux_by_integration(
         drift_uncertainty=float(np.sqrt(density * ends @ model.course_covariance @ ends)),
         model=model,
         flux_linkage=combined,
-        misfit=Misfit.together(
-            (Misfit((*good.findings, *good.unlike(model, rms, told), *too_coarse(rms, told))), combined.misfit)
-        ),
+        misfit=judged(combined, (*good.findings, *good.unlike(model, rms, told), *too_coarse(rms, told))),
     )

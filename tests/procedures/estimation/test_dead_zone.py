@@ -30,9 +30,10 @@ def test_a_dead_zone_is_told_and_its_loss_is_in_the_interval(zone: float) -> Non
         fit = recorded(seed, zone=zone)
         # A zone that is wide holds equal readings, which are left out as such.
         [found] = [one for one in fit.misfit.findings if one.cause is not Cause.DROPOUTS]
-        assert (found.cause, found.answer) == (Cause.DISTORTION, Answer.WIDENED)
-        assert found.figures["share"] == pytest.approx(4.0 * zone / np.pi, rel=0.5)
         value, uncertainty = fit.mean_flux_linkage()
+        little = 1.96 * uncertainty > 0.2 * value
+        assert (found.cause, found.answer) == (Cause.DISTORTION, Answer.WITHHELD if little else Answer.WIDENED)
+        assert found.figures["share"] == pytest.approx(4.0 * zone / np.pi, rel=0.5)
         assert value < FLUX
         assert abs(value - FLUX) < 2.0 * uncertainty
 

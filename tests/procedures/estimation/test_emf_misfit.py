@@ -55,6 +55,18 @@ def test_polarities_of_unequal_gain_show_in_even_orders_and_are_held(gain: float
     assert Cause.DISTORTION in {finding.cause for finding in whole.misfit.findings}
 
 
+def test_polarities_so_unequal_that_the_interval_would_say_little_give_no_flux_linkage() -> None:
+    time, v = record(np.random.default_rng(4), PLAIN)
+    bent = np.where(v > 0.0, 0.5 * v, v)
+    for fit in (
+        fit_back_emf(time, bent, digitized=told(PLAIN)),
+        flux_by_integration(time, bent, digitized=told(PLAIN)),
+    ):
+        reason = fit.misfit.withholding("flux_linkage")
+        assert reason is not None
+        assert reason.cause is Cause.DISTORTION
+
+
 def test_a_machine_of_many_odd_harmonics_is_not_taken_for_a_bent_channel() -> None:
     random, said = np.random.default_rng(6), 0
     for seed in range(40):
