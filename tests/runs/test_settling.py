@@ -1,63 +1,25 @@
 """Four-wire readings of a voltmeter that averages, and so has not settled when it is read."""
 
-import dataclasses
-import math
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.motor.motor_file import load_motor
-from procedures.core.bench import Role
 from procedures.estimation.fitting.misfit import Answer
 from procedures.estimation.winding.settling import unsettled
 from sim_instruments.bench import VirtualBench
 from tests.runs.on_bench import measure
+from tests.studies.wrong_meters import averaging
 
 FILE = load_motor("lg-400w")
 MOTOR = FILE.virtual_motor()
 
 
-class Watched:
-    """A supply that notes when it is switched on."""
-
-    def __init__(self, supply, clock) -> None:
-        self._supply, self._clock, self.since = supply, clock, 0.0
-
-    def __getattr__(self, name):
-        return getattr(self._supply, name)
-
-    def energised(self, *arguments, **named):
-        self.since = self._clock.now()
-        return self._supply.energised(*arguments, **named)
-
-
-class Averaging:
-    """A voltmeter that comes to a new voltage with a time constant (s)."""
-
-    def __init__(self, meter, supply: Watched, time_constant: float) -> None:
-        self._meter, self._supply, self._time_constant = meter, supply, time_constant
-
-    def __getattr__(self, name):
-        return getattr(self._meter, name)
-
-    def measure_voltage(self):
-        reading = self._meter.measure_voltage()
-        missing = math.exp(-(reading.time - self._supply.since) / self._time_constant)
-        return dataclasses.replace(reading, value=reading.value * (1.0 - missing))
-
-
 @pytest.mark.parametrize(("time_constant", "answer"), [(0.01, ""), (0.13, "widened"), (0.3, "withheld")])
 def test_a_voltmeter_that_averages_is_told_of_and_held_or_gives_no_figure(time_constant, answer):
     with VirtualBench(MOTOR, seed=3, sockets=False) as bench:
-
-        def hands(available, operator):
-            available[Role.SUPPLY] = Watched(available[Role.SUPPLY], bench.clock)
-            available[Role.VOLTMETER] = Averaging(available[Role.VOLTMETER], available[Role.SUPPLY], time_constant)
-            return operator
-
-        found = measure(bench, FILE.nameplate, "stator-resistance-dc", hands=hands)
+        found = measure(bench, FILE.nameplate, "stator-resistance-dc", hands=averaging(bench, time_constant))
     told = [row for row in found.findings.get("misfit", []) if row["cause"] == "unsettled"]
     assert [row["answer"] for row in told] == ([answer] if answer else [])
     assert [reason.cause for reason in found.withheld] == (["unsettled"] if answer == "withheld" else [])

@@ -6,26 +6,17 @@ import pytest
 
 from bench.motor.motor_file import load_motor
 from procedures.core.parameter_set import merge
-from procedures.core.result import Parameter
 from procedures.plausibility.consistency import check_consistency
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors, InverterErrors
 from tests.runs.on_bench import measure
+from tests.studies.wrong_meters import known
 
 FILE = load_motor("lg-400w")
 MOTOR = FILE.virtual_motor()
 
 
-def known(name: str, value: float, unit: str, share: float) -> Parameter:
-    u = share * value
-    interval = (value - 2.0 * u, value + 2.0 * u)
-    return Parameter(name, value, unit, u, math.inf, interval, "back-emf-constant", "3.4", "fit")
-
-
-KNOWN = {
-    "flux_linkage": known("flux_linkage", 1.004 * MOTOR.flux_linkage_y, "V·s/rad", 0.0129),
-    "pole_pairs": known("pole_pairs", float(MOTOR.pole_pairs), "1", 0.0),
-}
+KNOWN = known(MOTOR, 0.004)
 
 
 def found_with(gain: float):
