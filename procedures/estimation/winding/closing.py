@@ -48,9 +48,17 @@ class ReadAgain:
         return self.change - min(max(self.change, min(0.0, self.explained)), max(0.0, self.explained))
 
     @property
+    def changed(self) -> bool:
+        """Whether it is more than chance, whatever explains it."""
+        return self._beyond(self.change)
+
+    @property
     def unexplained(self) -> bool:
-        """Whether it is more than chance."""
-        return abs(self.left) > float(stdtrit(self.degrees_of_freedom, 1.0 - 0.5 * _CHANCE)) * self.uncertainty
+        """Whether what is left of it is more than chance."""
+        return self._beyond(self.left)
+
+    def _beyond(self, change: float) -> bool:
+        return abs(change) > float(stdtrit(self.degrees_of_freedom, 1.0 - 0.5 * _CHANCE)) * self.uncertainty
 
 
 @dataclass(frozen=True)

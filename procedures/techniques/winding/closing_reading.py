@@ -13,11 +13,14 @@ _PARAMETER = "stator_resistance"
 
 
 def closed(procedure: Procedure[Any], again: Callable[[LinePair], ReadAgain]) -> Unsettled:
-    """Return what reading the first line again shows; where it has changed beyond chance the others are read again, too."""
+    """Return what reading the first line again shows; where it has changed beyond chance the others are read again, too.
+
+    Warmth of the current changes all lines alike, contacts do not: what may be either shows in the others.
+    """
     read: dict[LinePair, ReadAgain] = {}
     for pair in LINE_PAIRS:
         read[pair] = again(pair)
-        if not read[LINE_PAIRS[0]].unexplained:
+        if not read[LINE_PAIRS[0]].changed:
             break
     procedure.findings["read_again"] = _rows(read)
     return unsettled(tuple(read.values()), _PARAMETER)

@@ -78,3 +78,14 @@ def test_what_the_current_warms_is_no_contact() -> None:
     again = four_wires_again(four_wires(warming), four_wires(warming + 3.5e-4))
     assert again.change == pytest.approx(3.5e-4, rel=0.05)
     assert not again.unexplained
+
+
+def test_a_rise_that_warmth_explains_is_a_contact_s_where_other_lines_fall() -> None:
+    risen = ReadAgain(1e-3, 1e-4, 8.0, 100.0, explained=2e-3)
+    assert risen.changed
+    assert not risen.unexplained
+    assert not unsettled([risen], "stator_resistance").misfit
+    others = [ReadAgain(change, 1e-4, 8.0, 100.0, explained=2e-3) for change in (-1.2e-3, -6e-3)]
+    found = unsettled([risen, *others], "stator_resistance")
+    assert [finding.cause for finding in found.misfit.findings] == [Cause.CONTACT]
+    assert found.excess > 6e-3
