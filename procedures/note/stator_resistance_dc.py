@@ -228,7 +228,9 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         """Return current and voltage at each level (A); a reading that contradicts its siblings is taken again, or confirmed."""
         bench = self.bench
         typed = bench.voltmeter.read_by_hand or bench.supply.read_by_hand
-        read = [self._reading(float(level), choose_range=choose_range and not k) for k, level in enumerate(levels)]
+        read = [
+            self._reading(pair, float(level), choose_range=choose_range and not k) for k, level in enumerate(levels)
+        ]
         for _ in range(_QUESTIONS):
             ratios = [voltage.value / current.value for current, voltage in read]
             odd = odd_reading(ratios, TYPED_SHARE if typed else READ_SHARE, ratio_limit(read))
@@ -244,7 +246,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             )
             if typed and not bench.doubted(DoubtReading(contradiction)):
                 break
-            read[odd] = self._reading(float(levels[odd]), choose_range=False)
+            read[odd] = self._reading(pair, float(levels[odd]), choose_range=False)
             if not typed:
                 message = text(
                     "{contradiction}; the voltage was read again there, and the new reading is used",
@@ -254,7 +256,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
                 break
         return read
 
-    def _reading(self, level: float, *, choose_range: bool) -> tuple[Reading, Reading]:
+    def _reading(self, pair: LinePair, level: float, *, choose_range: bool) -> tuple[Reading, Reading]:
         """Return current and voltage at a level (A); raises ProcedureError where it does not flow."""
         bench = self.bench
         with ExitStack() as energised:
@@ -271,18 +273,36 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             if choose_range:
                 self.wiring.supply.seen_leads(output, current, voltage)
                 if not (bench.voltmeter.read_by_hand or supply.read_by_hand):
-                    self._settling = self._changes(level, current, voltage, bench.clock.now() - begun)
+                    self._settling = self._changes(pair, level, (current, voltage), bench.clock.now() - begun)
             return current, voltage
 
-    def _changes(self, level: float, current: Reading, voltage: Reading, since: float) -> tuple[float, float]:
+    def _changes(
+        self, pair: LinePair, level: float, first: tuple[Reading, Reading], since: float
+    ) -> tuple[float, float]:
         """Return by how much (relative) V over I changes until the current has flowed for as long again as `since` (s), and the current
         between its own reading and the voltage's.
         """
+        current, voltage = first
         self.bench.clock.sleep(since)
-        later, above = flowing_current(self.bench, level), self.bench.voltmeter.measure_voltage()
-        ratio = above.value / later.value / (voltage.value / current.value) - 1.0
+        later = flowing_current(self.bench, level)
+        read = [self.bench.voltmeter.measure_voltage().value]
+        ratios = [read[0] / later.value / (voltage.value / current.value) - 1.0]
+        if abs(ratios[0]) > READ_SHARE:
+            # What has not settled differs both times; a wild reading, one of them.
+            read.append(self.bench.voltmeter.measure_voltage().value)
+            ratios.append(read[1] / later.value / (voltage.value / current.value) - 1.0)
+            if abs(ratios[1]) <= READ_SHARE:
+                message = text(
+                    "{terminals}, {voltage:.4g} V at {current:.4g} A, {before:.4g} V shortly before; the voltage was read again there, and "
+                    "the new reading is used",
+                    terminals=between(pair),
+                    voltage=read[0],
+                    current=later.value,
+                    before=voltage.value,
+                )
+                self.notice(Cause.REPEATS_DIFFER.value, message)
         share = (voltage.time - current.time) / (later.time - current.time)
-        return ratio, share * (later.value / current.value - 1.0)
+        return ratios[-1], share * (later.value / current.value - 1.0)
 
     def _unsettled(self, lines: Sequence[LineSlope]) -> tuple[float, Misfit]:
         """Return by how much (relative) the lines may be off because their readings had not settled, and what is said of it."""
