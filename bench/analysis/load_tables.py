@@ -24,6 +24,7 @@ from procedures.estimation.flux.published_map import read_map
 from procedures.estimation.flux.short_circuit import fit_short_circuit
 from procedures.techniques.maps.ended import LEFT_OUT, broken_words
 from procedures.techniques.maps.results import AT_EDGE, at_edge, table_of
+from procedures.techniques.maps.shaft_torque import TORQUE_DIFFERS
 
 _MAP = {
     "i_d": KnownColumn("A", ("id", "currentd", "dcurrent")),
@@ -115,29 +116,34 @@ def analyze_run_map(
     voltage: float | None = None,
     current: float | None = None,
     resistance: float = 0.0,
+    standstill: bool = False,
     translate: Translate = english,
 ) -> tuple[dict[str, Any], Mapping[str, Sequence[float]]]:
-    """Return what follows from the readings of a run of flux-map, however it ended, as `analyze_flux_map` does, and the map's table.
+    """Return what follows from the readings of a run's flux map, however it ended, as `analyze_flux_map` does, and the map's table; of
+    the map at standstill where the run has no other, or where `standstill` asks for it.
 
     Raises InputError where the run's folder has no readings, or too few for a map.
     """
     try:
-        found, broken = map_of_run(path)
+        found = map_of_run(path, pole_pairs, standstill=standstill)
         made = told(path, found.misfit, translate)
-        if broken is not None:
-            message = broken_words(broken, LEFT_OUT).render(translate)
-            made["warnings"].append({"id": "sessions-contradict", "text": message})
-        made["details"] |= {
-            "readings": found.fit.residuals.size // 2,
-            "points": len(found.map.points),
-            "symmetric": found.symmetric,
-            "symmetry_tested": found.symmetry_tested,
-            "full_scale": found.map.full_scale,
+        sentences = {
+            "sessions-contradict": None if found.broken is None else broken_words(found.broken, LEFT_OUT),
+            TORQUE_DIFFERS: None if found.torque is None else found.torque.contradiction,
         }
-        _of_map(found.map, made, pole_pairs, voltage, current, resistance, translate)
+        for identifier, message in sentences.items():
+            if message is not None:
+                made["warnings"].append({"id": identifier, "text": message.render(translate)})
+        made["details"] |= {
+            **found.details,
+            "points": len(found.map.points),
+            "full_scale": found.map.full_scale,
+            "pole_pairs": found.pole_pairs,
+        }
+        _of_map(found.map, made, found.pole_pairs, voltage, current, resistance, translate)
     except EstimationError as error:
         raise InputError(at(str(path), text_of(error))) from error
-    if pole_pairs is None:
+    if found.pole_pairs is None:
         made["assumptions"].append(
             text("without --pole-pairs, the torque is calculated for one pole pair").render(translate)
         )

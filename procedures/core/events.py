@@ -115,6 +115,23 @@ class RepeatsTaken(Event, kind="repeats_taken"):
 
 
 @dataclass(frozen=True, kw_only=True)
+class StrokesKept(Event, kind="strokes_kept"):
+    """The record of strokes before this event counts for a map, with what else the map takes from the bench.
+
+    `channel_gains` is what each channel's samples were divided by, `voltage_gain` the limit (relative) of the gain that is left in them,
+    `current_gain` that of the inverter's currents. `flux_linkage` (V·s, peak) of the magnets has the standard uncertainty
+    `u_flux_linkage`; `locked` says that the rotor was held.
+    """
+
+    channel_gains: Mapping[str, float]
+    voltage_gain: float
+    current_gain: float
+    flux_linkage: float
+    u_flux_linkage: float
+    locked: bool
+
+
+@dataclass(frozen=True, kw_only=True)
 class ReadingTyped(Event, kind="reading_typed"):
     """A person typed a number: what was asked, what was typed, and the value taken in `unit`; None where it was refused, and why."""
 

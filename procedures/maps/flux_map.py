@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -18,7 +17,7 @@ from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.flux.estimator import FluxMapEstimate
-from procedures.estimation.flux.flux_map import MeasuredFluxMap, of_gains
+from procedures.estimation.flux.flux_map import MeasuredFluxMap
 from procedures.estimation.flux.mtpa_locations import about_mtpa, held_back
 from procedures.estimation.flux.plan import (
     PlannedReading,
@@ -33,7 +32,7 @@ from procedures.estimation.flux.session_ties import BrokenTie
 from procedures.maps.flux_map_settings import FluxMapSettings
 from procedures.techniques.maps.earlier import earlier_readings
 from procedures.techniques.maps.ended import LEFT_OUT, READ_AGAIN, broken_words, session_row, tell_left_out
-from procedures.techniques.maps.estimates import gains_of, joined
+from procedures.techniques.maps.estimates import joined
 from procedures.techniques.maps.plots import map_plot
 from procedures.techniques.maps.readings import MapReadings, Pace, read_points
 from procedures.techniques.maps.results import (
@@ -45,10 +44,10 @@ from procedures.techniques.maps.results import (
     report_figure,
     report_mtpa,
     saturation_of,
-    shaft_torque,
     table_of,
     tell_resistance,
 )
+from procedures.techniques.maps.shaft_torque import TORQUE_DIFFERS, shaft_torque
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.shaft.pole_pair_count import known_pole_pairs
 
@@ -56,10 +55,6 @@ from procedures.techniques.shaft.pole_pair_count import known_pole_pairs
 _ORDER = 20
 #: Share of the bus voltage's largest phase voltage that a current may take.
 _MODULATED = 0.95
-#: The torque of the map and the shaft's differ by less than so many standard uncertainties.
-_AGREE = 3.0
-#: Of a difference so many of its standard uncertainties are held beside it; 95 % of a rectangle end at that share of its limit.
-_COVERED, _INSIDE = 2.0, 0.95
 _BUDGET = MapBudget(
     text("scatter of the map's readings"),
     {
@@ -106,7 +101,6 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
     def prepare(self) -> None:
         """Know how many pole pairs and which way the phases turn before anything depends on it."""
         self._pairs = known_pole_pairs(self)
-        self._largest_torque = self.bench.dynamometer.maximum_torque
         self.bench.perform(INVERTER, ReleaseRotor(), CoupleDynamometer())
         self.wiring.inverter.direction(INVERTER)
 
@@ -298,32 +292,11 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         report_mtpa(self, _BUDGET, flux_map, self._pairs)
 
     def _compare_torque(self, flux_map: MeasuredFluxMap, taken: MapReadings) -> MeasuredFluxMap:
-        """Hold the map's torque against the shaft's, without what turns at no current too; where they contradict each other, return the
-        map with gains whose limits hold the difference, for either of them may be what is wrong.
-        """
+        """Hold the map's torque against the shaft's, without what turns at no current too; return the map, wider where they differ."""
         compared = shaft_torque(flux_map, taken, self._pairs)
         if compared is None:
             return flux_map
-        accuracy = taken.points[-1].shaft.torque_accuracy
-        gain = accuracy.gain or accuracy.offset / self._largest_torque
-        # Both gains go into the map's torque whole, the current's by the points' places too, whatever saturates.
-        gains = gains_of(taken)
-        limits = (gain, gains.voltage, gains.current)
-        spread = math.hypot(compared.scatter, *(limit / math.sqrt(3.0) for limit in limits))
-        self.findings["torque"] = {**compared.as_dict(), "standard_uncertainty": spread}
-        difference = abs(compared.ratio - 1.0)
-        if difference > _AGREE * spread:
-            slopes = flux_map.surface.slopes(flux_map.points)
-            limit = (difference + _COVERED * spread) / _INSIDE
-            wider = of_gains(flux_map.points, flux_map.flux, slopes, voltage=limit, current=limit)
-            flux_map = replace(flux_map, shared={**flux_map.shared, **wider})
-            self.notice(
-                "torque-differs",
-                text(
-                    "the shaft torque is {ratio:.4f} times the torque by the map, known to ±{expanded:.2g}: check "
-                    "the gains of currents, voltages and torque, the pole pairs, and peak against rms",
-                    ratio=compared.ratio,
-                    expanded=2.0 * spread,
-                ),
-            )
-        return flux_map
+        self.findings["torque"] = compared.as_dict()
+        if compared.contradiction is not None:
+            self.notice(TORQUE_DIFFERS, compared.contradiction)
+        return compared.held_by(flux_map)

@@ -11,6 +11,7 @@ from drivers.interfaces.text import Text, text
 from procedures.core.actions import INVERTER, ConnectProbes, LockRotor, ReleaseRotor, phases_on
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.demand import Demand, Demands
+from procedures.core.events import StrokesKept
 from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import EstimationError
@@ -163,6 +164,7 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
                     locations,
                     pace,
                     lambda so_far, left: self.bench.show(lambda: stroke_plot(locations, so_far.trains, left)),
+                    self._keep,
                     taken,
                 )
         except (LimitError, ReportedError) as stopped:
@@ -186,7 +188,7 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
     @step("M2/4", "Flux linkages at the currents, with their uncertainty; largest torque per ampere")
     def conclude(self, taken: TakenStrokes) -> None:
         """Report the map."""
-        gains = StandstillGains(self._recorder.accuracy, self._current_gain, self._u_magnet)
+        gains = StandstillGains(taken.voltage_gain, self._current_gain, self._u_magnet)
         try:
             fit = fit_standstill(taken.trains, self._magnet, gains)
         except EstimationError as error:
@@ -211,6 +213,19 @@ class StandstillFluxMap(Procedure[StandstillFluxMapSettings]):
             **saturation_of(flux_map),
         }
         report_mtpa(self, _BUDGET, flux_map, self._pairs)
+
+    def _keep(self) -> None:
+        """Put beside a train's record what the map takes from the bench besides: of a run that was killed, only the journal tells it."""
+        self.bench.recorder.record(
+            StrokesKept(
+                channel_gains=self._recorder.channel_gains,
+                voltage_gain=self._recorder.accuracy,
+                current_gain=self._current_gain,
+                flux_linkage=self._magnet,
+                u_flux_linkage=self._u_magnet,
+                locked=self.settings.lock,
+            )
+        )
 
     def _tell_left_out(self, taken: TakenStrokes) -> None:
         if taken.ended is not None:

@@ -39,12 +39,16 @@ class StrokePace:
 
 @dataclass
 class TakenStrokes:
-    """Trains of strokes in the order of their locations, the locations (A) that were left out, by why, and why it ended early."""
+    """Trains of strokes in the order of their locations, the locations (A) that were left out, by why, and why it ended early.
+
+    `voltage_gain` (relative) is the limit of the gain of the trains' voltages.
+    """
 
     trains: list[StrokeTrain] = field(default_factory=list)
     too_light: list[complex] = field(default_factory=list)
     too_slow: list[complex] = field(default_factory=list)
     duration: float = 0.0
+    voltage_gain: float = 0.0
     ended: Text | None = None
 
     @property
@@ -59,11 +63,12 @@ def take_strokes(
     locations: Sequence[complex],
     pace: StrokePace,
     progress: Callable[[TakenStrokes, int], None],
+    kept: Callable[[], None],
     taken: TakenStrokes,
 ) -> None:
     """Put trains at locations (A, i_q ≥ 0, the smallest first) into `taken` while the inverter regulates: between ± i_q, along d ± i_d.
 
-    A location whose torque would swing the rotor by more than what is quiet is left out.
+    A location whose torque would swing the rotor by more than what is quiet is left out. `kept` is called for each train that counts.
     """
     taken.duration = pace.shortest
     turning, noise = 0.0, _CLEAR * _noise(bench)
@@ -92,6 +97,8 @@ def take_strokes(
             (taken.too_slow if slow else taken.too_light).append(location)
         else:
             taken.trains.append(train)
+            taken.voltage_gain = recorder.accuracy
+            kept()
         progress(taken, len(locations) - number - 1)
 
 

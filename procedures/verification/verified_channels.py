@@ -70,6 +70,11 @@ class VerifiedChannels:
         near = [g for g in self._gains if g.channel == channel and abs(g.range / full_scale - 1.0) <= _SAME]
         return near[0] if near else None
 
+    def gain_of(self, wave: Waveform, bare: Oscilloscope) -> float:
+        """Return what a corrected record of an oscilloscope was divided by."""
+        known = self.at(wave.channel, wave.full_scale) if self._gains and wave.full_scale else None
+        return known.gain if known and bare.identity.serial_number == self._serial_number else 1.0
+
     def wider(self, channel: int, full_scale: float) -> float:
         """Return the narrowest verified range of a channel that holds a wanted one, the wanted one where none is near."""
         least, most = full_scale * (1.0 - _SAME), _WIDER * full_scale

@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.analysis.load_tables import analyze_run_map
+from bench.i18n.errors import InputError
 from bench.journal.finished_run import read_run
 from bench.journal.run_folder import RunFolder
-from bench.journal.run_tables import tables_of
+from bench.journal.run_tables import table_content, tables_of
 from bench.journal.verification import Integrity
 from bench.journal.verify import verify
 from bench.motor.motor_file import load_motor
@@ -98,6 +100,36 @@ def test_an_abort_leaves_the_map_of_what_was_taken(
     page = write_page(rendered(read_run(folder, tmp_path), "en"), folder, "en").read_text()
     assert "The map is of these" in page
     assert "Flux linkage" in page
+
+
+@pytest.mark.slow
+def test_strokes_of_a_run_that_was_killed_make_a_map(motorbench, motor, tmp_path):
+    status, _, folder = run_of(motorbench, motor, tmp_path, "flux-map-standstill", *STANDSTILL)
+    assert status == 0
+    _, table = analyze_run_map(folder)
+    whole = np.genfromtxt(folder / "flux_map.csv", delimiter=",", names=True)
+    for name, column in table.items():
+        assert column == pytest.approx(whole[name], rel=1e-6, abs=1e-12)
+    # A run that was killed has a journal that ends in the middle of a line, and records that it did not come to note.
+    lines = (folder / "journal.jsonl").read_bytes().splitlines(keepends=True)
+    kept = [k for k, line in enumerate(lines) if b'"kind":"strokes_kept"' in line]
+    killed = tmp_path / "killed"
+    killed.mkdir()
+    (killed / "waveforms").symlink_to(folder / "waveforms")
+    (killed / "journal.jsonl").write_bytes(b"".join(lines[: kept[-4] + 2]) + lines[kept[-4] + 2][:20])
+    part, fewer = analyze_run_map(killed, pole_pairs=4)
+    (killed / "flux_map.csv").write_text(table_content(fewer))
+    off, uncertainty, scale = off_by(killed, motor)
+    assert part["details"]["trains"] == len(kept) - 3
+    assert 8 <= len(off) < len(table["id_A"])
+    assert np.all(np.abs(off) <= 3.0 * uncertainty + 1e-12)
+    assert np.abs(off).max() < 0.03 * scale
+    (killed / "waveforms").unlink()
+    with pytest.raises(InputError, match="no whole record of the strokes"):
+        analyze_run_map(killed)
+    (killed / "journal.jsonl").write_bytes(b"".join(lines[: kept[0]]))
+    with pytest.raises(InputError, match="no readings of flux-map"):
+        analyze_run_map(killed)
 
 
 def test_an_error_leaves_the_map_of_what_was_taken(motorbench, motor, tmp_path, monkeypatch):

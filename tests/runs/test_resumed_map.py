@@ -94,3 +94,21 @@ def test_it_is_read_anew_where_that_is_asked_for(motorbench, motor, tmp_path, mo
     status, result = gone_on_with(motorbench, tmp_path, folder, "", "--repeat", "flux-map")
     assert status == 0
     assert "sessions" not in result["procedures"]["flux-map"]["findings"]
+
+
+@pytest.mark.slow
+def test_what_the_shafts_torque_contradicts_is_said_of_the_journal_too(motorbench, motor, tmp_path):
+    (tmp_path / "gain.toml").write_text("[inverter]\ncurrent_gain = 0.1\n")
+    _, result = motorbench(
+        "run", "flux-map", "--station", "virtual", "--operator", "virtual", "--motor", str(motor),
+        "--set", "flux-map.locations=20", "--disturbances", str(tmp_path / "gain.toml"),
+    )  # fmt: skip
+    (folder,) = (tmp_path / "runs").iterdir()
+    made = result["procedures"]["flux-map"]
+    (told,) = (warning for warning in made["warnings"] if warning["id"] == "torque-differs")
+    again, table = analyze_run_map(folder)
+    assert [warning["text"] for warning in again["warnings"] if warning["id"] == "torque-differs"] == [told["message"]]
+    assert table["u_psi_d_Vs"] == pytest.approx(made["findings"]["tables"]["flux_map.csv"]["u_psi_d_Vs"], rel=1e-6)
+    # Other pole pairs contradict more, and widen more.
+    _, wider = analyze_run_map(folder, pole_pairs=8)
+    assert np.median(wider["u_psi_d_Vs"]) > 2.0 * np.median(table["u_psi_d_Vs"])

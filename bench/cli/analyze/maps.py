@@ -22,6 +22,7 @@ def flux_map(
     resistance: float = 0.0,
     voltage_gain: float = 0.0,
     current_gain: float = 0.0,
+    standstill: bool = False,
     output: Path | None = None,
     force: bool = False,
     language: str = "auto",
@@ -35,11 +36,11 @@ def flux_map(
     ----------
     file
         Table with the headings id_A, iq_A, psi_d_Vs, psi_q_Vs and, if known, u_psi_d_Vs, u_psi_q_Vs, torque_Nm; peak values. Or
-        the folder of a run of flux-map, complete or not: the map is made of the readings that it has.
+        the folder of a run of flux-map or flux-map-standstill, complete or not: the map is made of the readings that it has.
     column
         A heading that differs from these, NAME=HEADING. Names: i_d, i_q, psi_d, psi_q, u_psi_d, u_psi_q, torque.
     pole_pairs
-        Pole pairs, for torque.
+        Pole pairs, for torque. Default with a run's folder: those of the run.
     voltage
         Limit of the phase voltage, V, peak (bus voltage over √3), for torque over speed.
     current
@@ -50,6 +51,8 @@ def flux_map(
         Limit of error of all voltages, %, rectangular.
     current_gain
         Limit of error of all currents, %, rectangular.
+    standstill
+        With the folder of a run that has both maps: the one of flux-map-standstill.
     output
         With a run's folder: the file to write the map to, in the form of flux_map.csv of a finished run.
     force
@@ -78,13 +81,19 @@ def flux_map(
                 )
             )
         made, table = analyze_run_map(
-            file, pole_pairs=pole_pairs, voltage=voltage, current=current, resistance=loss, translate=translate
-        )
+            file, pole_pairs=pole_pairs, voltage=voltage, current=current, resistance=loss, standstill=standstill,
+            translate=translate,
+        )  # fmt: skip
         if output is not None:
             write_new(output, table_content(table), force=force)
-    elif output is not None:
+    elif output is not None or standstill:
+        option = "--standstill" if output is None else "--output"
         raise UsageError(
-            text("--output: {path} is a table already; name a run's folder, or leave it out", path=str(file))
+            text(
+                "{option}: {path} is a table already; name a run's folder, or leave it out",
+                option=option,
+                path=str(file),
+            )
         )
     else:
         made = analyze_flux_map(

@@ -1,4 +1,4 @@
-"""A flux map as a table, its figures as parameters, and its torque against the shaft's."""
+"""A flux map as a table, and its figures as parameters."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -10,14 +10,12 @@ import numpy as np
 from drivers.interfaces.text import Text, text
 from procedures.core.curves import curve
 from procedures.core.procedure import Procedure
-from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.flux.capability import largest_torque
 from procedures.estimation.flux.conserving import fit_conserving
 from procedures.estimation.flux.flux_map import MapFigure, MeasuredFluxMap
 from procedures.estimation.flux.inductances import d_axis_saturation, inductances_at, reciprocity
 from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
 from procedures.estimation.flux.region import measured_region
-from procedures.techniques.maps.readings import MapReadings
 
 #: The warning of a largest torque per ampere that lies outside of the map.
 AT_EDGE = "mtpa-at-edge"
@@ -25,9 +23,6 @@ AT_EDGE = "mtpa-at-edge"
 _OUTWEIGHED = 8.0
 #: Name of the table beside a run's result.
 MAP_FILE = "flux_map.csv"
-#: Below this share of the largest torque a reading says nothing of a ratio.
-_SMALL = 0.1
-_LEAST = 4
 #: Steps of the grid along either axis, and speeds at which the largest torque is told.
 _PLACES, _SPEEDS = 24, 20
 #: Currents at which the largest torque per ampere is told, shares of the map's largest.
@@ -206,52 +201,3 @@ def capability_of(
         }
         for point in found
     ]
-
-
-@dataclass(frozen=True)
-class ShaftTorque:
-    """The shaft's torque over the map's: `ratio` with the standard uncertainty of its scatter, torques (n,) in N·m behind it."""
-
-    ratio: float
-    scatter: float
-    of_map: FloatArray
-    of_shaft: FloatArray
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it for the findings."""
-        return {
-            "ratio": self.ratio,
-            "scatter": self.scatter,
-            "readings": curve(map_torque=self.of_map, shaft_torque=self.of_shaft),
-        }
-
-
-def shaft_torque(flux_map: MeasuredFluxMap, taken: MapReadings, pole_pairs: float) -> ShaftTorque | None:
-    """Return the shaft's torque against the map's; None where too few readings have one.
-
-    What the shaft takes at no current, friction and iron, is that of each direction by itself.
-    """
-    planned, torque = taken.planned, taken.torques
-    directions = np.array([point.planned.direction for point in taken.points])
-    idle = ~np.any(planned, axis=1)
-    places = np.array([_place(flux_map, *each) for each in planned])
-    sides = np.where(planned[:, 1] < 0.0, -1.0, 1.0) if flux_map.symmetric else np.ones(len(planned))
-    of_map = flux_map.torque(pole_pairs)[places] * sides
-    of_shaft = np.full_like(of_map, np.nan)
-    for direction in (1, -1):
-        same = directions == direction
-        if np.any(same & idle):
-            of_shaft[same] = torque[same] - float(np.mean(torque[same & idle]))
-    used = np.isfinite(of_shaft) & (np.abs(of_map) > _SMALL * float(np.max(np.abs(of_map))))
-    if np.count_nonzero(used) < _LEAST:
-        return None
-    size = float(of_map[used] @ of_map[used])
-    ratio = float(of_map[used] @ of_shaft[used]) / size
-    left = of_shaft[used] - ratio * of_map[used]
-    scatter = math.sqrt(float(left @ left) / (np.count_nonzero(used) - 1) / size)
-    return ShaftTorque(ratio, scatter, of_map[used], of_shaft[used])
-
-
-def _place(flux_map: MeasuredFluxMap, i_d: float, i_q: float) -> int:
-    at = (i_d, abs(i_q) if flux_map.symmetric else i_q)
-    return int(np.argmin(np.hypot(*(flux_map.points - at).T)))

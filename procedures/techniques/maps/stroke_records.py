@@ -1,9 +1,9 @@
 """Strokes of an inverter's current, the voltages at the motor's terminals recorded by an oscilloscope at the same time."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -39,7 +39,8 @@ class StrokePlan:
 class StrokeRecorder:
     """Takes trains of strokes; `channels` are on A, B, C against a star point, the rotor is `locked` or free.
 
-    `voltage` (V, peak) is the largest that they may show, `accuracy` (relative) the limit of the channels' gain.
+    `voltage` (V, peak) is the largest that they may show. Of the last record, `accuracy` (relative) is the limit of the channels' gain, and
+    `channel_gains` what each channel's samples were divided by.
     """
 
     bench: Bench
@@ -47,6 +48,7 @@ class StrokeRecorder:
     voltage: float
     locked: bool = False
     accuracy: float = 0.0
+    channel_gains: Mapping[str, float] = field(default_factory=dict)
     _for_step: float = 0.0
     _trigger: int = 0
 
@@ -78,7 +80,7 @@ class StrokeRecorder:
                 narrowed, peak = True, 1.2 * size
                 continue
             try:
-                train = self._train(waves, samples, step)
+                train = train_of(self._times, waves, samples, step, locked=self.locked)
             except EstimationError as error:
                 why = error
                 continue
@@ -123,6 +125,8 @@ class StrokeRecorder:
         limits = [wave.accuracy.gain * span for wave, span in zip(found, spans, strict=True)]
         self.accuracy = max(limits) / max(max(spans), 1e-12)
         self._times = found[0].time
+        verified, bare = self.bench.state.verified_channels, self.bench.bare_oscilloscope
+        self.channel_gains = {str(wave.channel): verified.gain_of(wave, bare) for wave in found}
         count = min(wave.values.size for wave in found)
         clipped = any(wave.clipped for wave in found)
         if clipped and top < 2.0 * peak / _FILL:
@@ -145,14 +149,22 @@ class StrokeRecorder:
             self.bench.oscilloscope.configure_channel(channel, ChannelSettings(wanted))
         return wanted
 
-    def _train(self, waves: FloatArray, samples: Sequence[DqSample], step: float) -> StrokeTrain:
-        return stroke_train(
-            self._times[: waves.shape[1]],
-            np.asarray(_PHASES @ waves),
-            [one.time for one in samples],
-            [complex(one.d_current, one.q_current) for one in samples],
-            [one.electrical_angle for one in samples],
-            [one.electrical_speed for one in samples],
-            resolution=step,
-            locked=self.locked,
-        )
+
+def train_of(
+    time: FloatArray, waves: FloatArray, samples: Sequence[DqSample], step: float, *, locked: bool
+) -> StrokeTrain:
+    """Return the train of strokes in a record: voltages `waves` (3, n) in V of A, B, C, and what the drive said of it; `step` (V) is the
+    oscilloscope's.
+
+    Raises EstimationError where the record does not show all of them.
+    """
+    return stroke_train(
+        time[: waves.shape[1]],
+        np.asarray(_PHASES @ waves),
+        [one.time for one in samples],
+        [complex(one.d_current, one.q_current) for one in samples],
+        [one.electrical_angle for one in samples],
+        [one.electrical_speed for one in samples],
+        resolution=step,
+        locked=locked,
+    )

@@ -108,6 +108,10 @@ class MappedWindings(Windings):
 
     def flux_linkages_y(self, currents: ComplexArray, speeds: FloatArray) -> ComplexArray:
         """Return the flux linkages (V·s, d + j·q) of the Y-equivalent at currents (A, d + j·q, peak) and electrical speeds (rad/s)."""
+        if currents.size == 1 == speeds.size:
+            # What an inverter's samples ask for, thousands of times: arrays of one number cost a hundred times as much.
+            one = self.flux_linkage_of(complex(currents.flat[0]), float(speeds.flat[0]))
+            return np.array([one], dtype=np.complex128)
         scale = math.sqrt(self.loss_scale)
         d, q = (scale * np.atleast_1d(part).astype(np.float64) for part in (currents.real, currents.imag))
         _, found = magnetising(self.law, d, q, np.broadcast_to(self.lost_share(speeds), d.shape))

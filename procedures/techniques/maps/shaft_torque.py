@@ -1,0 +1,105 @@
+"""A map's torque against the shaft's."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from drivers.interfaces.text import Text, text
+from procedures.core.curves import curve
+from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.flux.flux_map import MeasuredFluxMap, of_gains
+from procedures.techniques.maps.estimates import gains_of
+from procedures.techniques.maps.readings import MapReadings
+
+#: The warning of torques that differ.
+TORQUE_DIFFERS = "torque-differs"
+#: Below this share of the largest torque a reading says nothing of a ratio.
+_SMALL = 0.1
+_LEAST = 4
+#: The torque of the map and the shaft's differ by less than so many standard uncertainties.
+_AGREE = 3.0
+#: Of a difference so many of its standard uncertainties are held beside it; 95 % of a rectangle end at that share of its limit.
+_COVERED, _INSIDE = 2.0, 0.95
+
+
+@dataclass(frozen=True)
+class ShaftTorque:
+    """The shaft's torque over the map's: `ratio` with its standard uncertainty, `scatter` the part of that which no gain explains;
+    torques (n,) in N·m behind it.
+    """
+
+    ratio: float
+    scatter: float
+    standard_uncertainty: float
+    of_map: FloatArray
+    of_shaft: FloatArray
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for the findings."""
+        return {
+            "ratio": self.ratio,
+            "scatter": self.scatter,
+            "readings": curve(map_torque=self.of_map, shaft_torque=self.of_shaft),
+            "standard_uncertainty": self.standard_uncertainty,
+        }
+
+    @property
+    def contradiction(self) -> Text | None:
+        """What is said where the two torques differ by more than both uncertainties, None where they do not."""
+        if abs(self.ratio - 1.0) <= _AGREE * self.standard_uncertainty:
+            return None
+        return text(
+            "the shaft torque is {ratio:.4f} times the torque by the map, known to ±{expanded:.2g}: check "
+            "the gains of currents, voltages and torque, the pole pairs, and peak against rms",
+            ratio=self.ratio,
+            expanded=2.0 * self.standard_uncertainty,
+        )
+
+    def held_by(self, flux_map: MeasuredFluxMap) -> MeasuredFluxMap:
+        """Return the map with gains of voltage and current whose limits hold the difference, for either may be what is wrong; the map as
+        it is where there is no contradiction.
+        """
+        if self.contradiction is None:
+            return flux_map
+        slopes = flux_map.surface.slopes(flux_map.points)
+        limit = (abs(self.ratio - 1.0) + _COVERED * self.standard_uncertainty) / _INSIDE
+        wider = of_gains(flux_map.points, flux_map.flux, slopes, voltage=limit, current=limit)
+        return replace(flux_map, shared={**flux_map.shared, **wider})
+
+
+def shaft_torque(flux_map: MeasuredFluxMap, taken: MapReadings, pole_pairs: float) -> ShaftTorque | None:
+    """Return the shaft's torque against the map's; None where too few readings have one.
+
+    What the shaft takes at no current, friction and iron, is that of each direction by itself.
+    """
+    planned, torque = taken.planned, taken.torques
+    directions = np.array([point.planned.direction for point in taken.points])
+    idle = ~np.any(planned, axis=1)
+    places = np.array([_place(flux_map, *each) for each in planned])
+    sides = np.where(planned[:, 1] < 0.0, -1.0, 1.0) if flux_map.symmetric else np.ones(len(planned))
+    of_map = flux_map.torque(pole_pairs)[places] * sides
+    of_shaft = np.full_like(of_map, np.nan)
+    for direction in (1, -1):
+        same = directions == direction
+        if np.any(same & idle):
+            of_shaft[same] = torque[same] - float(np.mean(torque[same & idle]))
+    used = np.isfinite(of_shaft) & (np.abs(of_map) > _SMALL * float(np.max(np.abs(of_map))))
+    if np.count_nonzero(used) < _LEAST:
+        return None
+    size = float(of_map[used] @ of_map[used])
+    ratio = float(of_map[used] @ of_shaft[used]) / size
+    left = of_shaft[used] - ratio * of_map[used]
+    scatter = math.sqrt(float(left @ left) / (np.count_nonzero(used) - 1) / size)
+    accuracy = taken.points[-1].shaft.torque_accuracy
+    # Both gains go into the map's torque whole, the current's by the points' places too, whatever saturates.
+    gains = gains_of(taken)
+    limits = (accuracy.gain or accuracy.offset / float(np.max(np.abs(torque))), gains.voltage, gains.current)
+    spread = math.hypot(scatter, *(limit / math.sqrt(3.0) for limit in limits))
+    return ShaftTorque(ratio, scatter, spread, of_map[used], of_shaft[used])
+
+
+def _place(flux_map: MeasuredFluxMap, i_d: float, i_q: float) -> int:
+    at = (i_d, abs(i_q) if flux_map.symmetric else i_q)
+    return int(np.argmin(np.hypot(*(flux_map.points - at).T)))
