@@ -95,6 +95,13 @@ def analyze_flux_map(
             "this is in the table"
         ).render(translate)
     )
+    if found.repeated:
+        result["assumptions"].append(
+            text(
+                "{count} rows are at currents of earlier rows; the mean of the rows at one current is used",
+                count=found.repeated,
+            ).render(translate)
+        )
     if spread is None:
         result["assumptions"].append(
             text(

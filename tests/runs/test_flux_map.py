@@ -75,6 +75,7 @@ def test_a_drive_that_is_off_in_everything_is_in_the_interval():
     ) as bench:
         found = map_of(bench, PLATE)
     off, uncertainty = errors_of(found, MAP)
+    # Gains within their limits alone are 0.3 %: of eight seeds three have a worst point of 0.51 to 0.52 %.
     assert np.abs(off).max() < 6e-3 * found.findings["full_scale"]
     assert np.mean(np.abs(off) < 5e-3 * found.findings["full_scale"]) > 0.95
     assert np.all(np.abs(off) <= 3.0 * uncertainty)

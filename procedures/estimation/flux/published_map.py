@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
@@ -27,6 +28,10 @@ _TURNED_FAR = 5.0
 _MOST_CURRENT, _MOST_FLUX = 1e5, 1e3
 #: Zero current is this close (share of the largest current), or among the rows.
 _NEAR_ZERO = 0.1
+#: Currents this close (share of the largest) are the same: what lies between their flux linkages is noise, which a surface must not follow.
+_SAME = 2e-3
+#: Rows at one current that differ from their mean by more (share of the largest flux linkage) are not of one state of a motor.
+_REPEATS = 0.03
 #: A row this much farther (times any row elsewhere, share of the largest flux linkage) off the quadratic through its neighbours is odd.
 _ODD, _ODD_SHARE, _NEIGHBOURS = 2.5, 0.03, 14
 #: A torque column this even over that of the fluxes (relative scatter) was computed.
@@ -42,7 +47,7 @@ class PublishedMap:
 
     `map` is folded to i_q ≥ 0 where it is symmetric. `turn` (rad) is by what the magnet is off the d axis, `resistance_remainder` (Ω·s)
     the ΔR/ω that its reciprocity shows; both stand in the table as they were. `torque_ratio` is the torque column over the flux
-    linkages' torque, None without one.
+    linkages' torque, None without one. `repeated` rows stand at currents that an earlier row has: the map has the means of such.
     """
 
     map: MeasuredFluxMap
@@ -51,6 +56,7 @@ class PublishedMap:
     reciprocity: float
     torque_ratio: float | None
     misfit: Misfit
+    repeated: int = 0
 
 
 def read_map(
@@ -75,21 +81,24 @@ def read_map(
     points, flux = points[whole], flux[whole]
     torque = None if torque is None else torque[whole]
     spread = None if uncertainty is None else uncertainty[whole]
-    if not _LEAST <= len(points) <= MOST_ROWS:
-        raise EstimationError(
-            f"{len(points)} rows with numbers; from {_LEAST} to {MOST_ROWS} are taken, thin the table out or add rows"
-        )
-    distinct = np.unique(np.round(points / max(float(np.max(np.abs(points))), 1e-12), 6), axis=0)
-    if len(distinct) < len(points):
-        raise EstimationError(
-            f"{len(points) - len(distinct)} rows stand at currents that another row has too; give one row for each current"
-        )
+    _check_count(len(points))
     _check_reach(points, flux)
+    first, of = _distinct(points)
+    repeated = len(points) - first.size
+    noise = np.zeros(2)
+    if repeated:
+        _check_count(first.size)
+        mean_flux = _means(flux, of)
+        _check_repeats(flux - mean_flux[of], mean_flux)
+        noise = np.sqrt(np.sum((flux - mean_flux[of]) ** 2, axis=0) / repeated)
+        points, flux = _means(points, of), mean_flux
+        torque = None if torque is None else _means(torque, of)
+        spread = None if spread is None else _means(spread, of)
     odd = _odd_row(points, flux)
     if odd is not None:
         # Rows without numbers are counted too.
         figures: dict[str, float | str] = {
-            "number": float(np.flatnonzero(whole)[odd] + 1),
+            "number": float(np.flatnonzero(whole)[first[odd]] + 1),
             "i_d": float(points[odd, 0]),
             "i_q": float(points[odd, 1]),
         }
@@ -100,7 +109,8 @@ def read_map(
     surface = fit_surface(at, values, symmetric=symmetric)
     if sigma is None:
         left = values - surface(at)
-        sigma = np.broadcast_to(np.sqrt(np.mean(left**2, axis=0)), values.shape)
+        # A surface through every row leaves nothing; what repeated rows show is there all the same.
+        sigma = np.broadcast_to(np.maximum(np.sqrt(np.mean(left**2, axis=0)), noise), values.shape)
     shared = _shared(gains or GainLimits(), at, values, surface.slopes(at))
     result = MeasuredFluxMap(at, values, np.diag(sigma.ravel() ** 2), symmetric, shared=shared)
     slopes = surface.slopes(at)
@@ -122,7 +132,49 @@ def read_map(
     if torque is not None and pole_pairs is not None:
         ratio, of_torque = _torque(points, flux, torque, pole_pairs)
         findings += of_torque
-    return PublishedMap(result, turn, remainder, float(np.sqrt(np.mean(apart**2))), ratio, Misfit(tuple(findings)))
+    reciprocity = float(np.sqrt(np.mean(apart**2)))
+    return PublishedMap(result, turn, remainder, reciprocity, ratio, Misfit(tuple(findings)), repeated)
+
+
+def _check_count(rows: int) -> None:
+    """Raise EstimationError for fewer currents than carry a map, or more rows than are taken."""
+    if not _LEAST <= rows <= MOST_ROWS:
+        raise EstimationError(
+            f"{rows} rows with numbers at different currents; from {_LEAST} to {MOST_ROWS} are taken, thin the table out or add rows"
+        )
+
+
+def _distinct(points: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the first row at each of the currents, and for each row to which of them it belongs."""
+    near = _SAME * float(np.max(np.hypot(*points.T)))
+    first: list[int] = []
+    of = np.zeros(len(points), dtype=np.intp)
+    for row, point in enumerate(points):
+        apart = np.hypot(*(points[first] - point).T)
+        if first and float(np.min(apart)) <= near:
+            of[row] = int(np.argmin(apart))
+        else:
+            of[row] = len(first)
+            first.append(row)
+    return np.array(first, dtype=np.intp), of
+
+
+def _means(values: FloatArray, of: NDArray[np.intp]) -> FloatArray:
+    """Return the means (m, …) of the rows that belong to each of the currents."""
+    count = np.bincount(of)
+    total = np.zeros((count.size, *values.shape[1:]))
+    np.add.at(total, of, values)
+    return np.asarray(total / count.reshape(-1, *(1,) * (values.ndim - 1)))
+
+
+def _check_repeats(apart: FloatArray, flux: FloatArray) -> None:
+    """Raise EstimationError where rows at one current differ by more than a motor's change of temperature makes."""
+    share = float(np.max(np.hypot(*apart.T))) / float(np.max(np.hypot(*flux.T)))
+    if share > _REPEATS:
+        raise EstimationError(
+            f"rows at the same currents differ from their mean by up to {100.0 * share:.2g} % of the largest flux linkage: give the rows "
+            "of one motor at one temperature"
+        )
 
 
 def _finding(cause: Cause, answer: Answer, figures: dict[str, float | str]) -> Finding:
@@ -236,10 +288,12 @@ def _folded(points: FloatArray, flux: FloatArray, spread: FloatArray | None) -> 
         points, flux = points * [1.0, -1.0], flux * [1.0, -1.0]
     mirror = np.hypot(*(points[:, None, :] - (points * [1.0, -1.0])[None, :, :]).transpose(2, 0, 1))
     partner, apart = np.argmin(mirror, axis=1), np.min(mirror, axis=1)
-    upper = points[:, 1] >= -1e-6 * size
+    # A row beside the d axis whose image is nearest to itself stands for that axis: measured currents are never exactly zero.
+    alone = partner == np.arange(len(points))
+    upper = (points[:, 1] >= -1e-6 * size) | alone
     everything = (points, flux, spread)
     if np.any(apart[upper] > 1e-3 * size):
-        one_sided = bool(np.all(upper))
+        one_sided = bool(np.all(points[:, 1] >= -1e-6 * size))
         # One side only: nothing says what the other is like, and the d axis tells whether it can be symmetric.
         on_axis = np.abs(points[:, 1]) <= 1e-6 * size
         even = one_sided and bool(np.all(np.abs(flux[on_axis, 1]) < _SYMMETRIC * np.max(np.abs(flux))))
@@ -253,7 +307,8 @@ def _folded(points: FloatArray, flux: FloatArray, spread: FloatArray | None) -> 
     if float(np.sqrt(np.mean(odd**2))) > _SYMMETRIC * float(np.max(np.hypot(*flux.T))):
         return False, everything
     mean = 0.5 * (flux + other)[upper]
-    at = np.where(np.abs(points[upper]) <= 1e-6 * size, 0.0, points[upper])
+    at = 0.5 * (points + points[partner] * [1.0, -1.0])[upper]
+    at = np.where(np.abs(at) <= 1e-6 * size, 0.0, at)
     mean[at[:, 1] == 0.0, 1] = 0.0
     return True, (at, mean, None if spread is None else spread[upper])
 

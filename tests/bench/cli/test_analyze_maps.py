@@ -192,6 +192,30 @@ def test_a_table_that_no_map_follows_from_is_refused(
         flux_map(written(tmp_path / "map.csv", change(rows_of())))
 
 
+def test_rows_at_one_current_are_averaged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = rows_of()
+    once = analyzed(capsys, 0, flux_map(written(tmp_path / "once.csv", rows), json=True))
+    # Reference readings at no current, each a little off in both, and a second pass over all of it.
+    random = np.random.default_rng(1)
+    zero = rows[np.argmin(np.hypot(rows[:, 0], rows[:, 1]))]
+    again = np.vstack((rows, rows, np.tile(zero, (9, 1)))) + random.normal(size=(2 * len(rows) + 9, 4)) * [
+        5e-3,
+        5e-3,
+        5e-5,
+        5e-5,
+    ]
+    made = analyzed(capsys, 0, flux_map(written(tmp_path / "again.csv", again), json=True))
+    assert not made["misfit"]
+    assert any(f"{len(rows) + 9} rows are at currents of earlier rows" in each for each in made["assumptions"])
+    for name, figure in made["parameters"].items():
+        assert figure["value"] == pytest.approx(once["parameters"][name]["value"], rel=0.01)
+        assert figure["standard_uncertainty"] < 1.2 * once["parameters"][name]["standard_uncertainty"]
+        assert figure["coverage_interval"][0] < once["parameters"][name]["value"] < figure["coverage_interval"][1]
+    hot = rows * [1.0, 1.0, 0.85, 1.0]
+    with pytest.raises(InputError, match="of one motor at one temperature"):
+        flux_map(written(tmp_path / "two.csv", np.vstack((rows, hot))))
+
+
 def test_a_table_of_negative_q_currents_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rows = rows_of()
     made = analyzed(capsys, 0, flux_map(written(tmp_path / "map.csv", rows[rows[:, 1] <= 0.0]), json=True))
