@@ -18,6 +18,8 @@ from procedures.estimation.flux.short_currents import Weighed, weigh
 _STEP, _SETTLING = 1e-5, 30
 #: A condition number beyond which currents do not tell the unknowns apart.
 _UNDETERMINED = 1e7
+#: A resistance is not told by currents from which its 95 % interval is so long (logarithm).
+_UNKNOWN = 2.0
 #: Logarithms beyond this are of no motor.
 _FAR = 25.0
 _LEAST = 5
@@ -107,6 +109,11 @@ def fit_short_circuit(
     with_flux = flux_linkage is not None
     along = np.linspace(0.0, 1.0, speed.size)
     currents = weigh(speed, i, lam, _FLOOR, row=float(along @ i**2) / float(np.sum(i**2)))
+    known = currents[0].resistance
+    if known.quantile(0.975) - known.quantile(0.025) > _UNKNOWN:
+        raise EstimationError(
+            "the currents do not tell I(∞), L_q and R apart: read at low speeds too, where the current still grows with the speed"
+        )
     misfit = _fall(plain, solution, speed, i) if with_flux else []
     by_torque = joint = drop = saturating_q = None
     peak: tuple[float, float] | None = None
@@ -174,10 +181,8 @@ class _Plain:
             solution = _least_squares(self._residuals, start)
             if best is None or solution.cost < best.cost:
                 best = solution
-        if best is None or not np.all(np.isfinite(best.covariance)):
-            raise EstimationError(
-                "the currents do not tell I(∞), L_q and R apart: read at low speeds too, where the current still grows with the speed"
-            )
+        if best is None:
+            raise EstimationError("the currents are not those of a short circuit")
         return best
 
     def _residuals(self, p: FloatArray) -> FloatArray:
