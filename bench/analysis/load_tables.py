@@ -84,7 +84,7 @@ def analyze_flux_map(
         withheld = found.misfit.withholding("flux_map")
         if withheld is not None:
             result["withheld"] = withheld_rows(("flux_linkage", "d_axis_inductance", "q_axis_inductance"), withheld.cause.value,
-                                         sentence(withheld).render(translate))  # fmt: skip
+                                         sentence(withheld).render(translate), "flux-map")  # fmt: skip
             return result
         _of_map(found.map, result, pole_pairs, voltage, current, resistance, translate, digits_of(columns))
     except EstimationError as error:
@@ -280,7 +280,9 @@ def analyze_short_circuit(
         if reason is None:
             give(result, name, unit, figure, "short-circuit", translate, digits_of(columns))
         else:
-            result["withheld"] |= withheld_rows((name,), reason.cause.value, sentence(reason).render(translate))
+            result["withheld"] |= withheld_rows(
+                (name,), reason.cause.value, sentence(reason).render(translate), "short-circuit"
+            )
     result["assumptions"].append(
         (
             text("currents are rms, as --rms says; the flux linkage is a peak value")

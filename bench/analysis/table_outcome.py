@@ -50,14 +50,14 @@ def give(
     beyond = size_beyond(name, figure.value)
     if beyond is not None:
         made["withheld"] |= withheld_rows(
-            (name,), IMPLAUSIBLE, beyond_words(name, figure.value, beyond).render(translate)
+            (name,), IMPLAUSIBLE, beyond_words(name, figure.value, beyond).render(translate), procedure
         )
         return
     given = _parameter(name, unit, figure, procedure, digits)
     low, high = given["coverage_interval"]
     vague = too_uncertain(name, figure.value, (low, high), unit)
     if vague is not None:
-        made["withheld"] |= withheld_rows((name,), TOO_UNCERTAIN, vague.render(translate))
+        made["withheld"] |= withheld_rows((name,), TOO_UNCERTAIN, vague.render(translate), procedure)
         return
     made["parameters"][name] = given
     unusual = size_unusual(name, figure.value)
@@ -78,6 +78,6 @@ def _parameter(name: str, unit: str, figure: MapFigure, procedure: str, digits: 
     return {**made.as_dict(), "coverage_interval": list(interval)}
 
 
-def withheld_rows(names: Sequence[str], cause: str, message: str) -> dict[str, Any]:
+def withheld_rows(names: Sequence[str], cause: str, message: str, procedure: str) -> dict[str, Any]:
     """Return the rows of parameters that are not given, and why."""
-    return {name: {"cause": cause, "message": message, "procedure": "flux-map", "section": ""} for name in names}
+    return {name: {"cause": cause, "message": message, "procedure": procedure, "section": ""} for name in names}

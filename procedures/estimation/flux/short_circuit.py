@@ -1,7 +1,7 @@
 """A motor turned with its terminals shorted: inductances, resistance, drop and braking torque from currents and torques over speed."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,11 +12,14 @@ from procedures.estimation.fitting.checks import same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray, coverage_interval
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.flux.flux_map import MapFigure
+from procedures.estimation.flux.short_currents import Weighed, weigh
 
 #: Step of a numerical derivative in shares of the current, and rounds that settle the currents of a saturating motor.
 _STEP, _SETTLING = 1e-5, 30
 #: A condition number beyond which currents do not tell the unknowns apart.
 _UNDETERMINED = 1e7
+#: A resistance is not told by currents from which its 95 % interval is so long (logarithm).
+_UNKNOWN = 2.0
 #: Logarithms beyond this are of no motor.
 _FAR = 25.0
 _LEAST = 5
@@ -30,6 +33,8 @@ _FLOOR = 1e-4
 _NOTHING_GAINED = 9.5
 #: A flux linkage that falls from row to row by so many standard uncertainties gives no L_d; fewer rows do not tell a fall from scatter.
 _FALLS, _FALL_ROWS = 4.0, 7
+#: Half the width of a 95 % interval in standard uncertainties.
+_COVERAGE = 1.96
 #: While a magnet loses 1 % by warming (−0.11 %/K), copper as warm gains this many per cent.
 _COPPER = 3.6
 #: What is known beforehand of saturation (shares) and of the drop (shares of R·I∞), standard deviations.
@@ -101,29 +106,34 @@ def fit_short_circuit(
     noise = max(math.sqrt(solution.cost / freedom), _FLOOR) if freedom > 0 else _FLOOR
     relative = u_flux_linkage / lam
 
-    def of_plain(name: str, power: float) -> MapFigure:
-        place = _NAMES.index(name)
-        value = math.exp(float(solution.values[place]))
-        spread = value * math.hypot(noise * math.sqrt(solution.covariance[place, place]), power * relative)
-        return _figure(value, spread, freedom)
-
-    limit = of_plain("limit", 0.0)
     with_flux = flux_linkage is not None
-    chord = _over(lam, relative, limit, freedom) if with_flux else None
-    by_current = of_plain("resistance", 1.0) if with_flux else None
-    q_axis = of_plain("q_axis", 1.0) if with_flux else None
-    misfit: list[Finding] = []
-    if with_flux and chord is not None:
-        chord, misfit = _with_fall(plain, solution, speed, i, chord, freedom)
-    by_torque = joint = drop = None
+    along = np.linspace(0.0, 1.0, speed.size)
+    currents = weigh(speed, i, lam, _FLOOR, row=float(along @ i**2) / float(np.sum(i**2)))
+    known = currents[0].resistance
+    if known.quantile(0.975) - known.quantile(0.025) > _UNKNOWN:
+        raise EstimationError(
+            "the currents do not tell I(∞), L_q and R apart: read at low speeds too, where the current still grows with the speed"
+        )
+    misfit = _fall(plain, solution, speed, i) if with_flux else []
+    by_torque = joint = drop = saturating_q = None
     peak: tuple[float, float] | None = None
+    shown = currents
     if braking is not None and pole_pairs > 0.0:
-        each = braking * (speed / pole_pairs) / (1.5 * i**2)
-        by_torque = _by_torque(each, i)
-        if with_flux and by_current is not None:
-            misfit += _contradiction(by_current, by_torque)
+        power = braking * (speed / pole_pairs) / 1.5
+        by_torque = _by_torque(power / i**2, i)
+        if with_flux:
+            differing = _contradiction(_weighed([each.mean_resistance for each in currents], 1.0, relative), by_torque)
             together = _Joint(speed, i, braking, lam, pole_pairs, plain, noise)
-            joint, drop, q_axis, peak = together.figures(relative)
+            joint, drop, saturating_q, peak = together.figures(relative)
+            if saturating_q is None and not differing and np.all(power > 0.0):
+                # Constants explain both: the torque then tells R, and L_q with it.
+                shown = weigh(speed, i, lam, _FLOOR, power)
+                joint = _weighed([each.resistance for each in shown], 1.0, 0.0)
+            misfit += differing
+    limit = _weighed([each.limit for each in shown], 1.0, 0.0)
+    chord = _weighed([each.limit for each in shown], lam, relative, inverse=True) if with_flux else None
+    by_current = _weighed([each.resistance for each in currents], 1.0, relative) if with_flux else None
+    q_axis = (saturating_q or _weighed([each.q_axis for each in shown], lam, relative)) if with_flux else None
     if peak is None and with_flux:
         l_d, l_q, r = lam / limit.value, math.exp(solution.values[1]), math.exp(solution.values[2])
         at = peak_ratio(l_q / l_d) * r / math.sqrt(l_d * l_q)
@@ -171,10 +181,8 @@ class _Plain:
             solution = _least_squares(self._residuals, start)
             if best is None or solution.cost < best.cost:
                 best = solution
-        if best is None or not np.all(np.isfinite(best.covariance)):
-            raise EstimationError(
-                "the currents do not tell I(∞), L_q and R apart: read at low speeds too, where the current still grows with the speed"
-            )
+        if best is None:
+            raise EstimationError("the currents are not those of a short circuit")
         return best
 
     def _residuals(self, p: FloatArray) -> FloatArray:
@@ -213,7 +221,8 @@ class _Joint:
         self._start = np.concatenate(([math.log(flux) - start[0], start[1], start[2]], np.zeros(4)))
         self._noise = noise
 
-    def figures(self, relative: float) -> tuple[MapFigure, MapFigure, MapFigure, tuple[float, float]]:
+    def figures(self, relative: float) -> tuple[MapFigure, MapFigure, MapFigure | None, tuple[float, float]]:
+        """Return R, drop, L_q where constants do not explain the readings as well, and the torque's peak with its speed."""
         known = np.isfinite(self._PRIOR)
         count, weights = self._speed.size, np.full(2 * self._speed.size, self._noise)
 
@@ -234,11 +243,10 @@ class _Joint:
         constants = _least_squares(of_constants, solution.values[:3])
         # Terms that the readings do not show would leave L_q unknown where the currents alone tell it.
         plain_enough = constants.cost - solution.cost < _NOTHING_GAINED * grown**2
-        of_q = constants if plain_enough else solution
-        r, l_q = math.exp(solution.values[2]), math.exp(of_q.values[1])
+        r, l_q = math.exp(solution.values[2]), math.exp(solution.values[1])
 
-        def figure(place: int, value: float, slope: float, power: float, of: _Solved = solution) -> MapFigure:
-            spread = grown * abs(slope) * math.sqrt(of.covariance[place, place])
+        def figure(place: int, value: float, slope: float, power: float) -> MapFigure:
+            spread = grown * abs(slope) * math.sqrt(solution.covariance[place, place])
             return _figure(value, math.hypot(spread, power * relative * value), freedom)
 
         scale = r * self._limit
@@ -249,7 +257,7 @@ class _Joint:
         return (
             figure(2, r, r, 0.0),
             figure(5, float(solution.values[5]) * scale, scale, 0.0),
-            figure(1, l_q, l_q, 1.0, of_q),
+            None if plain_enough else figure(1, l_q, l_q, 1.0),
             (float(grid[best]), float(torque[best])),
         )
 
@@ -310,13 +318,11 @@ def _by_torque(each: FloatArray, current: FloatArray) -> MapFigure:
     return _figure(mean, max(spread, _FLOOR * mean), float(each.size - 1))
 
 
-def _with_fall(
-    plain: _Plain, solved: _Solved, speed: FloatArray, current: FloatArray, chord: MapFigure, freedom: float
-) -> tuple[MapFigure, list[Finding]]:
-    """Return L_d with what a flux linkage that changes along the rows does to it, and that finding where it surely does."""
+def _fall(plain: _Plain, solved: _Solved, speed: FloatArray, current: FloatArray) -> list[Finding]:
+    """Return the finding of a flux linkage that surely falls along the rows."""
     count = current.size
     if count < _FALL_ROWS:
-        return chord, []
+        return []
     order = np.linspace(0.0, 1.0, count)
 
     def residuals(p: FloatArray) -> FloatArray:
@@ -330,28 +336,13 @@ def _with_fall(
     )
     noise = max(math.sqrt(fallen.cost / (count - 4.0)), _FLOOR)
     spread = noise * math.sqrt(float(fallen.covariance[3, 3]))
-    if not 0.0 < spread < math.inf:
-        return chord, []
     change = float(fallen.values[3])
-    score = change / spread
-    # Magnets warm while they are braked: a rise is something else, and shifts no L_d. How much they warmed only the rows tell, so that
-    # L_d is known no better than beside it.
-    shift = chord.value * math.expm1(float(solved.values[0] - fallen.values[0])) if change < 0.0 else 0.0
-    of_four = chord.value * noise * math.sqrt(float(fallen.covariance[0, 0]))
-    wider = math.hypot(chord.standard_uncertainty, shift, of_four)
-    found = []
-    if score < -_FALLS:
-        figures: dict[str, float | str] = {"change": change, "record": "short-circuit"}
-        found = [
-            Finding(
-                Cause.SLOPE,
-                Answer.WITHHELD,
-                ("d_axis_inductance", "q_axis_inductance", "stator_resistance"),
-                score,
-                figures,
-            )
-        ]
-    return _figure(chord.value, wider, freedom), found
+    # Magnets warm while they are braked: a rise is something else.
+    if not 0.0 < spread < math.inf or change > -_FALLS * spread:
+        return []
+    figures: dict[str, float | str] = {"change": change, "record": "short-circuit"}
+    names = ("d_axis_inductance", "q_axis_inductance", "stator_resistance")
+    return [Finding(Cause.SLOPE, Answer.WITHHELD, names, change / spread, figures)]
 
 
 def _contradiction(by_current: MapFigure, by_torque: MapFigure) -> list[Finding]:
@@ -372,6 +363,16 @@ def _figure(value: float, spread: float, freedom: float) -> MapFigure:
     return MapFigure(value, spread, coverage_interval(value, spread, max(freedom, 1.0)))
 
 
-def _over(flux: float, relative: float, limit: MapFigure, freedom: float) -> MapFigure:
-    value = flux / limit.value
-    return _figure(value, value * math.hypot(relative, limit.standard_uncertainty / limit.value), freedom)
+def _weighed(rivals: Sequence[Weighed], scale: float, relative: float, *, inverse: bool = False) -> MapFigure:
+    """Return the median of the first with an interval that spans 95 % of each; `scale` (over it, where `inverse`) is known to a share
+    `relative`.
+    """
+
+    def at(logarithm: float) -> float:
+        return scale * math.exp(-logarithm if inverse else logarithm)
+
+    value, common = at(rivals[0].quantile(0.5)), _COVERAGE * relative
+    ends = [at(each.quantile(share)) for each in rivals for share in (0.025, 0.975)]
+    low = value - math.hypot(max(value - min(ends), 0.0), common * value)
+    high = value + math.hypot(max(max(ends) - value, 0.0), common * value)
+    return MapFigure(value, (high - low) / (2.0 * _COVERAGE), (low, high))

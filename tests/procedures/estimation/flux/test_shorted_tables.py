@@ -35,6 +35,14 @@ def test_a_torque_column_makes_the_q_axis_no_worse(seed: int) -> None:
     assert abs(both.value - L_Q) < 3.0 * both.standard_uncertainty
 
 
+def test_a_saliency_on_the_other_side_of_one_is_in_the_interval_of_the_q_axis() -> None:
+    # Currents hardly depend on L_q about L_d: a fit of one minimum that ended below it held the truth in 30 of 40.
+    found = [fitted(seed, torque=False).q_axis_inductance for seed in range(20)]
+    ends = [figure.coverage_interval for figure in found if figure is not None]
+    assert sum(low <= L_Q <= high for low, high in ends) >= 18
+    assert sum(low <= L_D for low, _ in ends) >= 10
+
+
 def test_magnets_that_warm_along_give_no_inductance() -> None:
     assert not fitted(0).misfit
     found = fitted(0, warming=0.04).misfit
