@@ -20,18 +20,20 @@ def write_all(file: int, content: bytes) -> None:
         view = view[os.write(file, view) :]
 
 
-def write_file(path: Path, content: bytes) -> None:
-    """Write a file of this content durably, completely or not at all. Raises RecordError."""
+def write_file(path: Path, content: bytes, *, durable: bool = True) -> None:
+    """Write a file completely or not at all; with `durable` it is on the disk when this returns. Raises RecordError."""
     part = path.with_name(f".{path.name}.part")
     try:
         file = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
         try:
             write_all(file, content)
-            os.fsync(file)
+            if durable:
+                os.fsync(file)
         finally:
             os.close(file)
         part.replace(path)
-        sync_folder(path.parent)
+        if durable:
+            sync_folder(path.parent)
     except OSError as error:
         _remove(part)
         raise RecordError(path, error) from error

@@ -38,14 +38,14 @@ class WaveformSink(Protocol):
     """Where samples go; the journal only holds the reference and the file's hash."""
 
     def store(self, name: str, waveforms: Mapping[str, Waveform]) -> StoredRecord:
-        """Keep the waveforms of one record of this instrument, on the disk when this returns."""
+        """Keep the waveforms of one record of this instrument."""
 
 
 class KeepsWaveforms(Protocol):
     """Which waveforms of a run stay."""
 
-    def sink(self, folder: Path) -> WaveformSink:
-        """Return where a run's samples go; `folder` is the one for its waveforms."""
+    def sink(self, folder: Path, *, durable: bool) -> WaveformSink:
+        """Return where a run's samples go: to `folder`, each record on the disk once stored where `durable`."""
 
 
 class Recording:

@@ -73,19 +73,20 @@ class StoredRecord:
 class EveryWaveform:
     """Keeps the waveforms of a run, all of them."""
 
-    def sink(self, folder: Path) -> "WaveformFolder":
-        """Return where they go."""
-        return WaveformFolder(folder)
+    def sink(self, folder: Path, *, durable: bool) -> "WaveformFolder":
+        """Return a folder that stores each of them."""
+        return WaveformFolder(folder, durable=durable)
 
 
 class WaveformFolder:
-    """The records of one run, numbered in the order they were taken."""
+    """The records of one run, numbered in the order they were taken; where `durable`, each is on the disk once stored."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, durable: bool = True) -> None:
         self.path = Path(path)
+        self._durable = durable
 
     def store(self, name: str, waveforms: Mapping[str, WaveformLike]) -> StoredRecord:
-        """Keep the waveforms of one record, by channel name; they are on the disk when this returns. Raises RecordError."""
+        """Keep the waveforms of one record, by channel name. Raises RecordError."""
         content = file_image(waveforms)
         try:
             self.path.mkdir(parents=True, exist_ok=True)
@@ -95,15 +96,15 @@ class WaveformFolder:
             raise RecordError(self.path, error) from error
         number = 1 + max((int(number) for number in numbers if number.isdecimal()), default=0)
         path = self.path / f"{number:04d}-{name}.h5"
-        write_file(path, content)
+        write_file(path, content, durable=self._durable)
         return StoredRecord(f"{self.path.name}/{path.name}", hashlib.sha256(content).hexdigest(), len(content))
 
 
 class LateWaveforms:
     """Keeps records in memory until it is known whether they are needed; the journal lists them without a hash."""
 
-    def __init__(self, path: Path) -> None:
-        self._folder = WaveformFolder(path)
+    def __init__(self, path: Path, *, durable: bool = True) -> None:
+        self._folder = WaveformFolder(path, durable=durable)
         self._held: list[tuple[str, Mapping[str, WaveformLike]]] = []
 
     def store(self, name: str, waveforms: Mapping[str, WaveformLike]) -> StoredRecord:

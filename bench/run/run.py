@@ -199,7 +199,7 @@ def carry_out(
             request.motor.nameplate,
             context.clock,
             journal,
-            options.waveforms.sink(folder.waveforms),
+            options.waveforms.sink(folder.waveforms, durable=options.durable),
             context.visa,
             context.operator.prompts,
             in_process=context.simulation.in_process,

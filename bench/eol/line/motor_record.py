@@ -42,13 +42,13 @@ class KeptWaveforms:
         self._late: LateWaveforms | None = None
         self._files: dict[str, str] = {}
 
-    def sink(self, folder: Path) -> WaveformSink:
+    def sink(self, folder: Path, *, durable: bool) -> WaveformSink:
         """Return where a run's samples go."""
         if self._keep == "all":
-            return WaveformFolder(folder)
+            return WaveformFolder(folder, durable=durable)
         if self._keep == "none":
             return NoWaveforms()
-        self._late = LateWaveforms(folder)
+        self._late = LateWaveforms(folder, durable=durable)
         return self._late
 
     def on_event(self, event: Event) -> None:

@@ -21,7 +21,7 @@ from bench.journal.run_folder import RunFolder
 from bench.journal.run_result import conclude
 from bench.journal.run_view import RunView
 from bench.journal.wall import WallTime
-from bench.journal.waveforms import StoredWaveform, WaveformFolder
+from bench.journal.waveforms import StoredWaveform, WaveformFolder, read_waveform
 from drivers.interfaces.text import english
 from tests.journals import event
 
@@ -211,6 +211,18 @@ def test_a_waveform_that_finds_no_room_leaves_no_file(tmp_path: Path, full: Full
     with pytest.raises(RecordError, match=r"0001-oscilloscope\.h5 cannot be written: no space is left"):
         folder.store("oscilloscope", {"channel1": wave})
     assert list(folder.path.iterdir()) == []
+
+
+@pytest.mark.parametrize("durable", [True, False])
+def test_a_record_waits_for_the_disk_only_where_it_must_be_durable(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, durable: bool
+) -> None:
+    synced: list[int] = []
+    monkeypatch.setattr(os, "fsync", synced.append)
+    wave = StoredWaveform(np.arange(10) * 1e-3, np.sin(np.arange(10)), "V", 0.0)
+    stored = WaveformFolder(tmp_path / "waveforms", durable=durable).store("oscilloscope", {"channel1": wave})
+    assert len(synced) == (2 if durable else 0)
+    np.testing.assert_array_equal(read_waveform(tmp_path / stored.path, "channel1").values, wave.values)
 
 
 def test_a_result_that_finds_no_room_is_told_and_the_older_one_stays(tmp_path: Path, full: Full) -> None:
