@@ -1,1 +1,1 @@
-"""What a procedure is made of."""
+"""Parts of a procedure: bench, steps, actions, settings, parameters, result."""

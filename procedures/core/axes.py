@@ -16,7 +16,7 @@ FloatArray: TypeAlias = "NDArray[np.float64]"
 
 
 class Manner(Enum):
-    """How a curve is drawn; they differ in line and mark, so that black and white will do."""
+    """Styles of a curve; they differ in line and mark, so that black and white will do."""
 
     READING = "reading"
     TO_COME = "to come"

@@ -1,4 +1,4 @@
-"""What a procedure can use: instruments by role, an operator for manual work, the clock and the journal."""
+"""The bench as a procedure uses it: instruments by role, an operator for manual work, the clock and the journal."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -53,7 +53,7 @@ class Operator(Protocol):
 
 
 class Feeding(Protocol):
-    """What the instruments do to the motor now."""
+    """Sources that feed the motor or drive its shaft."""
 
     @property
     def roles(self) -> Collection[Role]:
@@ -185,7 +185,7 @@ class Bench:
         return cast("InsulationTester", self._get(Role.INSULATION_TESTER))
 
     def perform(self, *actions: Action) -> None:
-        """Have the operator perform actions that give no reading.
+        """Let the operator perform actions that give no reading.
 
         Actions that change the setup are done together, in the safe order; what is already as requested is not asked for again. Raises
         ProcedureError, before anything is changed, if an instrument is on or if the requested connections are not allowed together.
@@ -199,11 +199,11 @@ class Bench:
                 self._perform(action)
 
     def angles(self, action: HandWork) -> list[float]:
-        """Have an action done that gives angles (rad)."""
+        """Let the operator perform an action that gives angles (rad)."""
         return [float(angle) for angle in cast("list[float]", self._perform(action))]
 
     def reading(self, action: HandWork) -> float:
-        """Have a reading entered."""
+        """Let the operator enter a reading."""
         return float(cast("float", self._perform(action)))
 
     def mended(self, mend: Mend) -> bool:

@@ -1,4 +1,4 @@
-"""What a procedure needs from the instruments in its roles. A station can be checked with it before anything is connected."""
+"""Demands of a procedure on the instruments in its roles. A station can be checked with it before anything is connected."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ class Measurand(Enum):
 
 @dataclass(frozen=True)
 class Demand:
-    """What is needed from one instrument.
+    """Demand on one instrument.
 
     `screen` are the figures that are read off an oscilloscope which gives no waveforms; with `waveforms` it must give them. With
     `automatic` nobody can read as many figures by hand. `probes` is how many there must be of each kind. `abilities` are what an

@@ -21,7 +21,7 @@ def optional(default: Any = None) -> Any:
 
 
 class Event:
-    """What happens in a run; a subclass with a `kind` is what the journal calls it, one without is shared by several.
+    """Event of a run; a subclass with a `kind` is what the journal calls it, one without is shared by several.
 
     A `durable` event has reached the disk, not only the operating system, before what follows it happens. One that `joins`
     reaches it with the event that follows: for those after which nothing happens before another event is recorded. A `closing`

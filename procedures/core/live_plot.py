@@ -1,4 +1,4 @@
-"""What a procedure shows of a measurement while it goes on, as data for the display."""
+"""Curves that a procedure shows of a measurement while it goes on, as data for the display."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -56,7 +56,7 @@ class Onlooker(Protocol):
 
     @property
     def looks(self) -> bool:
-        """Whether anybody watches now."""
+        """Return whether anybody watches now."""
 
     def show(self, plot: LivePlot) -> None:
         """Show a plot in place of the one before."""

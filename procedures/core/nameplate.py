@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class WindingConnection(Enum):
-    """How the windings are joined."""
+    """Connection of the windings."""
 
     WYE = "wye"
     DELTA = "delta"

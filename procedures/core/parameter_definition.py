@@ -1,4 +1,4 @@
-"""What defines a parameter, and tables of such definitions."""
+"""Definition of a parameter, and tables of such definitions."""
 
 import math
 import re
@@ -34,7 +34,7 @@ ABOVE_ZERO, NOT_NEGATIVE = Bounds(0.0, open=True), Bounds(0.0)
 
 @dataclass(frozen=True)
 class ParameterDefinition:
-    """What a parameter is, wherever it is measured, shown, judged or exported.
+    """Definition of a parameter, wherever it is measured, shown, judged or exported.
 
     `symbol` is plain text, what follows `_` being the index, empty where the field has none; `convention` says per what,
     peak or rms, at which temperature. `unit` is that of results (`1` for none), `reader_unit` another name of it, as large, in tables

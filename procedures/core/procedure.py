@@ -1,4 +1,4 @@
-"""What all procedures share: settings, steps, and the way a result is put together."""
+"""Base of all procedures: settings, steps, and the way a result is put together."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
@@ -178,7 +178,7 @@ class Procedure(ABC, Generic[C]):
 
     @property
     def winding(self) -> Literal["wye", "delta"]:
-        """How the windings are connected, by the estimators' names."""
+        """Connection of the windings, by the estimators' names."""
         return "delta" if self.is_delta else "wye"
 
     @property

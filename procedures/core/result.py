@@ -1,4 +1,4 @@
-"""What a procedure gives: parameters with uncertainty and evidence, warnings, findings."""
+"""Result of a procedure: parameters with uncertainty and evidence, warnings, findings."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field

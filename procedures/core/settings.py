@@ -1,4 +1,4 @@
-"""What all settings of procedures share."""
+"""Base of the settings of all procedures."""
 
 from pydantic import BaseModel, ConfigDict
 

@@ -31,7 +31,7 @@ _ON_SUPPLY = {Node.SUPPLY_POSITIVE.value, Node.SUPPLY_NEGATIVE.value}
 
 
 class ChangeKind(Enum):
-    """What is done to a lead or to the shaft."""
+    """Kind of change to a lead or to the shaft."""
 
     STAND_STILL = "stand still"
     CLEAR = "clear"

@@ -26,14 +26,14 @@ class Step:
 
 
 class StepRecorder(Protocol):
-    """What begins and ends a step in the journal."""
+    """Recorder of the beginning and end of a step in the journal."""
 
     def step(self, step: Step, values: dict[str, object]) -> AbstractContextManager[None]:
         """Run one step; `values` stand in its sentence."""
 
 
 class HasSteps(Protocol):
-    """What a class needs for its methods to be steps."""
+    """Requirement on a class whose methods are steps."""
 
     @property
     def bench(self) -> StepRecorder:

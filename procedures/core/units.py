@@ -1,4 +1,4 @@
-"""How units are written: names of the SI and what is used beside it, with prefixes, multiplied by · and divided by /."""
+"""Notation of units: names of the SI and what is used beside it, with prefixes, multiplied by · and divided by /."""
 
 import re
 

@@ -43,7 +43,7 @@ class Switching:
 
 
 class HallFault(Enum):
-    """What may be wrong with one lead."""
+    """Fault of one lead."""
 
     DEAD = "dead"
     SWAPPED = "swapped"
@@ -61,7 +61,7 @@ class HallFinding:
 
 @dataclass(frozen=True)
 class HallJudgement:
-    """What three leads show.
+    """Evaluation of the signals of three leads.
 
     `faults` a lead and kind each; `offset` (rad, electrical, −π … π) of all sensors together, NaN where none switches;
     `spacing` the largest deviation of two sensors' spacing from 120° (rad), NaN with less than two; `duty` the largest

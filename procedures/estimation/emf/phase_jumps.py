@@ -22,7 +22,7 @@ _LEAST_PERIODS = 1.05
 
 @dataclass(frozen=True)
 class _Smooth:
-    """What counts as a smooth course: a polynomial of `degree`, or one of degree `rival` where that explains it better than a jump;
+    """Criterion of a smooth course: a polynomial of `degree`, or one of degree `rival` where that explains it better than a jump;
     means over so many `stretches` show what there is to explain.
     """
 

@@ -17,7 +17,7 @@ LEAST_STEPS = 6.0
 
 
 class ProbingFault(Enum):
-    """What may be wrong with probes, or with terminals that should be open."""
+    """Fault of probes, or of terminals that should be open."""
 
     NONE = "as told"
     SILENT = "silent channel"

@@ -15,7 +15,7 @@ from procedures.estimation.fitting.fit import EstimationError, FloatArray
 
 @dataclass(frozen=True)
 class DigitizedChannel:
-    """What is known of a recorded channel besides its values.
+    """Properties of a recorded channel besides its values.
 
     `resolution` one converter step (V), 0 where it is not known; `clipped` whether readings reached an end of the converter, None
     where nobody says; `gain_limit` the limit of its gain error as stated, relative.

@@ -157,7 +157,7 @@ def _of_their_own(frequencies: ArrayLike, values: ArrayLike, uncertainties: Arra
 
 
 def _despite_limits(law: Law, count: int) -> bool:
-    """Whether a law's slope stands out from what it leaves of `count` figures, as it does not where each range errs by itself."""
+    """Return whether a law's slope stands out from what it leaves of `count` figures, as it does not where each range errs by itself."""
     left = max(law.chi_squared / (count - 2), 1.0)
     return float(special.fdtrc(1, count - 2, law.slope**2 / left)) < _DESPITE_LIMITS
 

@@ -36,7 +36,7 @@ def components(pieces: Sequence[Piece], rows: FloatArray) -> FloatArray:
 
 
 def _unstructured(residual: FloatArray, noise: float) -> bool:
-    """Whether what a polynomial leaves is noise: sums over blocks of two lengths are no larger than chance makes them."""
+    """Return whether a polynomial's residuals are noise: sums over blocks of two lengths are no larger than chance makes them."""
     if residual @ residual > special.chdtri(residual.size, 0.001) * noise**2:
         return False
     for blocks in (8, 32):

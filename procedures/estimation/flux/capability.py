@@ -19,7 +19,7 @@ _REACHED = 2e-3
 
 
 class TorqueLimit(StrEnum):
-    """What limits the torque at a speed."""
+    """Limit of the torque at a speed."""
 
     CURRENT = "current"
     CURRENT_AND_VOLTAGE = "current-and-voltage"

@@ -47,7 +47,7 @@ class SessionUnknowns:
 
 @dataclass(frozen=True)
 class MapFit:
-    """What one least squares of readings gives, before it is judged.
+    """Result of one least-squares fit of readings, before it is judged.
 
     `angle` (rad) is what the inverter's zero lies behind the magnet, `delay` (s) that of the voltages against the currents, `followed` the
     share of what was read beside the asked current that the voltages follow, the rest being its sensors' noise; `resistance`

@@ -1,4 +1,4 @@
-"""What a reading at constant speed should be for given flux linkages and given faults of bench and motor, with its derivatives."""
+"""Model of a reading at constant speed for given flux linkages and given faults of bench and motor, with its derivatives."""
 
 from dataclasses import dataclass
 

@@ -43,7 +43,7 @@ _SATURATION, _DROP = 0.5, 0.1
 
 @dataclass(frozen=True)
 class ShortCircuitFit:
-    """What shorted terminals show; currents in A peak, torque of braking in N·m, R in Ω, inductances in H.
+    """Characteristics at shorted terminals; currents in A peak, torque of braking in N·m, R in Ω, inductances in H.
 
     `limit_current` is I(∞) = λ/L_d, `chord_inductance` L_d from 0 to −I(∞); `resistance_by_current` and `resistance_by_torque` are those
     of the plain model, which differ where something is not in it; `resistance` is that of currents and torques together, with saturation

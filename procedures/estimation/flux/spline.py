@@ -18,7 +18,7 @@ _NEIGHBOURS = 4
 
 
 class Parity(IntEnum):
-    """What a change of the q current's sign does to a quantity."""
+    """Symmetry of a quantity when the q current changes its sign."""
 
     ODD = -1
     NONE = 0

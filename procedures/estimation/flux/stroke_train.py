@@ -72,7 +72,7 @@ class StrokeTrain:
 
     @property
     def moving(self) -> float:
-        """What had not settled at the strokes' ends, beyond the record's noise: share of the largest change of flux."""
+        """Unsettled part at the strokes' ends, beyond the record's noise: share of the largest change of flux."""
         change = float(np.max(np.abs(self.integral[self.places[2]] - self.integral[self.places[1]])))
         lasting = np.diff(self.time[self.places], prepend=self.time[0])
         left = [self._plateau(part)[1] * duration for part, duration in zip(self._ends()[1:], lasting[1:], strict=True)]
@@ -138,7 +138,7 @@ class StrokeTrain:
 
     @property
     def swing(self) -> float:
-        """How far (rad, electrical) the rotor turned at the switchings from where it stood."""
+        """Largest angle (rad, electrical) by which the rotor had turned at a switching from where it stood."""
         return float(np.max(np.abs(self.angle - self.angle[0])))
 
     def _angles(self) -> FloatArray:

@@ -25,7 +25,7 @@ _AGAIN = 1.2
 
 @dataclass(frozen=True)
 class Cogging:
-    """What repeats itself every turn: `peak_to_peak` (N·m) with its standard `uncertainty` from the scatter.
+    """Torque that repeats itself every turn: `peak_to_peak` (N·m) with its standard `uncertainty` from the scatter.
 
     `orders` (k,) periods a turn that stand out of the noise and their `amplitudes` (k,), N·m; without any, `peak_to_peak` is 0.
     `hidden` (N·m, peak to peak) is what the scatter may hide: where the order is not known, one so high that it looks like noise, else

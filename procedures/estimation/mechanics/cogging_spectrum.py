@@ -20,7 +20,7 @@ _ABOUT = 24
 
 @dataclass(frozen=True)
 class Orders:
-    """What is fitted to a turn: `orders` (k,) periods a turn, which of them are `counted` as cogging, and a polynomial of degree `drift`.
+    """Model fitted to a turn: `orders` (k,) periods a turn, which of them are `counted` as cogging, and a polynomial of degree `drift`.
 
     `between` (m,) are periods a turn at which nothing that repeats itself can lie; `step` is what all counted orders are multiples of.
     """

@@ -35,7 +35,7 @@ _HIDDEN, _LAWS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3), (1.0, 1.4, 2.0)
 
 @dataclass(frozen=True)
 class Look:
-    """What directions say: `causes` (m,) by name, and their `score`."""
+    """Evaluation of the directions: `causes` (m,) by name, and their `score`."""
 
     causes: tuple[Cause, ...]
     score: Score
@@ -70,7 +70,7 @@ class Periodic:
 
     @property
     def cause(self) -> Cause:
-        """What it is likely to be."""
+        """Likely cause."""
         return Cause.COGGING if self.order >= _COGGING else Cause.ECCENTRICITY
 
 

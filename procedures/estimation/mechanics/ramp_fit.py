@@ -199,7 +199,7 @@ def _fitted(model: RampModel, terms: Terms, start: FloatArray) -> _Fitted | None
 
 
 def _possible(cause: Cause, fitted: _Fitted) -> bool:
-    """Whether a term has the sign that its cause gives it."""
+    """Return whether a term has the sign that its cause gives it."""
     if cause is Cause.STRIBECK:
         return fitted.model.amount("stribeck", fitted.solved.values) > 0.0
     if cause is Cause.TORQUE_FILTER:

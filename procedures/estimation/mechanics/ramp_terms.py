@@ -1,4 +1,4 @@
-"""What may stand in the model of a ramp beside inertia and friction that goes with speed."""
+"""Optional terms of the model of a ramp, beside inertia and friction proportional to speed."""
 
 from dataclasses import dataclass, field
 
@@ -23,7 +23,7 @@ class Stribeck:
 
 @dataclass(frozen=True)
 class Terms:
-    """What stands in the model beside inertia, Coulomb, viscous and quadratic friction.
+    """Terms of the model beside inertia, Coulomb, viscous and quadratic friction.
 
     `speed_filter` (s) is a filter's time constant, each ramp beginning with a transient of its own; `torque_filter` that the torque's
     is fitted; `added` (m, n) are further shapes in the speeds of all ramps.

@@ -9,7 +9,7 @@ Connection = Literal["wye", "delta"]
 
 
 class ReadingConnection(Enum):
-    """How the meter was connected when it gave a resistance or an inductance."""
+    """Connection of the meter when it gave a resistance or an inductance."""
 
     LINE_TO_LINE = "line to line, third terminal open"
     SERIES_PARALLEL = "one line to the other two joined, A to B and C"
@@ -17,7 +17,7 @@ class ReadingConnection(Enum):
 
 
 class PhaseFactor(NamedTuple):
-    """What a reading is multiplied by: for one leg of the equivalent wye, and for the winding itself."""
+    """Factors to multiply a reading by: for one leg of the equivalent wye, and for the winding itself."""
 
     y_equivalent: float
     winding: float

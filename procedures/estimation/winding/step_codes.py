@@ -94,7 +94,7 @@ def _scatter(values: FloatArray) -> float:
 
 
 def too_coarse(values: FloatArray, model: FloatArray, resolution: float) -> bool:
-    """Whether the noise before the converter is less than a tenth of a code, told by how seldom a rising signal (n,) falls back.
+    """Return whether the noise before the converter is less than a tenth of a code, told by how seldom a rising signal (n,) falls back.
 
     `model` (n,) is the signal without noise.
     """

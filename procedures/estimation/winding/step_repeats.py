@@ -86,7 +86,7 @@ class Repeats:
 
     @property
     def misfit(self) -> Misfit:
-        """What the repeats show beyond the model, each by itself and against each other."""
+        """Misfit of the repeats to the model, each by itself and against each other."""
         own = [
             Finding(
                 Cause.REPEATS_DIFFER,

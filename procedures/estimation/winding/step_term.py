@@ -22,7 +22,7 @@ _DIFFERENCE = 1e-4
 
 @dataclass(frozen=True)
 class StepScale:
-    """What a term's figures are in units of: the circuit's time constant (s), the step's current (A), and when it begins (s)."""
+    """Units of a term's figures: the circuit's time constant (s), the step's current (A), and when it begins (s)."""
 
     time_constant: float
     current: float

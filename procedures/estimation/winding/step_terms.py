@@ -1,4 +1,4 @@
-"""What may act on a current step beside resistance and inductance: each as a term of the model, and as a direction to test for."""
+"""Terms that may act on a current step beside resistance and inductance: each as a term of the model, and as a direction to test for."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -265,7 +265,7 @@ TERMS: tuple[Term, ...] = (
 
 @dataclass(frozen=True)
 class Direction:
-    """What to test a record for: the `family` of terms that it stands for, and the term that is fitted first."""
+    """Test of a record: the `family` of terms that it stands for, and the term that is fitted first."""
 
     family: str
     cause: Cause

@@ -1,4 +1,4 @@
-"""What the residuals of a step show that no term of its model explains."""
+"""Misfit in the residuals of a step that no term of its model explains."""
 
 import numpy as np
 from scipy import special
@@ -28,7 +28,7 @@ def no_figure(fitted: Fitted, values: FloatArray, growth: FloatArray, apart: Flo
 
 
 def structured(step: Problem, fitted: Fitted) -> bool:
-    """Whether sums over blocks of the residuals are larger than noise and rounding make them."""
+    """Return whether sums over blocks of the residuals are larger than noise and rounding make them."""
     size = step.record.time.size
     length = max(size // _BLOCKS, 2)
     starts = np.arange(0, size - length + 1, length)

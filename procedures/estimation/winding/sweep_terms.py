@@ -1,4 +1,4 @@
-"""What inductance readings at known angles show beside their second harmonic: run-out of the shaft, a meter that drifts."""
+"""Disturbances of inductance readings at known angles beside their second harmonic: run-out of the shaft, a meter that drifts."""
 
 from dataclasses import dataclass
 
@@ -25,7 +25,7 @@ _CLOSING = 2.0
 
 @dataclass(frozen=True)
 class Added:
-    """What is taken off readings (n,): their `shape` (H), how variances of mean and amplitude grow, and what may be left in each (H)."""
+    """Correction of readings (n,): their `shape` (H), how variances of mean and amplitude grow, and what may be left in each (H)."""
 
     findings: tuple[Finding, ...]
     shape: FloatArray

@@ -112,7 +112,7 @@ def _refine(x: FloatArray, values: FloatArray, start: FloatArray, degree: int) -
 
 
 def _hangs_together(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> bool:
-    """Whether each residual resembles its neighbour."""
+    """Return whether each residual resembles its neighbour."""
     return resemblance(_residuals(x, values, coefficients)) > _HANGS_TOGETHER
 
 
@@ -139,7 +139,7 @@ def _wave(course: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArra
 
 
 def _acceptable(x: FloatArray, values: FloatArray, coefficients: FloatArray) -> bool:
-    """Whether the course never turns back, every period of it was sampled, and the amplitude is one the readings show."""
+    """Return whether the course never turns back, every period of it was sampled, and the amplitude is one the readings show."""
     course = _course(x, coefficients)
     # From reading to reading, the first and the last left out: beside an extreme at an end, both sides fit as well.
     steps = np.diff(course)

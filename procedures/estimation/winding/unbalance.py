@@ -1,4 +1,4 @@
-"""How unlike the three phases of a machine are: deviations from their mean."""
+"""Unbalance of the three phases of a machine: deviations from their mean."""
 
 import math
 from collections.abc import Sequence

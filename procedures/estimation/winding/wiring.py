@@ -21,7 +21,7 @@ Poles = tuple[Pole, Pole, Pole]
 
 
 class Kind(Enum):
-    """What may have been done. OPEN, JOINED and TOUCHING break or add continuity, the others keep it."""
+    """Possible miswiring. OPEN, JOINED and TOUCHING break or add continuity, the others keep it."""
 
     NONE = "as told"
     OPEN = "open"
@@ -167,7 +167,7 @@ def _with(expected: Poles, changed: Mapping[int, Pole]) -> Poles:
 
 
 class WiringOutcome(Enum):
-    """What readings say of a connection.
+    """Outcome of verifying a connection.
 
     VERIFIED: no mistake of continuity would read so. UNVERIFIED: the connection may be right, but so would such a mistake read.
     WRONG: it is not right, and a mistake explains the readings. UNEXPLAINED: neither right nor any one mistake.
