@@ -1,4 +1,4 @@
-"""What a driver declares of itself, and what it is handed when it is opened; importing this imports no transport library.
+"""Declaration of a driver, and the context in which it is opened; importing this imports no transport library.
 
 Drivers are found by the entry-point group `motorbench.drivers`; an entry names a `Driver`, or a tuple of them, one a role.
 """
@@ -37,7 +37,7 @@ REPLY_TIME = 0.6
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What drivers are handed: the bench's clock, and for those that need it a VISA manager or a way to the person.
+    """Context in which drivers are opened: the bench's clock, and for those that need it a VISA manager or a way to the person.
 
     `visa` is called when the first VISA instrument is opened, so that a bench without one needs no VISA. `calls` watches over each
     exchange. Instruments on one CAN bus that are handed the same `can_buses` share the connection to it. `in_process` opens

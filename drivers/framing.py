@@ -36,7 +36,7 @@ class FramingSetter(Protocol):
 
     @property
     def present(self) -> Framing:
-        """What the station file says of it."""
+        """Options of it in the station file."""
 
     def wanted(self, rate: int | None, form: str | None, unit: int | None) -> Framing:
         """Return the framing asked for, the station file's where nothing is; raises ReportedError where it cannot be."""

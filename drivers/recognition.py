@@ -1,4 +1,4 @@
-"""How an instrument is recognised by what it says of itself, declared on its driver; importing this imports no transport library.
+"""Recognition of an instrument by what it says of itself, declared on its driver; importing this imports no transport library.
 
 Each kind asks only what changes nothing: `*IDN?`, Modbus function 3, an SDO upload, a read of registers by CAN FD, or listening.
 """

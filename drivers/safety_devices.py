@@ -1,4 +1,4 @@
-"""What drivers of watchdog relays and interlock contacts declare of themselves; importing this imports no transport library.
+"""Declarations of drivers of watchdog relays and interlock contacts; importing this imports no transport library.
 
 They are found by the entry-point groups `motorbench.watchdog_relays` and `motorbench.interlocks`.
 """

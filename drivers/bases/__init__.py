@@ -1,1 +1,1 @@
-"""What drivers of several makers share."""
+"""Bases of drivers of several makers."""

@@ -48,7 +48,7 @@ class FoundState:
 
     @property
     def settings(self) -> tuple[FoundSetting, ...]:
-        """What was found, in the order in which it was asked."""
+        """Settings as found, in the order in which they were asked."""
         return tuple(self._found)
 
     def take_over(self, rows: Iterable[WantedSetting]) -> None:

@@ -13,7 +13,7 @@ LARGEST_GAIN = 0.5
 
 @dataclass(frozen=True)
 class OscilloscopeData:
-    """What holds for a family of oscilloscopes.
+    """Data of a family of oscilloscopes.
 
     `ranges` are the least and the greatest whole screen, `divisions` high (V at the input), `records` the shortest and the longest
     (s), `attenuations` the least and the greatest factor of a probe. A screen is `steps` of the converter high, one of which is

@@ -44,7 +44,7 @@ class ScpiDriver:
 
     @property
     def identity(self) -> Identity:
-        """Who answered *IDN? when this was opened."""
+        """Identity by *IDN? when this was opened."""
         return self._identity
 
     @property

@@ -225,7 +225,7 @@ class ScpiSupplyModel:
 
     @property
     def identity(self) -> ScpiIdentity:
-        """Who answers *IDN?."""
+        """Identity by *IDN?."""
         return ScpiIdentity(
             tuple(maker.lower() for maker in self.makers), tuple(model.upper() for model in self.models)
         )

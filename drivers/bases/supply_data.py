@@ -29,7 +29,7 @@ class SupplyCommands:
 
 @dataclass(frozen=True)
 class SupplyData:
-    """What holds for an output: highest voltage (V), current (A) and over-voltage level (V), accuracies of its meters."""
+    """Ratings of an output: highest voltage (V), current (A) and over-voltage level (V), accuracies of its meters."""
 
     maximum_voltage: float
     maximum_current: float
@@ -39,7 +39,7 @@ class SupplyData:
 
 
 class ScpiSupplyLimits(Protocol):
-    """What every supply's options have."""
+    """Options of every supply."""
 
     @property
     def maximum_voltage(self) -> float | None:
@@ -51,7 +51,7 @@ class ScpiSupplyLimits(Protocol):
 
     @property
     def over_voltage_margin(self) -> float:
-        """How far over-voltage protection stands above the voltage level, relative."""
+        """Margin of over-voltage protection above the voltage level, relative."""
 
     @property
     def over_voltage_headroom(self) -> float:
@@ -59,7 +59,7 @@ class ScpiSupplyLimits(Protocol):
 
     @property
     def trip_at_current_limit(self) -> bool:
-        """Whether the output goes off at its current limit whatever it is to hold."""
+        """Return whether the output goes off at its current limit whatever it is to hold."""
 
     @property
     def voltage_accuracy(self) -> Accuracy | None:

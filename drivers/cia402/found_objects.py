@@ -1,4 +1,4 @@
-"""What the last user of a drive may have left: objects of CiA 402-2 that change what a command or a reading means."""
+"""Settings that the last user of a drive may have left: objects of CiA 402-2 that change what a command or a reading means."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What every drive with the CiA 402 profile is made of: identity, found state, power states, mode, watchdog, and its end."""
+"""Base of every drive with the CiA 402 profile: identity, found state, power states, mode, watchdog, and its end."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -52,7 +52,7 @@ class BusConnection(Protocol):
         """Ask the node for its state by node guarding; a node that knows that answers before it answers what is asked next."""
 
     def command_node(self, state: NmtState) -> None:
-        """Have the node go to a state by NMT; nobody confirms that. Raises CommunicationError for a dead bus."""
+        """Command a state by NMT; nobody confirms that. Raises CommunicationError for a dead bus."""
 
     def emergencies(self) -> tuple[Emergency, ...]:
         """Return the emergency frames of errors that the node has not taken back."""
@@ -61,7 +61,7 @@ class BusConnection(Protocol):
         """Take no notice of the emergency frames up to now."""
 
     def hear(self, identifier: int, take: Callable[[bytes], None]) -> Callable[[], None]:
-        """Have `take` be given the data of each frame with an identifier; return what ends that."""
+        """Subscribe `take` to the data of each frame with an identifier; return what ends that."""
 
     def synchronise(self) -> None:
         """Send a SYNC. Raises CommunicationError for a dead bus."""
@@ -133,7 +133,7 @@ class Cia402Node:
 
     @property
     def found_state(self) -> tuple[FoundSetting, ...]:
-        """What it was found set to."""
+        """Settings as found."""
         if self.guarding:
             return ()
         mapped = self._process_data.mapped if self._process_data is not None else ()

@@ -28,7 +28,7 @@ class Cia402Driver:
 
     @property
     def found_state(self) -> tuple[FoundSetting, ...]:
-        """What the drive was found set to."""
+        """Settings of the drive as found."""
         return self._node.found_state
 
     @property

@@ -1,4 +1,4 @@
-"""What a station file may say about drives with the CiA 402 profile."""
+"""Options of drives with the CiA 402 profile in a station file."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
@@ -84,7 +84,7 @@ class NodeOptions:
 
     @property
     def watchdog(self) -> Watchdog | None:
-        """What the drive is asked to watch, where it has a heartbeat consumer."""
+        """Watchdog asked of the drive, where it has a heartbeat consumer."""
         return Watchdog(self.heartbeat_time, WhenSilent.VOLTAGE_OFF, "0x1016, 0x6007") if self.heartbeat_time else None
 
 

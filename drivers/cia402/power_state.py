@@ -86,7 +86,7 @@ def error_name(code: int) -> str:
 
 
 class NodeWatcher(Protocol):
-    """What hears the node speak unasked."""
+    """Listener to what the node sends unasked."""
 
     @property
     def nmt_state(self) -> NmtState | None:

@@ -176,7 +176,7 @@ class Cia402RotorActuator(Cia402Driver, RotorActuator):
         self._let_go()
 
     def _take_hold(self, mode: int, target: int | None) -> None:
-        """Have the drive hold the standing shaft, by the clutch, in a mode in which it was told to stay where it is."""
+        """Hold the standing shaft, by the clutch, in a mode in which it was told to stay where it is."""
         if self._objects.read(INPUTS, 0, 4) & BRAKE:
             raise InstrumentError(self._name, text("the brake is closed"), remedy=text("Release the shaft first"))
         self._node.select(mode)

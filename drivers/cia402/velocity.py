@@ -31,7 +31,7 @@ class Velocity:
 
     @property
     def accuracy(self) -> Accuracy:
-        """What is known of a reading: one count."""
+        """Resolution of a reading: one count."""
         return Accuracy(
             resolution=1.0 / self.counts,
             source=f"one count of 0x{self.actual:04X}; frequency of the drive's own quartz",

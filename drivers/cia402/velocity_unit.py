@@ -1,4 +1,4 @@
-"""What one count of a velocity is: the drive's user units, by its factor group (CiA 402-2) or by the station's statement."""
+"""Unit of one count of a velocity: the drive's user units, by its factor group (CiA 402-2) or by the station's statement."""
 
 import math
 import re
@@ -44,7 +44,7 @@ class VelocityUnit:
     electrical: bool = False
 
     def agrees(self, other: "VelocityUnit") -> bool:
-        """Whether both mean the same."""
+        """Return whether both mean the same."""
         return self.electrical == other.electrical and math.isclose(self.counts, other.counts, rel_tol=1e-6)
 
     @property
@@ -107,7 +107,7 @@ def read_vl_unit(objects: "NodeObjects", stated: str) -> VelocityUnit:
 
 
 class _FactorGroup:
-    """What a drive says of its user units."""
+    """User units as a drive states them."""
 
     def __init__(self, objects: "NodeObjects", increments: int | None) -> None:
         self._objects = objects

@@ -20,7 +20,7 @@ BEATS = 3
 
 
 class HeartbeatSender(Protocol):
-    """What can send heartbeats on the drive's bus."""
+    """Sender of heartbeats on the drive's bus."""
 
     def start_heartbeat(self, producer: int, period: float) -> None:
         """Send heartbeats of node `producer` every `period` (s)."""
@@ -37,7 +37,7 @@ class HeartbeatWatchdog:
         self.armed: Watchdog | None = None
 
     def arm(self, time: float, producer: int, sender: HeartbeatSender) -> None:
-        """Have the drive switch its voltage off once the heartbeat of node `producer` stays away for `time` (s).
+        """Set the drive to switch its voltage off once the heartbeat of node `producer` stays away for `time` (s).
 
         A drive without a heartbeat consumer stays as it is; what is set is read back. Raises SetpointError for a time or node
         that cannot be, ReportedError where all the drive's entries are taken, or it does not keep what was written.

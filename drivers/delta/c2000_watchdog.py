@@ -37,7 +37,7 @@ class CommunicationWatchdog:
 
     @property
     def armed(self) -> Watchdog | None:
-        """What is armed."""
+        """Watchdog as armed."""
         return communication_watchdog(self._time)
 
     def arm(self, time: float) -> None:

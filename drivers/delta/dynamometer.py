@@ -116,7 +116,7 @@ class DeltaDyn200(Dynamometer):
 
     @property
     def found_state(self) -> tuple[FoundSetting, ...]:
-        """What drive and transducer were found set to."""
+        """Settings of drive and transducer as found."""
         return self._settings.found
 
     @property

@@ -1,4 +1,4 @@
-"""What drive and transducer of a dynamometer may have been left with: parameters that decide what a command or a reading means.
+"""Settings that drive and transducer of a dynamometer may have been left with: parameters that decide what a command or a reading means.
 
 Numbers and values of the C2000's are those of Delta's C2000 and CP2000 manuals (chapter 12) as others quote them: a public program
 for a dynamometer with a C2000 (09-30, 11-27, 11-33, 11-34, 11-37), one for a positioner with C2000s (00-10), two public bridges
@@ -117,7 +117,7 @@ def _filter(query: str, effect: Text, stated: float) -> WantedSetting:
 
 
 class FoundDriveSettings:
-    """What drive and transducer on one line were left with."""
+    """Settings that drive and transducer on one line were left with."""
 
     def __init__(self, line: ModbusLine, options: DeltaDyn200Options) -> None:
         self._line = line
@@ -128,7 +128,7 @@ class FoundDriveSettings:
 
     @property
     def found(self) -> tuple[FoundSetting, ...]:
-        """What they were found set to."""
+        """Settings as found."""
         return (*self._drive.settings, *self._transducer.settings)
 
     def take_over(self) -> None:

@@ -1,4 +1,4 @@
-"""How a C2000's serial line is framed, found and set over the line itself: 09-00 the unit, 09-01 the rate, 09-04 the format.
+"""Framing of a C2000's serial line, found and set over the line itself: 09-00 the unit, 09-01 the rate, 09-04 the format.
 
 The formats are those of the C2000's and CP2000's manuals (12.1-09); the GS4, which Delta makes for another brand, has the same, and so are
 the unit's 1 … 254. As delivered: unit 1, 9600 bit/s, 7N2 in ASCII (the maker alone). Whether a new framing acts at once or once the power

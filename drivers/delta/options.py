@@ -1,4 +1,4 @@
-"""What a station file may say about each Modbus instrument."""
+"""Options of each Modbus instrument in a station file."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -102,7 +102,7 @@ class DeltaDyn200Options:
 
     @property
     def watchdog(self) -> Watchdog | None:
-        """What the drive is asked to watch."""
+        """Watchdog asked of the drive."""
         return communication_watchdog(self.watchdog_time)
 
 

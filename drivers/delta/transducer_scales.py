@@ -1,4 +1,4 @@
-"""What a count of the transducer's speed and power is worth: sources differ, so the bench itself settles it.
+"""Value of a count of the transducer's speed and power: sources differ, so the bench itself settles it.
 
 P is torque times speed, and the drive knows its own frequency: what contradicts them is refused before a figure uses it.
 """
@@ -81,7 +81,7 @@ class PowerScale:
 
 
 class SpeedScale:
-    """Whether the transducer's speed and the drive's frequency tell the same; `decimals` are those of the speed."""
+    """Return whether the transducer's speed and the drive's frequency agree; `decimals` are those of the speed."""
 
     def __init__(self, name: str, decimals: int) -> None:
         self._name = name

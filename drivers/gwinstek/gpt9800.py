@@ -67,7 +67,7 @@ class Output:
 
 @dataclass(frozen=True)
 class Report:
-    """What MEAS? tells: status, voltage (V), resistance (Ω), whether that is beyond the range, and the test's time (s).
+    """Reply to MEAS?: status, voltage (V), resistance (Ω), whether that is beyond the range, and the test's time (s).
 
     `time` is NaN outside a test, and that of the ramp while `ramping`.
     """

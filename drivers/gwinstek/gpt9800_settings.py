@@ -1,4 +1,4 @@
-"""What a GPT-9800 may have been left with, of what changes an insulation test or its replies.
+"""Settings that a GPT-9800 may have been left with and that change an insulation test or its replies.
 
 MANU:EDIT:MODE? and MANU:IR:REF? are asked by two public programs each; MAIN:FUNC? by one, of a tester that RS PRO sells with the same
 commands, and TEST:RET? by another one: one source each. A tester that refuses these two is taken to have nothing to tell. Voltage, limits

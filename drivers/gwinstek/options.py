@@ -1,4 +1,4 @@
-"""What a station file may say about a GW Instek safety tester."""
+"""Options of a GW Instek safety tester in a station file."""
 
 from dataclasses import dataclass
 

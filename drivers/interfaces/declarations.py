@@ -18,7 +18,7 @@ _DECLARED = "__declaration__"
 
 
 class Quantity(Enum):
-    """What a limit bounds."""
+    """Quantity that a limit bounds."""
 
     VOLTAGE = "voltage"
     CURRENT = "current"
@@ -53,7 +53,7 @@ ELECTRICAL = (Converted(Quantity.SPEED, 1.0 / (2.0 * math.pi), times=POLE_PAIRS)
 
 @dataclass(frozen=True)
 class Amount:
-    """What an argument sets, or a reading shows: quantity and unit.
+    """Quantity and unit that an argument sets, or a reading shows.
 
     It is held against the limit of its quantity and those in `also`. `own` is the property of the instrument that says how
     much it takes itself, `offered` the option that names the only values it takes. A `signed` one may be as large in either
@@ -78,7 +78,7 @@ NO_QUANTITY: Final = None
 
 
 class Effect(Enum):
-    """What a call does."""
+    """Effect of a call."""
 
     READING = "measures"
     QUESTION = "answers from what the driver knows"
@@ -90,7 +90,7 @@ class Effect(Enum):
 
 
 class Lasting(Enum):
-    """How long a call that energises does so."""
+    """Time for which a call that energises does so."""
 
     BLOCK = "for the length of a `with` block"
     CALL = "until it returns"
@@ -99,7 +99,7 @@ class Lasting(Enum):
 
 @dataclass(frozen=True)
 class Declaration:
-    """What one method or property does.
+    """Declaration of what one method or property does.
 
     `amounts` are its bounded arguments, by name; `readings` what it returns, by field ("" for the value itself), `unit` that of
     each Reading and Waveform in what it returns. `lasting` is for a call that energises; `source` then names the method that
@@ -123,7 +123,7 @@ class Declaration:
 
     @property
     def is_command(self) -> bool:
-        """Whether it is written to the journal before it is sent."""
+        """Return whether it is written to the journal before it is sent."""
         return self.effect in (Effect.SET_POINT, Effect.ENERGISES)
 
     @property

@@ -1,4 +1,4 @@
-"""What every instrument has: an identity, readings with an accuracy, and an end."""
+"""Base of every instrument: an identity, readings with an accuracy, and an end."""
 
 from abc import abstractmethod
 from collections.abc import Callable
@@ -16,7 +16,7 @@ Traffic = Callable[[str, str], None]
 
 @dataclass(frozen=True)
 class Identity:
-    """Who answers at an address (the four fields of `*IDN?`; empty where the instrument has none)."""
+    """Identity of the instrument at an address (the four fields of `*IDN?`; empty where the instrument has none)."""
 
     manufacturer: str
     model: str
@@ -66,7 +66,7 @@ class Instrument(Protocol):
     @question
     @abstractmethod
     def identity(self) -> Identity:
-        """Who this is."""
+        """Identity of the instrument."""
 
     @property
     @question

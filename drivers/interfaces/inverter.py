@@ -110,7 +110,7 @@ class DqReading:
 
 @dataclass(frozen=True)
 class DqSample:
-    """What a drive reports at one instant, bench time `time` (s), in the rotor's frame like `DqReading`.
+    """Report of a drive at one instant, bench time `time` (s), in the rotor's frame like `DqReading`.
 
     Currents (A, peak), electrical angle (rad, no turns taken off it) and speed (rad/s).
     """
@@ -131,7 +131,7 @@ class Inverter(Instrument, Protocol):
     @property
     @question
     def abilities(self) -> frozenset[InverterAbility]:
-        """What it can do."""
+        """Capabilities of the inverter."""
 
     @property
     @question

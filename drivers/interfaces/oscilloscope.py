@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 
 class ProbeKind(Enum):
-    """What a channel's probe senses."""
+    """Quantity that a channel's probe senses."""
 
     VOLTAGE = "V"
     CURRENT = "A"
 
 
 class AcquisitionType(Enum):
-    """What a sample is: one of the converter's, or the mean of all since the last."""
+    """Kind of a sample: one of the converter's, or the mean of all since the last."""
 
     NORMAL = "NORM"
     HIGH_RESOLUTION = "HRES"

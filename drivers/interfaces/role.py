@@ -41,13 +41,13 @@ class Role(Enum):
 
     @property
     def feeds(self) -> bool:
-        """Whether its instruments feed energy or move the shaft."""
+        """Return whether its instruments feed energy or move the shaft."""
         return any(one.effect is Effect.ENERGISES for one in declarations(self.interface).values())
 
 
 @dataclass(frozen=True)
 class RoleSpec:
-    """What a role is: its interface, its name for people, what brings it to its harmless state in a shutdown sequence.
+    """Definition of a role: its interface, its name for people, what brings it to its harmless state in a shutdown sequence.
 
     `feeds_winding` is for those that feed the motor's terminals, `in_fixture` for those that do what hands do otherwise.
     `withstands` is the voltage (V, peak) of others that the leads of any instrument in the role may be left on; one that states its

@@ -18,7 +18,7 @@ from drivers.interfaces.identity import Instrument, Reading
 
 
 class OutputMode(Enum):
-    """What regulates the output now."""
+    """Quantity at which the output is regulated now."""
 
     OFF = "off"
     CONSTANT_VOLTAGE = "constant voltage"

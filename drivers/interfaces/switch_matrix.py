@@ -26,7 +26,7 @@ class SwitchMatrix(Instrument, Protocol):
 
     @setting
     def connect(self, crosspoints: Collection[str]) -> None:
-        """Have exactly these crosspoints closed; every other one is opened first, and what is closed is read back.
+        """Close exactly these crosspoints; every other one is opened first, and what is closed is read back.
 
         Returns once the contacts have settled. Raises CrosspointError, before anything is switched, for a crosspoint that
         there is not and for some that may not be closed together; ReportedError, with all opened, where a relay did not follow.

@@ -1,4 +1,4 @@
-"""What an instrument does by itself when it no longer receives messages."""
+"""Reaction of an instrument when it no longer receives messages."""
 
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,4 +1,4 @@
-"""What an E36300 may have been left with (Programming Guide E36311-90008; public programs for E36312A and E36313A).
+"""Settings that an E36300 may have been left with (Programming Guide E36311-90008; public programs for E36312A and E36313A).
 
 The E36311A has no pairing, lists or remote sense: what a model refuses to tell it has not.
 """

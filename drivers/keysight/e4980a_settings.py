@@ -1,4 +1,4 @@
-"""What an E4980A may have been left with (User's Guide E4980-90230; public programs, its set-up strings in them).
+"""Settings that an E4980A may have been left with (User's Guide E4980-90230; public programs, its set-up strings in them).
 
 That it measures on some pages only is in two public programs, which go from MEAS SETUP to MEAS DISPLAY before they trigger.
 """

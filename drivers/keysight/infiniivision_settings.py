@@ -1,4 +1,4 @@
-"""What an InfiniiVision may have been left with (Programmer's Guide 3000T X-Series; python-ivi and public programs)."""
+"""Settings that an InfiniiVision may have been left with (Programmer's Guide 3000T X-Series; python-ivi and public programs)."""
 
 import re
 from collections.abc import Mapping

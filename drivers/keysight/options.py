@@ -1,4 +1,4 @@
-"""What a station file may say about each VISA instrument."""
+"""Options of each VISA instrument in a station file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -55,7 +55,7 @@ class Keysight34970A(ScpiDriver, SwitchMatrix):
 
     @property
     def found_state(self) -> tuple[FoundSetting, ...]:
-        """What was found closed of the station's crosspoints; it opens before the first of them closes."""
+        """Crosspoints of the station that were found closed; they open before any crosspoint closes."""
         if self._left is None:
             return ()
         names = sorted(self._names[channel] for channel in self._left)
@@ -75,7 +75,7 @@ class Keysight34970A(ScpiDriver, SwitchMatrix):
         return frozenset(self._options.fixed)
 
     def connect(self, crosspoints: Collection[str]) -> None:
-        """Have exactly these crosspoints closed; what else is closed opens first, and all are read back.
+        """Close exactly these crosspoints; what else is closed opens first, and all are read back.
 
         Returns once the contacts have settled. Raises CrosspointError, before anything is switched, for crosspoints that
         there are not or that may not be closed together, and ReportedError, with all of them opened, where one did not follow.

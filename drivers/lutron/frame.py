@@ -14,7 +14,7 @@ LENGTH = 16
 
 @dataclass(frozen=True)
 class Frame:
-    """What a display shows: `value` without its sign, its last digit `step`, and the two digits that stand for the unit."""
+    """Content of a display: `value` without its sign, its last digit `step`, and the two digits that stand for the unit."""
 
     annunciator: str
     value: float

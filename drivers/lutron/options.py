@@ -1,4 +1,4 @@
-"""What a station file may say about a tachometer on a serial line."""
+"""Options of a tachometer on a serial line in a station file."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What every instrument that a person works has: someone to ask, the options of the station file, and no connection."""
+"""Base of every instrument that a person works: someone to ask, the options of the station file, and no connection."""
 
 from typing import Generic, Protocol, TypeVar
 
@@ -45,12 +45,12 @@ class InstrumentByHand(Generic[OptionsT]):
         """Do nothing: there is no connection."""
 
     def _have_on(self, task: Text) -> None:
-        """Have a task done after which the instrument is on."""
+        """Let the person do a task after which the instrument is on."""
         self._is_off = False
         self._questions.confirm(task)
 
     def _have_off(self, task: Text) -> None:
-        """Have it switched off, unless a person has said already that it is."""
+        """Let the person switch it off, unless it was said already that it is."""
         if not self._is_off:
             self._questions.confirm(task)
             self._is_off = True

@@ -24,7 +24,7 @@ class ManualDrive(InstrumentByHand[ManualDriveOptions], BldcDrive):
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """Have the drive switched on at full voltage for the length of the block, then off, however it ends."""
+        """Let the person switch the drive on at full voltage for the length of the block, then off, however it ends."""
         with always(self.make_safe):
             self._have_on(text("Switch the six-step drive on, at full voltage."))
             yield
@@ -60,5 +60,5 @@ class ManualDrive(InstrumentByHand[ManualDriveOptions], BldcDrive):
         return digits[0] == "1", digits[1] == "1", digits[2] == "1"
 
     def make_safe(self) -> None:
-        """Have the drive switched off."""
+        """Let the person switch the drive off."""
         self._have_off(text("Switch the six-step drive off and make sure that it is."))

@@ -33,25 +33,25 @@ class ManualDynamometer(InstrumentByHand[ManualDynamometerOptions], Dynamometer)
         return self._options.maximum_torque
 
     def zero_torque(self) -> None:
-        """Have the torque display zeroed."""
+        """Let the person zero the torque display."""
         self._questions.confirm(text("With the shaft at rest, zero the torque display."))
 
     @contextmanager
     def driving_speed(self, speed: float) -> Iterator[None]:
-        """Have the shaft brought to a speed (rad/s) for the length of the block, then let coast."""
+        """Let the person bring the shaft to a speed (rad/s) for the length of the block, then let it coast."""
         self._check("driving_speed", speed)
         with always(self._let_coast):
             self._ask_speed(speed)
             yield
 
     def set_speed(self, speed: float) -> None:
-        """Have the speed (rad/s) changed; raises SetpointError before anything is asked."""
+        """Let the person change the speed (rad/s); raises SetpointError before anything is asked."""
         self._check("set_speed", speed)
         self._ask_speed(speed)
 
     @contextmanager
     def driving_torque(self, torque: float, speed_limit: float | None = None) -> Iterator[None]:
-        """Have a constant torque (N·m) put on the shaft below a speed (rad/s) for the length of the block, then taken off."""
+        """Let the person put a constant torque (N·m) on the shaft below a speed (rad/s) for the length of the block, then take it off."""
         highest = self.maximum_speed if speed_limit is None else speed_limit
         self._check("driving_torque", torque, highest)
         with always(self._let_coast):
@@ -65,7 +65,7 @@ class ManualDynamometer(InstrumentByHand[ManualDynamometerOptions], Dynamometer)
             yield
 
     def command_zero(self) -> None:
-        """Have speed and torque commanded to zero."""
+        """Let the person command speed and torque to zero."""
         if not self._is_off:
             self._questions.confirm(text("Command a speed and a torque of zero."))
 
@@ -84,12 +84,12 @@ class ManualDynamometer(InstrumentByHand[ManualDynamometerOptions], Dynamometer)
         return DynamometerReading(self._clock.now(), speed, torque, speed * torque, speed_accuracy, torque_accuracy)
 
     def stop(self) -> None:
-        """Have the shaft braked to rest and the drive switched off."""
+        """Let the person brake the shaft to rest and switch the drive off."""
         self._questions.confirm(text("Brake the shaft to a standstill and switch the dynamometer off."))
         self._is_off = True
 
     def make_safe(self) -> None:
-        """Have the dynamometer switched off."""
+        """Let the person switch the dynamometer off."""
         self._let_coast()
 
     def _ask_speed(self, speed: float) -> None:

@@ -19,7 +19,7 @@ class ManualInverter(InstrumentByHand[ManualInverterOptions], Inverter):
 
     @property
     def abilities(self) -> frozenset[InverterAbility]:
-        """What a person can set: a frequency, and a q-axis current."""
+        """Capabilities of a person at an inverter: to set a frequency, and a q-axis current."""
         return INVERTER_ABILITIES
 
     @property
@@ -34,7 +34,7 @@ class ManualInverter(InstrumentByHand[ManualInverterOptions], Inverter):
 
     @contextmanager
     def driving_frequency(self, frequency: float, current: float) -> Iterator[None]:
-        """Have the field turned at a frequency (Hz) with a phase current (A, peak), then the inverter switched off."""
+        """Let the person turn the field at a frequency (Hz) with a phase current (A, peak), then switch the inverter off."""
         self._check("driving_frequency", frequency, current)
         with always(self.make_safe):
             self._have_on(
@@ -48,19 +48,19 @@ class ManualInverter(InstrumentByHand[ManualInverterOptions], Inverter):
 
     @contextmanager
     def driving_current(self, current: float) -> Iterator[None]:
-        """Have a q-axis current (A, peak) regulated for the length of the block, then the inverter switched off."""
+        """Let the person regulate a q-axis current (A, peak) for the length of the block, then switch the inverter off."""
         self._check("driving_current", current)
         with always(self.make_safe):
             self._ask_current(current)
             yield
 
     def set_current(self, current: float) -> None:
-        """Have the q-axis current (A, peak) changed; raises SetpointError before anything is asked."""
+        """Let the person change the q-axis current (A, peak); raises SetpointError before anything is asked."""
         self._check("set_current", current)
         self._ask_current(current)
 
     def command_zero(self) -> None:
-        """Have current and frequency commanded to zero."""
+        """Let the person command current and frequency to zero."""
         if not self._is_off:
             self._questions.confirm(text("Command a current and a frequency of zero."))
 
@@ -89,7 +89,7 @@ class ManualInverter(InstrumentByHand[ManualInverterOptions], Inverter):
         )
 
     def make_safe(self) -> None:
-        """Have the inverter switched off."""
+        """Let the person switch the inverter off."""
         self._have_off(text("Switch the inverter off."))
 
     def _ask_current(self, current: float) -> None:

@@ -39,7 +39,7 @@ class ManualLcrMeter(InstrumentByHand[ManualLcrMeterOptions], LcrMeter):
         return self._options.source_impedance
 
     def configure(self, frequency: float, level: float = 1.0, aperture: Aperture = Aperture.MEDIUM) -> None:
-        """Have series R and L and the frequency (Hz) set; level (V rms) and aperture are as the meter has them.
+        """Let the person set series R and L and the frequency (Hz); level (V rms) and aperture are as the meter has them.
 
         Raises SetpointError where the meter does not offer the frequency or the level.
         """
@@ -57,7 +57,7 @@ class ManualLcrMeter(InstrumentByHand[ManualLcrMeterOptions], LcrMeter):
         )
 
     def correct_short(self) -> None:
-        """Have the leads shorted and the meter zeroed."""
+        """Let the person short the leads and zero the meter."""
         self._questions.confirm(text("Clip the meter's leads together and zero it (short correction)."))
 
     def measure(self, wanted: Wanted = Wanted.BOTH) -> ImpedanceReading:

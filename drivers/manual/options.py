@@ -1,4 +1,4 @@
-"""What a station file may say about an instrument that a person reads.
+"""Options of an instrument that a person reads in a station file.
 
 An accuracy that is not given makes a reading of that quantity an error: a figure without one is worth nothing.
 """

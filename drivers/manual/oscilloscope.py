@@ -46,7 +46,7 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions], Oscillosco
         return None
 
     def configure_channel(self, channel: int, settings: ChannelSettings) -> None:
-        """Have the range and offset (V or A) of a channel set; raises SetpointError for one without a probe."""
+        """Let the person set the range and offset (V or A) of a channel; raises SetpointError for one without a probe."""
         unit = self._unit(channel)
         low, high = 0.0, 2 * self._options.maximum_amplitude
         check_setpoint(
@@ -75,7 +75,7 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions], Oscillosco
         pre_trigger: float = 0.0,
         acquisition: AcquisitionType = AcquisitionType.NORMAL,
     ) -> None:
-        """Have the screen's width (s) and the trigger's place on it set; number and kind of the points are the instrument's.
+        """Let the person set the screen's width (s) and the trigger's place on it; number and kind of the points are the instrument's.
 
         Raises SetpointError for a width, number or share that cannot be.
         """
@@ -93,7 +93,7 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions], Oscillosco
             self._questions.confirm(text("Set its acquisition to high resolution: each point a mean."))
 
     def configure_trigger(self, trigger: Trigger) -> None:
-        """Have the trigger set; raises SetpointError for a channel without a probe."""
+        """Let the person set the trigger; raises SetpointError for a channel without a probe."""
         if trigger.channel is None:
             self._questions.confirm(text("Set the trigger to automatic."))
             return
@@ -109,7 +109,7 @@ class ManualOscilloscope(InstrumentByHand[ManualOscilloscopeOptions], Oscillosco
         )
 
     def initiate(self) -> None:
-        """Have the instrument armed for one record."""
+        """Let the person arm the instrument for one record."""
         self._questions.confirm(text("Press Single."))
 
     def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:

@@ -88,7 +88,7 @@ class Questions:
         )
 
     def confirm(self, task: Text) -> None:
-        """Have the person do a task."""
+        """Let the person do a task."""
         self._prompt.confirm(task)
 
     def stated(self, accuracy: Accuracy | None, quantity: Text) -> Accuracy:

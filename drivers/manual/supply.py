@@ -41,7 +41,7 @@ class ManualSupply(InstrumentByHand[ManualSupplyOptions], Supply):
         return self._options.maximum_current
 
     def configure(self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE) -> None:
-        """Have voltage (V), current limit (A) and protections set; raises SetpointError before anything is asked."""
+        """Let the person set voltage (V), current limit (A) and protections; raises SetpointError before anything is asked."""
         self._check("configure", voltage, current_limit)
         if regulated is Regulated.VOLTAGE:
             self._questions.confirm(
@@ -65,14 +65,14 @@ class ManualSupply(InstrumentByHand[ManualSupplyOptions], Supply):
     def energised(
         self, voltage: float, current_limit: float, regulated: Regulated = Regulated.VOLTAGE
     ) -> Iterator[None]:
-        """Have the supply set (V, A) and switched on for the length of the block, then off, however it ends."""
+        """Let the person set the supply (V, A) and switch it on for the length of the block, then off, however it ends."""
         self.configure(voltage, current_limit, regulated)
         with always(self.output_off):
             self._have_on(text("Switch the supply's output on."))
             yield
 
     def output_off(self) -> None:
-        """Have the output switched off; a person who has said that it is off is not asked again."""
+        """Let the person switch the output off; one who has said that it is off is not asked again."""
         self._have_off(text("Switch the supply's output off and make sure that it is."))
 
     def output_mode(self) -> OutputMode:
@@ -89,5 +89,5 @@ class ManualSupply(InstrumentByHand[ManualSupplyOptions], Supply):
         return self._reading(text("current"), "A", 0.0, _SHOWN * self.maximum_current, self._options.current_accuracy)
 
     def make_safe(self) -> None:
-        """Have the output switched off."""
+        """Let the person switch the output off."""
         self.output_off()

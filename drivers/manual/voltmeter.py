@@ -23,7 +23,7 @@ class ManualVoltmeter(InstrumentByHand[ManualVoltmeterOptions], Voltmeter):
         return self._options.maximum_voltage
 
     def configure(self, full_scale: float, power_line_cycles: float = 10.0) -> None:
-        """Have DC volts set, the smallest range (V) that holds `full_scale`, and the integration time in line cycles.
+        """Let the person set DC volts, the smallest range (V) that holds `full_scale`, and the integration time in line cycles.
 
         Raises SetpointError before anything is asked.
         """

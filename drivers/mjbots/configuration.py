@@ -51,7 +51,7 @@ class FoundConfiguration:
 
     @property
     def settings(self) -> tuple[FoundSetting, ...]:
-        """What was found."""
+        """Configuration as found."""
         return self._state.settings
 
     def take_over(self) -> MoteusConfiguration:

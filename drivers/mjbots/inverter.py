@@ -112,7 +112,7 @@ class MjbotsMoteus(Inverter):
 
     @property
     def found_state(self) -> tuple[FoundSetting, ...]:
-        """What its configuration was found to be."""
+        """Configuration as found."""
         return () if self._found is None else self._found.settings
 
     @property

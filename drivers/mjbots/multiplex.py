@@ -70,7 +70,7 @@ def _varuint(value: int) -> bytes:
 
 @dataclass
 class MultiplexReply:
-    """What a frame says: numbers by register, what was refused, and bytes of the diagnostic stream.
+    """Content of a frame: numbers by register, what was refused, and bytes of the diagnostic stream.
 
     A whole number that stands for "not a number", the most negative one, is NaN.
     """
@@ -125,7 +125,7 @@ class Unread:
 
     @property
     def at_end(self) -> bool:
-        """Whether all are taken."""
+        """Return whether all are taken."""
         return self._place >= len(self._data)
 
     def take(self, count: int) -> bytes:

@@ -1,4 +1,4 @@
-"""What a station file may say about motor controllers by mjbots."""
+"""Options of motor controllers by mjbots in a station file."""
 
 from dataclasses import dataclass
 

@@ -37,7 +37,7 @@ class MoteusPowerStage:
         self._none = none
 
     def start(self, d_current: float, q_current: float) -> str:
-        """Have the d- and q-axis currents (A, peak) regulated, from stopped on; return what was commanded, for messages.
+        """Regulate the d- and q-axis currents (A, peak), from stopped on; return what was commanded, for messages.
 
         A fault that was found is told by ReportedError, and cleared by the next stop; so is a start that it does not take.
         """
@@ -108,7 +108,7 @@ class MoteusPowerStage:
 
     @property
     def is_off(self) -> bool:
-        """Whether it is stopped or in fault; raises CommunicationError where it does not answer."""
+        """Return whether it is stopped or in fault; raises CommunicationError where it does not answer."""
         return round(self.state()[Register.MODE]) in (STOPPED, FAULT)
 
     def state(self) -> Mapping[int, float]:

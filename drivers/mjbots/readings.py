@@ -40,7 +40,7 @@ _FREQUENCY = Accuracy(gain=1e-3, offset=0.05, source="assumed, 0.1 % and 0.05 Hz
 
 @dataclass(frozen=True)
 class MoteusSample:
-    """What was read at one instant: registers, and the voltages (V) where it regulates."""
+    """Readings of one instant: registers, and the voltages (V) where it regulates."""
 
     time: float
     registers: Mapping[int, float]

@@ -33,7 +33,7 @@ class ByteStream(Protocol):
 
 
 class InProcess(Protocol):
-    """What opens addresses in process."""
+    """Opener of addresses in process."""
 
     def stream(self, address: str) -> ByteStream:
         """Return a connection to `in-process://…`. Raises LookupError where nothing is there, ConnectionError where it is cut off."""
@@ -46,7 +46,7 @@ class HandingOver(Protocol):
     """A bus that needs nobody to listen: it gives each frame to its listeners on the sender's thread."""
 
     def hand_over(self, listener: "Callable[[Message], None]") -> None:
-        """Have a listener get each frame."""
+        """Give each frame to a listener."""
 
 
 def is_in_process(address: str) -> bool:

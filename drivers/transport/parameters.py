@@ -1,4 +1,4 @@
-"""What stands behind the `?` of an address."""
+"""Parameters behind the `?` of an address."""
 
 from collections.abc import Collection, Mapping
 from difflib import get_close_matches

@@ -26,7 +26,7 @@ class BusAddress:
 
     @property
     def on_network(self) -> bool:
-        """Whether it is reached through an slcan gateway at `socket://host:port`, which needs no time to start up."""
+        """Return whether it is reached through an slcan gateway at `socket://host:port`, which needs no time to start up."""
         return self.interface == "slcan" and self.channel.startswith("socket://")
 
     def arguments(self, waiting_time: float) -> dict[str, Any]:

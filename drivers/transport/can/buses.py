@@ -145,7 +145,7 @@ class SharedBus:
 
     @property
     def answers_at_once(self) -> bool:
-        """Whether a reply has come, if it ever will, when the call that sends its request returns."""
+        """Return whether a reply has come, if it ever will, when the call that sends its request returns."""
         return self.address.interface == IN_PROCESS
 
     def disconnect(self) -> None:
@@ -213,7 +213,7 @@ class BusNode:
         self._send(lambda: cast("can.BusABC", self._bus.network.bus).send(frame), "node guarding")
 
     def command_node(self, state: NmtState) -> None:
-        """Have the node go to a state by NMT (CiA 301); nobody confirms that. Raises CommunicationError for a dead bus."""
+        """Command a state by NMT (CiA 301); nobody confirms that. Raises CommunicationError for a dead bus."""
         frame = bytes((NMT_COMMANDS[state], self._node_id))
         self._send(lambda: self._told(_NMT, frame), f"NMT {state.words}")
         if self._nmt_state is not None:
@@ -228,7 +228,7 @@ class BusNode:
         self._emergencies.active.clear()
 
     def hear(self, identifier: int, take: Callable[[bytes], None]) -> Callable[[], None]:
-        """Have `take` be given the data of each frame with an identifier; return what ends that."""
+        """Subscribe `take` to the data of each frame with an identifier; return what ends that."""
 
         def heard(_: int, data: bytearray, __: float) -> None:
             take(bytes(data))

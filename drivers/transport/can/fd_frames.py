@@ -45,14 +45,14 @@ class FrameLine(Protocol):
 
 
 class OpenBus(Protocol):
-    """What a node needs of the bus that it shares."""
+    """Bus as a node that shares it uses it."""
 
     nodes: set[int]
     network: Any
 
     @property
     def answers_at_once(self) -> bool:
-        """Whether a reply has come, if it ever will, when the call that sends its request returns."""
+        """Return whether a reply has come, if it ever will, when the call that sends its request returns."""
 
     def connect(self, name: str) -> None:
         """Connect to the bus; raises CommunicationError where that fails."""

@@ -44,5 +44,5 @@ class Emergency:
 
     @property
     def kinds(self) -> str:
-        """What the error register says, in words."""
+        """Content of the error register, in words."""
         return ", ".join(name for bit, name in enumerate(_REGISTER) if self.register >> bit & 1) or "none"

@@ -27,10 +27,10 @@ class MappedObject:
 
 
 class SyncBus(Protocol):
-    """What process data need of the bus."""
+    """Bus as process data use it."""
 
     def hear(self, identifier: int, take: Callable[[bytes], None]) -> Callable[[], None]:
-        """Have `take` be given the data of each frame with an identifier; return what ends that."""
+        """Subscribe `take` to the data of each frame with an identifier; return what ends that."""
 
     def synchronise(self) -> None:
         """Send a SYNC. Raises CommunicationError for a dead bus."""

@@ -1,4 +1,4 @@
-"""What a Modbus client sends and receives, as it is on the wire."""
+"""Modbus client whose frames, sent and received, are shown as on the wire."""
 
 from pymodbus.client.base import ModbusBaseSyncClient
 from pymodbus.framer import FramerAscii, FramerRTU

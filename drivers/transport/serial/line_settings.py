@@ -1,4 +1,4 @@
-"""How a serial line is framed, by the keys of its address."""
+"""Framing of a serial line, by the keys of its address."""
 
 import termios
 from dataclasses import dataclass, field

@@ -149,7 +149,7 @@ class Cia402Inverter:
         return tuple(f"{index:04X}h = {value:X}h" for index, value in objects.items())
 
     def on_emergency(self, report: Callable[[int, int], None]) -> None:
-        """Have `report` be told error code and error register of each fault, and zeroes of its reset."""
+        """Tell `report` the error code and error register of each fault, and zeroes of its reset."""
         self._power.report = report
 
     def read(self, index: int) -> int | None:

@@ -1,4 +1,4 @@
-"""What every drive of the CiA 402 profile has: objects, aborts (CiA 301), and the state machine (CiA 402-2)."""
+"""Base of every drive of the CiA 402 profile: objects, aborts (CiA 301), and the state machine (CiA 402-2)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -73,7 +73,7 @@ class ObjectServer(Protocol):
         """Write an object. Raises SdoError where the value or the state does not allow it."""
 
     def on_emergency(self, report: Callable[[int, int], None]) -> None:
-        """Have `report` be told error code and error register of each fault, and zeroes of its reset."""
+        """Tell `report` the error code and error register of each fault, and zeroes of its reset."""
 
 
 def numbered(index: int, subindex: int) -> int:
@@ -95,12 +95,12 @@ class PowerStage:
 
     @property
     def active(self) -> bool:
-        """Whether operation is enabled in a mode."""
+        """Return whether operation is enabled in a mode."""
         return self.state is DriveState.OPERATION_ENABLED and self.mode != NO_MODE
 
     @property
     def stopped(self) -> bool:
-        """Whether the halt bit or a quick stop holds the motor."""
+        """Return whether the halt bit or a quick stop holds the motor."""
         return bool(self.control & _HALT) or self.state is DriveState.QUICK_STOP_ACTIVE
 
     @property

@@ -163,14 +163,14 @@ class DeltaDrive:
 
     @property
     def framing(self) -> SerialFraming:
-        """How it is spoken to on its line."""
+        """Framing on its line."""
         protocol = self._framed[_PROTOCOL]
         form = _FORMATS[protocol - 1]
         rate = 100 * self._framed[_SPEED]
         return SerialFraming(rate, int(form[0]), form[1], int(form[2]), protocol < _FIRST_RTU)
 
     def deliver(self) -> None:
-        """Have the framing that a drive comes with: unit 1, 9600 bit/s, 7 data bits, no parity, 2 stop bits, ASCII."""
+        """Set the framing that a drive comes with: unit 1, 9600 bit/s, 7 data bits, no parity, 2 stop bits, ASCII."""
         self._registers |= _DELIVERED
         self.power_cycle()
 

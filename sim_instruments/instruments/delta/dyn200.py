@@ -46,7 +46,7 @@ _TORQUE_NOISE = 2.0e-5
 
 @dataclass(frozen=True)
 class Dyn200Make:
-    """What differs between sensors.
+    """Properties that differ between sensors.
 
     `power_unit` (W) of the power register: 0.1 by the maker's text, 1 as read on a real sensor's display. `speed_unit` (rpm) of the
     speed register: 0.1 on that sensor, 1 by the maker's text, whatever 20H says; None follows 20H. `power_sign` says whether power
@@ -104,7 +104,7 @@ class Dyn200:
 
     @property
     def framing(self) -> SerialFraming:
-        """How it is spoken to on its line."""
+        """Framing on its line."""
         return SerialFraming(self.make.rate)
 
     def read(self, address: int, count: int) -> list[int]:

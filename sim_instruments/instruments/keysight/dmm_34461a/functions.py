@@ -1,4 +1,4 @@
-"""What the 34461A measures: functions, ranges and limits of error (5991-1983EN, Truevolt operating and service guide)."""
+"""Measurements of the 34461A: functions, ranges and limits of error (5991-1983EN, Truevolt operating and service guide)."""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -1,4 +1,4 @@
-"""What is at the 34461A's terminals while it measures: from the bench's wiring to the quantity of a function."""
+"""Input at the 34461A's terminals while it measures: from the bench's wiring to the quantity of a function."""
 
 import math
 from typing import TYPE_CHECKING
