@@ -53,7 +53,7 @@ def first_fault(lines: Sequence[JournalLine], known: Mapping[int, str]) -> Chain
 
 
 def _vouched_for(lines: Sequence[JournalLine], index: int, known: Mapping[int, str]) -> bool:
-    """Whether the line after this one, or the result that holds its hash, shows that it is as it was."""
+    """Return whether the line after this one, or the result that holds its hash, shows that it is as it was."""
     if index + 1 < len(lines):
         return lines[index + 1].previous == lines[index].sha256
     return known.get(index + 1) == lines[index].sha256

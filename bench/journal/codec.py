@@ -41,7 +41,7 @@ class RecordedEvent:
 
     @property
     def kind(self) -> str:
-        """What the journal calls it."""
+        """Kind of the event, as the journal names it."""
         return self.event.kind
 
     @property

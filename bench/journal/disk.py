@@ -40,7 +40,7 @@ def write_file(path: Path, content: bytes, *, durable: bool = True) -> None:
 
 
 def sync_folder(path: Path) -> None:
-    """Have a folder's entries on the disk."""
+    """Force a folder's entries to the disk."""
     folder = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(folder)

@@ -1,4 +1,4 @@
-"""What keeps a run's record from being written."""
+"""Errors that keep a run's record from being written."""
 
 import errno
 from pathlib import Path

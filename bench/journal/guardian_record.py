@@ -66,7 +66,7 @@ class GuardianRecord:
         return RecordEnd(self._number, self._hash)
 
     def record(self, event: Event) -> None:
-        """Have one event appended, soon and without waiting; one that says that the guardian leaves holds its own digest."""
+        """Append one event, soon and without waiting; one that says that the guardian leaves holds its own digest."""
         with self._lock:
             wall = datetime.now(UTC).isoformat(timespec="microseconds")
             self._events.put((wall, monotonic() - self._begun, event))

@@ -66,7 +66,7 @@ class Journal:
 
     @property
     def failure(self) -> RecordError | None:
-        """What kept an event from being written, where something did."""
+        """Error that kept an event from being written, if any."""
         return self._failure
 
     @property
@@ -75,7 +75,7 @@ class Journal:
         return self._end[1]
 
     def listen(self, listener: Listener) -> None:
-        """Have `listener` called after each event."""
+        """Call `listener` after each event."""
         self._listeners.append(listener)
 
     def record(self, event: Event) -> None:

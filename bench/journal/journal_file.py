@@ -44,7 +44,7 @@ class JournalFile:
 
     @property
     def torn(self) -> bool:
-        """Whether something was cut off in writing."""
+        """Return whether something was cut off in writing."""
         return self.torn_bytes > 0
 
 

@@ -36,7 +36,7 @@ class RunFolder:
 
     @property
     def result(self) -> Path:
-        """What the journal comes to, as JSON."""
+        """Result made from the journal, as JSON."""
         return self.path / "result.json"
 
     @property

@@ -21,7 +21,7 @@ _LONGEST = 500
 
 
 class Meaning(Enum):
-    """What who signs stands for."""
+    """Role in which a person signs."""
 
     MEASURED = "measured"
     CHECKED = "checked"

@@ -35,7 +35,7 @@ class RecordFault:
 
 @dataclass
 class Verification:
-    """What was found: whole events, the last one's hash, the waveform files compared, every finding.
+    """Findings of a verification: whole events, the last one's hash, the waveform files compared, every finding.
 
     `doubts` say what is not vouched for, and why.
     """

@@ -29,7 +29,7 @@ _NAMED = 5
 
 @dataclass(frozen=True)
 class _End:
-    """What a result says of the journal it was made of."""
+    """Reference of a result to the journal it was made from."""
 
     events: int
     sha256: str

@@ -21,7 +21,7 @@ _JOURNAL = "journal.jsonl"
 
 @dataclass(frozen=True)
 class _Anchor:
-    """What an event of the journal says of the guardian's record: its event `line` has this hash. `closed`: it ends there."""
+    """Reference of a journal's event to the guardian's record: its event `line` has this hash. `closed`: it ends there."""
 
     event: int
     line: int

@@ -113,7 +113,7 @@ class LateWaveforms:
         return StoredRecord(f"{self._folder.path.name}/{len(self._held):04d}-{name}.h5", "", 0)
 
     def write(self) -> list[StoredRecord]:
-        """Have them on the disk, under the names that the journal told. Raises RecordError."""
+        """Write them, under the names that stand in the journal. Raises RecordError."""
         return [self._folder.store(name, waveforms) for name, waveforms in self._held]
 
 

@@ -41,7 +41,7 @@ OPERATORS = ("terminal", "virtual", "answers", "panel", "fixture")
 
 @dataclass(frozen=True)
 class RunContext:
-    """What a run takes place with.
+    """Context of a run: station, operator, clock and what belongs to them.
 
     `visa` is the library of its VISA instruments. `sharing` is the way to what other
     sockets use too, `owner` has the station's instruments for the length of the run.

@@ -20,7 +20,7 @@ Key = tuple[Any, ...]
 
 @dataclass
 class Given:
-    """What one call gave; `skipped` where the procedure need not ask for it again, `remake` asks the driver anew with what was typed."""
+    """Reply to one call; `skipped` where the procedure need not ask for it again, `remake` asks the driver anew with what was typed."""
 
     key: Key
     result: Any = None
@@ -82,7 +82,7 @@ def _held(variables: Mapping[str, Any]) -> dict[str, Any]:
 
 @contextmanager
 def _answering(entry: TypedEntry, typed: Sequence[TypedReading]) -> Iterator[None]:
-    """Have questions answered by these values."""
+    """Answer questions by these values."""
     taken, entry.taken, entry.preset = entry.taken, [], [one.value for one in typed]
     try:
         yield

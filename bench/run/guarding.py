@@ -1,4 +1,4 @@
-"""Whether a run needs a guardian, and the run's context with one."""
+"""Decision whether a run needs a guardian, and the run's context with one."""
 
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
@@ -29,7 +29,7 @@ def guarded(
     wanted: bool = True,
     lifelines: Sequence[int] = (),
 ) -> Iterator[tuple[RunContext, Guard]]:
-    """Have a guardian for the length of the block where the roles of a run can feed energy that would outlive its process.
+    """Start a guardian for the length of the block where the roles of a run can feed energy that would outlive its process.
 
     Gives the context, in which every wait looks at requests to stop and is no sign of death, and the guardian, which
     is told of calls that nobody answers. The virtual bench in process ends

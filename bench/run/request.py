@@ -1,4 +1,4 @@
-"""What a run is asked to do, how it is carried out, and what has come of it."""
+"""Request of a run, options of carrying it out, and its outcome."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RunRequest:
-    """What the command line asks for; `language` is settled already. Without `guardian`, none is started: for tests.
+    """Request of the command line; `language` is settled already. Without `guardian`, none is started: for tests.
 
     `station` is a file or `virtual`, `operator` one of OPERATORS or empty for the usual one; `faults` are injected on a
     virtual bench, and `disturbances` is a file of what disturbs it.
@@ -63,7 +63,7 @@ class UnitReference:
 
 @dataclass(frozen=True)
 class RunOptions:
-    """How a run is carried out; the defaults are those of a single run, a line has others.
+    """Options of carrying out a run; the defaults are those of a single run, a line has others.
 
     `folder` is made already; `versions` are known already; `waveforms` says which are kept; `lifelines` are
     file descriptors that a guardian keeps open for as long as it lives; `procedure_clock` is what procedures wait by, the bench's

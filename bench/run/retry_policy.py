@@ -11,7 +11,7 @@ from procedures.core.result import ProcedureResult
 
 
 class Next(Enum):
-    """What follows an attempt."""
+    """Continuation after an attempt."""
 
     GO_ON = "go_on"
     STOP = "stop"

@@ -1,4 +1,4 @@
-"""Who does the hand work of a run, and how the run deals with them."""
+"""Operator of a run, who does its hand work."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ class RunOperator:
 
     @property
     def onlooker(self) -> Onlooker:
-        """Who watches the run."""
+        """Observer of the run."""
         return NoOnlooker()
 
     @property
@@ -136,7 +136,7 @@ class PanelHands(RunOperator):
 
     @property
     def onlooker(self) -> Onlooker:
-        """Who watches at the panels."""
+        """Observer at the panels."""
         return self.person
 
     def announce(self, folder: Path) -> None:
@@ -144,7 +144,7 @@ class PanelHands(RunOperator):
         self.person.line.announce(folder)
 
     def read_back(self, sources: SourceReader) -> None:
-        """Have the sources' state told on the run's line."""
+        """Show the sources' state on the run's line."""
         self.person.sources = sources
 
     @property

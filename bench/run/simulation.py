@@ -1,4 +1,4 @@
-"""What a run has to do with the virtual bench on which it takes place."""
+"""Access of a run to the virtual bench on which it takes place."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -40,7 +40,7 @@ class Simulation:
         """Be told which step begins: faults may wait for it."""
 
     def listen_to_faults(self, listener: FaultListener) -> None:
-        """Have `listener` told of the faults that begin and mend, where they do in this process."""
+        """Tell `listener` of the faults that begin and mend, where they do in this process."""
 
     def unfelt_faults(self) -> list[dict[str, Any]]:
         """Return the faults, as they were given, that never began or struck no message."""
@@ -82,7 +82,7 @@ class InProcessSimulation(Simulation):
         self.bench.injector.step_started(step, procedure)
 
     def listen_to_faults(self, listener: FaultListener) -> None:
-        """Have `listener` told of the faults that begin and mend."""
+        """Tell `listener` of the faults that begin and mend."""
         self.bench.injector.listen(listener)
 
     def unfelt_faults(self) -> list[dict[str, Any]]:

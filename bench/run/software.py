@@ -1,4 +1,4 @@
-"""What computes the figures of a run: this program, and the libraries beneath it."""
+"""Software that computes the figures of a run: this program, and the libraries beneath it."""
 
 import hashlib
 import platform

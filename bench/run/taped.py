@@ -133,7 +133,7 @@ class _TapedClock:
 
 
 class _TapedFeeding:
-    """What the instruments do to the motor."""
+    """Sources that feed the motor or drive its shaft."""
 
     def __init__(self, feeding: Feeding, tape: Tape) -> None:
         self._feeding = feeding
@@ -146,7 +146,7 @@ class _TapedFeeding:
 
     @property
     def turned(self) -> bool:
-        """Whether something had driven the shaft since it was last seen at rest."""
+        """Return whether something had driven the shaft since it was last seen at rest."""
         return bool(self._tape.call(("turned",), lambda: int(self._feeding.turned), skipped=True))
 
     def stands(self) -> None:

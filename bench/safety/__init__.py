@@ -1,1 +1,1 @@
-"""What keeps a run harmless: limits, interrupts and the shutdown."""
+"""Safety of a run: limits, interrupts and the shutdown."""

@@ -54,7 +54,7 @@ class CallWatch:
 
     @property
     def patience(self) -> float | None:
-        """How long (s) the run's own thread waits for the next reply; None where the transport's time-out holds."""
+        """Time (s) that the run's own thread waits for the next reply; None where the transport's time-out holds."""
         if not self.energised or not self._interrupts.in_own_thread():
             return None
         if not self.since:
@@ -63,7 +63,7 @@ class CallWatch:
         return max(left, _SWITCHING_OFF if self._interrupts.is_switching_off else _LEAST)
 
     def exchange(self, *, interruptible: bool = False) -> AbstractContextManager[None]:
-        """Have an exchange watched; raises Interrupted before it where a stop was requested."""
+        """Watch an exchange; raises Interrupted before it where a stop was requested."""
         return _Exchange(self, self._interrupts.waiting(interruptible=interruptible and self._interruptible))
 
     def ended(self, error: type[BaseException] | None) -> None:

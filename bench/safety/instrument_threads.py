@@ -38,7 +38,7 @@ class InstrumentThreads:
         self._latest: dict[str, ThreadCall[Any]] = {}
 
     def submit(self, name: str, call: ThreadCall[Any]) -> None:
-        """Have a call made after those before it."""
+        """Queue a call after those before it."""
         if name not in self._queues:
             self._queues[name] = queue.SimpleQueue()
             threading.Thread(

@@ -82,11 +82,11 @@ class Interrupts:
     # requests ---------------------------------------------------------------------------------------------------
 
     def listen(self, listener: Callable[[Text | str], None]) -> None:
-        """Have `listener(by)` called, on a thread of its own, at the first request within `raising`."""
+        """Call `listener(by)`, on a thread of its own, at the first request within `raising`."""
         self._listeners.append(listener)
 
     def request(self, by: Text | str) -> None:
-        """Have the run stopped, from any thread; the first request counts. Before `raising` it is remembered."""
+        """Request the run's stop, from any thread; the first request counts. Before `raising` it is remembered."""
         if not self.requested_by:
             self._seen = self._seen or monotonic()
             self._wish = by
@@ -96,7 +96,7 @@ class Interrupts:
 
     @property
     def requested_by(self) -> Text | str:
-        """Who wants the run to stop, the first one; empty where nobody does."""
+        """First requester of the run's stop; empty where there is none."""
         if self._wish or not self._signal:
             return self._wish
         return "Ctrl-C" if self._signal == signal.SIGINT else signal.Signals(self._signal).name
@@ -154,7 +154,7 @@ class Interrupts:
 
     @property
     def is_switching_off(self) -> bool:
-        """Whether the run's thread ends an energised state."""
+        """Return whether the run's thread ends an energised state."""
         return self._switching_off > 0
 
     def in_own_thread(self) -> bool:
@@ -264,7 +264,7 @@ class Interrupts:
 
 
 class _Doing:
-    """What the run's thread does within a block."""
+    """Work of the run's thread within a block."""
 
     def __init__(self, interrupts: Interrupts, doing: int) -> None:
         self._interrupts = interrupts

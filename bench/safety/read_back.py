@@ -15,7 +15,7 @@ _SPEED = (Role.TACHOMETER,)
 
 
 class Found(StrEnum):
-    """What was found of one instrument."""
+    """State of one instrument as found."""
 
     OFF = "off"
     ON = "on"
@@ -29,7 +29,7 @@ class Found(StrEnum):
 
 @dataclass(frozen=True)
 class ReadBack:
-    """What one instrument said: its values and their units, or why there are none; `feeds` where it is a source."""
+    """Reply of one instrument: its values and their units, or why there are none; `feeds` where it is a source."""
 
     role: str
     found: Found

@@ -35,7 +35,7 @@ class Outcome:
 
     @property
     def words(self) -> str:
-        """What was not done, for a person."""
+        """Sentence for a person: which item was not done, and why."""
         return f"{self.item.role.value} could not be made safe ({self.item.do.value}): {self.error}"
 
     def as_data(self) -> dict[str, Any]:

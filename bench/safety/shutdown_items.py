@@ -1,4 +1,4 @@
-"""How each item of a shutdown sequence is done to its instrument."""
+"""Execution of each item of a shutdown sequence on its instrument."""
 
 import math
 from collections.abc import Mapping
@@ -30,7 +30,7 @@ class Hurry(Protocol):
 
 @dataclass(frozen=True)
 class Measured:
-    """What a measuring item found in the end."""
+    """Final reading of a measuring item."""
 
     value: float
     unit: str

@@ -179,7 +179,7 @@ class StationInstruments:
         return instrument
 
     def _own(self, entry: Entry, instrument: Instrument) -> None:
-        """Have an instrument by its serial number too: it may be reached by several addresses."""
+        """Claim an instrument by its serial number too: it may be reached by several addresses."""
         keys = identity_keys(self._station, entry, instrument.identity)
         try:
             self._owner.claim([Claim(entry.name, keys)])

@@ -79,7 +79,7 @@ class Latch:
         return next((kept.trip for kept in self._concerning().values() if not kept.trip.reset_by), None)
 
     def reset(self, by: str) -> Trip | None:
-        """Have a person reset the trips; return the first, None where there is none. Raises RecordError."""
+        """Reset the trips for a person; return the first, None where there is none. Raises RecordError."""
         with self._alone():
             standing = {name: kept for name, kept in self._concerning().items() if not kept.trip.reset_by}
             if not standing:
@@ -138,7 +138,7 @@ class Latch:
 
     @contextmanager
     def _alone(self) -> Iterator[None]:
-        """Have the file to oneself; where another process is stuck with it, what happens is written all the same."""
+        """Lock the file; where another process is stuck with it, what happens is written all the same."""
         stuck = False
         try:
             with self._state.exclusively():

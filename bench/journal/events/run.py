@@ -189,7 +189,7 @@ class CapabilityNotChecked(Event, kind="not_foreseen"):
 
 @dataclass(frozen=True, kw_only=True)
 class ConsistencyChecked(Event, kind="consistency_checked"):
-    """What the figures of all procedures say together."""
+    """Conclusion from the figures of all procedures together."""
 
     warnings: Sequence[StoredNotice]
 

@@ -16,7 +16,7 @@ class RecordAnchor:
         self._begun = self._closed = False
 
     def record_in(self, journal: Recorder) -> None:
-        """Have the beginning written into this journal."""
+        """Set the journal that the beginning is written into."""
         self._journal = journal
 
     def hear(self, message: Mapping[str, Any]) -> None:

@@ -57,7 +57,7 @@ class GuardedInstruments:
 
     @property
     def items(self) -> tuple[Item, ...]:
-        """What is in the shutdown for these roles."""
+        """Shutdown items of these roles."""
         return tuple(item for item in self._station.way_down.items if item.role in self._guarded)
 
     def open(self) -> dict[str, str]:

@@ -54,7 +54,7 @@ _GOING_ON = (Energising, Commanding, SettingDone, ReadingTaken, StepStarted, Ste
 
 
 class Guard(Protocol):
-    """Who watches over a run."""
+    """Guardian of a run."""
 
     def hear(self, event: Event) -> None:
         """Take an event of the journal. Raises Interrupted where nothing may be energised any more."""
@@ -69,7 +69,7 @@ class Guard(Protocol):
         """
 
     def record_in(self, journal: Recorder) -> None:
-        """Have the journal hold how the guardian's own record begins."""
+        """Let the journal hold how the guardian's own record begins."""
 
     def about(self) -> GuardianStart | None:
         """Return what a run's record says of its guardian at the beginning, None where it has none."""
@@ -229,7 +229,7 @@ class GuardianLink:
         return [SWITCHED_OFF]
 
     def record_in(self, journal: Recorder) -> None:
-        """Have the journal hold how the guardian's own record begins."""
+        """Let the journal hold how the guardian's own record begins."""
         self._anchor.record_in(journal)
 
     def about(self) -> GuardianStart | None:
@@ -336,7 +336,7 @@ class GuardianLink:
             self._news.notify_all()
 
     def _end(self, by: Text | str) -> None:
-        """Have the run interrupted, for the first reason that was given."""
+        """Interrupt the run, for the first reason that was given."""
         self._forbid(by)
         self._interrupts.request(self._ended)
 

@@ -21,7 +21,7 @@ _BY_SYSTEMD = ("0::", ":name=systemd:")
 
 @dataclass(frozen=True)
 class Scope:
-    """How a guardian is started: what stands before its command, what its environment needs besides, and what is said of it.
+    """Start of a guardian: what stands before its command, what its environment needs besides, and what is said of it.
 
     `manager` is "user" or "system", empty where the guardian stays in the run's control group.
     """

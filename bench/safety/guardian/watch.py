@@ -41,11 +41,11 @@ Say = Callable[[dict[str, Any]], None]
 
 
 class GuardianInstruments(Protocol):
-    """What the guardian can switch off."""
+    """Instruments that the guardian can switch off."""
 
     @property
     def items(self) -> tuple[Item, ...]:
-        """What is in the shutdown."""
+        """Items of the shutdown."""
 
     def is_busy(self, role: Role) -> bool:
         """Tell whether an instrument has not answered yet what was begun before."""

@@ -1,1 +1,1 @@
-"""Who has which instrument, across processes and users of one computer."""
+"""Ownership of instruments, across processes and users of one computer."""

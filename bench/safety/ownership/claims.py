@@ -1,4 +1,4 @@
-"""What of a station belongs to whoever uses it: its instruments by canonical address and serial number."""
+"""Claims on a station by its user: its instruments by canonical address and serial number."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

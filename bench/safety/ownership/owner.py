@@ -24,7 +24,7 @@ _MODE = 0o644
 
 @dataclass(frozen=True)
 class Holder:
-    """Who has instruments: the user, the process that took them, what it runs, since when (ISO 8601, UTC) and in which folder.
+    """Owner of instruments: the user, the process that took them, what it runs, since when (ISO 8601, UTC) and in which folder.
 
     `gone` says that this process has ended, and that others of its have not.
     """
@@ -81,7 +81,7 @@ class HeldInstrumentError(InstrumentError):
 
 
 class Ownership(Protocol):
-    """What somebody has; `state` is where that is written down, `descriptors` are to be inherited by those who have it too."""
+    """Holding of an owner; `state` is where that is written down, `descriptors` are to be inherited by those who have it too."""
 
     @property
     def state(self) -> StateFolder | None:
@@ -92,7 +92,7 @@ class Ownership(Protocol):
         """Descriptors; the claims last until the last copy of them is closed."""
 
     def claim(self, claims: Iterable[Claim]) -> None:
-        """Have these from now on, all or none. Raises HeldError."""
+        """Take these from now on, all or none. Raises HeldError."""
 
     def work_in(self, folder: Path) -> None:
         """Say in which folder the record is."""

@@ -85,7 +85,7 @@ class StateFolder:
             raise self._unusable(at(name, reason_of(error))) from error
 
     def append(self, file: int, line: bytes, *, durable: bool = True) -> None:
-        """Have a line at the end of an open file, with `durable` on the disk when this returns. Raises OSError."""
+        """Append a line to an open file, with `durable` on the disk when this returns. Raises OSError."""
         size = os.fstat(file).st_size
         torn = size > 0 and os.pread(file, 1, size - 1) != b"\n"
         write_all(file, (b"\n" if torn else b"") + line + b"\n")
