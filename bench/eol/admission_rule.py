@@ -1,4 +1,4 @@
-"""Whether a motor may be tested: one rule for all stations and databases, out of what is known of its serial number."""
+"""Rule of whether a motor may be tested: one for all stations and databases, out of what is known of its serial number."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -10,7 +10,7 @@ from procedures.core.parameter_definition import Bounds
 
 
 class GuardBand(Enum):
-    """What becomes of a figure that lies near a limit.
+    """Decision on a figure that lies near a limit.
 
     `strict` accepts only what lies inside by at least the expanded uncertainty (ISO 14253-1, proof of conformity);
     `shared` takes the limits as they are, a risk both sides share (JCGM 106, 8.2.1, simple acceptance); `lenient` rejects only what lies

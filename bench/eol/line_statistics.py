@@ -46,7 +46,7 @@ _FAILURES = 5
 
 @dataclass(frozen=True)
 class Yield:
-    """How many tests got each verdict, and the yields of the motors that were judged, each counted once."""
+    """Number of tests by verdict, and the yields of the motors that were judged, each counted once."""
 
     verdicts: Mapping[Verdict, int]
     motors: MotorYields

@@ -1,4 +1,4 @@
-"""What the file of a type's plan is called: the panel asks for it without loading what measures."""
+"""Name of the file of a type's plan: the panel asks for it without loading what measures."""
 
 import re
 

@@ -14,7 +14,7 @@ from drivers.interfaces.text import text, text_of
 
 @dataclass(frozen=True)
 class PlanBeside:
-    """What another plan's file says of itself; `serial_pattern` is empty where it takes any."""
+    """Description of another plan's file; `serial_pattern` is empty where it takes any."""
 
     path: Path
     name: str

@@ -1,4 +1,4 @@
-"""What is kept of every motor, plain: stores, statistics and exports all take this."""
+"""Record that is kept of every motor, plain: stores, statistics and exports all take this."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

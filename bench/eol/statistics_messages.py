@@ -1,4 +1,4 @@
-"""How a line's statistics are put for people, at the terminal and at the panel."""
+"""Wording of a line's statistics for people, at the terminal and at the panel."""
 
 import math
 from collections.abc import Mapping

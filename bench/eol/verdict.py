@@ -1,4 +1,4 @@
-"""What is said of a measurement, a check and a motor."""
+"""Verdicts on a measurement, a check and a motor."""
 
 from collections.abc import Iterable
 from enum import Enum

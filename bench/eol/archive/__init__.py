@@ -1,1 +1,1 @@
-"""What is done with the records and runs of batches that are over: archived, restored, thinned out by rule."""
+"""Records and runs of batches that are over: archived, restored, thinned out by rule."""

@@ -31,7 +31,7 @@ _LONGEST = 1 << 31
 
 @dataclass(frozen=True)
 class ArchiveSummary:
-    """What an archive holds: the batch, how many motors' records, how many files of runs, their bytes as they were."""
+    """Content of an archive: the batch, how many motors' records, how many files of runs, their bytes as they were."""
 
     batch: str
     motors: int

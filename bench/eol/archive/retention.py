@@ -58,7 +58,7 @@ class RetentionRule(Section):
 
 @dataclass(frozen=True)
 class Removal:
-    """What is removed of one motor's run: `runs` for the whole folder, or `waveforms`; its size (bytes), and after how many days."""
+    """Removal of one motor's run: `runs` for the whole folder, or `waveforms`; its size (bytes), and after how many days."""
 
     record: MotorRecord
     folder: Path

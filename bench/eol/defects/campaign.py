@@ -18,7 +18,7 @@ class Campaign:
 
     @property
     def complete(self) -> bool:
-        """Whether every motor was measured."""
+        """Return whether every motor was measured."""
         return len(self.trials) == self.planned
 
 

@@ -1,4 +1,4 @@
-"""What a check found: escapes and false rejects with their intervals, and what each figure and procedure is worth."""
+"""Findings of a check: escapes and false rejects with their intervals, and what each figure and procedure is worth."""
 
 import math
 from collections import defaultdict
@@ -19,7 +19,7 @@ from procedures.core.parameters import PARAMETERS
 
 @dataclass(frozen=True)
 class DefectFinding:
-    """How many motors with a defect of one severity the plan lets through."""
+    """Count of motors with a defect of one severity that the plan lets through."""
 
     defect: str
     label: Text
@@ -48,7 +48,7 @@ class FigureFinding:
 
     @property
     def limited(self) -> bool:
-        """Whether it has a limit."""
+        """Return whether it has a limit."""
         return math.isfinite(self.low) or math.isfinite(self.high)
 
 
@@ -80,12 +80,12 @@ class Findings:
 
     @property
     def complete(self) -> bool:
-        """Whether every motor was measured."""
+        """Return whether every motor was measured."""
         return self.measured == self.planned
 
     @property
     def good(self) -> bool:
-        """Whether all motors were measured and none with a gross defect passed."""
+        """Return whether all motors were measured and none with a gross defect passed."""
         return self.complete and not self.through[Grade.GROSS].hits
 
     def as_dict(self) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from sim_instruments.physics.motor.motor import VirtualMotor
 
 
 class Grade(Enum):
-    """How much a defect matters to who uses the motor; a `slight` one a plan may let through."""
+    """Severity of a defect to the motor's user; a `slight` one a plan may let through."""
 
     SLIGHT = "slight"
     MARGINAL = "marginal"

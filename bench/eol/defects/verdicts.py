@@ -1,4 +1,4 @@
-"""What limits make of motors that were measured: who is rejected, and by which figure of which procedure."""
+"""Verdicts of limits on motors that were measured: which are rejected, and by which figure of which procedure."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence

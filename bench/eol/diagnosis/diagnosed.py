@@ -1,4 +1,4 @@
-"""What a diagnosis says, and what it is made from."""
+"""Diagnosis, and the data that it is made from."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from drivers.interfaces.text import Text
 
 
 class FaultyPart(Enum):
-    """What a rework place looks at first; the value begins the rework code."""
+    """Part that a rework place looks at first; the value begins the rework code."""
 
     LEAD = "LEAD"
     JOINT = "JOINT"

@@ -54,7 +54,7 @@ class AdmissionDesk:
     _reported: str = ""
 
     def permit(self, serial_number: str, person: str) -> None:
-        """Have a person answer for one serial number the next time it comes, from any thread."""
+        """Let a person answer for one serial number the next time it comes, from any thread."""
         self._permitted[serial_number] = person
 
     def admit(self, serial_number: str, number: int, socket: str, person: str = "") -> AdmittedTest | RefusedTest:

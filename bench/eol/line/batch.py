@@ -54,7 +54,7 @@ _BATCH_NAME = re.compile(r"[\w][\w.-]{0,99}")
 
 @dataclass
 class Counts:
-    """What became of a batch's tests, by verdict, golden motors' beside them; yields by motor; serial numbers refused.
+    """Outcome of a batch's tests, by verdict, golden motors' beside them; yields by motor; serial numbers refused.
 
     `untested` are those refused that the batch has not tested either, before or after. `brakes` are those that applied, `undecidable`
     tells of limits that the station cannot decide; `waits` is what still waits at the end. Motors of `no_verdict` ended with an error

@@ -40,7 +40,7 @@ class Dispatcher:
 
     @property
     def undecided(self) -> bool:
-        """Whether a request waits for its decision."""
+        """Return whether a request waits for its decision."""
         return self._arbiter.waited_for() < math.inf
 
     def time(self, bench_time: float) -> float:

@@ -97,7 +97,7 @@ class DryRun:
 
     @property
     def good(self) -> bool:
-        """Whether every limit can be decided and a motor of the type passes."""
+        """Return whether every limit can be decided and a motor of the type passes."""
         return not self.troubles and all(not limit.fault for limit in self.limits)
 
     def as_dict(self) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from drivers.interfaces.text import Text, text
 
 
 class GoldenHistory(Protocol):
-    """What a station's records say of golden motors."""
+    """Golden motors in a station's records."""
 
     def last_passed(self, socket: str) -> datetime | None:
         """Return when (UTC) one passed last at a socket."""

@@ -31,7 +31,7 @@ class LeaseRelease:
 
 @dataclass(frozen=True)
 class LeaseHolder:
-    """Who holds an instrument: its socket and that one's name, for which procedure, since when (s)."""
+    """Holder of an instrument: its socket and that one's name, for which procedure, since when (s)."""
 
     socket: int
     name: str
@@ -41,7 +41,7 @@ class LeaseHolder:
 
 @dataclass(frozen=True)
 class LeaseDecision:
-    """What becomes of a socket's request: at time `at` (s) it has everything, or `held` names what it did not get."""
+    """Outcome of a socket's request: at time `at` (s) it has everything, or `held` names what it did not get."""
 
     socket: int
     at: float
@@ -49,7 +49,7 @@ class LeaseDecision:
 
     @property
     def granted(self) -> bool:
-        """Whether it has what it asked for."""
+        """Return whether it has what it asked for."""
         return not self.held
 
 

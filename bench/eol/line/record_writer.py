@@ -112,7 +112,7 @@ class RecordWriter:
             return last_test_ended(self._own, station)
 
     def listen(self, listener: Callable[[Waiting], None]) -> None:
-        """Have `listener` called with what waits to be stored or forwarded, at each change, from any thread."""
+        """Call `listener` with what waits to be stored or forwarded, at each change, from any thread."""
         self._forwarder.listen(listener)
 
     @property

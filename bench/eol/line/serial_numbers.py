@@ -38,7 +38,7 @@ class SerialNumbers(ABC):
     @property
     @abstractmethod
     def ended(self) -> bool:
-        """Whether there will be no more."""
+        """Return whether there will be no more."""
 
     @abstractmethod
     def close(self) -> None:
@@ -56,7 +56,7 @@ class ListedSerials(SerialNumbers):
 
     @property
     def ended(self) -> bool:
-        """Whether all were taken."""
+        """Return whether all were taken."""
         return self._next is None
 
     def take(self) -> str | None:
@@ -127,7 +127,7 @@ class QueuedSerials(SerialNumbers):
 
     @property
     def ended(self) -> bool:
-        """Whether there will be no more and all were taken."""
+        """Return whether there will be no more and all were taken."""
         return self._no_more and self._lines.empty()
 
     def put(self, serial: str) -> None:

@@ -22,7 +22,7 @@ class WarmUp:
 
     @property
     def waits(self) -> bool:
-        """Whether it is not warm yet."""
+        """Return whether it is not warm yet."""
         return self.until is not None and self._now() < self.until
 
     @property

@@ -1,4 +1,4 @@
-"""Whether values look like those of a normal distribution: the test by Anderson and Darling."""
+"""Test of values for a normal distribution: the test by Anderson and Darling."""
 
 import math
 from dataclasses import dataclass

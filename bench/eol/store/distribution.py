@@ -1,4 +1,4 @@
-"""How a parameter's figures are distributed, as a database of very many motors sums them up."""
+"""Distribution of a parameter's figures, as a database of very many motors sums them up."""
 
 import json
 import math

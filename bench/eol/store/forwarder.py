@@ -47,7 +47,7 @@ class Forwarder:
             return self._state
 
     def listen(self, listener: Callable[[Waiting], None]) -> None:
-        """Have `listener` called with what waits, now and at each change, from any thread."""
+        """Call `listener` with what waits, now and at each change, from any thread."""
         with self._lock:
             self._listener = listener
             if self._state.anything:

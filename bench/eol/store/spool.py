@@ -42,7 +42,7 @@ class Spool:
         return self._folder
 
     def reserve(self) -> None:
-        """Have room for some records should the disk fill up. Raises InputError where there is none, or nothing can be written."""
+        """Reserve room for some records should the disk fill up. Raises InputError where there is none, or nothing can be written."""
         try:
             self._make()
         except OSError as error:
@@ -65,7 +65,7 @@ class Spool:
                 folder.rmdir()
 
     def keep(self, record: MotorRecord) -> None:
-        """Have a record on the disk. Raises StoreError."""
+        """Write a record durably. Raises StoreError."""
         line = to_bytes(dumps({"database": self._database, **record_content(record)}))
         try:
             self._make()

@@ -102,7 +102,7 @@ def _least(connection: Connection) -> str:
 
 
 def _lock_tables(connection: Connection) -> None:
-    """Have nobody else change the tables before this transaction ends."""
+    """Lock the tables against changes by others until this transaction ends."""
     if connection.dialect.name == "postgresql":
         connection.exec_driver_sql(f"SET LOCAL lock_timeout = '{_UPGRADE}s'")
         connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_LOCK})")

@@ -31,7 +31,7 @@ class Waiting:
 
     @property
     def anything(self) -> bool:
-        """Whether anything waits, or would."""
+        """Return whether anything waits, or would."""
         return bool(self.for_server or self.unstored or self.unstored is None or self.troubles or self.refused)
 
     def sentences(self) -> Iterator[Text]:
