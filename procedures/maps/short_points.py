@@ -95,6 +95,13 @@ class ShortSweep:
             - 1.0
         )
 
+    @property
+    def warmings(self) -> FloatArray:
+        """Return by how much (relative) the resistance had risen at each point: as the heat by then, of what it rose by in all."""
+        heat = self.amplitudes**2
+        result: FloatArray = max(self.rise, 0.0) * (np.cumsum(heat) - 0.5 * heat) / float(np.sum(heat))
+        return result
+
     def torques(self) -> FloatArray:
         """Return the torques (N·m) that the dynamometer gave, the transducer's zero off."""
         return _less_zero([each.torque for each in self.points], self.zero)
@@ -130,6 +137,7 @@ def fit_sweep(before: OpenBefore, sweep: ShortSweep, saliency: float | None) -> 
         flux,
         ranges=[each.current.ranges[0] for each in sweep.points],
         gain=max(each.current.accuracies[0].gain for each in sweep.points) / 3.0,
+        warmings=sweep.warmings,
         **({} if known is None else {"saliency": known}),
     )
     drags = np.array([before.drag_at(each.torque.speed) for each in sweep.points])

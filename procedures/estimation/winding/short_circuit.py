@@ -20,10 +20,16 @@ RESISTANCE, D_INDUCTANCE, SALIENCY = "resistance", "d_axis_inductance", "salienc
 _NAMES = (RESISTANCE, D_INDUCTANCE, SALIENCY)
 #: What is known of L_q / L_d where nobody has measured it, as a standard deviation of its logarithm about this ratio.
 _USUAL, _SPREAD = 1.5, 0.8
+#: How well the course of a measured warming is known, as a share of it (standard uncertainty).
+_COURSE = 0.3
+#: Below the bend currents tell R and no L_d: it stays within some powers of ten (standard deviation of its logarithm) of λ/I.
+_ANY = 3.0
+#: Where warmth would have L_d negative, each step brings little.
+_ROUNDS = 5000
 _STEP = 1e-5
 
 
-def current(speed: ArrayLike, resistance: float, ld: float, lq: float, flux: float) -> FloatArray:
+def current(speed: ArrayLike, resistance: float | FloatArray, ld: float, lq: float, flux: float) -> FloatArray:
     """Return the current's amplitude (A) at electrical speeds (rad/s) of a motor without saturation (Ω, H, V·s/rad)."""
     omega = np.asarray(speed, dtype=np.float64)
     result: FloatArray = flux * omega * np.hypot(resistance, omega * lq) / (resistance**2 + omega**2 * ld * lq)
@@ -51,13 +57,17 @@ def fit_currents(
     ranges: ArrayLike = (),
     gain: float = 0.0,
     saliency: tuple[float, float] = (_USUAL, _SPREAD),
+    warmings: ArrayLike = (),
 ) -> Fit:
     """Fit R (Ω), L_d (H) and ξ = L_q/L_d to amplitudes (A) at electrical speeds (rad/s), the flux linkage (V·s/rad) being known.
 
     `uncertainty` (A) is each amplitude's own. Amplitudes that were read in one of `ranges` (n,) share its error of gain, half-width `gain`,
     relative. `saliency` is what is known of ξ: a value, and the standard deviation of its logarithm. R and L_q are nearly one
-    parameter: what ξ is not known by is in R. The residuals are relative. Where points scatter beyond their uncertainties, the covariance
-    grows with them. Raises EstimationError for less than four points, or points that do not determine R and L_d apart.
+    parameter: what ξ is not known by is in R. R is that of the first point; `warmings` (n,) is by how much (relative) it had risen at
+    each, whose course is known to 0.3 of it: below the bend a current falls by warmth as by an inductance.
+
+    The residuals are relative. Where points scatter beyond their uncertainties, the covariance grows with them. Raises EstimationError
+    for less than four points.
     """
     omega, size, own = (
         series("speeds", speed, least=4),
@@ -68,27 +78,30 @@ def fit_currents(
     positive("flux linkage", flux, "V·s/rad")
     if np.any(omega <= 0.0) or np.any(size <= 0.0):
         raise EstimationError("a speed or an amplitude is not above zero; give sizes only")
-    whiten = _whitener(own / size, np.asarray(ranges, dtype=np.float64), gain)
+    warm = np.zeros(omega.size) if np.size(warmings) == 0 else series("warmings", warmings)
+    same_length(speeds=omega, warmings=warm)
+    whiten = _whitener(own / size, np.asarray(ranges, dtype=np.float64), gain, _COURSE * warm)
     ratio, spread = saliency
     target = np.log(size)
+    slowest, fastest = int(np.argmin(omega)), int(np.argmax(omega))
+    start = np.log([flux * omega[slowest] / size[slowest], flux / size[fastest], ratio])
+    spreads = np.array([_ANY, spread])
 
     def model(values: FloatArray) -> FloatArray:
         r, ld, xi = np.exp(values)
-        return np.log(current(omega, r, ld, ld * xi, flux))
+        return np.log(current(omega, r * (1.0 + warm), ld, ld * xi, flux))
 
     def evaluate(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        left = np.append(whiten @ (model(values) - target), (values[2] - math.log(ratio)) / spread)
+        left = np.append(whiten @ (model(values) - target), (values[1:] - start[1:]) / spreads)
         slopes = []
         for k in range(3):
             step = np.zeros(3)
             step[k] = _STEP
             rise = whiten @ (model(values + step) - model(values - step)) / (2.0 * _STEP)
-            slopes.append(np.append(rise, (1.0 / spread) if k == 2 else 0.0))
+            slopes.append(np.append(rise, np.eye(3)[k, 1:] / spreads))
         return left, np.array(slopes)
 
-    slowest, fastest = int(np.argmin(omega)), int(np.argmax(omega))
-    start = np.log([flux * omega[slowest] / size[slowest], flux / size[fastest], ratio])
-    solution = solve(evaluate, start, np.full(3, 0.1), _NAMES)
+    solution = solve(evaluate, start, np.full(3, 0.1), _NAMES, rounds=_ROUNDS)
     freedom = float(omega.size - 2)
     growth = max(solution.cost / freedom, 1.0)
     values = np.exp(solution.values)
@@ -97,8 +110,8 @@ def fit_currents(
     return Fit(_NAMES, values, covariance, freedom, residuals, float(np.sqrt(np.mean(residuals**2))))
 
 
-def _whitener(relative: FloatArray, ranges: FloatArray, gain: float) -> FloatArray:
-    covariance = np.diag(relative**2)
+def _whitener(relative: FloatArray, ranges: FloatArray, gain: float, warmth: FloatArray) -> FloatArray:
+    covariance = np.diag(relative**2) + np.outer(warmth, warmth)
     if ranges.size:
         covariance += (gain**2 / 3.0) * (ranges[:, np.newaxis] == ranges)
     result: FloatArray = np.linalg.inv(np.linalg.cholesky(covariance))

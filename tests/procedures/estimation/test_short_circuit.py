@@ -132,3 +132,25 @@ def test_the_torque_s_peak_is_found_between_the_points_and_not_beyond_them():
 def test_what_cannot_be_fitted_is_refused(speeds, sizes, message):
     with pytest.raises(EstimationError, match=message):
         fit_currents(speeds, sizes, [0.1] * len(sizes), FLUX)
+
+
+@settings(deadline=None, max_examples=25)
+@given(share=st.floats(0.01, 0.08), rise=st.floats(0.002, 0.03), told=st.floats(0.75, 1.25))
+def test_a_winding_that_warms_below_the_bend_gives_no_inductance(share, rise, told):
+    omega = np.array([0.15, 0.25, 0.4, 0.6, 0.8, 1.0]) * share * CORNER
+    heat = np.cumsum(omega**2) / np.sum(omega**2)
+    size = np.array([current(w, R * (1.0 + rise * h), LD, LQ, FLUX) for w, h in zip(omega, heat, strict=True)]).ravel()
+    fit = fit_currents(omega, size, 2e-4 * size, FLUX, warmings=told * rise * heat)
+    assert fit.value(RESISTANCE) == pytest.approx(R, rel=0.01)
+    away = math.log(fit.value(D_INDUCTANCE) / LD)
+    known = fit.uncertainty(D_INDUCTANCE) / fit.value(D_INDUCTANCE)
+    assert known > 0.25 or abs(away) < 2.5 * known, (fit.value(D_INDUCTANCE), known)
+
+
+def test_a_warming_at_high_speed_changes_nothing_and_one_more_is_one_too_many():
+    size = current(SPEEDS, R, LD, LQ, FLUX)
+    cold = fit_currents(SPEEDS, size, 1e-3 * size, FLUX)
+    warm = fit_currents(SPEEDS, size, 1e-3 * size, FLUX, warmings=np.linspace(0.0, 2e-3, SPEEDS.size))
+    assert warm.value(D_INDUCTANCE) == pytest.approx(cold.value(D_INDUCTANCE), rel=2e-3)
+    with pytest.raises(EstimationError):
+        fit_currents(SPEEDS, size, 1e-3 * size, FLUX, warmings=[0.0])
