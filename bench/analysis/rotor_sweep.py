@@ -13,14 +13,14 @@ from bench.analysis.statements import Statement
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, ProbeFactor, read_capture
 from drivers.interfaces.text import Translate, english, text, word
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
-from procedures.estimation.winding.rotor_sweep import (
+from procedures.estimation.winding.sweep.rotor_sweep import (
     axis_inductances,
     extremes,
     fit_rotor_sweep,
     motor_class,
     saliency_significant,
 )
-from procedures.estimation.winding.timed_sweep import fit_timed_sweep
+from procedures.estimation.winding.sweep.timed_sweep import fit_timed_sweep
 
 #: Motors with more pole pairs are rare: angles that show so many settle that there is no saliency.
 _USUAL_POLE_PAIRS = 16

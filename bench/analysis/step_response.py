@@ -18,8 +18,8 @@ from drivers.interfaces.text import Translate, english, text, text_of, word
 from procedures.estimation.fitting.fit import EstimationError, FloatArray, WithheldError
 from procedures.estimation.fitting.misfit import Cause, Misfit
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
+from procedures.estimation.winding.current_step.response import StepFit, fit_step_response, time_constant_63
 from procedures.estimation.winding.resistance import COPPER_REFERENCE, at_temperature
-from procedures.estimation.winding.step_response import StepFit, fit_step_response, time_constant_63
 from procedures.techniques.temperature.settings import COLD
 
 #: Channels that are later than this (s) beside each other are no two of one record.

@@ -92,17 +92,17 @@ def serve(
     for address in trusted_proxy:
         _check_address(address)
     _check_free(host, port)
-    from bench.panel.socket_server import load_socket_server
+    from bench.panel.server.socket_server import load_socket_server
 
     load_socket_server()
     from nicegui import app, ui
 
-    from bench.panel.access import Access
     from bench.panel.app import build
-    from bench.panel.hosts import AllowedHosts
     from bench.panel.panel import Panel
-    from bench.panel.server_log import quieten_server
-    from bench.panel.sessions import Sessions, SessionTimes
+    from bench.panel.server.access import Access
+    from bench.panel.server.hosts import AllowedHosts
+    from bench.panel.server.server_log import quieten_server
+    from bench.panel.server.sessions import Sessions, SessionTimes
 
     # Without a login there is nothing to end: the next request would begin the same again.
     times = SessionTimes(60.0 * session_idle, 3600.0 * session_length) if people else SessionTimes()
@@ -138,7 +138,7 @@ def serve(
 
 def _say_what_is_wrong(station: str) -> None:
     """Say on standard error why nothing can run on a station; the panel is served all the same, and reads the file anew for each run."""
-    from bench.eol.line.line_file import load_line
+    from bench.eol.line.preparation.line_file import load_line
 
     try:
         load_line(station, None)

@@ -22,7 +22,7 @@ def add(name: str, *, role: str = "operator", file: Path = Path("people.toml")) 
         The file of people, for motorbench serve --people.
 
     """
-    from bench.panel.access import add_person
+    from bench.panel.server.access import add_person
 
     if sys.stdin.isatty():
         password = getpass.getpass("Password: ")

@@ -11,9 +11,6 @@ from starlette.requests import Request
 import reports
 from bench.eol.statistics_messages import GROUPING_WORDS
 from bench.i18n.errors import InputError
-from bench.panel.content_policy import mark_scripts
-from bench.panel.gate import Gate
-from bench.panel.hosts import AllowedHosts
 from bench.panel.line_records import Choice, serial_numbers
 from bench.panel.pages.frame import frame
 from bench.panel.pages.history import compare_page, history_page
@@ -25,8 +22,11 @@ from bench.panel.pages.run.page import run_page
 from bench.panel.pages.start import start_page
 from bench.panel.pages.statistics.page import statistics_page
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
-from bench.panel.socket_guard import SocketGuard
+from bench.panel.server.content_policy import mark_scripts
+from bench.panel.server.gate import Gate
+from bench.panel.server.hosts import AllowedHosts
+from bench.panel.server.sessions import Session
+from bench.panel.server.socket_guard import SocketGuard
 from drivers.interfaces.text import text
 
 #: Longest wait (s) for the words of procedures; a page that takes longer than 3 s is none.

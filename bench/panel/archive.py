@@ -9,7 +9,7 @@ from typing import Any
 
 from bench.journal.packed import is_journal, packed_path
 from bench.journal.stored_result import stored_definition
-from bench.panel.tail import JournalTail
+from bench.panel.live.tail import JournalTail
 from drivers.interfaces.text import Text, word
 
 

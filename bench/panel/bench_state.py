@@ -8,8 +8,8 @@ from time import monotonic
 from typing import Any
 
 from bench.journal.stored_result import restore_text
-from bench.panel.live_run import LiveRun
-from bench.panel.live_view import LiveView
+from bench.panel.live.live_run import LiveRun
+from bench.panel.live.live_view import LiveView
 from bench.safety.read_back import Found
 from bench.station.shutdown_sequence import OFF_BY
 from drivers.interfaces.text import Text, text

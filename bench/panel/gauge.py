@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from bench.panel.live_view import LiveView, WantedValue
+from bench.panel.live.live_view import LiveView, WantedValue
 from drivers.interfaces.text import Text, text
 from procedures.core.live_plot import Gauge
 

@@ -8,15 +8,15 @@ from typing import Any
 from bench.i18n.errors import InputError
 from bench.journal.run_folder import existing_run_folder
 from bench.operators.operator_channel import FILE
-from bench.panel.access import Access
 from bench.panel.archive import Archive
-from bench.panel.control import Control
 from bench.panel.launch import BatchOrder, Launcher, Order
-from bench.panel.live_line import LiveLine
-from bench.panel.live_run import LiveRun
+from bench.panel.live.control import Control
+from bench.panel.live.live_line import LiveLine
+from bench.panel.live.live_run import LiveRun
+from bench.panel.live.tail import JournalTail
 from bench.panel.offer import Offer
-from bench.panel.sessions import Sessions
-from bench.panel.tail import JournalTail
+from bench.panel.server.access import Access
+from bench.panel.server.sessions import Sessions
 from drivers.interfaces.text import text
 
 

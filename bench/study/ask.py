@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from bench.distribution.workforce import Workforce
 from bench.eol.defects.check import USUAL_SPREAD
-from bench.eol.line.virtual_socket import SocketMotors
+from bench.eol.line.workers.virtual_socket import SocketMotors
 from bench.eol.plan_file import SpreadSection
 from bench.files.toml_file import nearest
 from bench.i18n.errors import UsageError

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.distribution.work import Task
-from bench.eol.line.line_file import station_of
 from bench.eol.line.motor_record import KeptWaveforms
-from bench.eol.line.virtual_socket import SocketMotors, VirtualSocket, seed_of
+from bench.eol.line.preparation.line_file import station_of
+from bench.eol.line.workers.virtual_socket import SocketMotors, VirtualSocket, seed_of
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import RunView
 from bench.plugins.catalogues import installed

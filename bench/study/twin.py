@@ -1,6 +1,6 @@
 """The station whose twin a bench is to be."""
 
-from bench.eol.line.line_file import load_line
+from bench.eol.line.preparation.line_file import load_line
 from bench.station.station_file import VIRTUAL, Station
 
 

@@ -9,7 +9,7 @@ from bench.eol.diagnosis.diagnose import diagnose
 from bench.eol.diagnosis.diagnosed import Diagnosis
 from bench.eol.limits import ParameterLimits
 from bench.eol.line.judging import MotorJudge
-from bench.eol.line.preparation import planned_of, prepare
+from bench.eol.line.preparation.prepare import planned_of, prepare
 from bench.eol.plan import Plan
 from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.verdict import Verdict

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from bench.eol.line.virtual_socket import SocketMotors, Specimen, VirtualSocket
+from bench.eol.line.workers.virtual_socket import SocketMotors, Specimen, VirtualSocket
 from bench.eol.plan_file import SpreadSection
 from bench.files.toml_file import nearest
 from bench.i18n.errors import InputError

@@ -29,9 +29,9 @@ from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
 from procedures.core.steps import step
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
-from procedures.estimation.winding import rotor_sweep
 from procedures.estimation.winding.connections import phase_factor
-from procedures.estimation.winding.timed_sweep import LEAST_PERIODS, fit_timed_sweep
+from procedures.estimation.winding.sweep import rotor_sweep
+from procedures.estimation.winding.sweep.timed_sweep import LEAST_PERIODS, fit_timed_sweep
 from procedures.plausibility.capability import relative_uncertainty
 from procedures.plausibility.inductance_capability import REQUESTED, check_inductance_capability
 from procedures.techniques.instrument_choice import InstrumentChoice, choose_for_inductance

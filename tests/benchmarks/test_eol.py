@@ -20,19 +20,19 @@ from typing import Any
 
 import pytest
 
-from bench.eol.line.admission import Admission, RefusedSerial
-from bench.eol.line.admission_desk import AdmissionDesk
+from bench.eol.line.admission.admission_desk import AdmissionDesk
+from bench.eol.line.admission.golden_gate import GoldenGate
+from bench.eol.line.admission.next_motor import Admission, RefusedSerial
+from bench.eol.line.admission.serial_numbers import generated_serials
 from bench.eol.line.batch import run_batch
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog
 from bench.eol.line.coordinator import Coordinator
-from bench.eol.line.golden_gate import GoldenGate
-from bench.eol.line.line_file import load_line
-from bench.eol.line.messages import Batch, Leave, MotorDone, Ready, Task, WorkerSetup
-from bench.eol.line.preparation import BatchRequest
+from bench.eol.line.preparation.line_file import load_line
+from bench.eol.line.preparation.prepare import BatchRequest
 from bench.eol.line.record_writer import RecordWriter
-from bench.eol.line.serial_numbers import generated_serials
-from bench.eol.line.worker_process import ForkServer
+from bench.eol.line.workers.messages import Batch, Leave, MotorDone, Ready, Task, WorkerSetup
+from bench.eol.line.workers.worker_process import ForkServer
 from bench.eol.plan import load_plan
 from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.store.claims import SerialClaim
@@ -170,7 +170,7 @@ def resident() -> float:
 def test_a_hundred_thousand_motors_leave_nothing_in_memory(
     benchmark: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
-    monkeypatch.setattr("bench.eol.line.worker_slots.WorkerProcess", QuickWorker)
+    monkeypatch.setattr("bench.eol.line.workers.worker_slots.WorkerProcess", QuickWorker)
     motors = 100_000 if enabled(request.config) else 400
     plan = load_plan(EXAMPLE / "plan.toml")
     line = load_line("virtual", 4)

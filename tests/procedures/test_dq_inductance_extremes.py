@@ -5,8 +5,8 @@ import pytest
 
 from procedures.core.bench import Bench
 from procedures.core.nameplate import Nameplate, WindingConnection
-from procedures.estimation.winding.rotor_sweep import saliency_significant
-from procedures.estimation.winding.timed_sweep import fit_timed_sweep
+from procedures.estimation.winding.sweep.rotor_sweep import saliency_significant
+from procedures.estimation.winding.sweep.timed_sweep import fit_timed_sweep
 from procedures.note.dq_inductance_extremes import DqInductanceExtremes, DqInductanceExtremesSettings
 from sim_instruments.clock.virtual_clock import VirtualClock
 from tests.studies.measured_motor import NoRecord

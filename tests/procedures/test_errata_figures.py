@@ -11,8 +11,9 @@ from procedures.core.bench import ProcedureError
 from procedures.estimation.fitting.checks import estimate_of
 from procedures.estimation.mechanics import inertia, pole_pairs
 from procedures.estimation.six_step.currents import WindingState
-from procedures.estimation.winding import resistance, rotor_sweep
+from procedures.estimation.winding import resistance
 from procedures.estimation.winding.connections import ReadingConnection, phase_factor
+from procedures.estimation.winding.sweep import rotor_sweep
 from procedures.techniques.winding.dq_axes import connection_of, require
 
 

@@ -27,7 +27,7 @@ _CONTEXT.set_forkserver_preload(
         "bench.cli.serve",
         "bench.cli.sim.serve",
         "bench.eol.line.batch",
-        "bench.eol.line.worker",
+        "bench.eol.line.workers.worker",
         "bench.eol.store.records",
         "bench.panel.app",
         "sim_instruments.server.served_bench",

@@ -14,7 +14,7 @@ from playwright.sync_api import Error, Page
 
 from bench.cli.main import main
 from bench.operators.operator_channel import FILE
-from bench.panel.access import add_person
+from bench.panel.server.access import add_person
 from tests.bench.panel.browser.test_line_page import EXAMPLE, QUICK
 from tests.bench.panel.browser.test_run_page import BY_HAND
 from tests.bench.panel.browser.test_statistics_page import keep, motors

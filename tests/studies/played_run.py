@@ -6,9 +6,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from bench.eol.line.admission.serial_numbers import QueuedSerials
 from bench.eol.line.batch_log import BatchMotor
 from bench.eol.line.panel_channel import PanelChannel
-from bench.eol.line.serial_numbers import QueuedSerials
 from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.verdict import Verdict
 from bench.journal.stored_result import store_text

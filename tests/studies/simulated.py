@@ -13,9 +13,14 @@ from procedures.estimation.emf.period import peak_amplitude
 from procedures.estimation.fitting.fit import Fit, coverage_interval
 from procedures.estimation.mechanics.inertia import fit_ramps, two_point
 from procedures.estimation.mechanics.turning import SpeedRamp
-from procedures.estimation.winding.rotor_sweep import axis_inductances, extremes, fit_rotor_sweep, saliency_significant
-from procedures.estimation.winding.step_response import fit_step_response, time_constant_63
-from procedures.estimation.winding.timed_sweep import fit_timed_sweep
+from procedures.estimation.winding.current_step.response import fit_step_response, time_constant_63
+from procedures.estimation.winding.sweep.rotor_sweep import (
+    axis_inductances,
+    extremes,
+    fit_rotor_sweep,
+    saliency_significant,
+)
+from procedures.estimation.winding.sweep.timed_sweep import fit_timed_sweep
 
 Random = np.random.Generator
 #: Estimate and uncertainty (NaN for a method that has none), degrees of freedom.

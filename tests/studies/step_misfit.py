@@ -17,9 +17,10 @@ import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, WithheldError
 from procedures.estimation.fitting.misfit import Cause
-from procedures.estimation.winding import step_misfit, step_terms
-from procedures.estimation.winding.step_hum import HumOfVoltage
-from procedures.estimation.winding.step_response import StepFit, fit_step_response
+from procedures.estimation.winding.current_step import misfit as step_misfit
+from procedures.estimation.winding.current_step import terms as step_terms
+from procedures.estimation.winding.current_step.hum import HumOfVoltage
+from procedures.estimation.winding.current_step.response import StepFit, fit_step_response
 from tests.studies.disturbed_steps import ROWS, Sampled, row, sampled
 
 #: So many records are integrated at a time.

@@ -18,8 +18,8 @@ from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.winding.closing import read_again, unsettled
 from procedures.estimation.winding.resistance import slope
-from procedures.estimation.winding.rotor_sweep import axis_inductances, fit_rotor_sweep
-from procedures.estimation.winding.timed_sweep import fit_timed_sweep
+from procedures.estimation.winding.sweep.rotor_sweep import axis_inductances, fit_rotor_sweep
+from procedures.estimation.winding.sweep.timed_sweep import fit_timed_sweep
 
 LIMIT = 0.002
 Random = np.random.Generator

@@ -19,7 +19,7 @@ from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.fitting.fit import EstimationError, coverage_interval
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics.inertia import fit_ramps
-from procedures.estimation.winding.step_response import fit_step_response
+from procedures.estimation.winding.current_step.response import fit_step_response
 from tests.studies.shaft_records import draw, move, record
 from tests.studies.unlisted_worlds import Random, converter, emf, log, step_channel, steps, turned
 

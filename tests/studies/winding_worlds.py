@@ -8,8 +8,8 @@ Magnitudes are log-uniform from negligible to gross. "Total" adds a meter's gain
 import numpy as np
 
 from procedures.estimation.winding.resistance import slope
-from procedures.estimation.winding.rotor_sweep import axis_inductances, fit_rotor_sweep
-from procedures.estimation.winding.timed_sweep import fit_timed_sweep
+from procedures.estimation.winding.sweep.rotor_sweep import axis_inductances, fit_rotor_sweep
+from procedures.estimation.winding.sweep.timed_sweep import fit_timed_sweep
 from tests.studies.sweep_misfit import Estimates, Random, log, of_fit, tell
 
 WIRED = (

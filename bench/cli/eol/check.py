@@ -16,8 +16,8 @@ from bench.cli.output import print_json
 from bench.distribution.workforce import Workforce
 from bench.eol.defects.check import DefectRequest, check_defects
 from bench.eol.defects.proposal import LEAST_SOUND, write_plan
-from bench.eol.line.dry_run import DryRun, dry_run
-from bench.eol.line.preparation import BatchRequest
+from bench.eol.line.preparation.dry_run import DryRun, dry_run
+from bench.eol.line.preparation.prepare import BatchRequest
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from bench.run.console import console_on

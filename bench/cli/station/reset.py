@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from bench.cli.output import print_json
-from bench.eol.line.line_file import load_line
+from bench.eol.line.preparation.line_file import load_line
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from bench.safety.interlocks import closed, stood

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from bench.eol.defects.function_cost import FAILS, FunctionCost, RatedPoint, function_cost
-from bench.eol.line.virtual_socket import Specimen
+from bench.eol.line.workers.virtual_socket import Specimen
 from drivers.interfaces.text import Text, text
 from sim_instruments.faults.description import Description
 from sim_instruments.faults.on_bench import OpenPhase, StuckRelay

@@ -12,9 +12,9 @@ from bench.eol.defects.function_cost import RatedPoint
 from bench.eol.defects.proposal import Proposal, propose
 from bench.eol.defects.trial import TrialSetup
 from bench.eol.defects.verdicts import PlanRules
-from bench.eol.line.dry_run import virtually
-from bench.eol.line.messages import Batch
-from bench.eol.line.preparation import BatchRequest, Prepared, prepare
+from bench.eol.line.preparation.dry_run import virtually
+from bench.eol.line.preparation.prepare import BatchRequest, Prepared, prepare
+from bench.eol.line.workers.messages import Batch
 from bench.eol.plan import Plan
 from bench.eol.plan_file import SpreadSection
 from bench.i18n.errors import InputError

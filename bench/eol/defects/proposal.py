@@ -16,7 +16,7 @@ from bench.eol.defects.function_cost import INSULATION, Grade
 from bench.eol.defects.trial import MotorTrial
 from bench.eol.defects.verdicts import PlanRules
 from bench.eol.limits import GuardBand, ParameterLimits
-from bench.eol.line.procedure_order import by_time_over_failures
+from bench.eol.line.preparation.procedure_order import by_time_over_failures
 from bench.eol.plan import Plan, load_plan
 from bench.files.new_file import write_new
 from bench.files.toml_file import parse

@@ -10,12 +10,12 @@ from pathlib import Path
 from bench.distribution.work import Task
 from bench.eol.defects.cases import DefectCase
 from bench.eol.line.judging import MotorJudge
-from bench.eol.line.line_file import station_of
-from bench.eol.line.messages import Batch
 from bench.eol.line.motor_record import KeptWaveforms
-from bench.eol.line.preparation import planned_of
-from bench.eol.line.procedure_order import sampled
-from bench.eol.line.virtual_socket import SocketMotors, VirtualSocket, seed_of
+from bench.eol.line.preparation.line_file import station_of
+from bench.eol.line.preparation.prepare import planned_of
+from bench.eol.line.preparation.procedure_order import sampled
+from bench.eol.line.workers.messages import Batch
+from bench.eol.line.workers.virtual_socket import SocketMotors, VirtualSocket, seed_of
 from bench.i18n.errors import InputError
 from bench.journal.run_folder import RunFolder
 from bench.run.needs import check_needs

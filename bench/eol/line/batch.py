@@ -11,29 +11,29 @@ from typing import IO
 
 from bench.eol.admission_rule import takes_again
 from bench.eol.exports.json_lines import motor_as_dict
-from bench.eol.line.admission import Admission, RefusedSerial
-from bench.eol.line.admission_desk import AdmissionDesk
+from bench.eol.line.admission.admission_desk import AdmissionDesk
+from bench.eol.line.admission.golden_gate import GoldenGate
+from bench.eol.line.admission.next_motor import Admission, RefusedSerial
+from bench.eol.line.admission.serial_numbers import QueuedSerials, ScannedSerials, SerialNumbers, open_serials
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog, BatchMotor
 from bench.eol.line.brakes import AppliedBrake
 from bench.eol.line.coordinator import Coordinator
-from bench.eol.line.decidable_limits import DecidableLimits
-from bench.eol.line.golden_gate import GoldenGate
-from bench.eol.line.line_file import ProductionLine, digest
-from bench.eol.line.messages import Batch
 from bench.eol.line.panel_channel import PanelChannel
-from bench.eol.line.preparation import (
+from bench.eol.line.preparation.decidable_limits import DecidableLimits
+from bench.eol.line.preparation.line_file import ProductionLine, digest
+from bench.eol.line.preparation.prepare import (
     BatchRequest,
     Prepared,
     calibrations_of,
     check_operator,
     prepare,
 )
-from bench.eol.line.procedure_order import by_time_over_failures
+from bench.eol.line.preparation.procedure_order import by_time_over_failures
 from bench.eol.line.record_writer import RecordWriter, open_record_writer
-from bench.eol.line.serial_numbers import QueuedSerials, ScannedSerials, SerialNumbers, open_serials
 from bench.eol.line.warm_up import WarmUp
-from bench.eol.line.worker_process import ForkServer
+from bench.eol.line.workers.messages import Batch
+from bench.eol.line.workers.worker_process import ForkServer
 from bench.eol.motor_yield import MotorYield
 from bench.eol.plan import Plan, PlannedCheck
 from bench.eol.plan_file import AgainSection

@@ -1,6 +1,6 @@
 """Listeners to the events of a batch: the terminal, panels, outputs, counts."""
 
-from bench.eol.line.admission import RefusedSerial
+from bench.eol.line.admission.next_motor import RefusedSerial
 from bench.eol.line.batch_log import BatchMotor
 from bench.eol.line.brakes import AppliedBrake
 from bench.eol.record import MotorRecord

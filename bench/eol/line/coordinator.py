@@ -3,19 +3,19 @@
 from collections.abc import Sequence
 from multiprocessing.connection import Connection, wait
 
-from bench.eol.line.admission import Admission
+from bench.eol.line.admission.next_motor import Admission
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog
 from bench.eol.line.brakes import Brakes
 from bench.eol.line.dispatcher import Dispatcher
-from bench.eol.line.instrument_sharing import LeaseRelease, LeaseRequest
-from bench.eol.line.line_file import ProductionLine
-from bench.eol.line.messages import Batch, FromWorker, MotorDone, Ready, Stop, TimeReached, WorkerFailed
 from bench.eol.line.motor_record import cut_off_record
+from bench.eol.line.preparation.line_file import ProductionLine
 from bench.eol.line.record_writer import RecordDestination, save_with_retries
 from bench.eol.line.stop_request import StopRequest
-from bench.eol.line.worker_process import ForkServer
-from bench.eol.line.worker_slots import INTERVAL, WorkerSlot, WorkerSlots
+from bench.eol.line.workers.instrument_sharing import LeaseRelease, LeaseRequest
+from bench.eol.line.workers.messages import Batch, FromWorker, MotorDone, Ready, Stop, TimeReached, WorkerFailed
+from bench.eol.line.workers.worker_process import ForkServer
+from bench.eol.line.workers.worker_slots import INTERVAL, WorkerSlot, WorkerSlots
 from bench.eol.plan import PlannedCheck
 from bench.eol.record import MotorRecord
 from bench.i18n.errors import InputError

@@ -5,15 +5,15 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from time import monotonic
 
-from bench.eol.line.admission import Admission
+from bench.eol.line.admission.next_motor import Admission
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog, BatchMotor
-from bench.eol.line.instrument_sharing import Arbiter, LeaseDecision, LeaseReply, LeaseRequest
-from bench.eol.line.line_file import ProductionLine
-from bench.eol.line.messages import Leave, Task
-from bench.eol.line.procedure_order import sampled
+from bench.eol.line.preparation.line_file import ProductionLine
+from bench.eol.line.preparation.procedure_order import sampled
 from bench.eol.line.stop_request import StopRequest
-from bench.eol.line.worker_slots import WorkerSlot, WorkerSlots
+from bench.eol.line.workers.instrument_sharing import Arbiter, LeaseDecision, LeaseReply, LeaseRequest
+from bench.eol.line.workers.messages import Leave, Task
+from bench.eol.line.workers.worker_slots import WorkerSlot, WorkerSlots
 from bench.eol.plan import PlannedCheck
 
 

@@ -11,7 +11,7 @@ from bench.eol.diagnosis.diagnose import diagnose
 from bench.eol.diagnosis.diagnosed import Diagnosis
 from bench.eol.line.batch_log import record_identifier
 from bench.eol.line.judging import MotorJudge, described
-from bench.eol.line.messages import Batch, Task
+from bench.eol.line.workers.messages import Batch, Task
 from bench.eol.plan_file import KeepWaveforms
 from bench.eol.record import MeasuredFigure, MotorRecord
 from bench.eol.verdict import Verdict

@@ -8,11 +8,11 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from bench.eol.line.admission import RefusedSerial
+from bench.eol.line.admission.next_motor import RefusedSerial
+from bench.eol.line.admission.serial_numbers import QueuedSerials
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchMotor
 from bench.eol.line.brakes import AppliedBrake
-from bench.eol.line.serial_numbers import QueuedSerials
 from bench.eol.line.tile_figures import tile_figures
 from bench.eol.motor_yield import MotorYield
 from bench.eol.record import MotorRecord, label_of

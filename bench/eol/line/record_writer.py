@@ -10,7 +10,7 @@ from typing import Protocol
 
 from sqlalchemy import Engine
 
-from bench.eol.line.serial_register import SerialRegister
+from bench.eol.line.admission.serial_register import SerialRegister
 from bench.eol.line.stop_request import StopRequest
 from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import BatchPlan, keep_plan

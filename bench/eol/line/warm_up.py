@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from datetime import datetime, timedelta
 
-from bench.eol.line.golden_gate import wall_time
-from bench.eol.line.line_file import ProductionLine
+from bench.eol.line.admission.golden_gate import wall_time
+from bench.eol.line.preparation.line_file import ProductionLine
 from drivers.interfaces.text import Text, text
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from nicegui import Client, events, ui
 
-from bench.panel.gate import LOGIN
 from bench.panel.pages.reader import Reader
-from bench.panel.sessions import Session
+from bench.panel.server.gate import LOGIN
+from bench.panel.server.sessions import Session
 from drivers.interfaces.text import Text, text
 
 _KEY = "motorbench_abort"

@@ -5,13 +5,13 @@ from contextlib import contextmanager
 
 from nicegui import ui
 
-from bench.panel.gate import LOGIN
 from bench.panel.pages.lost import lost_row
 from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
 from bench.panel.pages.stylesheet import add_stylesheet
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
+from bench.panel.server.gate import LOGIN
+from bench.panel.server.sessions import Session
 from drivers.interfaces.text import Text, text
 
 _CHOOSE_ENGLISH = "document.cookie='motorbench_language=en;path=/;SameSite=Strict';location.reload()"

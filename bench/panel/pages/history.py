@@ -15,7 +15,7 @@ from bench.panel.pages.frame import frame
 from bench.panel.pages.parts import named, table
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
+from bench.panel.server.sessions import Session
 from drivers.interfaces.text import Text, text
 from reports.tables.comparison import Compared, compare
 from reports.tables.figures import decimals_for, figure, percent, scale_of

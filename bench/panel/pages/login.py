@@ -6,10 +6,10 @@ from nicegui import app
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 
-from bench.panel.access import Access, TooManyTriesError
-from bench.panel.gate import LOGIN, language_of, session_cookie
 from bench.panel.panel import Panel
-from bench.panel.sessions import Sessions
+from bench.panel.server.access import Access, TooManyTriesError
+from bench.panel.server.gate import LOGIN, language_of, session_cookie
+from bench.panel.server.sessions import Sessions
 
 #: In both languages: nobody knows yet whose browser it is. What it is filled with are sentences and figures of this file.
 _PAGE = Template("""<!doctype html>

@@ -16,7 +16,7 @@ from bench.panel.pages.frame import frame
 from bench.panel.pages.parts import kept
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
+from bench.panel.server.sessions import Session
 from drivers.interfaces.text import Text, text, word
 from procedures.core.nameplate import WindingConnection
 

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from bench.i18n.errors import message
 from bench.i18n.language import translator
-from bench.panel.sessions import Session
+from bench.panel.server.sessions import Session
 from drivers.interfaces.text import Text, Translate, word
 from reports.tables.figures import with_minus
 

@@ -18,7 +18,7 @@ from bench.panel.pages.reader import Reader
 from bench.panel.pages.settings_part import SettingsPart
 from bench.panel.pages.station_part import StationPart
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
+from bench.panel.server.sessions import Session
 from bench.station.station_file import VIRTUAL
 from drivers.interfaces.text import Text, text
 from reports.labels import role_name, section_name

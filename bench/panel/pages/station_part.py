@@ -10,7 +10,7 @@ from bench.i18n.errors import InputError
 from bench.panel.offer import check_station
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
+from bench.panel.server.sessions import Session
 from bench.station.station_file import VIRTUAL
 from drivers.interfaces.text import text
 from reports.labels import role_name

@@ -10,8 +10,8 @@ from drivers.interfaces.text import Text, text
 from procedures.core.axes import Axes, FloatArray, Manner, PlotCurve
 from procedures.core.live_plot import Coming, Gauge, LivePlot
 from procedures.estimation.fitting.fit import EstimationError
-from procedures.estimation.winding.step_look import course_at_sight
-from procedures.estimation.winding.timed_sweep import look_at_sweep
+from procedures.estimation.winding.current_step.first_look import course_at_sight
+from procedures.estimation.winding.sweep.timed_sweep import look_at_sweep
 
 #: A course that explains less of the readings than this is no second harmonic yet.
 _EXPLAINED = 0.5

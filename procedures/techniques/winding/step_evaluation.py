@@ -13,8 +13,8 @@ from procedures.core.bench import Bench
 from procedures.core.curves import curve
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.fitting.repeats import mean_of_readings
-from procedures.estimation.winding.step_repeats import fit_repeats
-from procedures.estimation.winding.step_response import apparent_inductance, time_constant_63
+from procedures.estimation.winding.current_step.repeats import fit_repeats
+from procedures.estimation.winding.current_step.response import apparent_inductance, time_constant_63
 from procedures.techniques.winding.step_probes import probes_against_supply
 from procedures.techniques.winding.step_recording import RecordedStep
 

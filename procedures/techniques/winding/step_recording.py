@@ -6,8 +6,8 @@ import numpy as np
 
 from drivers.interfaces import Slope, Trigger, Waveform
 from procedures.core.bench import Bench
-from procedures.estimation.winding.step_look import look_at_step
-from procedures.estimation.winding.step_repeats import StepReading
+from procedures.estimation.winding.current_step.first_look import look_at_step
+from procedures.estimation.winding.current_step.repeats import StepReading
 from procedures.techniques.acquisition import configure, fill_screen, record
 from procedures.techniques.winding.plots import step_plot
 from procedures.techniques.winding.step_probes import StepSource

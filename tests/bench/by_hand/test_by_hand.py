@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from bench.eol.line.preparation import planned_of
+from bench.eol.line.preparation.prepare import planned_of
 from bench.eol.plan import PlannedCheck
 from bench.i18n.errors import InputError, UsageError
 from bench.journal.codec import RecordedEvent

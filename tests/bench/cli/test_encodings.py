@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.eol.line.serial_numbers import serials_of_file
+from bench.eol.line.admission.serial_numbers import serials_of_file
 from bench.i18n.errors import FileError
 from bench.motor.motor_file import load_motor
 from bench.traffic.traffic_file import read_recording

@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from unittest.mock import patch
 
-from bench.eol.line import batch, fork_server
-from bench.eol.line.worker_process import ForkServer
+from bench.eol.line import batch
+from bench.eol.line.workers import fork_server
+from bench.eol.line.workers.worker_process import ForkServer
 from tests.studies.forked import Descriptors, Forked
 
 

@@ -20,9 +20,9 @@ from bench.eol.defects.proposal import Proposal, propose, write_plan
 from bench.eol.defects.trial import Attempted, FigureReading, MotorTrial, TrialBench, TrialSetup
 from bench.eol.defects.verdicts import PlanRules
 from bench.eol.limits import GuardBand, ParameterLimits
-from bench.eol.line.dry_run import virtually
-from bench.eol.line.messages import Batch
-from bench.eol.line.preparation import BatchRequest, prepare
+from bench.eol.line.preparation.dry_run import virtually
+from bench.eol.line.preparation.prepare import BatchRequest, prepare
+from bench.eol.line.workers.messages import Batch
 from bench.eol.plan import PlannedCheck, load_plan
 from bench.i18n.errors import InputError
 from bench.i18n.language import translator

@@ -64,7 +64,7 @@ def _known(monkeypatch: pytest.MonkeyPatch) -> None:
     own = UnloadedDeclaration(FrameCapacitance.name, Origin("test"), lambda: FrameCapacitance)
     result = installed().entries
     with_own = Catalogues({**result, "procedures": (*result["procedures"], own)})
-    for place in ("bench.plugins.files", "bench.eol.line.line_file"):
+    for place in ("bench.plugins.files", "bench.eol.line.preparation.line_file"):
         monkeypatch.setattr(f"{place}.installed", lambda: with_own)
 
 

@@ -19,7 +19,8 @@ from pathlib import Path
 from types import FrameType
 
 from bench.eol.store import database
-from bench.panel import launch, sessions
+from bench.panel import launch
+from bench.panel.server import sessions
 from tests.studies.forked import motorbench
 
 #: How far (s) the sessions' clock goes on at SIGUSR1.

@@ -4,9 +4,9 @@ from pathlib import Path
 import pytest
 
 from bench.i18n.errors import InputError, UsageError
-from bench.panel.access import Access, TooManyTriesError, add_person
-from bench.panel.sessions import Right
-from bench.panel.throttle import LoginThrottle
+from bench.panel.server.access import Access, TooManyTriesError, add_person
+from bench.panel.server.sessions import Right
+from bench.panel.server.throttle import LoginThrottle
 from tests.bench.panel.conftest import QUICK
 
 HERE = "192.0.2.1"

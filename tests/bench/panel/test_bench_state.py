@@ -11,7 +11,7 @@ from bench.journal.events.run import RunFinished
 from bench.journal.events.safety import MadeSafe, ShutdownStarted
 from bench.journal.stored_result import store_text
 from bench.panel.bench_state import StateKind, bench_state, state_at_end
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from drivers.interfaces.text import text
 from procedures.core.events import Event
 

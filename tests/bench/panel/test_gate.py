@@ -18,10 +18,10 @@ from starlette.responses import Response
 from starlette.types import Message, Receive, Scope, Send
 
 from bench.cli.main import main
-from bench.panel.access import add_person
-from bench.panel.gate import Gate
-from bench.panel.hosts import AllowedHosts
-from bench.panel.sessions import Sessions
+from bench.panel.server.access import add_person
+from bench.panel.server.gate import Gate
+from bench.panel.server.hosts import AllowedHosts
+from bench.panel.server.sessions import Sessions
 from tests.bench.panel.client import LIVE, Outsider, Page
 from tests.bench.panel.conftest import QUICK, Server
 

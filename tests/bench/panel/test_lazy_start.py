@@ -17,9 +17,7 @@ def test_what_the_panel_loads_to_start() -> None:
 
 
 def test_its_sockets_load_no_client() -> None:
-    begin = (
-        "from bench.panel.socket_server import load_socket_server; load_socket_server(); import bench.panel.app, sys; "
-    )
+    begin = "from bench.panel.server.socket_server import load_socket_server; load_socket_server(); import bench.panel.app, sys; "
     content = subprocess.run(
         [sys.executable, "-c", begin + "print('aiohttp' in sys.modules, 'tornado' in sys.modules); import aiohttp"],
         capture_output=True,

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from bench.operators.stored_plot import restore_plot, store_plot
 from bench.panel.gauge import Place, gauge_of, shown_gauge
-from bench.panel.live_plot import options_of, to_go, with_readings
-from bench.panel.live_view import LiveView
-from bench.panel.run_line import RunLine
+from bench.panel.live.live_plot import options_of, to_go, with_readings
+from bench.panel.live.live_view import LiveView
+from bench.panel.live.run_line import RunLine
 from drivers.interfaces.text import text
 from procedures.core.axes import Axes, Manner, PlotCurve
 from procedures.core.live_plot import Coming, Gauge, LivePlot

@@ -10,8 +10,8 @@ from bench.i18n.errors import InputError
 from bench.journal.journal import Journal
 from bench.panel.bench_state import bench_state
 from bench.panel.launch import Launcher, Order
-from bench.panel.live_run import LiveRun
-from bench.panel.tail import JournalTail
+from bench.panel.live.live_run import LiveRun
+from bench.panel.live.tail import JournalTail
 from tests.journals import event
 
 STATIC = Order(("pole-pairs-static",), "virtual", "lg-400w", "J. Doe")

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from bench.panel.server_log import quieten_server
+from bench.panel.server.server_log import quieten_server
 
 
 @pytest.fixture

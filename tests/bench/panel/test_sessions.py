@@ -1,6 +1,6 @@
 import pytest
 
-from bench.panel.sessions import Right, Sessions, SessionTimes
+from bench.panel.server.sessions import Right, Sessions, SessionTimes
 
 
 class Time:

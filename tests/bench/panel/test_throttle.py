@@ -1,4 +1,4 @@
-from bench.panel.throttle import SLOW, LoginThrottle, network_of
+from bench.panel.server.throttle import SLOW, LoginThrottle, network_of
 
 HERE = "192.0.2.1"
 THERE = "198.51.100.7"

@@ -6,7 +6,7 @@ import pytest
 from procedures.core.misfit_text import sentence
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, none_explains
 from procedures.estimation.mechanics.inertia import fit_coast_down
-from procedures.estimation.winding.step_response import fit_step_response
+from procedures.estimation.winding.current_step.response import fit_step_response
 
 TOP, FINE = 300.0, 1e-4
 

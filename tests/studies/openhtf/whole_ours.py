@@ -10,7 +10,7 @@ from pathlib import Path
 
 from bench.eol.line.batch import run_batch
 from bench.eol.line.batch_listener import BatchListener
-from bench.eol.line.preparation import BatchRequest
+from bench.eol.line.preparation.prepare import BatchRequest
 from bench.eol.record import MotorRecord
 from bench.eol.verdict import Verdict
 from drivers.interfaces.text import Text

@@ -2,7 +2,7 @@
 
 from nicegui import ui
 
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from bench.panel.pages.parts import expansion, named, table
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel

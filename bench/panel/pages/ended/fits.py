@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import numpy as np
 from nicegui import ui
 
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel

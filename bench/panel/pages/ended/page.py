@@ -10,7 +10,7 @@ from bench.i18n.errors import InputError
 from bench.journal.events.run import MotorReference
 from bench.journal.journal_file import read_journal
 from bench.panel.bench_state import StateKind, state_at_end
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from bench.panel.motor_of import type_values_of
 from bench.panel.pages.by_hand import read_part
 from bench.panel.pages.ended.attention import AttentionPart
@@ -23,7 +23,7 @@ from bench.panel.pages.ended.waveforms import WaveformsPart
 from bench.panel.pages.parts import expansion, named, table, untaken_note
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
+from bench.panel.server.sessions import Session
 from bench.plugins.files import catalogues_of_run
 from drivers.interfaces.text import Text, text
 from procedures.plausibility.type_tolerance import Conformity

@@ -6,7 +6,7 @@ from pathlib import Path
 from nicegui import ui
 
 from bench.panel.child_command import child_command
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from bench.panel.pages.parts import expansion, named
 from bench.panel.pages.reader import Reader
 from drivers.interfaces.text import text

@@ -7,11 +7,11 @@ from nicegui import ui
 
 from bench.i18n.errors import InputError
 from bench.journal.signatures import MEANINGS, Meaning, Signature, asked_of, sign, signatures
-from bench.panel.access import Access, TooManyTriesError
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
-from bench.panel.sessions import Session
+from bench.panel.server.access import Access, TooManyTriesError
+from bench.panel.server.sessions import Session
 from drivers.interfaces.text import text
 
 

@@ -7,7 +7,7 @@ from nicegui import events, ui
 from nicegui import run as background
 
 from bench.journal.waveforms import StoredWaveform, read_waveform
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel

@@ -19,7 +19,7 @@ from bench.panel.pages.frame import frame
 from bench.panel.pages.parts import named, table
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
+from bench.panel.server.sessions import Session
 from drivers.interfaces.text import Text, text
 from reports.tables.figures import Scale, decimals_for, figure, scale_of
 

@@ -16,7 +16,7 @@ from bench.panel.pages.line.tile import Tile
 from bench.panel.pages.parts import late_note
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
+from bench.panel.server.sessions import Session
 from drivers.interfaces.text import Text, text
 
 #: How often (s) a page looks whether the line has changed.

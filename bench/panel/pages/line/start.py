@@ -15,7 +15,7 @@ from bench.panel.launch import BatchOrder
 from bench.panel.pages.parts import expansion, named
 from bench.panel.pages.reader import Reader
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
+from bench.panel.server.sessions import Session
 from bench.station.station_file import VIRTUAL
 from drivers.interfaces.text import Text, text, text_of
 

@@ -8,12 +8,12 @@ from nicegui import ui
 
 from bench.operators.typed import parted
 from bench.panel.bench_state import ShownState, StateKind
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from bench.panel.pages.icons import icon
 from bench.panel.pages.reader import Reader
 from bench.panel.pages.run.step_card import StepCard
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
+from bench.panel.server.sessions import Session
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import FINISH
 

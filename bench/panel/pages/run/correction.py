@@ -7,7 +7,7 @@ from typing import Any
 from nicegui import ui
 
 from bench.journal.stored_result import restore_text
-from bench.panel.live_view import LiveView
+from bench.panel.live.live_view import LiveView
 from bench.panel.pages.choice import ChoiceEntry, option_name
 from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader

@@ -6,7 +6,7 @@ from typing import Any
 from nicegui import ui
 
 from bench.journal.stored_result import restore_text
-from bench.panel.live_view import LiveView
+from bench.panel.live.live_view import LiveView
 from bench.panel.pages.parts import kept, named
 from bench.panel.pages.reader import Reader
 from bench.panel.typed_scale import chosen_unit, completed, factor_of, far_from, shown, units_of, value_of

@@ -5,7 +5,7 @@ from time import monotonic
 from nicegui import ui
 
 from bench.panel.bench_state import bench_state
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from bench.panel.pages.ended.page import ended_part
 from bench.panel.pages.frame import frame
 from bench.panel.pages.parts import named
@@ -17,7 +17,7 @@ from bench.panel.pages.run.state_row import StateRow
 from bench.panel.pages.run.step_card import StepCard
 from bench.panel.pages.run.steps import ProgressCard
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
+from bench.panel.server.sessions import Session
 from drivers.interfaces.text import Text, text
 
 #: How often (s) a page looks whether its run has changed.

@@ -5,7 +5,7 @@ from typing import Any
 
 from nicegui import ui
 
-from bench.panel.live_plot import AllReadings, options_of, to_go, with_readings
+from bench.panel.live.live_plot import AllReadings, options_of, to_go, with_readings
 from bench.panel.pages.reader import Reader
 from bench.panel.pages.run.gauge_view import GaugeView
 from procedures.core.live_plot import LivePlot

@@ -7,7 +7,7 @@ from time import monotonic
 
 from nicegui import ui
 
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
 from bench.panel.pages.run.plot_area import DRAWN, PlotArea

@@ -7,7 +7,7 @@ from typing import Any
 from nicegui import events, ui
 
 from bench.panel.bench_state import ShownState, StateKind
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from bench.panel.pages.ended_session import offer_abort
 from bench.panel.pages.icons import icon
 from bench.panel.pages.parts import named

@@ -11,7 +11,7 @@ from nicegui import ui
 from bench.journal.stored_result import restore_text
 from bench.panel.bench_state import KNOWN
 from bench.panel.gauge import gauge_of
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
 from bench.panel.pages.by_hand import ByHandForm, said_lines
 from bench.panel.pages.choice import ChoiceEntry

@@ -6,7 +6,7 @@ from bench.drawings.canvas import Form
 from bench.drawings.connections import Extents, Scene, draw, standing_extents
 from bench.drawings.layout import turned_by_hand
 from bench.drawings.lines import lines_of
-from bench.panel.live_run import LiveRun
+from bench.panel.live.live_run import LiveRun
 from bench.panel.motor_of import nameplate_of
 from bench.panel.pages.icons import icon
 from bench.panel.pages.parts import drawing, named

@@ -30,7 +30,7 @@ from bench.panel.pages.statistics.bar_motors import BarMotors
 from bench.panel.pages.statistics.failures import show_failures
 from bench.panel.pages.statistics.yields import show_grouped_yields, show_yields
 from bench.panel.panel import Panel
-from bench.panel.sessions import Session
+from bench.panel.server.sessions import Session
 from bench.panel.statistics_plots import control_plot, golden_plot, histogram_bars, histogram_plot
 from drivers.interfaces.text import Text, text
 from reports.labels import ParameterLabels

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import date, datetime
 from pathlib import Path
 
-from bench.eol.line.golden_gate import GoldenGate, wall_time
+from bench.eol.line.admission.golden_gate import GoldenGate, wall_time
 from bench.eol.plan import load_plan
 from tests.bench.eol.line.conftest import MOTOR, PLAN
 

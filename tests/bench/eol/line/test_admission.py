@@ -14,7 +14,7 @@ import pytest
 from sqlalchemy import make_url
 
 from bench.eol.admission_rule import AdmittedTest, RefusedTest
-from bench.eol.line.admission_desk import AdmissionDesk
+from bench.eol.line.admission.admission_desk import AdmissionDesk
 from bench.eol.line.record_writer import RecordWriter, open_record_writer
 from bench.eol.plan_file import AgainSection
 from bench.eol.verdict import Verdict
@@ -132,8 +132,8 @@ def test_a_server_that_is_there_and_silent_holds_nothing_up(
     address = make_url(server).set(host="127.0.0.1", port=wire.port).render_as_string(hide_password=False)
     station = make_station("east", address)
     assert station.admit("A1") == AdmittedTest(1)
-    monkeypatch.setattr("bench.eol.line.serial_register._PATIENCE", 0.5)
-    monkeypatch.setattr("bench.eol.line.serial_register._PAUSE", 0.0)
+    monkeypatch.setattr("bench.eol.line.admission.serial_register._PATIENCE", 0.5)
+    monkeypatch.setattr("bench.eol.line.admission.serial_register._PAUSE", 0.0)
     wire.passes.clear()
     assert station.admit("A2", 2) == AdmittedTest(1)
     assert station.admit("A3", 3) == AdmittedTest(1)
@@ -152,10 +152,10 @@ def test_when_earlier_tests_can_be_looked_up_again_it_is_told(
     def unreadable(*_: object) -> None:
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
-    monkeypatch.setattr("bench.eol.line.serial_register._PAUSE", 0.0)
+    monkeypatch.setattr("bench.eol.line.admission.serial_register._PAUSE", 0.0)
     station = make_station("east", str(tmp_path / "records.sqlite"))
     with monkeypatch.context() as patch:
-        patch.setattr("bench.eol.line.serial_register.earlier_tests", unreadable)
+        patch.setattr("bench.eol.line.admission.serial_register.earlier_tests", unreadable)
         for number in (1, 2):
             assert station.admit(f"A{number}", number) == AdmittedTest(1)
     for number in (3, 4):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from bench.eol.line.admission import RefusedSerial
+from bench.eol.line.admission.next_motor import RefusedSerial
 from bench.eol.line.batch import Counts, _Counting
 from bench.eol.line.batch_log import FILE
 from bench.eol.line.record_writer import own_records

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from bench.eol.line.batch_log import FILE, BatchLog, BatchMotor
-from bench.eol.line.messages import Task
 from bench.eol.line.motor_record import new_folder, run_folders
+from bench.eol.line.workers.messages import Task
 from bench.i18n.errors import InputError
 
 IDENTITY = {"name": "b", "plan": "1", "motor": "2", "line": "3", "seed": 0}

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from bench.eol.line.line_file import load_line
-from bench.eol.line.preparation import BatchRequest, calibrations_of
-from bench.eol.line.serial_numbers import open_serials
-from bench.eol.line.serial_register import SerialRegister
+from bench.eol.line.admission.serial_numbers import open_serials
+from bench.eol.line.admission.serial_register import SerialRegister
+from bench.eol.line.preparation.line_file import load_line
+from bench.eol.line.preparation.prepare import BatchRequest, calibrations_of
 from bench.eol.plan import Plan, load_plan
 from bench.eol.plans_beside import PlanBeside, check_name, check_serial, plans_beside
 from bench.eol.store.database import open_database
@@ -117,7 +117,7 @@ def calibrated(due: date, certificate: str) -> str:
 
 @pytest.fixture
 def station(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Path]:
-    monkeypatch.setattr("bench.eol.line.preparation.wall_date", lambda: TODAY)
+    monkeypatch.setattr("bench.eol.line.preparation.prepare.wall_date", lambda: TODAY)
 
     def written(table: str) -> Path:
         path = tmp_path / "station.toml"

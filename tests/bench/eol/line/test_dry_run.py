@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from bench.eol.line.dry_run import dry_run
-from bench.eol.line.preparation import BatchRequest
-from bench.eol.line.procedure_times import TimedClock
-from bench.eol.line.worker_process import ForkServer
+from bench.eol.line.preparation.dry_run import dry_run
+from bench.eol.line.preparation.prepare import BatchRequest
+from bench.eol.line.preparation.procedure_times import TimedClock
+from bench.eol.line.workers.worker_process import ForkServer
 from tests.bench.conftest import Clock
 
 EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "eol"

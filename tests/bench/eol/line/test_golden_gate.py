@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.eol.line.line_file import load_line
+from bench.eol.line.preparation.line_file import load_line
 from bench.eol.line.record_writer import own_records
 from bench.eol.line.warm_up import WarmUp
 from bench.eol.record import MeasuredFigure

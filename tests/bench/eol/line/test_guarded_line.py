@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 from tomli_w import dumps as toml_text
 
-from bench.eol.line import worker_slots
 from bench.eol.line.batch import Counts
 from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.workers import worker_slots
 from bench.eol.verdict import Verdict
 from bench.journal.guardian_record import read_guardian
 from bench.motor.motor_file import load_motor

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.eol.line.instrument_sharing import Arbiter, LeaseDecision
+from bench.eol.line.workers.instrument_sharing import Arbiter, LeaseDecision
 
 INSTRUMENTS = ("bridge", "tester", "supply")
 

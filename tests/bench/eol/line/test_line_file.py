@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from bench.eol.line.line_file import load_line
-from bench.eol.line.preparation import prepare
+from bench.eol.line.preparation.line_file import load_line
+from bench.eol.line.preparation.prepare import prepare
 from bench.i18n.errors import InputError, UsageError
 from procedures.core.bench import Role
 

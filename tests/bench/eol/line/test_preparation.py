@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from bench.eol.line.preparation import prepare
+from bench.eol.line.preparation.prepare import prepare
 from bench.i18n.errors import InputError
 
 

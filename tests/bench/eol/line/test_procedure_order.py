@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.eol.line.procedure_order import by_time_over_failures, sampled
+from bench.eol.line.preparation.procedure_order import by_time_over_failures, sampled
 from bench.eol.plan import PlannedCheck
 
 
@@ -42,7 +42,7 @@ def test_what_comes_before_others_is_weighed_with_them(sets: int, figures: list[
     experience = {f"p{n}": (100, failures, time) for n, (failures, time, _) in enumerate(figures)}
     checks = [check(f"p{n}", *(f"p{m}" for m in sorted(after) if m < n)) for n, (_, _, after) in enumerate(figures)]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("bench.eol.line.procedure_order._SETS", sets)
+        patch.setattr("bench.eol.line.preparation.procedure_order._SETS", sets)
         chosen = [each.name for each in by_time_over_failures(checks, experience)]
 
     def allowed(names: Sequence[str]) -> bool:
@@ -57,7 +57,7 @@ def test_what_comes_before_others_is_weighed_with_them(sets: int, figures: list[
 @pytest.mark.parametrize("sets", [20_000, 0])
 def test_a_slow_one_comes_soon_for_what_waits_behind_it(monkeypatch: pytest.MonkeyPatch, sets: int) -> None:
     """By itself it finds nothing and comes last, and the one behind it, which finds most, would with it."""
-    monkeypatch.setattr("bench.eol.line.procedure_order._SETS", sets)
+    monkeypatch.setattr("bench.eol.line.preparation.procedure_order._SETS", sets)
     experience = {"other": (100, 10, 10.0), "opens": (100, 0, 5.0), "finds": (100, 80, 1.0)}
     checks = [check("other"), check("opens"), check("finds", "opens")]
     assert [each.name for each in by_time_over_failures(checks, experience)] == ["opens", "finds", "other"]

@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from bench.eol.line.admission import Admission, RefusedSerial
-from bench.eol.line.admission_desk import AdmissionDesk
+from bench.eol.line.admission.admission_desk import AdmissionDesk
+from bench.eol.line.admission.next_motor import Admission, RefusedSerial
+from bench.eol.line.admission.serial_numbers import generated_serials, serials_of_file
 from bench.eol.line.batch_log import BatchMotor
 from bench.eol.line.record_writer import RecordWriter
-from bench.eol.line.serial_numbers import generated_serials, serials_of_file
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.spool import Spool

@@ -17,9 +17,9 @@ from sqlalchemy.exc import OperationalError
 from bench.cli.main import main
 from bench.eol.limits import GuardBand
 from bench.eol.line.judging import MotorJudge
-from bench.eol.line.messages import Task
 from bench.eol.line.motor_record import KeptWaveforms, UnitTest, record_of
 from bench.eol.line.record_writer import own_records
+from bench.eol.line.workers.messages import Task
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import open_database
 from bench.eol.store.faults import StoreError
@@ -148,7 +148,7 @@ def test_records_that_cannot_be_read_do_not_stop_a_line(bench: Any, monkeypatch:
         with broken.connect() as connection:
             connection.execute(text("SELECT * FROM malformed"))
 
-    monkeypatch.setattr("bench.eol.line.serial_register.earlier_tests", unreadable)
+    monkeypatch.setattr("bench.eol.line.admission.serial_register.earlier_tests", unreadable)
     counts, stopped = bench.run(motors=2)
     assert (counts.motors, stopped) == (2, "")
     (words,) = (words for words in bench.listener.troubles if "cannot be read" in words)

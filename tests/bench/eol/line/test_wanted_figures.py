@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from bench.eol.line.preparation import prepare
-from bench.eol.line.procedure_order import by_time_over_failures
+from bench.eol.line.preparation.prepare import prepare
+from bench.eol.line.preparation.procedure_order import by_time_over_failures
 from bench.i18n.errors import InputError
 
 WINDING = "winding_resistance = 0.3, winding_inductance = 5e-4"

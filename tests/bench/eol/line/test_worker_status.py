@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from bench.eol.line import worker_status
-from bench.eol.line.worker_status import Heartbeat, WorkerStatus, give_heartbeats
+from bench.eol.line.workers import worker_status
+from bench.eol.line.workers.worker_status import Heartbeat, WorkerStatus, give_heartbeats
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from threading import Barrier
 import pytest
 from sqlalchemy import Engine
 
-from bench.eol.line.serial_register import SerialRegister
+from bench.eol.line.admission.serial_register import SerialRegister
 from bench.eol.store.claims import (
     STALE,
     STALE_BY_PERSON,

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from bench.panel.access import add_person
+from bench.panel.server.access import add_person
 from tests.bench.panel.browser.test_line_page import EXAMPLE, scan
 from tests.bench.panel.browser.test_line_page import QUICK as PLAN
 from tests.bench.panel.browser.test_run_page import assert_accessible

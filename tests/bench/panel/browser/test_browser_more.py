@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from bench.cli.main import main
-from bench.panel.access import add_person
+from bench.panel.server.access import add_person
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_browser import answer_until_end, begin, choose
 from tests.bench.panel.conftest import QUICK, Server

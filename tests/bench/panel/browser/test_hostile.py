@@ -14,8 +14,8 @@ from playwright.sync_api import Page, expect
 from bench.cli.main import main
 from bench.journal.stored_result import store_text
 from bench.operators.operator_channel import OperatorLine
-from bench.panel.access import add_person
 from bench.panel.launch import LINE
+from bench.panel.server.access import add_person
 from drivers.interfaces.text import word
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_run_page import assert_accessible

@@ -1,0 +1,1 @@
+"""Runs and batches that go on, as a page shows them."""

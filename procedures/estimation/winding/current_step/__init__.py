@@ -1,0 +1,1 @@
+"""Resistance and inductance from a recorded current step (§3.3.1)."""
