@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 
 from bench.i18n.errors import InputError
-from bench.journal.errors import RecordError
+from bench.journal.errors import NoRoomError, RecordError
 from drivers.interfaces.text import reason_of, text
 
 #: Room (bytes) kept for the events of the shutdown and for the result, should the disk fill up.
@@ -70,15 +70,7 @@ class Reserve:
                         strerror=reason_of(error),
                     )
                 ) from None
-            raise InputError(
-                text(
-                    "{parent}: the disk has no room for a run ({strerror}): {size} KiB are reserved for its end "
-                    "alone. Free some space, or choose another disk with --runs",
-                    parent=path.parent,
-                    strerror=reason_of(error),
-                    size=size // 1024,
-                )
-            ) from None
+            raise NoRoomError(path.parent, reason_of(error), size) from None
 
     def release(self) -> None:
         """Give the room back; may be called twice."""
@@ -96,7 +88,7 @@ class StandingReserve(Reserve):
         self._path = path
 
     def keep(self) -> None:
-        """Reserve the space if it is not reserved. Raises InputError if there is none."""
+        """Reserve the space if it is not reserved. Raises NoRoomError if there is none."""
         if not self._path.exists():
             super().__init__(self._path)
 

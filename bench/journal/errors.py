@@ -3,7 +3,8 @@
 import errno
 from pathlib import Path
 
-from drivers.interfaces.text import reason_of, text
+from bench.i18n.errors import InputError
+from drivers.interfaces.text import Text, Translate, reason_of, text
 
 _REMEDIES = {
     errno.ENOSPC: text("Make room on that disk"),
@@ -17,7 +18,7 @@ _REMEDIES = {
 class RecordError(OSError):
     """The record cannot be written, so the run must end; the message names the file, the reason and what to do.
 
-    `brief` leaves out what to do, for where the `remedy` was said already.
+    `brief` leaves out what to do, for where the `remedy` is said once for several.
     """
 
     def __init__(self, path: Path, cause: OSError) -> None:
@@ -27,10 +28,30 @@ class RecordError(OSError):
         self.remedy = _REMEDIES.get(cause.errno or 0, text("Check the disk and the folder's permissions"))
         self.brief = text("{path} cannot be written: {reason}", path=path, reason=reason)
         self.text = text(
-            "{path} cannot be written: {reason}. Nothing already in the journal is lost. {remedy}, then "
-            "continue: a run with --resume, a batch by starting it again",
+            "{path} cannot be written: {reason}. Nothing already in the journal is lost. {remedy}, then continue",
             path=path,
             reason=reason,
             remedy=self.remedy,
         )
         super().__init__(str(self.text))
+
+
+class NoRoomError(InputError):
+    """There is no room for a run's record, so it does not begin; `brief` and `remedy` as a RecordError's."""
+
+    def __init__(self, folder: Path, reason: Text | str, size: int) -> None:
+        self.brief = text(
+            "{parent}: the disk has no room for a run ({strerror}): {size} KiB are reserved for its end alone",
+            parent=folder,
+            strerror=reason,
+            size=size // 1024,
+        )
+        self.remedy = text("Free some space, or choose another disk with --runs")
+        super().__init__(text("{brief}. {remedy}", brief=self.brief, remedy=self.remedy))
+
+
+def briefly(cause: str, unwritten: RecordError | NoRoomError | None, translate: Translate) -> str:
+    """Return a cause in the reader's language without what to do where this is what it tells of."""
+    if unwritten is None:
+        return cause
+    return cause.replace(unwritten.text.render(translate), unwritten.brief.render(translate))

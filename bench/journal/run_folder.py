@@ -1,5 +1,6 @@
 """Where a run lives on disk."""
 
+import errno
 import os
 import re
 from dataclasses import dataclass
@@ -52,6 +53,20 @@ class RunFolder:
     def reserve(self) -> Path:
         """Room that is kept for the end of a run while it goes on."""
         return self.path / ".reserve"
+
+    def remove_if_empty(self) -> None:
+        """Remove the folder of a run that did not begin."""
+        try:
+            self.path.rmdir()
+        except OSError as error:
+            # An empty folder that cannot be removed harms nobody; what kept the run from beginning is to be told.
+            if not isinstance(error, PermissionError) and error.errno not in (
+                errno.ENOTEMPTY,
+                errno.ENOENT,
+                errno.EROFS,
+                errno.EIO,
+            ):
+                raise
 
     def write_result(self, result: dict[str, Any]) -> None:
         """Write `result.json` durably, completely or not at all. Raises RecordError."""

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bench.journal.disk import Reserve
+from bench.journal.errors import RecordError
 from bench.journal.journal import Listener
 from bench.journal.recording import KeepsWaveforms
 from bench.journal.run_folder import RunFolder
@@ -91,6 +92,7 @@ class Finished:
 
     `journal_sha256` is the hash of the journal's last event. `left` is the actual state of a virtual bench after the
     shutdown, empty for a real one; `unfelt` says where its faults were given that never began or struck no message.
+    `unwritten` is what could not be recorded.
     """
 
     folder: RunFolder
@@ -99,3 +101,4 @@ class Finished:
     journal_sha256: str = ""
     left: Mapping[str, Any] = field(default_factory=dict)
     unfelt: tuple[str, ...] = ()
+    unwritten: RecordError | None = None

@@ -148,7 +148,15 @@ def carry_out(
         recorder = _recorder(request, context, leaving)
         interlocks = leaving.enter_context(interlocks_ready(context.station, context.owner.state))
         relays = leaving.enter_context(relays_ready(context.station.watchdog_relays, used, context.station.source))
-        folder = request.resume or options.folder or new_run_folder(request.runs, request.motor.nameplate.name)
+        folder = request.resume or options.folder
+        if folder is None:
+            folder = new_run_folder(request.runs, request.motor.nameplate.name)
+            leaving.callback(folder.remove_if_empty)
+        # A motor of a virtual line is measured again; a run by itself has its end told, whatever its instruments are.
+        reserve = options.reserve
+        if reserve is None and (options.durable or options.folder is None):
+            reserve = Reserve(folder.reserve)
+            leaving.callback(reserve.release)
         if options.folder is None:
             context.owner.work_in(folder.path)
         for what, photo in photos.items():
@@ -172,10 +180,6 @@ def carry_out(
         )
         if guard.about() is not None:
             leaving.enter_context(set_aside())
-        # A motor of a virtual line is measured again; a run by itself has its end told, whatever its instruments are.
-        reserve = options.reserve
-        if reserve is None and (options.durable or options.folder is None):
-            reserve = Reserve(folder.reserve)
         unpack(folder.journal)
         journal = Journal(
             folder.journal, context.clock.now, durable=options.durable, previous=previous, reserve=reserve
@@ -262,6 +266,7 @@ def carry_out(
             journal.last_hash,
             context.simulation.actual_state(),
             tuple(fault.source for fault in request.faults if fault.described.told() in unfelt),
+            next(iter(runner.unwritten), journal.failure),
         )
 
 

@@ -102,6 +102,8 @@ class Runner:
     #: Raises where a virtual bench was brought, since a bench time (s), where its physics does not follow.
     check_modelled: Callable[[float], None] = lambda _: None
     partial: PartialResults = field(default_factory=PartialResults)
+    #: What ended the run where its record could not be written.
+    unwritten: list[RecordError] = field(default_factory=list)
     #: What earlier sessions did in procedures that were left, by name.
     earlier: Mapping[str, Sequence[EarlierAttempt]] = field(default_factory=dict)
 
@@ -138,6 +140,8 @@ class Runner:
             except (Exception, SystemExit) as error:  # noqa: BLE001  the journal itself may have failed; the shutdown follows all the same
                 status = "failed"
                 causes.append(told(error))
+                if isinstance(error, RecordError):
+                    self.unwritten.append(error)
             finally:
                 unsafe = self._down(causes)
                 causes += map(untranslated, unsafe)

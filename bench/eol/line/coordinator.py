@@ -53,6 +53,7 @@ class Coordinator:
         self._slots = WorkerSlots(line, batch, fork_server, owner, listener.trouble)
         self._dispatcher = Dispatcher(line, checks, admission, log, listener, self._slots, self._stop)
         self._brakes = Brakes(batch.plan.brakes)
+        self._told = set[str]()
 
     def run(self) -> str:
         """Measure the batch; return why it was stopped before its end, empty where it was not."""
@@ -119,6 +120,7 @@ class Coordinator:
                 self._dispatcher.release(slot, message.time)
                 slot.deaths = 0
                 self._finish(slot, message.record, self._dispatcher.time(message.time))
+                self._tell_once(message.remedy)
                 self._dispatcher.request_motor(slot)
             case WorkerFailed():
                 self._remove(slot)
@@ -133,6 +135,15 @@ class Coordinator:
         for brake in self._brakes.observe(record):
             self._dispatcher.brake(brake.socket)
             self._listener.braked(brake)
+
+    def _tell_once(self, remedy: Text | None) -> None:
+        if remedy is not None and str(remedy) not in self._told:
+            self._told.add(str(remedy))
+            self._listener.trouble(
+                text(
+                    "a motor's run could not be written. {remedy}; the same command continues the batch", remedy=remedy
+                )
+            )
 
     def _stop_all(self) -> None:
         for slot in list(self._slots.at.values()):

@@ -17,7 +17,7 @@ from bench.eol.record import MeasuredFigure, MotorRecord
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
 from bench.i18n.language import translator
-from bench.journal.errors import RecordError
+from bench.journal.errors import NoRoomError, RecordError, briefly
 from bench.journal.events.instruments import WaveformsTaken
 from bench.journal.events.run import ProcedureStarted
 from bench.journal.journal_file import JournalFile, read_journal
@@ -65,7 +65,10 @@ class KeptWaveforms:
 
 @dataclass
 class UnitTest:
-    """The test of one motor so far; `cause` is what kept its run from beginning, or its end from being recorded."""
+    """The test of one motor so far; `cause` is what kept its run from beginning, or its end from being recorded.
+
+    `unwritten` is what kept a record from the disk.
+    """
 
     task: Task
     judge: MotorJudge
@@ -74,10 +77,11 @@ class UnitTest:
     folder: RunFolder | None = None
     finished: Finished | None = None
     cause: str = ""
+    unwritten: RecordError | NoRoomError | None = None
 
 
 def record_of(test: UnitTest, batch: Batch, socket: str) -> MotorRecord:
-    """Return the record of a test that has ended, whatever became of it."""
+    """Return the record of a test that has ended, whatever became of it; what to do of a full disk is left to the line to say."""
     task, judge, finished = test.task, test.judge, test.finished
     figures: tuple[MeasuredFigure, ...] = ()
     bench_time, cause, aborted = 0.0, test.cause, False
@@ -85,6 +89,7 @@ def record_of(test: UnitTest, batch: Batch, socket: str) -> MotorRecord:
         figures = judge.figures(finished.view.parameters())
         bench_time, aborted = finished.view.bench_time, finished.view.status == "aborted"
         cause = cause or finished.view.cause
+        test.unwritten = test.unwritten or finished.unwritten
     verdict = judge.verdict(figures, aborted=aborted, planned=len(task.checks))
     if verdict is Verdict.PASS and (finished is None or finished.view.status != "completed"):
         # Everything was measured, and the shutdown or the record of it was not as it should be.
@@ -93,9 +98,10 @@ def record_of(test: UnitTest, batch: Batch, socket: str) -> MotorRecord:
     try:
         waveforms = test.waveforms.files(verdict)
     except RecordError as error:
-        said = error.brief if error.remedy.render(translate) in cause else error.text
-        waveforms, cause = {}, "; ".join(words for words in (cause, said.render(translate)) if words)
+        waveforms, cause = {}, "; ".join(words for words in (cause, error.brief.render(translate)) if words)
+        test.unwritten = test.unwritten or error
         verdict = Verdict.ERROR if verdict is Verdict.PASS else verdict
+    cause = briefly(cause, test.unwritten, translate)
     diagnoses: tuple[Diagnosis, ...] = ()
     if verdict is Verdict.FAIL and finished is not None:
         found = {name: result.findings for name, result in finished.view.finished.items()}

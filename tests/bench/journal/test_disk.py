@@ -23,6 +23,7 @@ from bench.journal.run_view import RunView
 from bench.journal.wall import WallTime
 from bench.journal.waveforms import StoredWaveform, WaveformFolder, read_waveform
 from drivers.interfaces.text import english
+from tests.command_line import Call
 from tests.journals import event
 
 Full = Callable[[int], None]
@@ -153,6 +154,25 @@ def test_no_room_at_the_start_is_told_before_anything_is_done(tmp_path: Path, mo
     with pytest.raises(InputError, match=r"no room for a run .* see|choose another disk with --runs"):
         Reserve(tmp_path / ".reserve")
     assert not (tmp_path / ".reserve").exists()
+
+
+@pytest.mark.parametrize("resumed", [False, True])
+def test_a_run_that_finds_no_room_leaves_no_folder_and_keeps_one_that_is_resumed(
+    call: Call, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, resumed: bool
+) -> None:
+    arguments = ["run", "nameplate", "--station", "virtual", "--motor", "lg-400w"]
+    if resumed:
+        assert call(*arguments)[0] == 0
+        arguments = ["run", "--resume", "latest", "--repeat", "nameplate"]
+    before = sorted(tmp_path.rglob("*"))
+
+    def no_room(file: int, offset: int, size: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", no_room)
+    code, _, err = call(*arguments)
+    assert (code, "the disk has no room for a run" in err) == (1, True), err
+    assert sorted(tmp_path.rglob("*")) == (before if resumed else [tmp_path / "runs"])
 
 
 def test_room_that_stands_is_kept_from_run_to_run_and_given_back_to_the_one_that_needs_it(

@@ -88,10 +88,11 @@ class TimeReached:
 
 @dataclass(frozen=True)
 class MotorDone:
-    """A motor's run has ended at this time (s); its record is not kept yet."""
+    """A motor's run has ended at this time (s); its record is not kept yet. `remedy` is what to do where its run could not be written."""
 
     record: MotorRecord
     time: float
+    remedy: Text | None = None
 
 
 @dataclass(frozen=True)

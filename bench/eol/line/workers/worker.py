@@ -38,6 +38,7 @@ from bench.eol.record import MotorRecord
 from bench.i18n.errors import FileError, InputError, message
 from bench.i18n.language import translator
 from bench.journal.disk import StandingReserve
+from bench.journal.errors import NoRoomError, RecordError
 from bench.run.console import console_on
 from bench.run.context import RunContext, station_context
 from bench.run.needs import check_needs
@@ -83,12 +84,12 @@ def work(connection: Connection, lifeline: int, status: int, owner: int) -> None
     with suppress(OSError), ThreadPoolExecutor(1, "packing") as beside:
         channel.send(Ready())
         while (task := channel.task()) is not None:
-            record, time = worker.test(task)
-            channel.send(MotorDone(record, time))
+            done = worker.test(task)
+            channel.send(done)
             if packing is not None:
                 # One at a time: a disk that is slower than the line is waited for.
                 packing.result()
-            packing = beside.submit(_pack, record)
+            packing = beside.submit(_pack, done.record)
     worker.reserve.release()
 
 
@@ -186,8 +187,8 @@ class Worker:
         self._stopped = by
         self._interrupts.request(by)
 
-    def test(self, task: Task) -> tuple[MotorRecord, float]:
-        """Test one motor; return its record and the line's time (s) at its end. Never raises for what happens there."""
+    def test(self, task: Task) -> MotorDone:
+        """Test one motor; return its record and the line's time at its end. Never raises for what happens there."""
         self._interrupts = Interrupts()
         if self._stopped:
             self._interrupts.request(self._stopped)
@@ -203,12 +204,13 @@ class Worker:
             self._run(test)
         except (InputError, OSError) as error:
             test.cause = message(error, translate)
+            test.unwritten = error if isinstance(error, RecordError | NoRoomError) else None
         except Exception as error:  # noqa: BLE001  one motor's trouble must not end the line
             test.cause = f"{type(error).__name__}: {error}"
         finally:
             self._testing = False
         record = record_of(test, batch, self._setup.name)
-        return record, task.at + record.bench_time
+        return MotorDone(record, task.at + record.bench_time, test.unwritten.remedy if test.unwritten else None)
 
     def _stuck(self) -> bool:
         return self._testing and self._interrupts.delays().get("started_after", 0.0) > self._overdue

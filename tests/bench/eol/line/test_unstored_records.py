@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import resource
 import sqlite3
 from collections.abc import Mapping
 from pathlib import Path
@@ -220,8 +221,28 @@ def test_a_server_that_is_away_keeps_nothing_from_being_kept(bench: Any) -> None
         assert kept.count("small") == 1
 
 
+def test_of_runs_that_could_not_be_written_the_line_says_once_what_to_do(bench: Any) -> None:
+    limits = resource.prlimit(bench.fork_server.pid, resource.RLIMIT_FSIZE)
+    resource.prlimit(bench.fork_server.pid, resource.RLIMIT_FSIZE, (5000, limits[1]))
+    try:
+        counts, _ = bench.run(motors=4, sockets=1)
+    finally:
+        resource.prlimit(bench.fork_server.pid, resource.RLIMIT_FSIZE, limits)
+    causes = [record.cause for record in bench.listener.records]
+    assert len(causes) == counts.verdicts["error"] == 3
+    assert all(
+        cause.endswith("journal.jsonl cannot be written: the file is larger than allowed") for cause in causes
+    ), causes
+    assert counts.brakes
+    said = [*causes, *bench.listener.troubles, *(str(brake.why) for brake in counts.brakes)]
+    assert sum("Raise the limit of a file's size" in each for each in said) == 1, said
+    assert not any("--resume" in each for each in said)
+
+
 @pytest.mark.parametrize("language", ["en", "zh"])
-def test_what_a_full_disk_keeps_out_is_named_twice_and_what_to_do_once(tmp_path: Path, language: str) -> None:
+def test_what_a_full_disk_keeps_out_of_a_record_is_named_and_what_to_do_left_to_the_line(
+    tmp_path: Path, language: str
+) -> None:
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     journal, waveform = RecordError(tmp_path / "journal.jsonl", full), RecordError(tmp_path / "0001.h5", full)
     translate = translator(language)
@@ -239,7 +260,9 @@ def test_what_a_full_disk_keeps_out_is_named_twice_and_what_to_do_once(tmp_path:
         request=SimpleNamespace(language=language, person=""),
         motor=SimpleNamespace(nameplate=SimpleNamespace(name="m")),
     )
-    test = UnitTest(Task(1, "A1", (), 0.0), judge, Full("all"), NOON, cause=journal.text.render(translate))
+    test = UnitTest(
+        Task(1, "A1", (), 0.0), judge, Full("all"), NOON, cause=journal.text.render(translate), unwritten=journal
+    )
     cause = record_of(test, batch, "1").cause  # type: ignore[arg-type]
     assert (cause.count("journal.jsonl"), cause.count("0001.h5")) == (1, 1)
-    assert cause.count(journal.remedy.render(translate)) == 1
+    assert journal.remedy.render(translate) not in cause
