@@ -66,6 +66,18 @@ def analyze_flux_map(
     spread = None
     if {"u_psi_d", "u_psi_q"} <= set(columns):
         spread = np.column_stack((columns["u_psi_d"], columns["u_psi_q"]))
+        for name in ("u_psi_d", "u_psi_q"):
+            if np.any(columns[name] < 0.0):
+                raise InputError(
+                    at(
+                        str(path),
+                        text(
+                            "{name} has {least:g} V·s, but an uncertainty is 0 or more; correct the column or leave it out",
+                            name=name,
+                            least=float(np.nanmin(columns[name])),
+                        ),
+                    )
+                )
     try:
         found = read_map(
             points, flux, uncertainty=spread, torque=columns.get("torque"), pole_pairs=pole_pairs, gains=gains

@@ -61,9 +61,10 @@ def analyze_rotor_sweep(
         if not angle.unit:
             raise open_unit(capture, angle.name, "angle", ("deg", "rad"))
         rest = [c for c in rest if c.name != angle.name]
+    stated = [c for c in rest if c.unit == "H"]
     inductance = (
-        rest[0]
-        if len(rest) == 1
+        (stated or rest)[0]
+        if len(rest) == 1 or len(stated) == 1
         else pick(capture, column, ("H", ""), "inductance", ("induct", "ls", "l"), "--inductance")
     )
     refuse_over_range(capture, inductance)

@@ -49,13 +49,24 @@ def read_lines(path: Path) -> list[str]:
         try:
             content = raw.decode("utf-8-sig")
         except UnicodeDecodeError:
-            content = raw.decode("latin-1")
+            content = _in_old_encoding(raw)
     lines = content.splitlines()
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
         raise CaptureError(str(path), text("is empty; export the record again"))
     return lines
+
+
+def _in_old_encoding(raw: bytes) -> str:
+    """Return text that is no UTF-8: simplified Chinese where all its high bytes go in its pairs, otherwise Western.
+
+    A Western "µH" or "°" stands alone among letters and signs of ASCII, which no pair of GB 2312 has in it.
+    """
+    try:
+        return raw.decode("gb2312")
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")
 
 
 def _up_to_longest(path: Path, file: Readable) -> bytes:

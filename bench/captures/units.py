@@ -34,6 +34,7 @@ _WHOLE = {
     "deg": ("rad", math.pi / 180),
     "°": ("rad", math.pi / 180),
     "degrees": ("rad", math.pi / 180),
+    **dict.fromkeys(("rev", "turn", "turns"), ("rad", 2 * math.pi)),
 }
 #: Signs that one unit is written with or without: dots of products, raised digits, two hyphens.
 _SPELT = str.maketrans({"·": "", "⋅": "", "*": "", "¹": "1", "⁻": "-", "−": "-"})

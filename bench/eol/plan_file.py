@@ -78,8 +78,12 @@ class LimitSection(Section):
     """`[[limit]]`: bounds on one parameter, absolute or in per cent of its type value or of a golden motor's."""
 
     parameter: str = Field(min_length=1, description="a parameter's name, as results give it")
-    low: Figure | None = Field(default=None, description='with its unit, "15.2 mΩ", or in the parameter\'s')
-    high: Figure | None = Field(default=None, description='with its unit, "15.2 mΩ", or in the parameter\'s')
+    low: Figure | None = Field(
+        default=None, description='a number in the parameter\'s unit, or text with another, as in "15.2 mΩ"'
+    )
+    high: Figure | None = Field(
+        default=None, description='a number in the parameter\'s unit, or text with another, as in "15.2 mΩ"'
+    )
     percent: float | None = Field(
         default=None, gt=0.0, le=1000.0, strict=True, description="± per cent of the reference"
     )

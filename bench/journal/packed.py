@@ -9,6 +9,7 @@ Alike stands beside alike: the lines' kinds, their dates, their times, and what 
 import hashlib
 import io
 import lzma
+import os
 import re
 from collections import Counter
 from collections.abc import Iterator
@@ -50,8 +51,8 @@ def packed_path(journal: Path) -> Path:
 
 
 def is_journal(journal: Path) -> bool:
-    """Tell whether there is a journal, packed or not."""
-    return journal.is_file() or packed_path(journal).is_file()
+    """Tell whether there is a journal, packed or not; none is seen in a folder that must not be entered."""
+    return os.path.isfile(journal) or os.path.isfile(packed_path(journal))
 
 
 def open_journal(journal: Path) -> BinaryIO:

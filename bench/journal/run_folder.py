@@ -134,9 +134,12 @@ def existing_run_folder(reference: str, runs: Path) -> RunFolder:
 
 
 def run_folders(runs: Path) -> list[RunFolder]:
-    """Return all runs of a folder, in the order they began by their names. Raises FileError where it cannot be read."""
+    """Return all runs of a folder, in the order they began by their names; one that must not be entered is known by its name.
+
+    Raises FileError where the folder cannot be read.
+    """
     try:
-        found = sorted(path for path in runs.iterdir() if is_journal(path / "journal.jsonl"))
+        found = [path for path in runs.iterdir() if is_journal(path / "journal.jsonl") or _closed_run(path)]
     except FileNotFoundError:
         return []
     except OSError as error:
@@ -148,3 +151,7 @@ def run_folders(runs: Path) -> list[RunFolder]:
             )
         ) from None
     return [RunFolder(path) for path in sorted(found, key=lambda path: (_STAMPED.match(path.name) is not None, path))]
+
+
+def _closed_run(path: Path) -> bool:
+    return _STAMPED.match(path.name) is not None and os.path.isdir(path) and not os.access(path, os.X_OK)

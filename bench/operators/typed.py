@@ -39,7 +39,8 @@ _PREFIXES: Mapping[str, int] = {
 }
 #: Units by their own sign: how people write them, without a prefix; those of `_PREFIXED` may have one.
 _SPELLINGS: Mapping[str, tuple[str, ...]] = {
-    "Ω": ("Ω", "Ω", "ohm", "Ohm", "OHM", "ohms", "Ohms", "欧", "欧姆"),
+    # The Greek letter and the ohm sign, which editors make one.
+    "Ω": ("\u03a9", "\u2126", "ohm", "Ohm", "OHM", "ohms", "Ohms", "欧", "欧姆"),
     "H": ("H", "henry", "Henry", "亨", "亨利"),
     "V": ("V", "v", "volt", "Volt", "伏", "伏特"),
     "A": ("A", "amp", "ampere", "Ampere", "安", "安培"),

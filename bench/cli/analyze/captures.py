@@ -255,6 +255,13 @@ def rotor_sweep(
     """
     from bench.analysis import analyze_rotor_sweep
 
+    if not 0.0 < threshold < 10.0:
+        raise UsageError(
+            text(
+                "--threshold {threshold:g}: a value above 0 and below 10 is needed, as in 0.1 for 10 %",
+                threshold=threshold,
+            )
+        )
     outcome = analyze_rotor_sweep(
         file,
         connection=connection,

@@ -1,5 +1,6 @@
 """Times and factors with their units, as they are typed."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
@@ -52,12 +53,15 @@ def seconds_of(option: str, word: str | None) -> float:
     """Return a time (s) from a number with its unit: s, ms, us or µs; 0 where none was typed. Raises UsageError."""
     if word is None:
         return 0.0
-    for unit, factor in (("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("s", 1.0)):
+    for unit, factor in (("ms", 1e-3), ("us", 1e-6), ("\u00b5s", 1e-6), ("\u03bcs", 1e-6), ("s", 1.0)):
         if word.endswith(unit):
             try:
-                return float(word.removesuffix(unit)) * factor
+                seconds = float(word.removesuffix(unit)) * factor
             except ValueError:
                 break
+            if 0.0 <= seconds < math.inf:
+                return seconds
+            break
     raise UsageError(text("{option} {word}: give a time, as in 20ms or 0.02s", option=option, word=word))
 
 

@@ -51,3 +51,27 @@ def test_a_meter_that_shows_one_of_two_steps_has_a_figure(tmp_path: Path) -> Non
     found = analyze_rotor_sweep(path, pole_pairs=PAIRS)
     low, high = found["parameters"]["d_axis_inductance"]["coverage_interval"]
     assert low <= MEAN <= high
+
+
+@pytest.mark.parametrize(
+    ("heading", "encoding"),
+    [
+        ("No.,angle (deg),Ls (uH),Q", "utf-8"),
+        ("No.,angle [°],Ls [µH],Q", "latin-1"),
+        ("No.,Winkel [°],Induktivität [µH],Güte", "latin-1"),
+        ("序号,角度 (°),电感 (uH),品质因数", "gb2312"),
+        ("序号,角度 (°),电感 (μH),品质因数", "gb2312"),
+    ],
+)
+def test_a_meters_table_in_its_countrys_encoding_has_its_inductance_found_by_the_unit(
+    tmp_path: Path, heading: str, encoding: str
+) -> None:
+    rows = sweep(tmp_path, 5.0).read_text(encoding="ascii").splitlines()[1:]
+    path = tmp_path / "meter.csv"
+    path.write_bytes("\n".join([heading, *(f"{k},{row},1.2" for k, row in enumerate(rows))]).encode(encoding))
+    found = analyze_rotor_sweep(path, pole_pairs=PAIRS)
+    low, high = found["parameters"]["d_axis_inductance"]["coverage_interval"]
+    assert low <= MEAN - SWING <= high
+    path.write_text("L1 (uH),L2 (uH),angle (deg)\n" + "".join(f"1,2,{5 * k}\n" for k in range(72)))
+    with pytest.raises(InputError, match=r"several of the columns could be the inductance: .*L2"):
+        analyze_rotor_sweep(path)

@@ -18,6 +18,7 @@ MINUTE = 2.0 * math.pi / 60.0
         *((text, "N·m", 1e-3) for text in ("mNm", "mN.m", "mN·m", "mN m")),
         *((text, "N·m", 1e-2) for text in ("Ncm", "N·cm")),
         *((text, "H", 1e-6) for text in ("uH", "\u00b5H", "\u03bcH")),
+        *((text, "rad", 2.0 * math.pi) for text in ("rev", "turn", "turns")),
         *((text, "Ω", 1e-3) for text in ("mohm", "mOhm", "mOhms", "m\u03a9", "m\u2126")),
     ],
 )

@@ -44,6 +44,16 @@ def test_a_right_table_gives_its_figures(tmp_path: Path, capsys: pytest.CaptureF
     assert torques == sorted(torques, reverse=True)
 
 
+def test_a_negative_uncertainty_is_refused(tmp_path: Path) -> None:
+    spread = np.full((len(GRID), 2), 1e-5)
+    spread[7, 1] = -1e-5
+    path = written(
+        tmp_path / "map.csv", np.hstack((rows_of(), spread)), "id_A,iq_A,psi_d_Vs,psi_q_Vs,u_psi_d_Vs,u_psi_q_Vs"
+    )
+    with pytest.raises(InputError, match=r"map\.csv: u_psi_q has -1e-05 V·s, but an uncertainty is 0 or more"):
+        flux_map(path, pole_pairs=2.0)
+
+
 def test_a_largest_torque_outside_of_the_table_is_said_and_not_given(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench.captures import ProbeFactor
-from bench.cli.analyze.typed import factors_of
+from bench.cli.analyze.typed import factors_of, seconds_of
 from bench.i18n.errors import UsageError
 from tests.command_line import Call
 from tests.studies import simulated as sim
@@ -79,3 +79,21 @@ def test_half_a_pole_pair_is_none(call: Call, tmp_path: Path, kind: str) -> None
     status, _, err = call("analyze", kind, str(tmp_path / "map.csv"), "--pole-pairs", "3.5")
     assert status == 2
     assert "a whole number from 1 to 200" in err
+
+
+@pytest.mark.parametrize("word", ["nan ms", "inf s", "-1ms", "1e400s", "20", "ms"])
+def test_a_filter_is_no_time_that_no_filter_has(word: str) -> None:
+    with pytest.raises(UsageError, match="give a time, as in 20ms"):
+        seconds_of("--speed-filter", word)
+
+
+def test_micro_is_micro_in_both_of_its_signs() -> None:
+    assert (
+        seconds_of("--speed-filter", "20\u00b5s") == seconds_of("--speed-filter", "20\u03bcs") == pytest.approx(20e-6)
+    )
+
+
+def test_a_threshold_between_classes_is_a_share(call: Call) -> None:
+    for word in ("nan", "0", "-0.1", "10"):
+        status, _, err = call("analyze", "rotor-sweep", "none.csv", f"--threshold={word}")
+        assert (status, "--threshold" in err and "as in 0.1 for 10 %" in err) == (2, True), err

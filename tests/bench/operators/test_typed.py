@@ -19,6 +19,7 @@ from bench.operators.typed import parted, typed_number
         ("31 mOhm", "Ω", 0.031),
         ("31mohm", "Ω", 0.031),
         ("5.2 mΩ", "Ω", 0.0052),
+        ("5.2 m\u2126", "Ω", 0.0052),
         ("4,7 kΩ", "Ω", 4700.0),
         ("1.5 MOhm", "Ω", 1.5e6),
         ("73 uH", "H", 73e-6),

@@ -11,7 +11,7 @@ from bench.eol.line.preparation.wanted_figures import late_corrections, with_wan
 from bench.eol.plan import Plan, PlannedCheck, load_plan
 from bench.eol.plans_beside import check_name
 from bench.files.toml_file import nearest, validate
-from bench.i18n.errors import FileError, UsageError
+from bench.i18n.errors import FileError, UsageError, at
 from bench.motor.motor_file import MotorFile, load_motor
 from bench.operators.fixture import ROLES as FIXTURE_ROLES
 from bench.run.needs import check_needs
@@ -20,7 +20,7 @@ from bench.station.calibration_list import calibration_list
 from bench.station.clock import wall_date
 from bench.station.station_file import Station
 from bench.virtual.virtual_station import virtual_roles
-from drivers.interfaces.text import Text, text
+from drivers.interfaces.text import Text, text, text_of
 from procedures.core.bench import Role
 from procedures.core.parameter_definition import ParameterDefinition
 from procedures.known_parameters import givers
@@ -83,7 +83,10 @@ def prepare(plan_file: Path, station: str, sockets: int | None, operator: str = 
     plan = load_plan(plan_file, line.catalogues)
     check_name(plan)
     catalogues = plan.catalogues(line.catalogues)
-    motor = load_motor(plan.motor, catalogues.procedures)
+    try:
+        motor = load_motor(plan.motor, catalogues.procedures)
+    except FileError as error:
+        raise FileError(at(f"{plan.source}: plan.motor", text_of(error))) from None
     planned = planned_of(plan.checks, plan.source, catalogues.procedures)
     check_parameters(plan, planned, catalogues.procedures)
     plan = with_wanted_before(plan, planned, motor.nameplate, catalogues.procedures)

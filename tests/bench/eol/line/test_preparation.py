@@ -31,6 +31,12 @@ def changed(bench: Any, *pairs: tuple[str, str]) -> Path:
         ('name = "pole-pairs-back-emf"', 'name = "pole-pairs-back-emf"\nafter = ["inertia"]', "not listed before it"),
         ("every = 2", "retries = 2", "retries = 2 has no effect with on_failure = 'go_on'"),
         ("low = 4\nhigh = 4", "low = 4.2\nhigh = 4.8", "it is a count, and no whole number lies within 4.2 … 4.8"),
+        (
+            'motor = "motor.toml"',
+            'motor = "no such.toml"',
+            "plan.toml: plan.motor: no such.toml: there is no such motor file",
+        ),
+        ("percent = 60.0", "low = nan", "allowed is a number in the parameter's unit, or text with another"),
         ("percent = 60.0", "low = 0.016\nhigh = 0.016", "low and high are both 0.016"),
         ("percent = 60.0", 'low = "15 mOm"', "low: '15 mOm': the unit mOm is not known here"),
         ("percent = 60.0", 'low = "15 mH"', "low: '15 mH' is in mH, and Ω is asked for"),
