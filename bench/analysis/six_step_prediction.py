@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import fsolve
 
 from bench.i18n.errors import InputError
 from bench.i18n.simulated import simulation_error
@@ -188,22 +187,21 @@ class MeasuredDrive:
         # The dynamometer's bearings are in what the run's loads lose, and not in a load at the shaft.
         tare = 0.0 if self._friction is None else self.lost_torque - self._friction.at(float(self._speed.mean()))
 
-        def missing(x: Array) -> list[float]:
-            speed, current = float(x[0]), float(x[1])
-            resistance = (
-                self.source_resistance
-                + 2.0 * switch
-                + float(np.polyval(self._copper, current))
-                + self._line["offset"]
-                + self._line["slope"] * speed
+        currents = np.roots([gain, k_e, less + tare - load])
+        real = currents.real[np.isreal(currents)]
+        if not real.size:
+            raise InputError(
+                text(
+                    "no current makes {load:g} N·m by the torque of the run's loads: that is too far from what the run measured; "
+                    "give loads nearer to it",
+                    load=load,
+                )
             )
-            return [
-                voltage - k_e * speed - resistance * current,
-                k_e * current + gain * current**2 + less + tare - load,
-            ]
-
-        speed, current = fsolve(missing, start)
-        return float(speed), float(current)
+        current = float(real[np.argmin(np.abs(real - start[1]))])
+        resistance = (
+            self.source_resistance + 2.0 * switch + float(np.polyval(self._copper, current)) + self._line["offset"]
+        )
+        return (voltage - resistance * current) / (k_e + self._line["slope"] * current), current
 
 
 def exact(drive: SixStepDrive, voltage: float, load: float) -> tuple[float, float]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from bench.i18n.errors import InputError
 from bench.journal.packed import is_journal, packed_path
 from bench.journal.stored_result import stored_definition
 from bench.panel.live.tail import JournalTail
@@ -89,8 +90,12 @@ class Archive:
             journal, result = folder / "journal.jsonl", folder / "result.json"
             if not is_journal(journal):
                 continue
-            source = result if result.is_file() else journal
-            changed = (source if source.is_file() else packed_path(journal)).stat().st_mtime
+            source = result if os.path.isfile(result) else journal
+            try:
+                changed = (source if os.path.isfile(source) else packed_path(journal)).stat().st_mtime
+            except FileNotFoundError:
+                # Removed since the folder was listed.
+                continue
             known = self._known.get(folder.name)
             if known is None or known[0] != changed:
                 self._known[folder.name] = known = (changed, _archived(folder, source))
@@ -102,12 +107,17 @@ def _archived(folder: Path, source: Path) -> Archived:
     if source.name == "result.json":
         try:
             result = json.loads(source.read_text(encoding="utf-8"))
-        except ValueError:
+        except (OSError, ValueError):
+            result = {}
+        if not isinstance(result, dict) or not result:
             result = {"status": "unreadable"}
     else:
         # Killed before its result was written: its beginning says whose it is.
-        first = next(JournalTail(source).read_new(), None)
-        result = {**(first.data if first else {}), "status": "interrupted"}
+        try:
+            first = next(JournalTail(source).read_new(), None)
+            result = {**(first.data if first else {}), "status": "interrupted"}
+        except (OSError, InputError):
+            result = {"status": "unreadable"}
     motor = result.get("motor") or {}
     return Archived(
         folder.name,

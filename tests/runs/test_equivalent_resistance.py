@@ -1,9 +1,12 @@
 """The armature equivalent resistance, measured on the virtual dynamometer, against the exact model's own figures."""
 
 import math
+from pathlib import Path
 
 import pytest
 
+from bench.analysis.six_step_prediction import Friction, MeasuredDrive, findings_of, predictions
+from bench.journal.finished_run import read_run
 from bench.motor.motor_file import load_motor
 from sim_instruments.bench import VirtualBench
 from sim_instruments.six_step import balance
@@ -140,6 +143,16 @@ def test_other_loads_and_voltages_are_predicted(motorbench, measured):
             assert off <= point[key]["U"]
     # The straight line alone knows nothing of how the current's shape changes.
     assert max(abs(p["deviation_percent"]["supply_current_by_line"]) for p in made["points"]) > 3.0
+
+
+def test_a_prediction_far_off_is_the_motors_at_that_voltage(measured):
+    read = read_run(measured["run"], Path("runs"))
+    friction = Friction(0.0349, 7.941e-6)
+    drive = MeasuredDrive(findings_of(read.view.finished, "run"), read.nameplate.connection.value, 0.7, friction)
+    near, far, farther = predictions(drive, [30.0, 1e6, 1e9], [0.1])
+    # By the straight line the current is the load's alone, and the speed goes with the voltage.
+    assert near.line_current == far.line_current == farther.line_current == pytest.approx(2.29, rel=0.02)
+    assert farther.line_speed == pytest.approx(1000.0 * far.line_speed, rel=1e-4)
 
 
 def test_a_run_without_it_cannot_be_predicted_from(motorbench):

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bench.cli.output import print_json
-from bench.i18n.errors import InputError, UsageError
+from bench.i18n.errors import UsageError, at
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import Text, Translate, text, word
 
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from procedures.core.result import Parameter
 
 _RPM = math.pi / 30.0
+#: V, N·m or N·m·s/rad, V: beyond these a number was meant in another unit.
+_LARGEST_VOLTAGE, _LARGEST_TORQUE, _LARGEST_DIODE_DROP = 1e4, 1e6, 5.0
 
 
 def six_step(
@@ -66,11 +68,11 @@ def six_step(
     translate = translator(language_of(language))
     if not load:
         raise UsageError(text("give the shaft loads: --load NM…"))
-    for value in (*voltage, *load, diode_drop, coulomb_friction or 0.0, viscous_friction or 0.0):
-        if not math.isfinite(value) or value < 0.0 or (value == 0.0 and value in voltage):
-            raise InputError(
-                text("{value:g}: voltages above 0, loads, frictions and --diode-drop from 0 are allowed", value=value)
-            )
+    _check("--voltage", voltage, _LARGEST_VOLTAGE, zero=False)
+    _check("--load", load, _LARGEST_TORQUE)
+    _check("--coulomb-friction", [coulomb_friction or 0.0], _LARGEST_TORQUE)
+    _check("--viscous-friction", [viscous_friction or 0.0], _LARGEST_TORQUE)
+    _check("--diode-drop", [diode_drop], _LARGEST_DIODE_DROP)
     read = read_run(run, runs)
     friction = _friction(read.view.parameters().parameters, coulomb_friction, viscous_friction)
     findings = findings_of(read.view.finished, run)
@@ -91,6 +93,17 @@ def six_step(
         print_json(made)
     else:
         _print(made, rows, translate)
+
+
+def _check(option: str, values: Sequence[float], most: float, *, zero: bool = True) -> None:
+    for value in values:
+        if not (value >= 0.0 if zero else value > 0.0) or value > most:
+            range_ = (
+                text("allowed is a number from 0 to {most:g}", most=most)
+                if zero
+                else text("allowed is a number above 0 and up to {most:g}", most=most)
+            )
+            raise UsageError(at(f"{option} {value:g}", range_))
 
 
 def _friction(known: Mapping[str, "Parameter"], coulomb: float | None, viscous: float | None) -> "Friction | None":

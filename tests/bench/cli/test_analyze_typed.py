@@ -97,3 +97,22 @@ def test_a_threshold_between_classes_is_a_share(call: Call) -> None:
     for word in ("nan", "0", "-0.1", "10"):
         status, _, err = call("analyze", "rotor-sweep", "none.csv", f"--threshold={word}")
         assert (status, "--threshold" in err and "as in 0.1 for 10 %" in err) == (2, True), err
+
+
+@pytest.mark.parametrize(
+    ("option", "values", "said"),
+    [
+        ("voltage", ("nan", "0", "-1", "1e9"), "above 0 and up to 10000"),
+        ("load", ("nan", "-1", "inf"), "from 0 to 1e+06"),
+        ("coulomb-friction", ("nan", "-1"), "from 0 to 1e+06"),
+        ("viscous-friction", ("nan", "-1"), "from 0 to 1e+06"),
+        ("diode-drop", ("nan", "-1", "100"), "from 0 to 5"),
+    ],
+)
+def test_a_six_step_drives_figures_are_refused_by_their_option(
+    call: Call, option: str, values: tuple[str, ...], said: str
+) -> None:
+    load = () if option == "load" else ("--load", "0.1")
+    for value in values:
+        status, _, err = call("analyze", "six-step", "none", *load, f"--{option}={value}")
+        assert (status, f"--{option} {float(value):g}: allowed is a number {said}" in err) == (2, True), err
