@@ -8,9 +8,9 @@ from drivers.interfaces.text import Text, text
 IMPLAUSIBLE, UNUSUAL = "implausible-size", "unusual-size"
 #: The cause that a figure is not given for whose interval is so wide that it tells nothing of the motor.
 TOO_UNCERTAIN = "too-uncertain"
-#: Half-width of the interval over the value, at most: of what no motor is without, and of friction, which a motor may hardly have: there a
-#: figure that cannot be told from zero still says how much it is at most.
-_MOST, _MOST_OF_FRICTION = 1.0, 10.0
+#: Half-width of the interval over the value, at most, of what no motor is without. A friction that cannot be told from zero says how much
+#: it is at most.
+_MOST = 1.0
 
 #: From the smallest watch motors and micro motors to the largest generators, and a factor of ten or more to spare on either side: a
 #: limit is for what cannot be, not for what is rare.
@@ -59,15 +59,12 @@ def size_unusual(name: str, value: float) -> tuple[float, float] | None:
 
 
 def too_uncertain(name: str, value: float, interval: tuple[float, float], unit: str) -> Text | None:
-    """Return why the figure of a motor's size is not given: half the width of its 95 % interval exceeds the value itself, of a friction ten
-    times the value. None where it does not, and for parameters that may be zero.
+    """Return why the figure of a motor's size is not given: half the width of its 95 % interval exceeds the value itself. None where it
+    does not, and for parameters that may be zero, as frictions.
     """
-    least, _ = _SIZES.get(name, (None, None))
-    if least is None:
-        return None
+    least, _ = _SIZES.get(name, (0.0, 0.0))
     low, high = interval
-    most = _MOST if least > 0.0 else _MOST_OF_FRICTION
-    if 0.5 * (high - low) <= most * abs(value):
+    if least == 0.0 or 0.5 * (high - low) <= _MOST * abs(value):
         return None
     return text(
         "the readings only show that it lies between {low:.3g} and {high:.3g} {unit}, and a figure with an interval wider than "
@@ -75,5 +72,5 @@ def too_uncertain(name: str, value: float, interval: tuple[float, float], unit: 
         low=low,
         high=high,
         unit=unit,
-        most=most,
+        most=_MOST,
     )

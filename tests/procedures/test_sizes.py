@@ -11,10 +11,10 @@ from procedures.plausibility.sizes import too_uncertain
         ("inertia", 1e-5, 0.9e-5, True),
         ("inertia", 1e-5, 1.1e-5, False),
         ("inertia", 0.0, 1e-6, False),
-        # A motor may hardly have any friction: a small figure with a wider interval says how little it is.
+        # A motor may hardly have any friction: a small figure with a wide interval says how little it is.
         ("viscous_friction", 1e-6, 9e-6, True),
         ("viscous_friction", -1e-6, 9e-6, True),
-        ("viscous_friction", 1e-6, 7.5e-5, False),
+        ("viscous_friction", 1e-6, 7.5e-5, True),
         ("coulomb_friction", 0.0, 0.0, True),
         # What is zero of a sound motor.
         ("resistance_unbalance", 1e-3, 1.0, True),

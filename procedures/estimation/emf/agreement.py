@@ -96,18 +96,14 @@ def combine(
 
 
 def judged(combined: Combined, findings: Sequence[Finding]) -> Misfit:
-    """Return all that is said of a record with these `findings` beside those of the channels' mean: what has widened its interval until it
-    says little withholds it.
+    """Return all that is said of a record with these `findings` beside those of the channels' mean: of these, what has widened its interval
+    until it says little withholds it.
     """
-    misfit = Misfit.together((Misfit(tuple(findings)), combined.misfit))
-    if not combined.value or not math.isfinite(combined.uncertainty):
-        return misfit
     low, high = coverage_interval(combined.value, combined.uncertainty, combined.degrees_of_freedom)
-    if 0.5 * (high - low) <= _MOST * abs(combined.value):
-        return misfit
-    wide = [f.answer is Answer.WIDENED and f.concerns(FLUX) for f in misfit.findings]
-    said = zip(wide, misfit.findings, strict=True)
-    return Misfit.together([Misfit(tuple(replace(f, answer=Answer.WITHHELD) if w else f for w, f in said))])
+    if combined.value and math.isfinite(combined.uncertainty) and 0.5 * (high - low) > _MOST * abs(combined.value):
+        wide = [f.answer is Answer.WIDENED and f.concerns(FLUX) for f in findings]
+        findings = [replace(f, answer=Answer.WITHHELD) if w else f for w, f in zip(wide, findings, strict=True)]
+    return Misfit.together((Misfit(tuple(findings)), combined.misfit))
 
 
 def _contradicting(v: FloatArray, channels: Sequence[DigitizedChannel]) -> Finding | None:

@@ -113,7 +113,7 @@ def test_the_conformance_kit_takes_a_withheld_figure_for_an_answer_and_none_at_a
     often = "lambda: next(_EACH)" if passed else "lambda: 'withheld'"
     head = f"import itertools\n_EACH = itertools.cycle(['withheld', ''])\nANSWER = {often}\n"
     content = head + content.replace('("stator_resistance", "inertia", OWN)', '("stator_resistance",)')
-    (tmp_path / "own.py").write_text(content.replace("1.01, 0.01)", "0.016, 0.02)"), encoding="utf-8")
+    (tmp_path / "own.py").write_text(content.replace("1.01, 0.01)", "0.016, 0.007)"), encoding="utf-8")
     catalogues = catalogues_of(PluginsSection(files=["own.py"]), str(tmp_path / "plan.toml"))
     report = check_procedure(name, tmp_path / "runs", motors=2, catalogues=catalogues)
     failures = [finding.check for finding in report.failures if "abort" not in finding.check]
