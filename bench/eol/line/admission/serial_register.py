@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from threading import Thread
+from threading import Lock, Thread
 from time import monotonic
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from sqlalchemy import Engine
 
@@ -37,7 +37,10 @@ class SerialRegister:
         # A database that can be read may not be writable.
         self._claims = "server" if server else "own claims"
         self._spooled = spooled
+        #: Guards the next two: a question that is given up lets go of the server itself, once it has its answer.
+        self._lock = Lock()
         self._server: Engine | None = None
+        self._wanted: Future[Any] | None = None
         self._asked: Future[Any] | None = None
         self._away: dict[str, tuple[float, Text]] = {}
 
@@ -108,10 +111,11 @@ class SerialRegister:
             )
 
     def close(self) -> None:
-        """Let go of the server."""
-        if self._server is not None:
-            self._server.dispose()
-            self._server = None
+        """Let go of the server, and of a question that it has not answered."""
+        with self._lock:
+            server, self._server, self._wanted = self._server, None, None
+        if server is not None:
+            server.dispose()
 
     def _ask(self, which: str, question: Callable[[Engine], _Answer]) -> _Answer:
         since, why = self._away.get(which, (0.0, Text("")))
@@ -132,19 +136,32 @@ class SerialRegister:
 
     def _ask_server(self, question: Callable[[Engine], _Answer]) -> _Answer:
         """Ask in a thread of its own: a server that is there and silent may take the request, and never answer."""
-        answer: Future[_Answer] = Future()
-
-        def ask() -> None:
-            try:
-                server = self._server = self._server or open_database(self._address)
-                answer.set_result(question(server))
-            except BaseException as error:  # noqa: BLE001  whoever asked hears it
-                answer.set_exception(error)
-
         silent = StoreError(text("no answer within {time:g} s", time=_PATIENCE))
         if self._asked is not None and not self._asked.done():
             raise silent
+        answer: Future[_Answer] = Future()
         self._asked = answer
+        with self._lock:
+            server, self._server, self._wanted = self._server, None, answer
+
+        def ask() -> None:
+            engine = server
+            try:
+                engine = engine or open_database(self._address)
+                given, error = question(engine), None
+            except BaseException as failure:  # noqa: BLE001  whoever asked hears it
+                given, error = None, failure
+            with self._lock:
+                kept = self._wanted is answer
+                if kept:
+                    self._server = engine
+            if not kept and engine is not None:
+                engine.dispose()
+            if error is None:
+                answer.set_result(cast("_Answer", given))
+            else:
+                answer.set_exception(error)
+
         Thread(target=ask, name="serial register", daemon=True).start()
         try:
             return answer.result(_PATIENCE)
