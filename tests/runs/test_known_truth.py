@@ -94,8 +94,9 @@ def test_torque_from_shaft_power(motorbench):
     _, given = motorbench(
         "run", "inertia", "--station", "virtual", "--motor", "lg-400w", "--set", "torque_source=power"
     )
-    inertia = given["parameters"]["inertia"]
-    assert inertia["value"] == pytest.approx(inertia["truth"], rel=0.05)
+    # So small a motor is far below what the power meter resolves.
+    withheld = given["withheld"]["inertia"]
+    assert withheld["cause"] == "too-uncertain"
     assert "E5" in {w["id"] for w in given["warnings"]}
 
 

@@ -130,6 +130,11 @@ def fit_short_circuit(
                 shown = weigh(speed, i, lam, _FLOOR, power)
                 joint = _weighed([each.resistance for each in shown], 1.0, 0.0)
             misfit += differing
+    reached = shown[0].limit
+    if reached.quantile(0.975) - reached.quantile(0.025) > _UNKNOWN:
+        raise EstimationError(
+            "the currents do not tell I(∞) and L_d: read at higher speeds too, where the current hardly grows with the speed any more"
+        )
     limit = _weighed([each.limit for each in shown], 1.0, 0.0)
     chord = _weighed([each.limit for each in shown], lam, relative, inverse=True) if with_flux else None
     by_current = _weighed([each.resistance for each in currents], 1.0, relative) if with_flux else None
@@ -369,7 +374,8 @@ def _weighed(rivals: Sequence[Weighed], scale: float, relative: float, *, invers
     """
 
     def at(logarithm: float) -> float:
-        return scale * math.exp(-logarithm if inverse else logarithm)
+        size = min(max(logarithm, -_FAR), _FAR)
+        return scale * math.exp(-size if inverse else size)
 
     value, common = at(rivals[0].quantile(0.5)), _COVERAGE * relative
     ends = [at(each.quantile(share)) for each in rivals for share in (0.025, 0.975)]
