@@ -56,7 +56,7 @@ class RecordOptions:
 
     @property
     def translate(self) -> Translate:
-        """What translates into the reader's language."""
+        """The translation into the reader's language."""
         return translator(language_of(self.language))
 
     @property
