@@ -1,1 +1,3 @@
-"""What a station will know of a type: virtual motors drawn from it, measured on the station's twin, held against the truth."""
+"""The expected uncertainty of a station for a type: virtual motors, measured on the station's twin and compared with their true
+values.
+"""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class RecordOptions:
-    """Which part of a capture is taken, how far its channels may err, and how the outcome is printed.
+    """The selected part of a capture, the limits of error of its channels, and the form of the output.
 
     Parameters
     ----------
