@@ -1,4 +1,4 @@
-"""This computer's means to reach instruments: USB devices, serial ports, CAN interfaces, libraries. Nothing is sent anywhere."""
+"""The means of this computer to reach instruments: USB devices, serial ports, CAN interfaces, libraries. Nothing is sent anywhere."""
 
 import ctypes.util
 import os
