@@ -1,3 +1,1 @@
-"""The expected uncertainty of a station for a type: virtual motors, measured on the station's twin and compared with their true
-values.
-"""
+"""The expected uncertainty of a station for a type: virtual motors measured on its twin, compared with their true values."""
