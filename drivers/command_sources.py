@@ -1,4 +1,4 @@
-"""Who says that an instrument has each command a driver sends: tables in `sources.toml` beside the drivers.
+"""The sources for each command that a driver sends: tables in `sources.toml` beside the drivers.
 
 A file is read when it is asked for, not when a driver is imported. `[sources.KEY]` names what was opened once for all rows of the
 file, the one of `drivers.bases` for those of every file; `[DRIVER]` has a row for each command, with the keys of the sources in which it
@@ -24,7 +24,7 @@ class SourcesError(ValueError):
 
 @dataclass(frozen=True)
 class CommandSource:
-    """What was opened: `name` says what it is, `address` where it is found.
+    """A document or program that states commands: its `name`, and the `address` where it is found.
 
     It was written `after` others, by their keys; a source `of_relative` tells of another instrument of the maker's.
     """
@@ -45,13 +45,13 @@ class SourcedCommand:
 
     @property
     def independent(self) -> int:
-        """How many of the sources tell of this instrument, and were not written after another one of them."""
+        """The number of sources that describe this instrument and were not written after another of them."""
         keys = {source.key for source in self.sources}
         return sum(not source.of_relative and not keys & set(source.after) for source in self.sources)
 
     @property
     def words(self) -> Text:
-        """How well it is known: a fact counts as known where two sources say it that do not copy each other."""
+        """The strength of the evidence: a fact is established if two sources state it that do not copy each other."""
         if self.independent > 1:
             return text("two sources or more")
         return text("one source") if self.independent else text("no source")

@@ -1,4 +1,4 @@
-"""How an instrument on a shared serial line is spoken to, where it lets that be set over the line; imports no transport library."""
+"""Framing of an instrument on a shared serial line that lets it be set over the line; imports no transport library."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,7 +24,9 @@ class Framing:
 
 @dataclass(frozen=True)
 class FoundFraming:
-    """What was found on the line: what it is, the framing that it answers `at`, and the one that its parameters have `stored`."""
+    """An instrument found on the line: its description, the framing that it answers `at`, and the one that its parameters have
+    `stored`.
+    """
 
     said: Text
     at: Framing

@@ -15,7 +15,8 @@ Registers = Mapping[int, tuple[int, ...]]
 
 @dataclass(frozen=True)
 class ScpiIdentity:
-    """Who answers `*IDN?`: `makers` in lower case, and what the model field begins with, in upper case.
+    """The answer to `*IDN?` by which an instrument is recognised: `makers` in lower case, and the beginning of the model field,
+    in upper case.
 
     An instrument that does not name its maker answers three fields; `unnamed` is then the maker, and `makers` is empty.
     """
@@ -64,7 +65,8 @@ class CanOpenProfile:
 
 @dataclass(frozen=True)
 class SerialTalk:
-    """What is on a serial line at `baudrate` (bit/s, 8N1): by what it sends by itself, or as an answer to `question`.
+    """The traffic of a serial line at `baudrate` (bit/s, 8N1) by which an instrument is recognised: what it sends by itself, or
+    in reply to `question`.
 
     `recognise` gives what the instrument is from the bytes of `wait` (s), or nothing. A question must be one that changes nothing; it is
     sent only on a line that a person named.

@@ -1,4 +1,4 @@
-"""What readers call roles, sections and parameters."""
+"""Labels of roles, sections and parameters."""
 
 from collections.abc import Mapping
 
@@ -20,7 +20,7 @@ def section_name(section: str) -> Text:
 
 
 class ParameterLabels:
-    """What readers call parameters where only their names are at hand; `own` are those that are not in the table."""
+    """Labels of parameters where only their names are at hand; `own` are those that are not in the table."""
 
     def __init__(self, own: Mapping[str, str]) -> None:
         self._own = own

@@ -51,8 +51,8 @@ CAN_TRANSPORTS = ("can", "can-fd")
 
 @dataclass(frozen=True)
 class BenchSetting:
-    """What surrounds the motor: leads, ambient temperature (°C), how the shaft stands (rad), whether the star point can be reached,
-    and what disturbs the bench.
+    """The surroundings of the motor: leads, ambient temperature (°C), initial shaft angle (rad), access to the star point, and
+    disturbances of the bench.
     """
 
     leads: Leads = field(default_factory=lambda: Leads(lcr_resistance=6.0e-3, lcr_inductance=0.2e-6))
@@ -168,7 +168,7 @@ class VirtualBench:
         return self._units[self._key(name)].kind.transport
 
     def stick_relay(self, crosspoint: str, closed: bool | None) -> None:
-        """Have a relay's contact stay closed or open, or mend it with None.
+        """Make a relay's contact stick closed or open, or repair it with None.
 
         Raises ValueError for a crosspoint that there is not, or on a bench without a fixture.
         """
@@ -197,7 +197,7 @@ class VirtualBench:
 
     @cached_property
     def injector(self) -> Injector:
-        """What brings described faults onto this bench."""
+        """The injector of described faults on this bench."""
         return Injector(self)
 
     def _line(self, name: str) -> Line:

@@ -1,4 +1,4 @@
-"""What a simulated instrument declares of itself, and the ones that the standard virtual bench is made of.
+"""Declarations of simulated instruments, and the instruments of the standard virtual bench.
 
 They are found by the entry-point group `motorbench.simulated_instruments`.
 """
@@ -30,7 +30,7 @@ Options = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class BenchPlace:
-    """Where a simulated instrument is put: into which world, with which noise, individual errors and options.
+    """The place of a simulated instrument: its world, noise, individual errors and options.
 
     One that is not `connected` stands on the bench and answers, but is not wired to the motor. `contacts` are a fixture's relays,
     `node` is the identifier of one on a CAN bus.
@@ -85,7 +85,7 @@ class SimulatedUnit:
 
     @property
     def key(self) -> str:
-        """What it is called on its bench."""
+        """The instrument's name on its bench."""
         return self.name or self.kind.role
 
 

@@ -1,4 +1,4 @@
-"""How a last user may have left an instrument: what a hostile beginning draws, by the instrument's own table."""
+"""States in which a last user may have left an instrument, drawn from the instrument's own table."""
 
 from collections.abc import Sequence
 from typing import Protocol, TypeVar, runtime_checkable

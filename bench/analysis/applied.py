@@ -108,7 +108,7 @@ class Applied:
 
     @property
     def stated(self) -> bool:
-        """Whether anything was stated."""
+        """True if any limit was stated."""
         return bool(self._limits)
 
     def inputs(self) -> Iterator[ErrorInput]:

@@ -1,4 +1,4 @@
-"""What an analysis of a back-EMF tells besides its parameters."""
+"""Details of a back-EMF analysis besides its parameters."""
 
 from collections.abc import Sequence
 from typing import Any

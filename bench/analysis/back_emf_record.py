@@ -51,7 +51,7 @@ class BackEmfRecord:
 
     @property
     def drifts(self) -> bool:
-        """Whether the speed changed during the record: then the integrated voltage counts."""
+        """True if the speed changed during the record: then the integrated voltage counts."""
         return self.fit.drift_significant
 
     @property
@@ -79,13 +79,13 @@ class BackEmfRecord:
 
     @property
     def shares(self) -> NDArray[np.float64]:
-        """What each channel gives of the mean."""
+        """The share of each channel in the mean."""
         parts = self.integrated.values if self.drifts else np.abs(self.fit.amplitudes[:, self.fit.harmonics.index(1)])
         return np.asarray(parts / np.sum(parts))
 
     @property
     def misfit(self) -> Misfit:
-        """What the record shows beyond the model, and what its coupling may hide."""
+        """The record's deviations from the model, and those that its coupling may hide."""
         shown = self.integrated.misfit if self.drifts else self.fit.misfit
         open_ = [channel for channel in self.capture.channels if channel.coupling != "dc"]
         said = any(channel.coupling == "ac" for channel in open_)

@@ -1,4 +1,4 @@
-"""What a table of load points shows that no measurement does: another unit, exchanged columns, a power that was computed."""
+"""Signs that a table of load points was not measured as stated: another unit, exchanged columns, a computed power."""
 
 import math
 from collections.abc import Iterator, Sequence

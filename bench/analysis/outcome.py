@@ -1,4 +1,4 @@
-"""What an analysis tells, in the shape of `--json`."""
+"""The result of an analysis, in the shape of `--json`."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path

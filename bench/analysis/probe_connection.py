@@ -1,4 +1,4 @@
-"""Where the probes of a back-EMF were: as typed, as the channels' names say, and what the record says against it."""
+"""The connection of a back-EMF's probes: as typed, by the channels' names, and contradictions by the record."""
 
 import re
 from collections.abc import Sequence

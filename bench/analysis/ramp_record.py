@@ -28,7 +28,7 @@ class RampRecord:
 
     @property
     def torque_name(self) -> str:
-        """What the torque is called; empty for none."""
+        """The torque's name; empty for none."""
         return self.torque.name if isinstance(self.torque, CaptureChannel) else _GIVEN * bool(self.torque)
 
     def ramp(self, error: ErrorInput | None = None, by: float = 0.0) -> SpeedRamp:

@@ -1,4 +1,4 @@
-"""How estimates move with an error of the readings, found by estimating again (GUM, JCGM 100, 5.1.4, note 2)."""
+"""Sensitivity of estimates to an error of the readings, by repeated estimation (GUM, JCGM 100, 5.1.4, note 2)."""
 
 from collections.abc import Callable, Sequence
 

@@ -50,7 +50,7 @@ class PredictedFigure:
 
 @dataclass(frozen=True)
 class Prediction:
-    """What is expected at one source voltage (V) and shaft load (N·m): speed (rad/s) and current from the source (A).
+    """The prediction at one source voltage (V) and shaft load (N·m): speed (rad/s) and current from the source (A).
 
     `line_speed` and `line_current` are what the straight line R_c(ω) gives alone. `measured` tells whether the run went there.
     """

@@ -1,4 +1,4 @@
-"""What an analysis of a table tells, in the shape of `--json`."""
+"""The result of an analysis of a table, in the shape of `--json`."""
 
 import math
 from collections.abc import Mapping, Sequence

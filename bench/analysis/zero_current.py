@@ -1,4 +1,4 @@
-"""What is not known of a map's figures at a current: what lies between its rows, and beyond its edge."""
+"""The uncertainty of a map's figures at a current that lies between its rows or beyond its edge."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What can be commanded of the instrument in a role, derived from what its interface declares."""
+"""The commands for the instrument in a role, derived from its interface's declarations."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
@@ -24,7 +24,7 @@ class JudgesCalls(Protocol):
 
 
 class ArgumentKind(Enum):
-    """What an argument is."""
+    """The kind of an argument."""
 
     NUMBER = "number"
     WHOLE = "whole number"
@@ -50,7 +50,7 @@ class CommandArgument:
 
     @property
     def needed(self) -> bool:
-        """Whether it has no default."""
+        """True if it has no default."""
         return self.default is Parameter.empty
 
 

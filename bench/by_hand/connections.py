@@ -1,4 +1,4 @@
-"""What may not be switched on, by what hands have connected."""
+"""Outputs that may not be switched on because of the connections made."""
 
 from drivers.interfaces import Role
 from drivers.interfaces.text import Text, text

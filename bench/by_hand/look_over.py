@@ -1,4 +1,4 @@
-"""What a person looks at before something is switched on: what is said to be connected, and the probes' factors."""
+"""The check by a person before an output is switched on: the stated connections and the probes' factors."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What came of a command, as people read it."""
+"""The result of a command, in words."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What was switched on and is still on, each until it is switched off, and at the latest when the block ends."""
+"""The outputs that are on, each until it is switched off, and at the latest until the block ends."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
@@ -57,7 +57,7 @@ class Outputs(AbstractContextManager["Outputs"]):
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What switched on what is on, in the words that were typed."""
+        """The commands, as typed, that switched on the outputs that are on."""
         return tuple(output.words for output in self._on.values())
 
     def block(self, role: Role, words: str, block: AbstractContextManager[Any]) -> None:

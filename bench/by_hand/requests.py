@@ -29,7 +29,7 @@ class Confirm:
 
 @dataclass(frozen=True)
 class SwitchOff:
-    """Have the instrument of a role put nothing out any more; every one where no role is named."""
+    """A request to switch off the outputs of the instrument in a role; those of every instrument if no role is named."""
 
     role: Role | None
 
@@ -43,7 +43,7 @@ class Help:
 
 @dataclass(frozen=True)
 class HandTask:
-    """Have hands do something, in the words typed."""
+    """A request for manual work, in the words typed."""
 
     action: Action
     typed: str

@@ -1,4 +1,4 @@
-"""What people call commands, their values and the words that these take."""
+"""The words for commands, their values and their arguments."""
 
 import re
 from collections.abc import Mapping

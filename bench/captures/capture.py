@@ -1,4 +1,4 @@
-"""What every reader of captures hands over, and the error it raises."""
+"""The result of every reader of captures, and the error that it raises."""
 
 import re
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ class CaptureError(InputError):
 
 @dataclass(frozen=True)
 class ProbeFactor:
-    """What a channel's readings are multiplied by, and the unit (SI) that they have then; "" where the unit stays."""
+    """The factor of a channel's readings, and the unit (SI) that they then have; "" if the unit stays."""
 
     factor: float
     unit: str = ""
@@ -178,7 +178,7 @@ class Capture:
 
 
 def same_name(one: str, other: str) -> bool:
-    """Whether two spellings name one channel, as "CHAN3" and "CH3"."""
+    """Tell whether two spellings name one channel, as "CHAN3" and "CH3"."""
     return _key(one) == _key(other)
 
 

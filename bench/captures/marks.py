@@ -1,4 +1,4 @@
-"""What loggers write in place of plain numbers: the time of day, and readings over range."""
+"""The marks that loggers write in place of plain numbers: the time of day, and readings over range."""
 
 import re
 from datetime import date

@@ -34,7 +34,7 @@ class CaptureFilesOscilloscope(ManualOscilloscope):
         return True
 
     def configure_channel(self, channel: int, settings: ChannelSettings) -> None:
-        """Have a channel switched on, its trace filling the screen; raises SetpointError for one without a probe."""
+        """Ask for a channel to be switched on, its trace filling the screen; raises SetpointError for one without a probe."""
         unit = self._unit(channel)
         self._questions.confirm(
             text(
@@ -48,12 +48,12 @@ class CaptureFilesOscilloscope(ManualOscilloscope):
         )
 
     def initiate(self) -> None:
-        """Have the instrument armed; what lies in the folder now is no record to come."""
+        """Ask for the instrument to be armed; files that are in the folder already are not the coming record."""
         self._seen = self._present()
         super().initiate()
 
     def fetch(self, channels: Sequence[int], timeout: float) -> dict[int, Waveform]:
-        """Have the record saved, and return it (V or A, time in s from the trigger as the file has it).
+        """Ask for the record to be saved, and return it (V or A, time in s from the trigger as the file has it).
 
         Raises MeasurementError where no file came that holds these channels, naming what was wrong with the last one, or where
         no accuracy is stated.

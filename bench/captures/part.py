@@ -1,4 +1,4 @@
-"""Which part of a stored capture is analysed: from when to when, and what is its time."""
+"""The part of a stored capture that is analysed: its beginning and end, and its time column."""
 
 import math
 from dataclasses import dataclass, replace
@@ -15,9 +15,9 @@ _LEAST = 2
 
 @dataclass(frozen=True)
 class CapturePart:
-    """What the user chose: samples from `begin` to `end` (s, of the file's own time), the name or the number, from 1, of the column that is
-    the time, and `time_unit` ("s", "ms", "us" or "ns"), its unit where it says none. Raises UsageError for a begin that is not before the
-    end.
+    """The user's choice: samples from `begin` to `end` (s, of the file's own time), the name or the number, from 1, of the time
+    column, and `time_unit` ("s", "ms", "us" or "ns"), its unit if it states none. Raises UsageError for a begin that is not
+    before the end.
     """
 
     begin: float | None = None

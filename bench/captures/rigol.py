@@ -24,7 +24,7 @@ _CHANNEL = re.compile(r"(CH\d+|MATH\d*|D\d+(?:-D\d+)?)\s*\(?([a-zA-Z]*)\)?", re.
 
 
 def is_rigol(lines: list[str]) -> bool:
-    """Whether the heading says start and increment of the time, and the rows hold no time."""
+    """Tell whether the heading states start and increment of the time, and the rows hold no time."""
     first, second = _cells(lines[0]), _cells(lines[1]) if len(lines) > 1 else []
     if first[0].upper() == "X" and second[:1] == ["Sequence"]:
         return True

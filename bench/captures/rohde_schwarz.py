@@ -12,7 +12,7 @@ _HEADING = re.compile(r"\s*(?:time\s+)?in s\s*,\s*[^,]+ in \S+", re.IGNORECASE)
 
 
 def is_rohde_schwarz(lines: list[str]) -> bool:
-    """Whether the first line is the maker's heading."""
+    """Tell whether the first line is the maker's heading."""
     return bool(_HEADING.match(lines[0]))
 
 

@@ -17,7 +17,7 @@ _HEADING = 40
 
 
 def is_siglent(lines: list[str]) -> bool:
-    """Whether a heading ends in the maker's row of units, which names the time's first."""
+    """Tell whether a heading ends in the maker's row of units, which names the time's first."""
     first = _cells(lines[0])[0]
     return (first.endswith("Record Length") or first == "Source") and _units_row(lines) is not None
 

@@ -12,7 +12,7 @@ _DIVISIONS = 8
 
 
 def is_tektronix(lines: list[str]) -> bool:
-    """Whether the first row begins with the maker's first setting; some files have a stray character before it."""
+    """Tell whether the first row begins with the maker's first setting; some files have a stray character before it."""
     cell = lines[0].split(",")[0].strip().strip('"')
     return cell == "Record Length" or cell[1:] == "Record Length"
 

@@ -1,4 +1,4 @@
-"""Where a line of Chinese may end: between two characters, and never inside a name, a number or an option."""
+"""Line breaks in Chinese: between two characters, and never inside a name, a number or an option."""
 
 import re
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""How far a check or a study of many motors is: a bar on a terminal, a line now and then elsewhere."""
+"""Progress of a check or a study of many motors: a bar on a terminal, a line now and then elsewhere."""
 
 import sys
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""What commands print: the summary for people, one JSON object for programs."""
+"""Output of commands: the summary for people, one JSON object for programs."""
 
 import sys
 from collections.abc import Callable, Iterable, Mapping

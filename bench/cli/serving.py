@@ -1,4 +1,4 @@
-"""What the commands that serve instruments share: where they may listen, and what is said of a port or a client."""
+"""Common parts of the commands that serve instruments: the addresses they may listen on, and messages about ports and clients."""
 
 import ipaddress
 import os

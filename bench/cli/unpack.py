@@ -10,7 +10,7 @@ from drivers.interfaces.text import reason_of, text
 
 
 def unpack(run: str, *, language: str = "auto", runs: Path = Path("runs")) -> None:
-    """Have a run's journal as lines of text again, byte by byte as it was written, for readers that know nothing of packing.
+    """Unpack a run's journal into lines of text, byte by byte as it was written, for readers that do not know the packing.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a command line that cannot be understood is answered with."""
+"""Answers to a command line that cannot be understood."""
 
 from collections.abc import Sequence
 from difflib import get_close_matches

@@ -1,1 +1,1 @@
-"""Which instruments are where: asked without changing anything, matched with the drivers there are."""
+"""Discovery of instruments: asked without changing anything, and matched with the drivers."""

@@ -1,4 +1,4 @@
-"""What a scan found, what it asked where, and what it did not look at."""
+"""The result of a scan: its findings, its questions, and the places that it left out."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -77,7 +77,7 @@ class Unlooked:
 
 @dataclass
 class ScanReport:
-    """What a scan has so far; `interrupted` where it was broken off."""
+    """The result of a scan so far; `interrupted` if it was broken off."""
 
     found: list[FoundInstrument] = field(default_factory=list)
     asked: list[Question] = field(default_factory=list)

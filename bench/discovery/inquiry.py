@@ -32,7 +32,9 @@ class Inquiry:
         self._looked_at: set[str] = set()
 
     def take(self, *addresses: str, units: Collection[int] = ()) -> bool:
-        """Have what is at these addresses for the scan; false where it was looked at, or another has it, which goes into the report."""
+        """Reserve the instrument at these addresses for the scan; false if it was scanned already, or has another owner, which is
+        added to the report.
+        """
         keys = frozenset(key for address in addresses for key in canonical_addresses(address, units=units))
         if keys & self._looked_at:
             return False

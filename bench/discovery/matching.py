@@ -1,4 +1,4 @@
-"""Which drivers fit what answered, by what each driver declares of its instrument."""
+"""The drivers that match an answer, by each driver's declaration of its instrument."""
 
 from collections.abc import Callable, Iterable, Mapping
 from difflib import SequenceMatcher

@@ -21,7 +21,7 @@ from drivers.transport.in_process import IN_PROCESS
 
 @dataclass(frozen=True)
 class ScanRequest:
-    """Where to look, and for how long (s) at most.
+    """The places to scan, and the longest time (s).
 
     `hosts` are names or IP addresses with or without a port, `visa` VISA addresses; `serial`, `modbus` and `can` are ports, lines and
     buses that a person named.

@@ -30,7 +30,7 @@ class Candidate:
 
     @property
     def complete(self) -> bool:
-        """Whether the table holds as it is, and no other role claims the instrument."""
+        """True if the table is valid as it is, and no other role claims the instrument."""
         return not self.missing and self.sole_role
 
 

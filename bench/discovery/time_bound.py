@@ -11,7 +11,7 @@ T = TypeVar("T")
 
 
 class TimeBound:
-    """So many seconds from now; what is asked after that is not asked."""
+    """A bound of so many seconds from now; no question is sent after it."""
 
     def __init__(self, clock: Clock, seconds: float) -> None:
         self._clock = clock

@@ -1,4 +1,4 @@
-"""What can be distributed."""
+"""Work that can be distributed."""
 
 import os
 from collections.abc import Callable
@@ -19,5 +19,5 @@ class Work(Protocol[Result]):
 
 
 def one_thread_each() -> None:
-    """Have libraries started from here on use one thread: small matrices gain nothing from more."""
+    """Limit libraries that are started from here on to one thread: small matrices gain nothing from more."""
     os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"))

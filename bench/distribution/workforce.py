@@ -1,4 +1,4 @@
-"""Who does the work."""
+"""The processes that do the work."""
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from bench.distribution.work import Result, Task, Work
 
 @dataclass(frozen=True)
 class Workforce:
-    """Who does the work: so many processes (`jobs`) of this machine, or the cluster whose Dask scheduler is at an address.
+    """The processes that do the work: so many (`jobs`) of this machine, or the cluster whose Dask scheduler is at an address.
 
     `local` makes a cluster of so many processes here.
     """

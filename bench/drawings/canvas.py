@@ -17,14 +17,14 @@ Way = Sequence[tuple[str, tuple[Place, ...]]]
 
 
 class Form(Enum):
-    """Which way the motor's axis lies on the page."""
+    """The direction of the motor's axis on the page."""
 
     WIDE = "wide"
     UPRIGHT = "upright"
 
 
 class Layer(Enum):
-    """What lies over what, from below: no lead lies over a label."""
+    """The layers of a drawing, from below: no lead lies over a label."""
 
     HALO = "halo"
     RAIL = "rail"

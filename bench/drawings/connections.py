@@ -23,7 +23,7 @@ _MARGIN = 12.0
 
 @dataclass(frozen=True)
 class Scene:
-    """What one drawing shows: what is connected, what was before where this is to be changed, and the instruction's lines.
+    """The content of one drawing: the connections, those before if they are to be changed, and the instruction's lines.
 
     `lines` holds what each line of the instruction tells, in their order; `by_hand` where the shaft is turned by hand now.
     """
@@ -36,7 +36,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class Extents:
-    """How far drawings reach, so that several keep the motor in its place: the terminals' u, the motor's u, the area."""
+    """The extents of several drawings, so that they keep the motor in its place: the terminals' u, the motor's u, the area."""
 
     strip: float
     end: float

@@ -1,4 +1,4 @@
-"""What a step's hand work changes: the difference of two layouts, numbered as the instruction's lines are."""
+"""The changes by a step's manual work: the difference of two layouts, numbered as the instruction's lines are."""
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What is connected where, as the actions done so far leave it."""
+"""The connections as the actions done so far leave them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -37,7 +37,7 @@ SOCKETS: Mapping[Socket, tuple[Role, str]] = {
 
 
 class LeadKind(Enum):
-    """What a lead ends in."""
+    """The end of a lead."""
 
     CLIP = "clip"
     REFERENCE = "reference"

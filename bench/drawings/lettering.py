@@ -1,4 +1,4 @@
-"""How wide words are, near enough to keep room for them."""
+"""The approximate width of words, to keep room for them."""
 
 #: Widths of Noto Sans' letters over the size; rounded up.
 _NARROW, _USUAL, _CAPITAL, _BROAD, _FULL = 0.36, 0.63, 0.72, 0.96, 1.0

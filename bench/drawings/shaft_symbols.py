@@ -1,4 +1,4 @@
-"""What holds for the shaft: free, locked, turned by hand, coupled to the dynamometer, and what of that is this step's work."""
+"""Symbols of the shaft's state: free, locked, turned by hand, coupled to the dynamometer, and this step's work on it."""
 
 from dataclasses import dataclass
 
@@ -25,7 +25,7 @@ _JAWS, _COUPLING = 52.0, 64.0
 
 @dataclass(frozen=True)
 class ShaftState:
-    """What is on the shaft after the step, and what the step does to it."""
+    """The shaft's state after the step, and the step's work on it."""
 
     locked: bool
     coupled: bool

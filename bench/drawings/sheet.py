@@ -1,4 +1,4 @@
-"""What the parts of a drawing are drawn on: the canvas, the rails' places, what is connected and what changes."""
+"""The sheet that the parts of a drawing share: the canvas, the rails' places, the connections and their changes."""
 
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
@@ -56,7 +56,7 @@ class DrawingSheet:
 
     @property
     def upright(self) -> bool:
-        """Whether the motor's axis stands upright."""
+        """True if the motor's axis stands upright."""
         return self.form is Form.UPRIGHT
 
     @property

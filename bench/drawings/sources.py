@@ -1,4 +1,4 @@
-"""What feeds the motor, to the left: each socket as high as the rails that it feeds, so that most leads run straight."""
+"""The sources that feed the motor, to the left: each socket as high as the rails that it feeds, so that most leads run straight."""
 
 from dataclasses import dataclass
 
@@ -35,7 +35,7 @@ class _Case:
 
 @dataclass(frozen=True)
 class Sources:
-    """Where the sources stand: their boxes' depth, each socket's v, what it feeds, the track of those that bend."""
+    """The places of the sources: their boxes' depth, each socket's v, what it feeds, the track of those that bend."""
 
     deep: float
     cases: tuple[_Case, ...]

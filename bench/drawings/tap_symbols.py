@@ -1,4 +1,4 @@
-"""What measures, as it is drawn: columns with hops, contacts, clamps, boxes, and ghosts of what comes off."""
+"""Symbols of measuring instruments: columns with hops, contacts, clamps, boxes, and ghosts of those that are removed."""
 
 from bench.drawings.canvas import Layer, straight
 from bench.drawings.leads import ARTIFICIAL_NEUTRAL, JOINT, LeadKind

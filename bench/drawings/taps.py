@@ -1,4 +1,4 @@
-"""What measures, above and below the rails: where its columns and boxes stand."""
+"""Places of measuring instruments above and below the rails: their columns and boxes."""
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class LeadColumn:
 
     @property
     def kind(self) -> LeadKind:
-        """What it ends in."""
+        """The kind of its ends."""
         return self.leads[0].kind
 
 

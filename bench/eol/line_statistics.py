@@ -96,7 +96,7 @@ class LineStatistics:
 
 @dataclass(frozen=True)
 class StatisticsRequest:
-    """Which records and what of them; every parameter where none is named.
+    """The records and the statistics requested; every parameter if none is named.
 
     `last` is the chart's number of points, `rules` are Nelson's where other ones than the usual are to be looked for.
     """

@@ -1,4 +1,4 @@
-"""What an English reader reads where the program says a short name; other languages have these in their catalogues."""
+"""English names for the program's short names; other languages have these in their catalogues."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""What a person can put right: bad files, bad arguments, runs that cannot go on."""
+"""Errors that a person can correct: bad files, bad arguments, runs that cannot go on."""
 
 from os.path import basename
 

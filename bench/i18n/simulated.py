@@ -1,4 +1,4 @@
-"""What the simulation says in English, here and over its sockets, told by its words so that a catalogue can translate it."""
+"""English messages of the simulation, here and over its sockets, matched by their words so that a catalogue can translate them."""
 
 import re
 from functools import cache

@@ -34,7 +34,7 @@ class FinishedRun:
 
     @property
     def started(self) -> str:
-        """When it began (ISO 8601, UTC)."""
+        """The time at which it began (ISO 8601, UTC)."""
         return self.events[0].wall
 
 

@@ -35,14 +35,14 @@ _PLAIN = frozenset({float, int, str, bool, dict, list, type(None)})
 
 
 class WaveformSink(Protocol):
-    """Where samples go; the journal only holds the reference and the file's hash."""
+    """A store of samples; the journal only holds the reference and the file's hash."""
 
     def store(self, name: str, waveforms: Mapping[str, Waveform]) -> StoredRecord:
         """Keep the waveforms of one record of this instrument."""
 
 
 class KeepsWaveforms(Protocol):
-    """Which waveforms of a run stay."""
+    """The choice of waveforms of a run that are kept."""
 
     def sink(self, folder: Path, *, durable: bool) -> WaveformSink:
         """Return where a run's samples go: to `folder`, each record on the disk once stored where `durable`."""

@@ -1,4 +1,4 @@
-"""Where a run lives on disk."""
+"""The folder of a run."""
 
 import errno
 import os

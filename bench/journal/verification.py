@@ -48,7 +48,7 @@ class Verification:
 
     @property
     def unproven(self) -> str:
-        """What is not vouched for, in English; empty where nothing is."""
+        """The doubts about the record, in English; empty if there are none."""
         return str(lines(self.doubts, between="; "))
 
     @property

@@ -1,4 +1,4 @@
-"""What every virtual motor's table has besides its figures: insulation, Hall sensors, and what is wrong inside."""
+"""The part of every virtual motor's table besides its figures: insulation, Hall sensors, and internal defects."""
 
 import math
 from typing import Annotated, Any, Literal
@@ -55,7 +55,7 @@ class HallSection(Section):
 
 
 class InsideSection(Section):
-    """What the tables of both kinds of virtual motor share."""
+    """The common part of the tables of both kinds of virtual motor."""
 
     insulation_resistance: float = number("ohm", 2.0e9, above=0.0, up_to=1e15, description="winding to frame")
     frame_capacitance: float = number("F", 1.0e-9, at_least=0.0, up_to=1e-3, description="winding to frame")

@@ -1,4 +1,4 @@
-"""What every motor file has: the nameplate, and how a number of a file is described."""
+"""The common parts of every motor file: the nameplate, and the description of a number."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -132,7 +132,7 @@ Tolerances = dict[str, Annotated[float, Field(gt=0.0, le=1.0)]]
 
 
 class TypedMotor(Section):
-    """What every motor file may say of its type."""
+    """The optional sections of every motor file about its type."""
 
     expected: ExpectedSection = ExpectedSection()
     tolerance: Tolerances = Field(default_factory=dict)

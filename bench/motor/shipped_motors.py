@@ -1,4 +1,4 @@
-"""Where a motor's file is: one that comes with the program, or a path."""
+"""The place of a motor's file: one that comes with the program, or a path."""
 
 import os
 from importlib import resources

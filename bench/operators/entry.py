@@ -1,4 +1,4 @@
-"""Which reading a person is about to type, what was typed, and what of it is corrected: for the question's words, and for the journal."""
+"""The reading that a person types next, the text typed, and its corrections: for the question's words, and for the journal."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -41,17 +41,17 @@ class TypedReading:
 
     @property
     def name(self) -> Text:
-        """What it is called among the others."""
+        """The reading's name among the others."""
         return text("{quantity}, read again", quantity=self.asked) if self.earlier else self.asked
 
     @property
     def recorded(self) -> str:
-        """What was asked as the journal has it: a number chosen means nothing without what there was to choose from."""
+        """The question as the journal has it: a chosen number means nothing without its options."""
         return recorded(self.asked, self.options)
 
 
 class Corrections(Protocol):
-    """What the running procedure was given."""
+    """The typed readings of the running procedure, and their correction."""
 
     def readings(self) -> Sequence[TypedReading]:
         """Return what was typed in it and counts, oldest first."""
@@ -61,7 +61,7 @@ class Corrections(Protocol):
 
 
 class TypedEntry:
-    """Where a person is among repeated readings, by the journal's events.
+    """The place of a person's entry among repeated readings, by the journal's events.
 
     `recorder` keeps what is typed, once there is one. `corrections` is what earlier readings are corrected in, where that is possible.
     """
@@ -89,7 +89,7 @@ class TypedEntry:
 
     @property
     def readings(self) -> Sequence[TypedReading]:
-        """What can be corrected, oldest first."""
+        """The readings that can be corrected, oldest first."""
         asked = Counter[str]()
         result = []
         for reading in self.corrections.readings() if self.corrections else ():
@@ -147,7 +147,7 @@ class TypedEntry:
         return reading, value
 
     def correct(self, reading: TypedReading, value: float, typed: str, by: str = "") -> Text:
-        """Have a reading corrected by somebody: raises CorrectedError, or returns why it cannot be."""
+        """Correct a reading for a person: raises CorrectedError, or returns why it cannot be corrected."""
         if self.corrections is None:
             return text("nothing can be corrected here")
         fault = self.corrections.correct(reading, value, typed, by or self._person)

@@ -1,4 +1,4 @@
-"""What hands can do on a virtual bench, in this process or in another."""
+"""Manual work on a virtual bench, in this process or in another."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -7,7 +7,7 @@ from drivers.interfaces import Clock
 
 
 class HandsOn(Protocol):
-    """What virtual hands can do and read on a virtual bench: a World, in this process or in another."""
+    """The actions and readings of virtual hands on a virtual bench: a World, in this process or in another."""
 
     @property
     def clock(self) -> Clock:

@@ -70,7 +70,7 @@ class OperatorLine:
 
     @property
     def heard(self) -> bool:
-        """Whether anybody listens."""
+        """True if there is a listener."""
         return bool(self._listeners)
 
     def close(self) -> None:

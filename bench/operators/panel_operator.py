@@ -49,7 +49,7 @@ class StandIn(Operator, Protocol):
     """Does on a virtual bench what a person confirms."""
 
     def wait(self, seconds: float) -> None:
-        """Let the bench go on for so long (s)."""
+        """Run the bench for a time (s)."""
 
 
 class DistantOperator:
@@ -80,7 +80,7 @@ class DistantOperator:
         self._watch.start()
 
     def perform(self, action: HandWork) -> object:
-        """Have it done or read; return what it gives."""
+        """Request an action or a reading; return its result."""
         if isinstance(action, EnterReading):
             seen = self._hands.perform(action) if self._hands else None
             return self.number(
@@ -153,12 +153,12 @@ class DistantOperator:
         return value
 
     def confirm(self, heading: str, task: Text) -> None:
-        """Have something done to an instrument that is set by hand."""
+        """Ask for a task on an instrument that is set by hand."""
         self._ask({"kind": "confirm", "instrument": heading, "task": store_text(task)}, panel_answers.nothing)
 
     @property
     def looks(self) -> bool:
-        """Whether a panel listens."""
+        """True if a panel listens."""
         return self.line.heard
 
     def show(self, plot: LivePlot | None) -> None:

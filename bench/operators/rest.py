@@ -1,4 +1,4 @@
-"""Where a shaft comes to rest: by the encoder on it, and by moving it a little and letting go."""
+"""The rest position of a shaft: by its encoder, and by moving it a little and letting go."""
 
 import math
 

@@ -90,7 +90,7 @@ class VirtualOperator:
             self.hand_time += self._world.clock.now() - start
 
     def wait(self, seconds: float) -> None:
-        """Let the bench go on for so long (s)."""
+        """Run the bench for a time (s)."""
         self._take(seconds)
 
     def _do(self, action: HandWork) -> object:

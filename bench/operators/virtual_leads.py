@@ -9,7 +9,7 @@ _CHANNELS = range(1, 9)
 
 
 class VirtualLeads:
-    """What these hands have put on; the terminals' wires, the last to go on, go on together."""
+    """The leads that these hands have connected; the terminals' wires, the last to be connected, are connected together."""
 
     def __init__(self, world: HandsOn) -> None:
         self._world = world

@@ -1,4 +1,4 @@
-"""Whether hands may touch the motor: what is known of this moment, and never more than that."""
+"""The statement whether hands may touch the motor: it says no more than is known at this moment."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -38,7 +38,7 @@ class StateKind(StrEnum):
 
 @dataclass(frozen=True)
 class ShownState:
-    """What is known, in a sentence and its reasons; `waits` says why nothing may be confirmed, None where it may."""
+    """The known state, in a sentence and its reasons; `waits` says why nothing may be confirmed, None if it may."""
 
     kind: StateKind
     headline: Text

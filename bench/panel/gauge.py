@@ -19,7 +19,7 @@ _SHOWN = {"rad/s": ("rpm", math.pi / 30.0)}
 
 
 class Place(Enum):
-    """Where a reading lies."""
+    """The place of a reading relative to its limits."""
 
     INSIDE = "inside"
     LOW = "low"

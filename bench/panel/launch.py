@@ -80,7 +80,7 @@ class Launcher:
         return await self._launch(order.arguments(self._runs))
 
     async def resume(self, folder: Path, person: str, repeat: Sequence[str] = (), language: str = "en") -> Path:
-        """Have a run go on where it ended, or a procedure of it again. Raises InputError with what it said instead."""
+        """Resume a run where it ended, or repeat a procedure of it. Raises InputError with the run's message if it does not start."""
         args = ["run", "--resume", str(folder), "--operator", "panel", f"--person={person}", "--runs", str(self._runs)]
         args += ["--language", language]
         args += [f"--repeat={name}" for name in repeat]

@@ -23,7 +23,7 @@ _TO_DO = text(
 
 @dataclass(frozen=True)
 class Choice:
-    """What a reader wants to see; `batch` is None for the latest one, `model` and `parameter` are empty where any will do.
+    """A reader's selection; `batch` is None for the latest one, `model` and `parameter` are empty for any.
 
     Yields are grouped `by` one of `bench.eol.yields.GROUPINGS`.
     """
@@ -37,7 +37,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class StatisticsView:
-    """What there is: types, the type's batches (the latest first), parameters, the choice made good, and its statistics.
+    """The available types, the type's batches (the latest first) and parameters, the completed selection, and its statistics.
 
     `fault` says why there are no statistics, or none of the parameter.
     """

@@ -52,7 +52,7 @@ class FigurePair:
 
     @property
     def beyond(self) -> bool:
-        """Whether the expanded uncertainties of both do not explain the difference."""
+        """True if the expanded uncertainties of both do not explain the difference."""
         if self.difference is None or self.before is None or self.now is None:
             return False
         # The records' modules load a database's library, which a panel without a line need not have.

@@ -1,4 +1,4 @@
-"""What can be measured and whether the station is ready: asked of child processes, so that the server stays small."""
+"""The available procedures and the station's readiness: asked of child processes, so that the server stays small."""
 
 import asyncio
 import json
@@ -76,7 +76,7 @@ class Offer:
 
 @dataclass(frozen=True)
 class RehearsalEstimate:
-    """What a rehearsal says: bench time and hands' time (s) by procedure, and what would not go well."""
+    """The result of a rehearsal: bench time and hands' time (s) by procedure, and its objections."""
 
     times: Mapping[str, tuple[float, float]]
     objections: tuple[str, ...]

@@ -99,7 +99,7 @@ class Panel:
             await self.line.follow(await self.launcher.start_batch(order))
 
     async def resume(self, name: str, person: str, repeat: Sequence[str] = (), language: str = "en") -> LiveRun:
-        """Have an ended run go on, or a procedure of it again. Raises InputError with what it said where it could not."""
+        """Resume an ended run, or repeat a procedure of it. Raises InputError with the run's message if it does not start."""
         run = self._live.pop(name, None)
         if run is not None:
             await run.close()

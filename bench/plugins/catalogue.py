@@ -20,7 +20,7 @@ OURS = "motorbench"
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a declaration comes from: a distribution and its version, or a plug-in file and its SHA-256."""
+    """The origin of a declaration: a distribution and its version, or a plug-in file and its SHA-256."""
 
     name: str
     version: str = ""

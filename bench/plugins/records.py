@@ -40,7 +40,7 @@ class RecordOutputs:
 
     @property
     def wanted(self) -> bool:
-        """Whether there is an output."""
+        """True if there is an output."""
         return bool(self._outputs)
 
     def hand(self, record: Mapping[str, Any]) -> None:
@@ -80,7 +80,7 @@ class _Handing:
 
     @property
     def left(self) -> int:
-        """How many records have not been taken."""
+        """The number of records that have not been taken."""
         return max(0, self.records.qsize() - 1) + self._busy
 
     def _run(self) -> None:

@@ -1,4 +1,4 @@
-"""Which installed plug-ins were not made for this version of motorbench."""
+"""Installed plug-ins that were not made for this version of motorbench."""
 
 from importlib.metadata import distribution, version
 

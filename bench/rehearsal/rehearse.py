@@ -58,7 +58,7 @@ class Rehearsed:
 
     @property
     def good(self) -> bool:
-        """Whether every procedure was completed and no limit would be exceeded."""
+        """True if every procedure was completed and no limit would be exceeded."""
         return self.view.status == "completed" and not self.script.violations
 
     def as_dict(self, translate: Translate = english) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What a rehearsal did, in order: procedure, step, then every action, set point and energised block, each against its limit."""
+"""The script of a rehearsal, in order: procedure, step, then every action, set point and energised block, each against its limit."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -23,7 +23,7 @@ from sim_instruments.six_step.machine import virtual_motor
 
 @dataclass(frozen=True)
 class Twin:
-    """Where a rehearsal takes place, the figures of the motor that were assumed, and where twin and station differ."""
+    """The surroundings of a rehearsal, the assumed figures of the motor, and the differences between twin and station."""
 
     context: RunContext
     assumed: tuple[Assumption, ...]

@@ -1,4 +1,4 @@
-"""Where a run is shown: the terminal, or a file or pipe instead."""
+"""The output of a run: a terminal, a file or a pipe."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -1,4 +1,4 @@
-"""Where a run takes place: a real bench with a person, a replay of typed readings, or the virtual bench."""
+"""The surroundings of a run: a real bench with a person, a replay of typed readings, or the virtual bench."""
 
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager

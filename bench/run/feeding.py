@@ -1,4 +1,4 @@
-"""Which instruments feed the motor or turn its shaft, by the run's journal."""
+"""The instruments that feed the motor or turn its shaft, by the run's journal."""
 
 from collections.abc import Collection
 

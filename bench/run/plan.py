@@ -1,4 +1,4 @@
-"""Which procedures a run takes, each with its settings."""
+"""The procedures of a run, each with its settings."""
 
 import math
 import tomllib

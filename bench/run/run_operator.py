@@ -45,7 +45,7 @@ class RunOperator:
 
     @property
     def typing(self) -> TypedEntry | None:
-        """Where a person types readings; None where nobody does."""
+        """The entry through which a person types readings; None if nobody does."""
         return None
 
     def announce(self, folder: Path) -> None:
@@ -110,7 +110,7 @@ class TerminalHands(RunOperator):
 
     @property
     def typing(self) -> TypedEntry | None:
-        """Where the person types readings."""
+        """The entry through which the person types readings."""
         return self.person.entry
 
     def hear(self, event: Event) -> None:
@@ -149,7 +149,7 @@ class PanelHands(RunOperator):
 
     @property
     def typing(self) -> TypedEntry | None:
-        """Where the person types readings."""
+        """The entry through which the person types readings."""
         return self.person.entry
 
     def hear(self, event: Event) -> None:
@@ -177,7 +177,7 @@ class FixtureHands(RunOperator):
 
     @property
     def typing(self) -> TypedEntry | None:
-        """Where the person types readings."""
+        """The entry through which the person types readings."""
         return self.beside.typing
 
     def equip(self, instruments: Mapping[Role, Instrument]) -> None:

@@ -79,7 +79,7 @@ class Instruments(Protocol):
 
 @dataclass(frozen=True)
 class Runner:
-    """What a run needs; the journal's view is `view`, which also holds what an earlier run of the same folder finished."""
+    """The parts of a run; the journal's view is `view`, which also holds what an earlier run of the same folder finished."""
 
     instruments: Instruments
     operator: Operator

@@ -34,7 +34,7 @@ class _Diverged(BaseException):
 
 
 class Mode(Enum):
-    """What becomes of what a procedure wants."""
+    """The treatment of a procedure's calls."""
 
     THROUGH = "is done, and not kept"
     LIVE = "is done, and kept"

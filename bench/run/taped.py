@@ -127,7 +127,7 @@ class _TapedClock:
         return self._tape.now(self._clock.now)
 
     def sleep(self, seconds: float) -> None:
-        """Let the time (s) pass, once."""
+        """Wait for a time (s), once."""
         if self._tape.lives:
             self._clock.sleep(seconds)
 

@@ -77,7 +77,7 @@ class CallWatch:
             self.failed_since = self.failed_since or self.since
 
     def making_safe(self) -> AbstractContextManager[None]:
-        """Let what switches off pass, whatever was requested."""
+        """Allow commands that switch off, whatever was requested."""
         return self._interrupts.switching_off()
 
 

@@ -52,7 +52,7 @@ class InstrumentThreads:
         return name in self._latest and not self._latest[name].done.is_set()
 
     def end(self) -> None:
-        """Let each thread go once its calls are done."""
+        """End each thread once its calls are done."""
         for calls in self._queues.values():
             calls.put(None)
 

@@ -14,7 +14,7 @@ from procedures.core.bench import Operator, Role
 
 
 class SignsOfLife:
-    """What the run's own thread stamps as it gets on, and others ask for."""
+    """Time stamps of the progress of the run's own thread, which others read."""
 
     def __init__(self, now: Callable[[], float] = monotonic) -> None:
         self._now = now
@@ -76,7 +76,7 @@ class WatchedClock:
         return self._clock.now()
 
     def sleep(self, seconds: float) -> None:
-        """Let bench time (s) pass."""
+        """Wait for bench time (s)."""
         with self._waits.sleeping():
             self._clock.sleep(seconds)
 
@@ -89,7 +89,7 @@ class WatchedOperator:
         self._waits = waits
 
     def perform(self, action: HandWork) -> object:
-        """Have it done."""
+        """Perform an action by the operator."""
         with self._waits.asking():
             return self._operator.perform(action)
 
@@ -107,7 +107,7 @@ class WatchedSharing:
         return self._sharing.roles
 
     def acquire(self, roles: Collection[Role], purpose: str) -> float:
-        """Have these when it returns."""
+        """Acquire shared instruments; return once the run has them."""
         with self._waits.sleeping():
             return self._sharing.acquire(roles, purpose)
 

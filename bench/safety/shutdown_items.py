@@ -22,7 +22,7 @@ _FULL_SCALES = (100.0, 50.0, 20.0, 10.0, 5.0, 2.0)
 
 
 class Hurry(Protocol):
-    """Whether nobody waits any more."""
+    """A flag that is set once nobody waits any more."""
 
     def is_set(self) -> bool:
         """Say so."""
@@ -37,7 +37,7 @@ class Measured:
 
 
 class NotReachedError(Exception):
-    """What was to be measured did not come about in time."""
+    """The measured quantity did not reach its condition in time."""
 
     def __init__(self, found: Measured, message: str) -> None:
         self.found = found

@@ -156,7 +156,7 @@ class RelayedGuard:
         return [*faults, *self._guard.dismiss(journal_lost=journal_lost, unsafe=unsafe)]
 
     def record_in(self, journal: Recorder) -> None:
-        """Let the journal hold how the guardian's own record begins."""
+        """Record the beginning of the guardian's own record in the journal."""
         self._guard.record_in(journal)
 
     def about(self) -> GuardianStart | None:

@@ -1,4 +1,4 @@
-"""Which watchdog removes the energy from each role if all processes of the bench end at once, and which roles have none."""
+"""The watchdog that removes the energy from each role if all processes of the bench end at once, and the roles that have none."""
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ _ACTIONS: Mapping[WhenSilent, Text] = {
 
 @dataclass(frozen=True)
 class RoleWatchdog:
-    """What there is for one role that feeds energy; `relay` names the relay whose watchdog it is.
+    """The watchdog of a role that feeds energy; `relay` names the relay whose watchdog it is.
 
     `armed` is false for one that is only asked for. Without a watchdog `by_hand` says that a person switches it, `error` why
     nobody knows.
@@ -37,7 +37,7 @@ class RoleWatchdog:
 
     @property
     def missing(self) -> bool:
-        """Whether nothing takes the energy away."""
+        """True if nothing removes the energy."""
         return self.watchdog is None and not self.by_hand
 
     @property

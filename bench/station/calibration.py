@@ -1,4 +1,4 @@
-"""When an instrument was calibrated, until when that holds, and by which certificate."""
+"""The calibration of an instrument: its date, its due date, and its certificate."""
 
 import datetime
 from collections.abc import Collection, Iterable, Mapping

@@ -1,4 +1,4 @@
-"""When the instruments of a station are due for calibration: the list to work through, soonest first."""
+"""The due dates of a station's calibrations: the list to work through, soonest first."""
 
 import datetime
 from collections.abc import Iterable
@@ -23,7 +23,7 @@ class CalibrationDue:
 
     @property
     def pressing(self) -> bool:
-        """Whether it is overdue, or will be soon."""
+        """True if it is overdue, or will be soon."""
         return self.days_left is not None and self.days_left <= SOON
 
     @property

@@ -20,7 +20,7 @@ class SystemClock:
         return time.monotonic() - self._start
 
     def sleep(self, seconds: float) -> None:
-        """Let the given time (s) pass."""
+        """Wait for a time (s)."""
         if seconds > 0.0:
             time.sleep(seconds)  # noqa: TID251  the one place besides the virtual clock
 

@@ -1,4 +1,4 @@
-"""What drivers send to their instruments, and who says that these have it: by driver, and as the tables of the documentation."""
+"""The commands that drivers send, and their sources: by driver, and as the tables of the documentation."""
 
 from collections.abc import Mapping, Sequence
 

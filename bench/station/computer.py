@@ -1,4 +1,4 @@
-"""What this computer has for reaching instruments: USB devices, serial ports, CAN interfaces, libraries. Nothing is sent anywhere."""
+"""The means of this computer to reach instruments: USB devices, serial ports, CAN interfaces, libraries. Nothing is sent anywhere."""
 
 import ctypes.util
 import os
@@ -28,7 +28,7 @@ class UsbDevice:
 
     @property
     def usable(self) -> bool:
-        """Whether this user may open it."""
+        """True if this user may open it."""
         return os.access(self.node, os.R_OK | os.W_OK)
 
 

@@ -1,4 +1,4 @@
-"""What libraries log while instruments are used."""
+"""The logs of libraries while instruments are used."""
 
 import logging
 

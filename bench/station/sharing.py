@@ -14,7 +14,7 @@ class Sharing(Protocol):
         """The roles whose instrument others use too."""
 
     def acquire(self, roles: Collection[Role], purpose: str) -> float:
-        """Have these for `purpose` when this returns; gives the time (s) that was waited.
+        """Acquire instruments for `purpose` and return the time (s) waited.
 
         Raises InstrumentError naming who has one where it takes too long.
         """
@@ -29,7 +29,7 @@ class Alone:
     roles: frozenset[Role] = frozenset()
 
     def acquire(self, roles: Collection[Role], purpose: str) -> float:
-        """Have it."""
+        """Return at once: no other run uses the instruments."""
         return 0.0
 
     def release(self) -> None:

@@ -15,7 +15,7 @@ from drivers.interfaces.text import text, text_of
 
 
 class Do(StrEnum):
-    """What an item does, as a station file writes it."""
+    """The action of an item, as a station file writes it."""
 
     COMMAND_ZERO = "command_zero"
     DISABLE = "disable"
@@ -64,7 +64,7 @@ class Item:
 
     @property
     def measures(self) -> bool:
-        """Whether it waits for a measurement instead of commanding."""
+        """True if it waits for a measurement instead of commanding."""
         return self.do in BELOW
 
 

@@ -1,1 +1,1 @@
-"""What a station will know of a type: virtual motors drawn from it, measured on the station's twin, held against the truth."""
+"""The expected uncertainty of a station for a type: virtual motors measured on its twin, compared with their true values."""

@@ -26,7 +26,7 @@ _MOST_SPREAD = 20.0
 
 @dataclass(frozen=True)
 class StudyRequest:
-    """What is asked for; `spread` are assignments like `resistance=1.5`, standard deviations in per cent."""
+    """The request for a study; `spread` are assignments like `resistance=1.5`, standard deviations in per cent."""
 
     procedures: Sequence[str]
     motor: str
@@ -42,7 +42,7 @@ class StudyRequest:
 
 @dataclass(frozen=True)
 class Studied:
-    """What was found, and what was assumed of the motor or stands for an instrument of the station."""
+    """The result of a study, the assumptions about the motor, and the substitutes for instruments of the station."""
 
     worth: Worth
     spread: SpreadSection

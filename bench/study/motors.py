@@ -40,7 +40,7 @@ class StudiedFigure:
 
 @dataclass(frozen=True)
 class StudiedMotor:
-    """What was found of one motor, and the procedures that refused it, each with its reason."""
+    """The results of one motor, and the procedures that refused it, each with its reason."""
 
     number: int
     figures: tuple[StudiedFigure, ...]
@@ -49,7 +49,7 @@ class StudiedMotor:
 
 @dataclass(frozen=True)
 class StationStudy:
-    """What is the same for all motors: the type and its spread, the procedures with their settings, the text of the station.
+    """The common part of all motors: the type and its spread, the procedures with their settings, the text of the station.
 
     `code` is the hash of the program that is to measure everywhere, any where it is empty.
     """

@@ -1,4 +1,4 @@
-"""What the figures of many motors were worth: how wide their intervals are, and whether they hold the truth."""
+"""The quality of many motors' figures: the widths of their intervals, and how often they hold the true value."""
 
 import math
 from collections import Counter, defaultdict
@@ -30,7 +30,9 @@ class FigureWorth:
 
 @dataclass(frozen=True)
 class Worth:
-    """What was found of `motors` motors; `refused` counts by procedure and reason. `complete` unless somebody stopped it."""
+    """The quality of the figures of `motors` motors; `refused` counts by procedure and reason. `complete` unless somebody stopped
+    it.
+    """
 
     motors: int
     complete: bool

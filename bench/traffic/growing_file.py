@@ -49,11 +49,11 @@ class GrowingFile:
             thread.start()
 
     def take(self, line: TrafficLine) -> None:
-        """Have a line written; returns at once."""
+        """Queue a line for writing; returns at once."""
         self._lines.put(line)
 
     def finish(self, recording: SessionRecording) -> None:
-        """Have the whole recording on the disk in place of what grew; again is allowed. Raises FileError where that cannot be."""
+        """Write the whole recording to the disk in place of the growing one; again is allowed. Raises FileError if that fails."""
         self._lines.put(None)
         self._finished.set()
         for thread in self._threads:

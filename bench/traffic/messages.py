@@ -1,4 +1,4 @@
-"""What makes two messages the same: to the byte, or up to the numbers in them."""
+"""Equality of two messages: to the byte, or up to the numbers in them."""
 
 import re
 from collections.abc import Callable

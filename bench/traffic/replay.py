@@ -32,17 +32,17 @@ class Difference:
 
     @property
     def place(self) -> Text:
-        """Where it is in the file."""
+        """The place in the file."""
         return text("line {line}", line=self.recorded.number) if self.recorded else text("after the last line")
 
     @property
     def before(self) -> Text:
-        """What was recorded."""
+        """The recorded line."""
         return _shown(self.recorded)
 
     @property
     def now(self) -> Text:
-        """What today's driver does in its place."""
+        """The line of today's driver in its place."""
         return _shown(self.today)
 
 
@@ -57,7 +57,7 @@ class Replayed:
 
 
 def replay(recording: SessionRecording, *, tolerant: bool = False) -> Sequence[Replayed]:
-    """Have the drivers do again what the recording says was done, each with its recorded instrument.
+    """Repeat the recorded calls with the drivers, each with its recorded instrument.
 
     `tolerant` of numbers in messages, and of what came of calls. Raises InputError where a driver is not to be had.
     """
@@ -117,7 +117,7 @@ class _Session:
             self._blocks.pop().__exit__(None, None, None)
 
     def close(self) -> None:
-        """Let go of what is open still."""
+        """Close what is still open."""
         with suppress(Exception):
             while self._blocks:
                 self._blocks.pop().__exit__(None, None, None)

@@ -1,4 +1,4 @@
-"""What simulated instruments need of a recording to answer as it does."""
+"""Settings with which simulated instruments answer as a recording does."""
 
 import re
 from collections.abc import Iterator, Sequence

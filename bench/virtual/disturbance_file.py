@@ -1,4 +1,4 @@
-"""What disturbs a virtual bench: a TOML file with tables of channels, dynamometer, contacts, hands and inverter."""
+"""Disturbances of a virtual bench: a TOML file with tables of channels, dynamometer, contacts, hands and inverter."""
 
 import math
 from pathlib import Path

@@ -22,7 +22,7 @@ class ServedClock:
         return self._begin + (time.monotonic() - self._start) * self._speedup
 
     def sleep(self, seconds: float) -> None:
-        """Let bench time (s) pass."""
+        """Wait for bench time (s)."""
         if seconds > 0.0:
             with self._interrupts.waiting():
                 time.sleep(seconds / self._speedup)  # noqa: TID251  a clock of its own, for a bench's own time

@@ -27,7 +27,7 @@ class StationToServe:
 
     @property
     def fixture(self) -> bool:
-        """Whether it has instruments in place of hands."""
+        """True if it has instruments in place of hands."""
         return any(unit.kind.role in FIXTURE for unit in self.units)
 
     def file(self, described: Mapping[str, Any]) -> dict[str, Any]:

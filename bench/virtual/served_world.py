@@ -49,7 +49,7 @@ class ServedWorld:
         self._ask("POST", "/steps", {"step": step, "procedure": procedure})
 
     def inject(self, fault: Mapping[str, Any]) -> None:
-        """Have the bench take a fault, for at once or for its time."""
+        """Inject a fault into the bench, for at once or for its time."""
         self._ask("POST", "/faults", fault)
 
     def unfelt_faults(self) -> list[dict[str, Any]]:
@@ -58,7 +58,7 @@ class ServedWorld:
         return [{k: v for k, v in one.items() if k not in ("state", "felt")} for one in injected if not one["felt"]]
 
     def mend(self) -> dict[str, Any]:
-        """Have the bench take all faults away; return what is left."""
+        """Remove all faults from the bench; return what is left."""
         return self._ask("DELETE", "/faults")
 
     def truth(self) -> dict[str, Any]:

@@ -21,7 +21,7 @@ OF_THE_UNIT = frozenset(
 
 @dataclass(frozen=True)
 class MissingCounterpart:
-    """Why the simulated instrument that a driver names cannot stand for its instrument.
+    """The reason why the simulated instrument that a driver names cannot stand for its instrument.
 
     It is a `slip` of the declaration where it names one of another role, or nearly one that there is; else it may not be installed.
     """

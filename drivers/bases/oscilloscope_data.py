@@ -40,7 +40,7 @@ class OscilloscopeData:
 
     @property
     def source(self) -> str:
-        """Where the limits of gain and offset are stated."""
+        """The source of the limits of gain and offset."""
         return f"{self.gain_source}; {FULL_SCALE_READING}; {self.offset_source}"
 
 

@@ -51,7 +51,7 @@ def trigger_row(header: str, wanted: str) -> WantedSetting:
 
 
 class OscilloscopeDialogue(ScpiDriver, ABC):
-    """What a make is (`data`, `answers`) and how it is spoken to; the abstract methods are its own.
+    """A make's oscilloscope by its data (`data`, `answers`) and dialogue; a make implements the abstract methods.
 
     What is not abstract is as several makes have it: Keysight, and Rigol after it. `_offset_sign` is −1 where the offset that is set is
     added to the trace. `_single` arms for one record, `_force` then triggers one that is to start by itself where the automatic sweep

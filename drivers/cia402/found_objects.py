@@ -59,7 +59,7 @@ class FoundObjects:
 
     @property
     def settings(self) -> tuple[FoundSetting, ...]:
-        """What was found, in the order of the table; what the drive has not is left out."""
+        """The objects as they were found, in the order of the table; objects that the drive lacks are left out."""
         return self._state.settings
 
     def take_over(self) -> None:

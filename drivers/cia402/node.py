@@ -72,7 +72,7 @@ class BusConnection(Protocol):
 
 @dataclass(frozen=True)
 class DriveSnapshot:
-    """What a drive has `sent` at one instant, by index; what it has not is read from it."""
+    """The objects that a drive has `sent` at one instant, by index; others are read from the drive."""
 
     objects: NodeObjects
     sent: Mapping[int, int]
@@ -159,7 +159,7 @@ class Cia402Node:
         self._found.take_over()
 
     def poll(self, *groups: Sequence[MappedObject]) -> None:
-        """Have the drive send what is measured, a PDO a group, where station and drive let it."""
+        """Map what is measured into PDOs, one for each group, if station and drive allow it."""
         if self._options.process_data and self._connection is not None:
             self._process_data = ProcessData(self.objects, self._connection)
             self._process_data.map(*groups)

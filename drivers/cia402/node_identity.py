@@ -1,4 +1,4 @@
-"""Who a CANopen node says it is: of what CiA 301 has for that, the vendor alone must be there."""
+"""A CANopen node's identity object (CiA 301): only its vendor is mandatory."""
 
 from drivers.interfaces import Identity
 from drivers.transport.can.objects import NodeObjects

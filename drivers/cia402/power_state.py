@@ -100,7 +100,7 @@ class NodeWatcher(Protocol):
 
 
 class ObjectReader(Protocol):
-    """Where objects are read from: the node, or what it has sent at one instant."""
+    """A source of objects: the node, or the objects that it sent at one instant."""
 
     def read(self, index: int, subindex: int, size: int, *, signed: bool = False) -> int:
         """Return a number of `size` bytes."""

@@ -1,4 +1,4 @@
-"""How the two units of a dynamometer are told from each other and from others on their line, by reading alone.
+"""Recognition of a dynamometer's two units, by reading alone.
 
 C2000: 00-00 is its identity, 2100H … its state (Delta's manuals); a public program for an MS300 reads them at the same places, so that
 relatives are not told apart. DYN-200: 08H and 12H are the decimals of the torque and

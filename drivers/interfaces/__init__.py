@@ -1,4 +1,6 @@
-"""What a procedure may use of an instrument: one interface for each kind, in the terms of the IVI classes."""
+"""The roles' interfaces, one for each kind of instrument, in the terms of the IVI classes; procedures use nothing else of an
+instrument.
+"""
 
 from drivers.interfaces.bldc_drive import BldcDrive
 from drivers.interfaces.calls import UNWATCHED, Calls

@@ -7,11 +7,11 @@ _NOTHING = nullcontext()
 
 
 class Calls(Protocol):
-    """What a driver asks and reports before and after each exchange with its instrument."""
+    """The calls of a driver before and after each exchange with its instrument."""
 
     @property
     def patience(self) -> float | None:
-        """How long (s) the next reply may take; None where the transport's own time-out holds."""
+        """The longest time (s) until the next reply; None if the transport's own time-out applies."""
 
     def exchange(self, *, interruptible: bool = False) -> AbstractContextManager[None]:
         """Within the block a command is sent and its reply awaited; left without an error, the instrument has answered.

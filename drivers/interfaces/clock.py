@@ -10,4 +10,4 @@ class Clock(Protocol):
         """Return the time, in seconds, of a clock that never steps back."""
 
     def sleep(self, seconds: float) -> None:
-        """Let the given time (s) pass."""
+        """Wait for a time (s)."""

@@ -83,7 +83,7 @@ class Instrument(Protocol):
     @property
     @question
     def read_by_hand(self) -> bool:
-        """Whether a person sets and reads the instrument; the person is asked only for what a step needs."""
+        """True if a person sets and reads the instrument; the person is asked only for what a step needs."""
         return False
 
     @disconnects

@@ -77,7 +77,7 @@ class Oscilloscope(Instrument, Protocol):
     @property
     @question
     def gives_waveforms(self) -> bool:
-        """Whether `fetch` can give samples; where not (a person reads the screen), there is what `measure_…` gives."""
+        """True if `fetch` can give samples; otherwise (a person reads the screen) only the `measure_…` methods can be used."""
 
     @question
     def channels(self, kind: ProbeKind) -> Sequence[int]:

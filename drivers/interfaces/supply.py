@@ -28,7 +28,7 @@ class OutputMode(Enum):
 
 
 class Regulated(Enum):
-    """Which quantity an output must regulate; reaching the limit of the other one is then a fault.
+    """The quantity that an output must regulate; reaching the limit of the other one is then a fault.
 
     An output that is to hold its voltage goes off where the current reaches its limit (over-current protection). One that is to
     hold its current is always at that limit; its voltage level is what it must not pass.

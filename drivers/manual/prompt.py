@@ -1,4 +1,4 @@
-"""What a manual driver needs of a person, and the checks on what is typed."""
+"""A manual driver's questions to a person, and the checks on what is typed."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What a moteus is set up for, as it is found: read when it is opened, set where that may be, and given back at the end."""
+"""The configuration of a moteus as it was found: read at opening, set where this is allowed, and restored at the end."""
 
 import math
 import struct
@@ -25,7 +25,7 @@ _MOTOR_TEMPERATURE = "servo.enable_motor_temperature"
 
 @dataclass(frozen=True)
 class MoteusConfiguration:
-    """What of its configuration readings and limits rest on.
+    """The part of its configuration that readings and limits depend on.
 
     `pole_pairs` is what it is calibrated for, `ratio` turns of its output for one of the rotor, `sign` that of its output against the
     rotor (1 or -1), `maximum_current` (A, peak) its own limit, `has_motor_temperature` whether a thermistor is read.

@@ -1,4 +1,4 @@
-"""Who a moteus says it is, and whether its registers are those that are known."""
+"""A moteus's identity, and a check that its registers are the known ones."""
 
 from base64 import b64encode
 from collections.abc import Mapping

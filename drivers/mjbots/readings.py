@@ -48,7 +48,7 @@ class MoteusSample:
 
 
 class MoteusReadings:
-    """What is read of one controller, in the rotor's frame of its output's direction."""
+    """The readings of one controller, in the rotor's frame of its output's direction."""
 
     def __init__(
         self,
@@ -68,21 +68,21 @@ class MoteusReadings:
 
     @property
     def current_accuracy(self) -> Accuracy:
-        """That of the currents."""
+        """The accuracy of the currents."""
         return self._options.current_accuracy or Accuracy(
             gain=_ASSUMED, offset=_CURRENT_STEP, resolution=_CURRENT_STEP, source=_SOURCE
         )
 
     @property
     def voltage_accuracy(self) -> Accuracy:
-        """That of the voltages."""
+        """The accuracy of the voltages."""
         return self._options.voltage_accuracy or Accuracy(
             gain=_ASSUMED, offset=_VOLTAGE_STEP, resolution=_VOLTAGE_STEP, source=_SOURCE
         )
 
     @property
     def frequency_accuracy(self) -> Accuracy:
-        """That of the electrical frequency."""
+        """The accuracy of the electrical frequency."""
         return self._options.frequency_accuracy or _FREQUENCY
 
     def registers(self) -> Mapping[int, float]:

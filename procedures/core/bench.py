@@ -61,7 +61,7 @@ class Feeding(Protocol):
 
     @property
     def turned(self) -> bool:
-        """Whether something has driven the shaft since it was last seen at rest."""
+        """True if something has driven the shaft since it was last seen at rest."""
 
     def stands(self) -> None:
         """Say that the shaft was seen at rest."""

@@ -12,7 +12,7 @@ from procedures.core.units import ALLOWED_UNITS, is_unit
 
 
 class FactorErrors(Enum):
-    """Which factor errors are considered if a figure deviates from its type value."""
+    """The factor errors that are considered if a figure deviates from its type value."""
 
     IMPEDANCE = "impedance"
     FLUX = "flux"

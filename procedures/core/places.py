@@ -1,4 +1,4 @@
-"""Where leads go: the motor's terminals, the instruments' sockets, the points that a probe may touch."""
+"""The places that leads connect: motor terminals, instrument sockets, and the points that a probe may touch."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ class Terminal(Enum):
 
 
 class Socket(Enum):
-    """Where a motor terminal may be connected."""
+    """A place where a motor terminal may be connected."""
 
     OPEN = "open"
     SUPPLY_POSITIVE = "supply+"

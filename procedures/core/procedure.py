@@ -183,7 +183,7 @@ class Procedure(ABC, Generic[C]):
 
     @property
     def is_delta(self) -> bool:
-        """Whether the plate says delta."""
+        """True if the nameplate states a delta connection."""
         return self.nameplate.connection is WindingConnection.DELTA
 
     def by_winding(self, values: Sequence[float]) -> dict[str, float]:

@@ -69,7 +69,9 @@ class Parameter:
 
     @property
     def own_definition(self) -> ParameterDefinition | None:
-        """What a procedure defines beside the table: a record must hold it to be read without the procedure."""
+        """The parameter's definition if the procedure defines it beside the table, so that a record can be read without the
+        procedure; otherwise None.
+        """
         return None if self.name in PARAMETERS else self.definition
 
     @property
@@ -153,7 +155,9 @@ class Withheld:
 
     @property
     def own_definition(self) -> ParameterDefinition | None:
-        """What a procedure defines beside the table: a record must hold it to be read without the procedure."""
+        """The parameter's definition if the procedure defines it beside the table, so that a record can be read without the
+        procedure; otherwise None.
+        """
         return None if self.name in PARAMETERS else self.definition
 
     @property

@@ -49,7 +49,7 @@ class LeadContact:
 
     @property
     def is_socket(self) -> bool:
-        """Whether a terminal's own wire goes there, and not a lead beside it."""
+        """True if a terminal's own wire goes there, and not a lead beside it."""
         return self.role not in (Role.VOLTMETER, Role.OSCILLOSCOPE)
 
 

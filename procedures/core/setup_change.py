@@ -75,7 +75,7 @@ class ChangeSetup:
 
     @property
     def at_shaft(self) -> bool:
-        """Whether the shaft alone is locked or freed, as may be done while current holds the rotor."""
+        """True if only the shaft is locked or freed, which is allowed while current holds the rotor."""
         return all(change.kind in (ChangeKind.LOCK, ChangeKind.FREE) for change in self.changes)
 
     def lines(self, colours: Mapping[str, str]) -> list[Text]:

@@ -1,4 +1,4 @@
-"""Which instruments may be connected to the motor together: by their stated ratings, otherwise by their roles."""
+"""The instruments that may be connected to the motor together: by their stated ratings, otherwise by their roles."""
 
 from collections.abc import Collection, Mapping
 from typing import cast

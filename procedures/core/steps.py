@@ -37,7 +37,7 @@ class HasSteps(Protocol):
 
     @property
     def bench(self) -> StepRecorder:
-        """Where the steps are run."""
+        """The recorder of this object's steps."""
 
     def step_values(self) -> dict[str, object]:
         """Return the values that step sentences may name."""

@@ -82,7 +82,7 @@ class WindingBalance(Procedure[WindingBalanceSettings]):
 
     @step("L1/1", "Lock the shaft, and take the leads out of the bridge's readings", by_hand=True)
     def prepare(self) -> None:
-        """Have the shaft locked, for the inductances change with its position."""
+        """Lock the shaft, because the inductances change with its position."""
         bridge, settings = self.bench.lcr_meter, self.settings
         self.bench.perform(UncoupleDynamometer(), LockRotor())
         if settings.short_correction:

@@ -53,7 +53,7 @@ class LoadRun:
 
     @property
     def points(self) -> Sequence[DrivenPoint]:
-        """What was read so far."""
+        """The points read so far."""
         return tuple(self._done)
 
     def grid(self, speeds: Sequence[float], levels: Sequence[float]) -> list[DrivenPoint]:

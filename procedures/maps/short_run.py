@@ -38,7 +38,7 @@ class ShortRun:
 
     @property
     def points(self) -> Sequence[ShortPoint]:
-        """What was read so far, the slowest speed first."""
+        """The points read so far, the slowest speed first."""
         return tuple(self._points)
 
     def sweep(self, others: Sequence[CurrentProbe], temperature: UncertainReal | None = None) -> ShortSweep:

@@ -25,8 +25,8 @@ _MORE = 1.3
 
 @dataclass(frozen=True)
 class StrokePace:
-    """How strokes are taken: `strokes` in a train, `shortest` and `longest` (s) of one, `quiet` (rad, electrical) that the rotor may
-    swing by, `rest` (s) between trains; above `rated_current` (A) the motor rests until the mean square is the rated one's.
+    """The timing of strokes: `strokes` in a train, `shortest` and `longest` (s) of one, `quiet` (rad, electrical) that the rotor
+    may swing by, `rest` (s) between trains; above `rated_current` (A) the motor rests until the mean square is the rated one's.
     """
 
     strokes: int

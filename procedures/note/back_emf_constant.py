@@ -53,7 +53,7 @@ _DRIFT = 1e-3
 
 
 class Probing(Enum):
-    """Where the voltages are taken."""
+    """The points at which the voltages are taken."""
 
     THREE_PHASE = "three_phase"
     NEUTRAL = "neutral"

@@ -38,7 +38,7 @@ NAMES = estimation.SHARED
 
 
 class Tare(Enum):
-    """Where the dynamometer's own inertia and friction come from."""
+    """The source of the dynamometer's own inertia and friction."""
 
     MEASURED = "measured"
     GIVEN = "given"

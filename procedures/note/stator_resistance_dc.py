@@ -88,7 +88,7 @@ class LineSlope:
 
     @property
     def rise(self) -> float:
-        """How far V over I rose, relatively, from a polarity's first reading to its last, at the same level."""
+        """The relative rise of V over I from a polarity's first reading to its last, at the same level."""
         _, current, voltage = self.readings
         half = len(current) // 2
         return float(

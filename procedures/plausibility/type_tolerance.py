@@ -1,4 +1,4 @@
-"""Whether a motor is as its type: each figure with its interval against the type's value and tolerance."""
+"""The conformity of a motor with its type: each figure with its interval against the type's value and tolerance."""
 
 from enum import Enum
 
@@ -9,7 +9,7 @@ from procedures.core.result import Notice, Parameter
 
 
 class Conformity(Enum):
-    """What an interval says of a tolerance (ISO 14253-1): `OPEN` where it lies on both sides of a limit."""
+    """The result of comparing an interval with a tolerance (ISO 14253-1): `OPEN` if it lies on both sides of a limit."""
 
     WITHIN = "within"
     OPEN = "open"

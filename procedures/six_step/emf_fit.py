@@ -22,7 +22,7 @@ Seen = Sequence[tuple[LoadPoint, six_step.LineCurrent, UncertainReal]]
 
 @dataclass(frozen=True)
 class VoltageTerms:
-    """What makes the mean bus voltage at each load, of shape (n,): `bus` (V) = k_e·`speed` + R_t·`switched` + `drops` (V).
+    """The terms of the mean bus voltage at each load, of shape (n,): `bus` (V) = k_e·`speed` + R_t·`switched` + `drops` (V).
 
     `drops` is R_11 times `mean_current` (A) and L11 − L12 times `rate` (A/s).
     """

@@ -1,1 +1,1 @@
-"""What several procedures do in the same way."""
+"""Techniques that several procedures share."""

@@ -1,4 +1,4 @@
-"""Which instrument the note's rules want for a reading, whether the station has it, and why."""
+"""The instrument that the note's rules require for a reading, its presence in the station, and the reasons."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,8 +12,8 @@ RESISTANCE_RULE, INDUCTANCE_RULE = 2.0, 10e-3
 
 @dataclass(frozen=True)
 class InstrumentChoice:
-    """What was chosen for a reading, and the reasons; `procedure` is the one that uses it, `short` whether the station lacks what fits,
-    `unstated` whether the meter's accuracy is not stated where the rule wants a precision bridge.
+    """The instrument chosen for a reading, and the reasons; `procedure` is the one that uses it, `short` is true if the station
+    lacks a suitable one, `unstated` if the meter's accuracy is not stated where the rule requires a precision bridge.
     """
 
     chosen: Text

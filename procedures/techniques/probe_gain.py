@@ -13,7 +13,7 @@ _DITHERS = 0.3
 
 @dataclass(frozen=True)
 class ShownLevel:
-    """What a channel shows of a steady level (V or A), its Type A uncertainty, and the reference's reading of it, both signed.
+    """A channel's mean at a steady level (V or A), its Type A uncertainty, and the reference's reading of the level, both signed.
 
     `stated` is the limit of the channel's gain without a verification, relative.
     """

@@ -35,7 +35,7 @@ Read = TypeVar("Read")
 
 
 class Repeated(Protocol[Read]):
-    """What is read several times under one condition, for parameters of these names; `terminals` says where."""
+    """A reading that is repeated under one condition, for parameters of these names; `terminals` is the place."""
 
     @property
     def terminals(self) -> str:
@@ -47,7 +47,7 @@ class Repeated(Protocol[Read]):
 
     @property
     def name(self) -> Text:
-        """What it is called."""
+        """The quantity's name for readers."""
 
     @property
     def unit(self) -> str:
@@ -68,7 +68,7 @@ class Repeated(Protocol[Read]):
 
 @dataclass(frozen=True)
 class RepeatedReading:
-    """What an instrument is asked for several times at one load, for parameters of these names."""
+    """An instrument's reading that is repeated at one load, for parameters of these names."""
 
     terminals: str
     name: Text
@@ -96,7 +96,7 @@ class RepeatedReading:
 
 @dataclass(frozen=True)
 class RepeatedQuantity:
-    """What is read of the bridge several times between `terminals` (as A–B), for parameters of these names."""
+    """A quantity that the bridge reads several times between `terminals` (as A–B), for parameters of these names."""
 
     terminals: str
     wanted: Wanted
@@ -104,7 +104,7 @@ class RepeatedQuantity:
 
     @property
     def name(self) -> Text:
-        """What it is called."""
+        """The quantity's name for readers."""
         return text("resistance") if self.wanted is Wanted.RESISTANCE else text("inductance")
 
     @property
@@ -183,7 +183,9 @@ class _Repeats(Generic[Read]):
             self.readings[place : place + 1] = [self._quantity.read(bench)]
 
     def ask(self) -> list[float]:
-        """Have a person look at what contradicts its siblings, until nothing does or it is confirmed; return what was typed over."""
+        """Ask a person about readings that contradict the others, until none does or they are confirmed; return the values typed
+        instead.
+        """
         replaced: list[float] = []
         confirmed: list[int] = []
         for _ in range(_QUESTIONS):

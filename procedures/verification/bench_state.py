@@ -1,4 +1,4 @@
-"""What hands have left, and what is known of it by measurement."""
+"""The bench's setup as it was last left, and the knowledge of it by measurement."""
 
 from collections.abc import Collection
 
@@ -38,7 +38,7 @@ class BenchState:
 
     @property
     def rotor_locked(self) -> bool:
-        """Whether the shaft was locked by this run, and not released since."""
+        """True if this run locked the shaft and has not released it since."""
         return self.setup.rotor_locked is True
 
     def begin(self, in_use: Collection[Role], motor_voltage: float | None) -> None:

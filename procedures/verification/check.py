@@ -23,7 +23,7 @@ Connection = Connect | ConnectProbes | ConnectVoltmeter
 
 @dataclass(frozen=True)
 class Check:
-    """What a check found.
+    """The result of a check of a connection.
 
     `by` is the instrument's role, `possible` the records of mistakes that would read the same (or, of a wrong connection, that
     explain it), `read` the figures in SI units by name, `reason` a key of `words.REASONS`, `evidence` the figures in words,
@@ -40,7 +40,7 @@ class Check:
 
     @property
     def correctable(self) -> bool:
-        """Whether the connection that was checked can be put right now, and may be the wrong one: not only one before it."""
+        """True if the connection that was checked, and not only an earlier one, may be the wrong one and can be corrected now."""
         return self.correctable_now and any(not entry.get("earlier") for entry in self.possible)
 
     def record(self) -> dict[str, Any]:

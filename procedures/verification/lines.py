@@ -1,4 +1,4 @@
-"""What this run knows of the motor's line resistances, which tell one connection from another."""
+"""The motor's line resistances as this run knows them; they distinguish one connection from another."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ _ALIKE = (1.0, 1.0, 1.0)
 
 @dataclass(frozen=True)
 class Reference:
-    """What a reading between two poles is held against.
+    """The reference that a reading between two poles is compared with.
 
     Legs (Ω) of the equivalent wye with the relative half-width within which they hold now, and the leads (Ω) in series. With
     `before`, the legs are what a reading on those poles gives, its leads taken for part of them: whether that connection was as

@@ -1,4 +1,4 @@
-"""What the wiring's checks found, in words; the record in a result is data, and these sentences are made from it."""
+"""Messages about the wiring checks' findings; the record in a result is data, and these sentences are made from it."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

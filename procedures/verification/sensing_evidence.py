@@ -30,7 +30,7 @@ _UNLIKE = 0.05
 
 @dataclass(frozen=True)
 class Sensed:
-    """What is sensed: voltage (V) and current (A) within their errors, None where nothing senses it; scope channels or None."""
+    """The voltage (V) and current (A) that are sensed, within their errors, None if nothing senses it; scope channels or None."""
 
     voltage: Interval | None = None
     current: Interval | None = None

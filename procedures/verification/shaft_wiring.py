@@ -24,7 +24,7 @@ class ShaftWiring:
         self._bench = verifier.bench
 
     def open_terminals(self, *beside: Wanted) -> None:
-        """Have the terminals opened, with what else is wanted of the setup.
+        """Open the terminals and make the other requested changes of the setup.
 
         That is verified where they were so before and nothing was touched since.
         """

@@ -39,7 +39,7 @@ class ShortedWiring:
         largest: float,
         speed: float,
     ) -> None:
-        """Have all terminals joined and the probes fitted, and verify that by turning the shaft slowly.
+        """Join all terminals, fit the probes, and verify both by turning the shaft slowly.
 
         `voltages` are three probes on the phases against the artificial star, `electrical_ratio` the pole pairs, `flux` (V·s/rad) the
         EMF over electrical speed that they showed with open terminals, `largest` (A) a first guess of the current's amplitude,

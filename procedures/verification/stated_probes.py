@@ -56,7 +56,7 @@ class _ProbedOscilloscope:
         return getattr(self._scope, name)
 
     def configure_channel(self, channel: int, settings: ChannelSettings) -> None:
-        """Have the probe's limit stated, then set the channel."""
+        """Ensure that the probe's limit is stated, then set the channel."""
         self._probes.ensure(channel, self._ask)
         self._scope.configure_channel(channel, settings)
 

@@ -26,7 +26,7 @@ _SETTINGS = {"V": "voltage_ranges", "A": "current_ranges"}
 
 @dataclass(frozen=True)
 class VerifiedGain:
-    """What a channel shows over what is there, `gain`, known within ± `limit` (relative), in one range (full scale, V or A).
+    """A channel's verified gain, known within ± `limit` (relative), in one range (full scale, V or A).
 
     `reference` says what it was held against.
     """

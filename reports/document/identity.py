@@ -1,4 +1,4 @@
-"""Who and what: the motor, the bench, its instruments and their calibrations, the operator, the record."""
+"""The identity part of a report: the motor, the bench, its instruments and their calibrations, the operator, the record."""
 
 from drivers.interfaces.text import Text, lines, text, word
 from procedures.core.nameplate import WindingConnection

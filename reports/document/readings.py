@@ -1,4 +1,4 @@
-"""What was set and read in a procedure's steps, as a table."""
+"""The set points and readings of a procedure's steps, as a table."""
 
 from collections.abc import Iterable
 

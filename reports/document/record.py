@@ -1,4 +1,4 @@
-"""What a report is made from: one run, as whoever keeps its record hands it over."""
+"""The input of a report: one run, as the keeper of its record hands it over."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -119,7 +119,7 @@ class ProcedureRecord:
 
 @dataclass(frozen=True)
 class JournalEnd:
-    """Where the record ends: number of events and SHA-256 of the last; `torn` where a line after it was cut off."""
+    """The end of the record: number of events and SHA-256 of the last; `torn` if a line after it was cut off."""
 
     events: int
     sha256: str

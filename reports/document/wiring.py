@@ -1,4 +1,4 @@
-"""How the connections of a procedure were verified, and what came of it."""
+"""The verification of a procedure's connections, and its results."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""When a figure must not go into a controller: it is missing, it makes no sense, or too little is known of it."""
+"""Reasons why a figure must not go into a controller: it is missing, it is implausible, or its uncertainty is too large."""
 
 import math
 from collections.abc import Iterator

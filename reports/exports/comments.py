@@ -12,7 +12,7 @@ _WIDTH = 120
 
 @dataclass(frozen=True)
 class Syntax:
-    """How a language writes a comment of one line; `forbidden` is what would end it, and what stands instead."""
+    """The syntax of a language's comment of one line; `forbidden` is what would end it, and its substitute."""
 
     start: str
     end: str = ""

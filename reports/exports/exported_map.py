@@ -58,7 +58,7 @@ class ExportedMap:
 
     @property
     def beyond(self) -> int:
-        """How many points of the grid lie beyond what was measured."""
+        """The number of the grid's points that lie beyond the measured ones."""
         return int(np.count_nonzero(~self.measured))
 
 

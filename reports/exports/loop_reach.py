@@ -1,4 +1,4 @@
-"""How far a current loop's bandwidth may be off, by what R and L are known to.
+"""The possible deviation of a current loop's bandwidth, by the uncertainty of R and L.
 
 kp = omega L and ki = omega R cancel the motor's pole where R and L are the motor's own. Where the pole R/L lies above the bandwidth, an
 error of R moves the loop as much as one of L does elsewhere.

@@ -1,4 +1,4 @@
-"""What is exported: one motor's figures, and what is doubtful about them."""
+"""The subject of an export: one motor's figures, and doubts about them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ _DOUBTS = ("consistency-", "disagreement", "uncertain-count")
 
 @dataclass(frozen=True)
 class Datasheet:
-    """What the plate says, SI, currents phase peak: None where it says nothing."""
+    """The nameplate's figures, SI, currents phase peak: None if not stated."""
 
     rated_current: float | None = None
     maximum_current: float | None = None

@@ -72,7 +72,7 @@ class ExportLine:
 
 @dataclass(frozen=True)
 class Sheet:
-    """What a file is written from: the fields in the target's order, what was left out and why, and the subject."""
+    """The content of a file: the fields in the target's order, those left out and why, and the subject."""
 
     subject: Subject
     lines: tuple[ExportLine, ...]
@@ -107,7 +107,7 @@ class RecordedWaveform(Protocol):
 
     @property
     def clipped(self) -> bool:
-        """Whether the record was driven out of range."""
+        """True if the record was driven out of range."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Where axes and legends stand: it follows from the words alone, so that nothing need be drawn to be placed."""
+"""Places of axes and legends: they follow from the words alone, so that nothing need be drawn to be placed."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""What a record shows beyond its model, beside the plots: causes in the captions, and the residuals where they are to be seen."""
+"""Deviations of a record from its model, beside the plots: causes in the captions, and the residuals where they are visible."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace

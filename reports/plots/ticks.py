@@ -1,4 +1,4 @@
-"""Where ticks stand on an axis, and their figures."""
+"""Places of the ticks on an axis, and their figures."""
 
 import math
 from collections.abc import Sequence

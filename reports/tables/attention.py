@@ -1,4 +1,4 @@
-"""What a run's reader should look at, the most important first."""
+"""Findings that need the attention of a run's reader, the most important first."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ _CONTRADICTIONS = frozenset({"type-tolerance", "disagreement"})
 
 
 class Rank(IntEnum):
-    """How much a finding asks of the reader: a figure is missing, figures contradict, a condition was poor, or nothing to do."""
+    """The rank of a finding: a figure is missing, figures contradict, a condition was poor, or nothing to do."""
 
     MISSING = 0
     CONTRADICTION = 1

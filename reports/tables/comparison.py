@@ -39,7 +39,7 @@ class Compared:
 
     @property
     def disagree(self) -> bool:
-        """Whether the two differ by more than their uncertainties allow."""
+        """True if the two differ by more than their uncertainties allow."""
         return abs(self.normalised_error) > 1.0
 
 

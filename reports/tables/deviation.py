@@ -19,7 +19,7 @@ _ABSOLUTE = ("%", "°")
 
 @dataclass(frozen=True)
 class OnAxis:
-    """Where a parameter stands, in per cent of the reference: value, interval, and the note's formula where it gave a figure."""
+    """The place of a parameter, in per cent of the reference: value, interval, and the note's formula if it gave a figure."""
 
     value: float
     interval: tuple[float, float]

@@ -37,7 +37,7 @@ class PacedClock:
         return min((self._wall() - self._start) * self.speedup, self._latest)
 
     def sleep(self, seconds: float) -> None:
-        """Let bench time (s) pass; a closed clock no longer waits. Raises ValueError for a negative or non-finite time."""
+        """Wait for bench time (s); a closed clock no longer waits. Raises ValueError for a negative or non-finite time."""
         if not 0.0 <= seconds < math.inf:
             raise ValueError(f"cannot sleep {seconds} s: the time must be finite and not negative")
         end = self.now() + seconds
@@ -46,7 +46,7 @@ class PacedClock:
                 return
 
     def on_advance(self, callback: Callable[[float], None]) -> Callable[[], None]:
-        """Have `callback(time)` run at every pulse, on the thread that gives it; the function returned undoes it."""
+        """Run `callback(time)` at every pulse, on the thread that gives it; the function returned undoes it."""
         self._callbacks.append(callback)
 
         def remove() -> None:
@@ -56,7 +56,7 @@ class PacedClock:
         return remove
 
     def call_at(self, time: float, callback: Callable[[], None]) -> Callable[[], None]:
-        """Have `callback` run at the first pulse from `time` (s) on; the function returned undoes it."""
+        """Run `callback` at the first pulse from `time` (s) on; the function returned undoes it."""
         alarm = (time, next(self._order), callback)
         with self._lock:
             heapq.heappush(self._alarms, alarm)

@@ -17,13 +17,13 @@ class BenchClock(Protocol):
         """Return the bench time (s)."""
 
     def sleep(self, seconds: float) -> None:
-        """Let bench time (s) pass. Raises ValueError for a negative or non-finite time."""
+        """Wait for bench time (s). Raises ValueError for a negative or non-finite time."""
 
     def on_advance(self, callback: Callable[[float], None]) -> Callable[[], None]:
-        """Have `callback` run with the new time as time goes on; the function returned undoes it."""
+        """Run `callback` with the new time whenever time advances; the function returned undoes it."""
 
     def call_at(self, time: float, callback: Callable[[], None]) -> Callable[[], None]:
-        """Have `callback` run when the bench time (s) comes; the function returned undoes it."""
+        """Run `callback` when the bench time (s) comes; the function returned undoes it."""
 
 
 class VirtualClock:
@@ -73,7 +73,7 @@ class VirtualClock:
         self._advance()
 
     def on_advance(self, callback: Callable[[float], None]) -> Callable[[], None]:
-        """Have `callback(time)` run after every jump, before any sleeper returns; the function returned undoes it.
+        """Run `callback(time)` after every jump, before any sleeper returns; the function returned undoes it.
 
         It runs on the thread whose sleeping made time jump; it must not sleep on this clock.
         """
@@ -88,7 +88,7 @@ class VirtualClock:
         return remove
 
     def call_at(self, time: float, callback: Callable[[], None]) -> Callable[[], None]:
-        """Have time stop at `time` (s) on its way and `callback` run there; the function returned undoes it.
+        """Stop time at `time` (s) on its way and run `callback` there; the function returned undoes it.
 
         It runs like those of `on_advance`, after them. A time that has passed is the next one that comes.
         """
@@ -105,7 +105,7 @@ class VirtualClock:
         return cancel
 
     def sleep(self, seconds: float) -> None:
-        """Let `seconds` of virtual time pass. Raises ValueError for a negative or non-finite time."""
+        """Wait for `seconds` of virtual time. Raises ValueError for a negative or non-finite time."""
         if not 0.0 <= seconds < float("inf"):
             raise ValueError(f"cannot sleep {seconds} s: the time must be finite and not negative")
         if seconds == 0.0:

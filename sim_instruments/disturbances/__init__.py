@@ -1,1 +1,1 @@
-"""What disturbs a real bench beyond its instruments' limits of error: probes, channels, shaft sensors, contacts, hands."""
+"""Disturbances of a real bench beyond its instruments' limits of error: probes, channels, shaft sensors, contacts, hands."""

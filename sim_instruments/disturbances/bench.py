@@ -18,7 +18,7 @@ def _not_negative(part: object, positive: frozenset[str] = frozenset()) -> None:
 
 @dataclass(frozen=True)
 class ShaftSensors:
-    """What the torque transducer and its speed sensor add.
+    """Disturbances of the torque transducer and its speed sensor.
 
     `torque_filter`, `speed_filter` (s): time constants of first-order filters in place of the transducer's own mean; `dropouts`: share
     of readings that come as zeros; `speed_runout`: relative amplitude, once a turn, of an eccentric encoder; `torque_runout` (N·m):
@@ -43,7 +43,7 @@ class ShaftSensors:
 
     @property
     def clear(self) -> bool:
-        """Whether they add nothing."""
+        """True if there are no such disturbances."""
         return self == _CLEAR_SENSORS
 
 
@@ -52,7 +52,7 @@ _CLEAR_SENSORS = ShaftSensors()
 
 @dataclass(frozen=True)
 class Contacts:
-    """What contacts add to the voltmeter and the bridge.
+    """Disturbances by the contacts of the voltmeter and the bridge.
 
     `thermal_emf` (V) fades with `thermal_time` (s) after fingers have warmed a clamp. `resistance` (Ω) of a clamp lies within the
     sensing leads; it has doubled where `doubling_current` (A) has flowed for long, and follows with `heating_time` (s).

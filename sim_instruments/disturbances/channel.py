@@ -1,4 +1,4 @@
-"""What a probe, its lead and the channel's input make of a signal before the converter sees it."""
+"""The response of a probe, its lead and the channel's input to a signal, before the converter."""
 
 import math
 from collections.abc import Callable
@@ -74,12 +74,12 @@ class ChannelPath:
 
     @property
     def clear(self) -> bool:
-        """Whether it passes everything as it is."""
+        """True if it passes every signal unchanged."""
         return self == CLEAR
 
     @property
     def memory(self) -> float:
-        """How far (s) back what it shows depends on."""
+        """The length of the past (s) that the displayed signal depends on."""
         corner = memory(1.0 / (2.0 * math.pi * self.coupling_corner)) if self.coupling_corner else 0.0
         pole = memory(1.0 / (2.0 * math.pi * self.pole)) if math.isfinite(self.pole) else 0.0
         slow = memory(self.compensation_time) if self.compensation else 0.0

@@ -1,4 +1,4 @@
-"""What an inverter that regulates currents at its rotor's angle adds: its legs, its current sensors, its encoder, its timing."""
+"""Errors of an inverter that regulates currents at its rotor's angle: its legs, current sensors, encoder and timing."""
 
 import math
 from collections.abc import Callable
@@ -77,7 +77,7 @@ class CurrentLoop:
 
     @property
     def offset(self) -> complex:
-        """What flows unseen (A, along phase A's axis + j·across it) because the sensors show their offsets."""
+        """The undetected current (A, along phase A's axis + j·across it) due to the offsets of the sensors."""
         along = (2.0 * self.current_offset_a - self.current_offset_b) / 3.0
         return -complex(along, self.current_offset_b / math.sqrt(3.0)) * (1.0 + self.current_gain)
 

@@ -1,4 +1,4 @@
-"""What breaks on the bench besides the wires: outputs that do not obey, and a winding that overheats."""
+"""Damage on the bench besides that of the wires: outputs that do not obey, and a winding that overheats."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -48,7 +48,7 @@ class Damage:
             raise ValueError(f"role {role!r} has no output that could stick; there are {', '.join(self._outputs)}")
 
     def stick(self, role: str, reports: Reports | None) -> None:
-        """Have an output stay on once it is, and its instrument report it on or off. Raises ValueError for an unknown role."""
+        """Make an output stay on once it is, and its instrument report it on or off. Raises ValueError for an unknown role."""
         self.check_output(role)
         output = self._outputs[role]
         output.stuck_output.stuck = reports
@@ -74,7 +74,7 @@ class Damage:
                 settings.faults.dynamometer_runaway = None if checked is None else min(checked, most)
 
     def run_inverter_away(self, speed: float | None) -> None:
-        """Have the inverter's field go for a speed (rad/s, mechanical), or its regulated current for three times the command."""
+        """Make the inverter's field go to a speed (rad/s, mechanical), or its regulated current to three times the command."""
         checked = _positive("speed", speed, "rad/s")
         timeline = self._timelines[0]
         with timeline.changing() as settings:
@@ -84,7 +84,7 @@ class Damage:
             settings.faults.inverter_runaway = None if frequency is None else min(frequency, most)
 
     def overheat(self, heating: Heating | None) -> None:
-        """Have the winding overheat by itself."""
+        """Make the winding overheat by itself."""
         with self._timelines[0].changing() as settings:
             settings.faults.heating = heating
 

@@ -1,4 +1,4 @@
-"""What every described fault has: when it begins, and when it mends."""
+"""The common part of every described fault: its beginning and its end."""
 
 import re
 import warnings
@@ -93,7 +93,7 @@ class Description(Strict):
 
     @property
     def timed(self) -> bool:
-        """Whether something says when it begins or ends."""
+        """True if a beginning or an end is stated."""
         return bool(self.model_fields_set & {"at", "step", "message", "after", "duration"})
 
     def check(self, bench: "FaultTarget") -> None:

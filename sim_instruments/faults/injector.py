@@ -43,7 +43,7 @@ class Injector:
         self._listeners: list[Listener] = []
 
     def listen(self, listener: Listener) -> None:
-        """Have it told of every fault that begins or mends."""
+        """Add a listener to every fault that begins or ends."""
         self._listeners.append(listener)
 
     def add(self, described: Description) -> None:

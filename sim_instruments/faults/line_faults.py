@@ -9,7 +9,7 @@ import numpy as np
 
 
 class FaultKind(StrEnum):
-    """What becomes of a message or of its reply."""
+    """The effect of a fault on a message or its reply."""
 
     #: It never comes.
     SILENCE = "silence"
@@ -128,7 +128,7 @@ class Faults:
         self._faults = [other for other in self._faults if other is not fault]
 
     def watch(self, watch: MessageWatch) -> None:
-        """Have a message looked out for."""
+        """Add a watch for a message."""
         self._watches.append(watch)
 
     def unwatch(self, watch: MessageWatch) -> None:

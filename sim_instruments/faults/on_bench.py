@@ -25,7 +25,7 @@ class OpenPhase(Description):
 
 
 class Swapped(Description):
-    """Have two wires carry each other's label; null puts them right."""
+    """Two wires with exchanged labels; null puts them right."""
 
     fault: Literal["swapped"]
     pair: Annotated[list[Terminal], Field(min_length=2, max_length=2, description="two terminals")] | None
@@ -66,7 +66,7 @@ class MotorUnplugged(Description):
 
 
 class StuckOutput(Description):
-    """Have an output stay on once it is, and its instrument report it on or, wrongly, off."""
+    """An output that stays on once it is, while its instrument reports it on or, wrongly, off."""
 
     fault: Literal["stuck_output"]
     role: str
@@ -106,7 +106,7 @@ class StuckRelay(Description):
 
 
 class CurrentLimited(Description):
-    """Have the supply give no more than a current, so that it is in CC where CV is expected."""
+    """A supply that gives no more than a current, so that it is in CC where CV is expected."""
 
     fault: Literal["current_limited"]
     current: Annotated[float, Field(gt=0.0, le=1e4, json_schema_extra={"unit": "A"})] = 0.05
@@ -133,7 +133,7 @@ class SpeedRunaway(Description):
 
 
 class ThermalRunaway(Description):
-    """Have the winding overheat by itself, towards a temperature as a first-order lag."""
+    """A winding that overheats by itself, towards a temperature as a first-order lag."""
 
     fault: Literal["thermal_runaway"]
     temperature: Annotated[float, Field(ge=-60.0, le=400.0, json_schema_extra={"unit": "°C"})] = 200.0

@@ -31,7 +31,7 @@ _MODBUS_KINDS = ("exception", "wrong_unit")
 
 
 class LineFault(Description):
-    """What becomes of messages and replies.
+    """A fault of messages and replies.
 
     Of the `count`-th from its beginning, of those in which `pattern` is found (`times` times, "always" or None for ever), or,
     with neither, of all; for a kind that concerns readings or channels, of all such.

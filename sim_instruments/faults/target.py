@@ -1,4 +1,4 @@
-"""What a described fault needs of the bench that it is brought onto."""
+"""The interface of a bench onto which described faults are brought."""
 
 from typing import Protocol
 
@@ -34,4 +34,4 @@ class FaultTarget(Protocol):
         """Tell whether a relay's coil has ever been commanded closed."""
 
     def stick_relay(self, crosspoint: str, closed: bool | None, /) -> None:
-        """Have a relay's contact stay closed or open, or mend it with None."""
+        """Make a relay's contact stick closed or open, or repair it with None."""

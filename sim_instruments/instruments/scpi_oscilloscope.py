@@ -135,7 +135,7 @@ class SimulatedScpiOscilloscope(ScpiInstrument):
         self.acquisition.single(self._setup())
 
     def rearm(self, _: int = 1) -> None:
-        """Have a running acquisition go on with the new setting."""
+        """Restart a running acquisition with the new setting."""
         match self.acquisition.state:
             case "RUN":
                 self.acquisition.run(self._setup())
@@ -143,7 +143,7 @@ class SimulatedScpiOscilloscope(ScpiInstrument):
                 self.single()
 
     def polled(self, reply: Callable[[], str]) -> str | Handling:
-        """Have a poll of a running acquisition take the time of a query, so that polling alone lets it end."""
+        """Delay the reply to a poll of a running acquisition by the time of a query, so that polling alone lets it end."""
         if self.acquisition.state == "STOP":
             return reply()
 

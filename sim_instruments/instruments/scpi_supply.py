@@ -19,7 +19,8 @@ Quantity = Literal["voltage", "current"]
 
 @dataclass(frozen=True)
 class SupplyRating:
-    """What a supply is: largest voltage (V) and current (A), over-voltage level (V), resolution and noise of both readings.
+    """The ratings of a supply: largest voltage (V) and current (A), over-voltage level (V), resolution and noise of both
+    readings.
 
     What of an output's errors is set and read lies within `errors`, those of a healthy unit unless a bench draws others.
     """

@@ -1,4 +1,4 @@
-"""How a unit on a serial line frames its characters, as its own parameters say."""
+"""Character framing of a unit on a serial line, by its own parameters."""
 
 from dataclasses import dataclass
 

@@ -191,7 +191,7 @@ class RotorField(ImpressedField):
 
 
 class Synchronous:
-    """What a rotating field of given amplitude can carry: pull-out torque, load angle, and the voltage it takes.
+    """The capability of a rotating field of given amplitude: pull-out torque, load angle, and the voltage that it requires.
 
     All for the Y-equivalent; `resistance` Ω, inductances H, `flux_linkage` V·s/rad, `amplitude` A peak.
     """

@@ -21,8 +21,8 @@ Ending = Literal["horizon", "standstill", "current", "voltage"]
 
 @dataclass(frozen=True)
 class Thresholds:
-    """What ends the swing early: the source's current passing `current` (A) in `current_direction`, or the voltage of a
-    current source rising through `voltage` (V).
+    """The conditions that end the swing early: the source's current passing `current` (A) in `current_direction`, or the voltage
+    of a current source rising through `voltage` (V).
     """
 
     current: float = math.inf

@@ -1,4 +1,4 @@
-"""What a recorded instrument answers to each message."""
+"""A recorded instrument's answer to each message."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence

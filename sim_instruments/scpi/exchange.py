@@ -29,11 +29,11 @@ class InstrumentClock(Protocol):
         """Return the time."""
 
     def sleep(self, seconds: float) -> None:
-        """Let time pass."""
+        """Wait for a time (s)."""
 
 
 class ReadEnd(Enum):
-    """Why a read came to its end."""
+    """The reason why a read ended."""
 
     MESSAGE = "end of message"
     COUNT = "count reached"
@@ -145,13 +145,13 @@ class MessageExchange:
 
     @property
     def message_available(self) -> bool:
-        """Whether a response can be read now."""
+        """True if a response can be read now."""
         self.poll()
         return self._output is not None and self._ready <= self.clock.now()
 
     @property
     def busy(self) -> bool:
-        """Whether messages are still waiting to be handled."""
+        """True if messages are still waiting to be handled."""
         return self._running is not None or bool(self._backlog)
 
     # the instrument's side

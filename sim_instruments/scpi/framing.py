@@ -18,7 +18,7 @@ class MessageSplitter:
 
     @property
     def begun(self) -> bool:
-        """Whether a part of a message is there."""
+        """True if a part of a message has arrived."""
         return bool(self._buffer) or self._dropping
 
     def feed(self, data: bytes) -> Iterator[bytes | None]:

@@ -1,4 +1,4 @@
-"""What every SCPI instrument answers: identity, common commands, status, errors (IEEE 488.2, SCPI-99)."""
+"""The common part of every SCPI instrument: identity, common commands, status, errors (IEEE 488.2, SCPI-99)."""
 
 from collections.abc import Callable
 

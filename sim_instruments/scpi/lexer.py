@@ -37,12 +37,12 @@ class Unit:
 
     @property
     def common(self) -> bool:
-        """Whether this is a common command."""
+        """True for a common command."""
         return self.header.startswith("*")
 
     @property
     def rooted(self) -> bool:
-        """Whether the header starts with a colon."""
+        """True if the header starts with a colon."""
         return self.header.startswith(":")
 
     @property

@@ -1,4 +1,4 @@
-"""What a faulty SCPI instrument makes of a message or a reply: another channel's, or no reading at all."""
+"""Mistakes of a faulty SCPI instrument in a message or a reply: another channel's, or no reading at all."""
 
 import math
 import re

@@ -46,7 +46,7 @@ def queries_of(settings: ScpiSettings) -> list[str]:
 
 
 def restore(tree: CommandTree, state: Iterable[str]) -> Handling:
-    """Have an instrument act on the messages of a state. Raises ScpiError at the first one that it refuses."""
+    """Execute the messages of a state on an instrument. Raises ScpiError at the first one that it refuses."""
     for message in state:
         for text in split_units(message):
             reply = _handle(tree, text)

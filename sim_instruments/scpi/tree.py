@@ -35,7 +35,7 @@ _MNEMONIC = re.compile(r"([A-Za-z_]*[A-Za-z_])(\d*)")
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """What a handler gets: the numeric suffixes by name, 1 where none was sent, and the data elements."""
+    """The arguments of a handler: the numeric suffixes by name, 1 if none was sent, and the data elements."""
 
     suffixes: tuple[int, ...]
     arguments: tuple[Argument, ...]

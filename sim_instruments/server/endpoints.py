@@ -1,4 +1,4 @@
-"""What each transport's instruments are reached by from other processes: ports, pseudo-terminals, a CAN gateway."""
+"""The endpoints at which other processes reach each transport's instruments: ports, pseudo-terminals, a CAN gateway."""
 
 import asyncio
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Which TCP port each endpoint of a served bench listens on."""
+"""The TCP port of each endpoint of a served bench."""
 
 import itertools
 import os

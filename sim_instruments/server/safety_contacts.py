@@ -16,7 +16,7 @@ _NO_SUCH_FUNCTION = 1
 
 
 class SafetyContacts:
-    """Which contacts are closed; all are at the start."""
+    """The state of the safety contacts; all are closed at the start."""
 
     def __init__(self) -> None:
         self._closed = dict.fromkeys(CONTACTS, True)

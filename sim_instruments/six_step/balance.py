@@ -1,4 +1,4 @@
-"""Where the power of a steady state goes, and the averages over T1T2 that the document's tables list."""
+"""The power balance of a steady state, and the averages over T1T2 that the document's tables list."""
 
 import math
 from dataclasses import dataclass

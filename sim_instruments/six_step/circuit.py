@@ -14,7 +14,7 @@ Complex = NDArray[np.complex128]
 
 
 class Idle(Enum):
-    """What the leg without a switched-on transistor (leg 2 in T1T2) does."""
+    """The state of the leg without a switched-on transistor (leg 2 in T1T2)."""
 
     OPEN = "open"
     UPPER_DIODE = "upper diode"
@@ -23,7 +23,7 @@ class Idle(Enum):
 
 @dataclass(frozen=True)
 class Conduction:
-    """Which devices conduct in T1T2: leg 1 by T1, leg 3 by T2, leg 2 by a diode or not at all.
+    """The conducting devices in T1T2: leg 1 by T1, leg 3 by T2, leg 2 by a diode or not at all.
 
     A switch that carries so much reverse current that its drop reaches the diode's is clamped by its diode.
     """

@@ -1,4 +1,4 @@
-"""What a six-step BLDC drive is made of: machine, bridge and source."""
+"""Parts of a six-step BLDC drive: machine, bridge and source."""
 
 import math
 from dataclasses import dataclass, fields

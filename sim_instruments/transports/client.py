@@ -12,7 +12,7 @@ _KEEP_ALIVE = (("TCP_KEEPIDLE", 30), ("TCP_KEEPINTVL", 10), ("TCP_KEEPCNT", 3))
 
 @dataclass(frozen=True)
 class Patience:
-    """How long (s, of the wall's time) a client is waited for before it is hung up on.
+    """The longest times (s, real time) that a client is waited for before its connection is closed.
 
     `idle`: for the first byte of its next message; `half`: from a message's first byte to its last; `stalled`: for room
     for what it has asked for and does not read.
@@ -43,7 +43,7 @@ class Client:
 
     @property
     def gone(self) -> bool:
-        """Whether no listener can be reached any more."""
+        """True if no listener can be reached any more."""
         return self._writer.is_closing()
 
     @property
@@ -53,7 +53,7 @@ class Client:
 
     @property
     def finished(self) -> bool:
-        """Whether it has sent all that it ever will."""
+        """True if it has sent its last byte."""
         return self._reader.at_eof()
 
     async def read(self, count: int, *, begun: bool = False) -> bytes:

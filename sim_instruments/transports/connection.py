@@ -1,4 +1,4 @@
-"""Whether an instrument's cable is plugged in."""
+"""The cable of an instrument, plugged in or not."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -17,11 +17,11 @@ class Connection:
 
     @property
     def up(self) -> bool:
-        """Whether it is plugged in."""
+        """True if it is plugged in."""
         return self._up
 
     def listen(self, listener: Callable[[bool], None]) -> None:
-        """Have `listener(up)` called at every change."""
+        """Call `listener(up)` at every change."""
         self._listeners.append(listener)
 
     def pull(self) -> None:
@@ -43,7 +43,7 @@ class Connection:
 
 
 class Line(Protocol):
-    """What has messages that faults can strike, and a cable."""
+    """A line with messages that faults can strike, and a cable."""
 
     @property
     def faults(self) -> Faults:

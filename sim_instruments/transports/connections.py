@@ -1,4 +1,4 @@
-"""What closed relays connect: terminals to sockets, probes and sense leads to nodes, and what does not belong together."""
+"""The connections that closed relays make: terminals to sockets, probes and sense leads to nodes, and invalid combinations."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ LEADS_SHORT = "leads:short"
 
 @dataclass(frozen=True)
 class Connections:
-    """What the motor, the voltmeter, the scope's channels and the bridge's leads are on; `shorts` in words."""
+    """The connections of the motor, the voltmeter, the scope's channels and the bridge's leads; `shorts` in words."""
 
     wiring: Mapping[Terminal, Contact]
     voltmeter: tuple[Terminal, Terminal] | None

@@ -19,7 +19,7 @@ class Conversation:
         self._clock = clock
 
     def follow(self, look: Callable[[], None]) -> Callable[[], None]:
-        """Have `look` run whenever time has gone on; the function returned undoes it."""
+        """Run `look` whenever time has advanced; the function returned undoes it."""
         return self._clock.on_advance(lambda _: look())
 
     async def exchange(self, message: bytes, gone: Callable[[], bool]) -> Outgoing | None:

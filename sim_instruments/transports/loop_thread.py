@@ -29,7 +29,7 @@ class LoopThread:
         return await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(called(), self._loop))
 
     def soon(self, function: Callable[..., object], *arguments: Any) -> None:
-        """Have a function called on this loop's thread, after what is already to be called; a closed loop calls nothing."""
+        """Call a function on this loop's thread, after the calls that wait already; a closed loop calls nothing."""
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(function, *arguments)
 

@@ -1,1 +1,1 @@
-"""What is on the bench and what happens there over time."""
+"""The virtual bench and its physics over time."""

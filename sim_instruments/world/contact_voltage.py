@@ -1,4 +1,4 @@
-"""What clamps add to what a bridge and a voltmeter's leads sense."""
+"""Voltages that clamps add to the readings of a bridge and a voltmeter."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What an oscilloscope's probes have sensed over a stretch of time, worked out when the record is read."""
+"""The signals of an oscilloscope's probes over a stretch of time, computed when the record is read."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What an auto-balancing bridge makes of the motor between its leads."""
+"""The reading of an auto-balancing bridge with the motor between its leads."""
 
 import cmath
 import math

@@ -89,7 +89,7 @@ class InverterStage:
 
     @property
     def bridge_error(self) -> BridgeError:
-        """What a leg loses: each dead time of a period costs a share of the DC link, against the current."""
+        """The voltage error of a leg: each dead time of a period costs a share of the DC link, against the current."""
         step = self.dead_time * self.switching_frequency * self.dc_voltage + self.device_drop
         return BridgeError(step, self.knee_current, self.device_resistance)
 

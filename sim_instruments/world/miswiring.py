@@ -40,23 +40,23 @@ class Miswirings:
         self._senses: dict[int | None, _Sense] = {}
 
     def wire(self, terminal: Terminal, socket: Socket, occasion: int | None = 1) -> None:
-        """Have a terminal's wire end at a socket, whatever is requested; None for the occasion is every time."""
+        """Connect a terminal's wire to a socket, whatever is requested; None for the occasion is every time."""
         self._wires.append(_Wire((terminal,), socket, occasion))
 
     def exchange(self, first: Terminal, second: Terminal, occasion: int | None = 1) -> None:
-        """Have two terminals' wires change places."""
+        """Exchange the wires of two terminals."""
         self._wires.append(_Wire((first, second), None, occasion))
 
     def voltage_leads(self, channel: int | None, positive: Node | None = None, negative: Node | None = None) -> None:
-        """Have a channel's tip or reference (None for the channel: the voltmeter's leads) on a node, "loose" being none."""
+        """Connect a channel's tip or reference (None for the channel: the voltmeter's leads) to a node, "loose" being none."""
         self._senses[channel] = _Sense(positive, negative)
 
     def current_probe(self, channel: int, terminal: Terminal | None = None, *, turned: bool = False) -> None:
-        """Have a channel's current probe round another wire, or turned round."""
+        """Put a channel's current probe round another wire, or turn it round."""
         self._senses[channel] = _Sense(terminal=terminal, turned=turned)
 
     def clear(self) -> None:
-        """Have hands do as they are requested."""
+        """Remove all mistakes, so that connections are as requested."""
         self._wires, self._senses = [], {}
 
     def listed(self) -> list[str]:

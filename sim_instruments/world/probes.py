@@ -23,7 +23,7 @@ class PlacedVoltageProbe:
 
     @property
     def loose(self) -> bool:
-        """Whether a lead touches nothing."""
+        """True if a lead touches nothing."""
         return "loose" in (self.positive, self.negative)
 
 

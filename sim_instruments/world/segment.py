@@ -52,7 +52,7 @@ class FieldState:
 
 @dataclass(frozen=True)
 class State:
-    """What carries over from one segment to the next."""
+    """The state that carries over from one segment to the next."""
 
     angle: float
     speed: float
@@ -169,7 +169,7 @@ class Segment:
 
     @property
     def warms(self) -> bool:
-        """Whether there are currents that warm the windings."""
+        """True if there are currents that warm the windings."""
         return self.live and not (isinstance(self.circuit, LinearTransient) and self.circuit.dead)
 
     def copper_loss(self, times: FloatArray) -> FloatArray:

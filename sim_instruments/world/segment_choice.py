@@ -1,4 +1,4 @@
-"""Which laws hold next: from what is set on the bench and the present state to a segment."""
+"""The choice of the laws that hold next, from the bench's settings and the present state to a segment."""
 
 import math
 from dataclasses import replace

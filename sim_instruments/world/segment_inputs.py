@@ -1,4 +1,4 @@
-"""What the laws of the next segment are made from."""
+"""The inputs of the next segment's laws."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What hands and instruments have set on the virtual bench; the physics follows from it."""
+"""The settings of the virtual bench by hands and instruments; the physics follows from them."""
 
 import math
 from dataclasses import dataclass, field
@@ -48,7 +48,7 @@ class Heating:
 
 @dataclass
 class BenchFaults:
-    """What is broken on the bench, instruments' lines apart.
+    """The faults on the bench, those of the instruments' lines apart.
 
     `unplugged`: all the motor's wires are open. `supply_current` (A) is all that the supply gives, whatever its limit.
     `dynamometer_runaway` (rad/s) and `inverter_runaway` (Hz, electrical) are where those go while they are switched on.
@@ -118,7 +118,7 @@ class InverterSettings:
 
 @dataclass
 class SixStepSettings:
-    """What is set of the six-step drive, and why it has switched itself off."""
+    """The settings of the six-step drive, and the reason why it has switched itself off."""
 
     enabled: bool = False
     fault: SixStepFault | None = None
@@ -126,9 +126,8 @@ class SixStepSettings:
 
 @dataclass
 class ShaftSettings:
-    """Who holds or turns the shaft. `wobble_phase` (rad) starts the wobble,
-    `pauses` (from, to, s) are those in which a hand takes hold anew,
-    `pull_until` (s), `pull_speed` (rad/s) and `pull_then`, who holds the shaft after it, belong to a pull.
+    """The holder or driver of the shaft. `wobble_phase` (rad) starts the wobble, `pauses` (from, to, s) are those in which a hand
+    takes hold anew, `pull_until` (s), `pull_speed` (rad/s) and `pull_then`, who holds the shaft after it, belong to a pull.
     """
 
     holder: Holder = "free"
@@ -173,7 +172,7 @@ class WorldSettings:
 
     @property
     def rotor_held(self) -> bool:
-        """Whether the lock, a hand or a jam holds the rotor."""
+        """True if the lock, a hand or a jam holds the rotor."""
         return self.faults.stuck_rotor or self.shaft.holder in ("locked", "hand")
 
     @property
@@ -184,7 +183,7 @@ class WorldSettings:
 
     @property
     def dynamometer_mode(self) -> Literal["speed", "torque"]:
-        """What the dynamometer actually regulates; one that runs away regulates its speed."""
+        """The quantity that the dynamometer actually regulates; one that runs away regulates its speed."""
         return self.dynamometer.mode if self.faults.dynamometer_runaway is None else "speed"
 
     @property

@@ -350,7 +350,7 @@ class World:
 
     @property
     def unmodelled(self) -> dict[str, float]:
-        """What has happened that the bench does not model, and when (s) it last began."""
+        """The events that the bench does not model, with the time (s) at which each last began."""
         with self._timeline.observing():
             return dict(self._timeline.unmodelled)
 
@@ -437,7 +437,7 @@ class World:
             settings.faults.open_phase = terminal
 
     def set_swapped(self, pair: tuple[Terminal, Terminal] | None) -> None:
-        """Have two wires of the motor carry each other's label, or none. Raises ValueError for an impossible pair."""
+        """Exchange the labels of two of the motor's wires, or put them right. Raises ValueError for an impossible pair."""
         if pair is not None:
             for terminal in pair:
                 self._check_terminal(terminal)

@@ -1,4 +1,4 @@
-"""What `motorbench analyze` prints: the table, or one JSON object; the budgets where they are asked for."""
+"""Output of `motorbench analyze`: the table, or one JSON object; the budgets if requested."""
 
 import sys
 from collections.abc import Mapping, Sequence

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class RecordOptions:
-    """Which part of a capture is taken, how far its channels may err, and how the outcome is printed.
+    """The selected part of a capture, the limits of error of its channels, and the form of the output.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class RecordOptions:
 
     @property
     def translate(self) -> Translate:
-        """What translates into the reader's language."""
+        """The translation into the reader's language."""
         return translator(language_of(self.language))
 
     @property

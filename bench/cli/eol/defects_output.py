@@ -1,4 +1,4 @@
-"""What a check of a plan against defects prints."""
+"""Output of a check of a plan against defects."""
 
 import math
 import sys

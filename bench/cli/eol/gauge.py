@@ -17,7 +17,7 @@ from drivers.interfaces.text import Translate, text
 
 @dataclass(frozen=True)
 class GaugeRequest:
-    """Which study: by which appraisers, with which motors of known value (by serial number, SI), pooled at which level."""
+    """A gauge study's request: its appraisers, the motors of known value (by serial number, SI), and the level of pooling."""
 
     study: Literal["crossed", "range", "type-1", "linearity"]
     appraiser: Literal["person", "socket"]

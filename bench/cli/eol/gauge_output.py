@@ -1,4 +1,4 @@
-"""What `motorbench eol stats --gauge` and `--study` print for people."""
+"""Output of `motorbench eol stats --gauge` and `--study` for people."""
 
 import math
 import sys

@@ -1,4 +1,4 @@
-"""What `motorbench eol stats --json` prints: numbers that are not defined are null."""
+"""Output of `motorbench eol stats --json`: numbers that are not defined are null."""
 
 import math
 from collections.abc import Mapping

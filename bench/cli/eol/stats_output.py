@@ -1,4 +1,4 @@
-"""What `motorbench eol stats` prints for people."""
+"""Output of `motorbench eol stats` for people."""
 
 import math
 import sys

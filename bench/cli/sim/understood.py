@@ -1,4 +1,4 @@
-"""What simulated instruments understand: SCPI's commands and queries, Modbus registers, CANopen objects, registers on CAN FD."""
+"""The commands of simulated instruments: SCPI's commands and queries, Modbus registers, CANopen objects, registers on CAN FD."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any

@@ -145,7 +145,7 @@ def check(
 
 
 def held(station: Station, entry: Entry, owner: Ownership, translate: Translate) -> dict[str, Any]:
-    """Have an instrument for the check, or say who has it."""
+    """Acquire an instrument for the check, or report its present owner."""
     result: dict[str, Any] = {
         "driver": entry.driver.name,
         "address": entry.address,

@@ -1,4 +1,4 @@
-"""What `station check` says of the simulated instruments that the station's drivers name and that there are not."""
+"""Report by `station check` of simulated instruments that the station's drivers name and that do not exist."""
 
 import sys
 from collections.abc import Mapping

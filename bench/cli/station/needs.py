@@ -1,4 +1,4 @@
-"""What `station check` says of each procedure: whether the station has what it needs, and what it will ask of people."""
+"""Report by `station check` of each procedure: whether the station has what it needs, and its questions to people."""
 
 import sys
 from collections.abc import Sequence

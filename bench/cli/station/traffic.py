@@ -114,9 +114,9 @@ def replay(
     language: str = "auto",
     json: bool = False,
 ) -> int:
-    """Have today's drivers do again what a recording says, each with its recorded instrument, and say where they do something else.
+    """Repeat a recording with the present drivers, each with its recorded instrument, and report the differences.
 
-    Exit status 1 where one does.
+    Exit status 1 if there are any.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""What a plan lets through: virtual motors with every defect there is, measured by the plan, and what its limits make of them."""
+"""The detection of defects by a plan: virtual motors with every known defect, measured by the plan and judged by its limits."""

@@ -11,7 +11,9 @@ from bench.eol.defects.trial import MotorTrial, TrialSetup
 
 @dataclass(frozen=True)
 class Campaign:
-    """What was measured, in the order of the motors' numbers; not `complete` where somebody stopped it. `planned` motors there are."""
+    """The measured motors, in the order of their numbers; not `complete` if somebody stopped it. `planned` is their intended
+    number.
+    """
 
     trials: tuple[MotorTrial, ...]
     planned: int

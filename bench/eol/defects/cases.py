@@ -43,7 +43,7 @@ class DefectCase:
 
     @property
     def key(self) -> str:
-        """What its random numbers follow from."""
+        """The seed of its random numbers."""
         return f"{self.defect} {self.severity.render()}"
 
 

@@ -28,7 +28,7 @@ USUAL_SPREAD = SpreadSection(resistance=1.5, inductance=2.0, flux=1.5, inertia=1
 
 @dataclass(frozen=True)
 class DefectRequest:
-    """How many motors of each case and how many sound ones, by whom; `progress` hears how many of all are done."""
+    """The number of motors of each case and of sound ones, and the workforce; `progress` is called with how many of all are done."""
 
     each: int
     sound: int
@@ -38,7 +38,7 @@ class DefectRequest:
 
 @dataclass(frozen=True)
 class DefectCheck:
-    """What was found, and where the motors were drawn from; a proposal can be made of it."""
+    """The findings, and the population that the motors were drawn from; a proposal can be made of it."""
 
     plan: Plan
     cases: DefectCases

@@ -64,7 +64,7 @@ class ProcedureFinding:
 
 @dataclass(frozen=True)
 class Findings:
-    """What a plan lets through and rejects; `complete` where all `planned` motors were measured.
+    """The defects that a plan accepts and rejects; `complete` if all `planned` motors were measured.
 
     `defective` are the motors with a gross or marginal defect; `through` is by grade.
     """

@@ -41,7 +41,8 @@ class FigureReading:
 
 @dataclass(frozen=True)
 class Attempted:
-    """What the last attempt at a procedure gave and withheld, and how long (s) all took; `refused` says why it gave nothing.
+    """The figures of the last attempt at a procedure, those withheld, and the time (s) of all attempts; `refused` is the reason
+    if there are none.
 
     `unmodelled` says that it was the virtual bench that refused, for what it cannot do: that is nothing against the motor.
     """
@@ -70,7 +71,7 @@ class MotorTrial:
 
 @dataclass(frozen=True)
 class TrialSetup:
-    """What is the same for all motors: the batch, and the text and name of the station whose twin each bench is, if any.
+    """The common setup of all motors: the batch, and the text and name of the station whose twin each bench is, if any.
 
     `code` is the hash of the program that is to measure everywhere, any where it is empty.
     """

@@ -1,1 +1,1 @@
-"""Which part of a motor is at fault, from what its procedures found: for the record, the page, the label and the rework place."""
+"""The part of a motor that is at fault, by its procedures' findings: for the record, the page, the label and the rework place."""

@@ -43,7 +43,7 @@ class Diagnosis:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What is known of a motor that failed.
+    """The evidence about a motor that failed.
 
     `findings` are the procedures' by name, `outside` the figures that failed by parameter, each its value over the middle of its
     limits (NaN where a side is open), `values` all figures (SI, %, °), `mistakes` what wrong connections look like: records of a

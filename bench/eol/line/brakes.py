@@ -15,7 +15,7 @@ _GOLDEN_TESTS = 2
 
 @dataclass(frozen=True)
 class AppliedBrake:
-    """Why a socket takes no more motors, or the whole line where none is named."""
+    """The reason why a socket takes no more motors, or the whole line if none is named."""
 
     socket: str
     why: Text

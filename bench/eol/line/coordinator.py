@@ -72,7 +72,7 @@ class Coordinator:
         return self._stop.by
 
     def stop(self, by: str) -> None:
-        """Have every socket shut down and the batch end, from any thread; the second time without waiting."""
+        """Shut down every socket and end the batch, from any thread; the second time without waiting."""
         self._stop.request(by)
 
     def _step(self) -> None:

@@ -48,7 +48,7 @@ class Dispatcher:
         return bench_time if self._virtual else monotonic() - self._start
 
     def request_motor(self, slot: WorkerSlot) -> None:
-        """Have a socket get the next motor, in its turn; none once the batch is to stop."""
+        """Queue a socket for the next motor; it gets none once the batch is to stop."""
         if self.takes_no_more(slot.name):
             self.dismiss(slot)
             return
@@ -56,7 +56,7 @@ class Dispatcher:
         self._arbiter.request(slot.number, self.time(slot.time), (), "the next motor")
 
     def request_lease(self, slot: WorkerSlot, request: LeaseRequest) -> None:
-        """Have a socket get shared instruments, in its turn."""
+        """Queue a socket for shared instruments."""
         slot.ticket = request.ticket
         time = self.time(request.time)
         self._arbiter.request(slot.number, time, request.instruments, request.purpose, self._timeout)
@@ -70,7 +70,7 @@ class Dispatcher:
         self._arbiter.advance(slot.number, bench_time)
 
     def dismiss(self, slot: WorkerSlot) -> None:
-        """Have a worker leave, and nobody wait for its socket."""
+        """Send a worker away, and stop waiting for its socket."""
         slot.idle = slot.waits_for_motor = False
         slot.leaving = True
         self._arbiter.leave(slot.number, slot.time)
@@ -86,7 +86,7 @@ class Dispatcher:
         return bool(self._stop.by) or bool(self._braked & {"", socket})
 
     def leave(self, slot: WorkerSlot) -> None:
-        """Have nobody wait for a socket whose worker has ended; what it held is free."""
+        """Remove a socket whose worker has ended from all queues; its instruments are free."""
         self._arbiter.leave(slot.number, self.time(self._status.reached(slot.number)))
 
     def rejoin(self, slot: WorkerSlot, time: float) -> None:

@@ -1,4 +1,4 @@
-"""What a plan says of a motor as its run goes on: a verdict on each attempt, what follows it, and the record in the end."""
+"""Judgement of a motor during its run: a verdict on each attempt, its consequence, and the record in the end."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -47,7 +47,7 @@ class MotorJudge:
 
     @property
     def errors(self) -> tuple[BaseException, ...]:
-        """What ended the last attempt at each procedure that gave nothing; a bound is among it only where it rejects the motor."""
+        """The errors of the last attempt at each procedure that gave nothing; a bound is among them only if it rejects the motor."""
         return tuple(
             error
             for error in self._errors.values()

@@ -1,4 +1,4 @@
-"""Where a batch's records go: a file beside the runs, forwarded to a server where one is named."""
+"""The destinations of a batch's records: a file beside the runs, forwarded to a server if one is named."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -36,7 +36,7 @@ _RETRY_INTERVAL, _RETRY_TIME = 1.0, 30.0
 
 
 class RecordDestination(Protocol):
-    """Where a record is saved."""
+    """A destination that saves records."""
 
     def save(self, record: MotorRecord) -> None:
         """Keep a record, durably. Raises StoreError."""
@@ -117,7 +117,7 @@ class RecordWriter:
 
     @property
     def left(self) -> Waiting:
-        """What still waited at the end."""
+        """The records that still waited at the end."""
         return self._left
 
     def close(self) -> None:

@@ -11,7 +11,9 @@ _SIGNALS: dict[int, str] = {signal.SIGINT: "Ctrl-C", signal.SIGTERM: "SIGTERM", 
 
 
 class StopRequest:
-    """Who requested the stop first, empty while nobody has, and how often; `descriptor` becomes readable with each request."""
+    """The first request to stop, empty while there is none, and the number of requests; `descriptor` becomes readable with each
+    request.
+    """
 
     def __init__(self) -> None:
         self.by = ""
@@ -27,12 +29,12 @@ class StopRequest:
         os.write(self._wake, b"s")
 
     def acknowledge(self) -> None:
-        """Have `descriptor` be readable only with the next request."""
+        """Clear `descriptor` until the next request."""
         os.read(self.descriptor, 100)
 
     @contextmanager
     def by_signals(self) -> Iterator[None]:
-        """Have signals request it meanwhile; they come to the main thread only."""
+        """Request the stop by signals for the length of the block; they come to the main thread only."""
         if threading.current_thread() is not threading.main_thread():
             yield
             return

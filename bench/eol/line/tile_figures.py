@@ -1,4 +1,4 @@
-"""What a socket's tile says of a motor's figures: which are outside, and which of the others is nearest a limit."""
+"""A motor's figures on its socket's tile: those outside, and of the others the one nearest a limit."""
 
 import math
 from typing import Any

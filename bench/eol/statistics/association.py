@@ -1,4 +1,4 @@
-"""Whether motors that failed somewhere stand out in another figure."""
+"""Association of failures with other figures of the same motors."""
 
 import math
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 @dataclass(frozen=True)
 class Association:
-    """How far the motors that failed at `failure` lie off all motors in `parameter`, in standard deviations of all of them.
+    """The distance of the motors that failed at `failure` from all motors in `parameter`, in standard deviations of all of them.
 
     `interval` holds it with the confidence asked for, all associations of one table together.
     """

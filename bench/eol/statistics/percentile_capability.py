@@ -18,7 +18,9 @@ _ERRORS = 6
 
 @dataclass(frozen=True)
 class PercentileRanks:
-    """Which order statistics (from 1) bound a percentile: `low` is 0 and `high` is count + 1 where none does; `at` lies between two."""
+    """The order statistics (from 1) that bound a percentile: `low` is 0 and `high` is count + 1 if none does; `at` lies between
+    two.
+    """
 
     low: int
     at: float

@@ -1,1 +1,1 @@
-"""Where the records of motors are kept: SQLite with no set-up, PostgreSQL by a URL."""
+"""The store of motors' records: SQLite without set-up, PostgreSQL by a URL."""

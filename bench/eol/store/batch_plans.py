@@ -1,4 +1,4 @@
-"""What batches were measured by: the whole text of their plan and of their motor file, kept with their records."""
+"""The plans of batches: the whole text of each plan and its motor file, kept with the records."""
 
 from dataclasses import asdict, dataclass
 
@@ -32,7 +32,7 @@ def plans_of(connection: Connection, batch: str) -> list[BatchPlan]:
 
 
 def carry_plans(own: Engine, server: Engine, batch: str) -> None:
-    """Have a server know what the batch's records of a station's own file were measured by."""
+    """Copy the plans of a batch's records from a station's own file to a server."""
     with own.connect() as connection:
         plans = plans_of(connection, batch)
     with server.begin() as connection:

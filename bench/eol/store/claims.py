@@ -98,7 +98,7 @@ def claim_of_serial(engine: Engine, serial_number: str) -> SerialClaim | None:
 
 
 def release_serial(engine: Engine, claim: SerialClaim) -> None:
-    """Let go of a serial number that was claimed."""
+    """Release a serial number that was claimed."""
     with engine.begin() as connection:
         connection.execute(
             delete(SERIAL_CLAIM).where(

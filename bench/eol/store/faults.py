@@ -1,4 +1,4 @@
-"""Why a database does not take a record: it cannot now, or never will for what is in the record."""
+"""Reasons why a database does not take a record: a temporary one, or the content of the record."""
 
 from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, SQLAlchemyError, StatementError
 

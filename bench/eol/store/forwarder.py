@@ -42,7 +42,7 @@ class Forwarder:
 
     @property
     def state(self) -> Waiting:
-        """What waits, as of the last turn."""
+        """The waiting records, as of the last turn."""
         with self._lock:
             return self._state
 

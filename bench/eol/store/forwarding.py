@@ -133,7 +133,7 @@ class ForwardingRecords:
 
     @property
     def sums_due(self) -> bool:
-        """Whether so many records are new that the sums are to be brought up."""
+        """True if enough records are new that the sums must be updated."""
         return self._new_here >= _SUM_AFTER or self._new_there >= _SUM_AFTER
 
     def sum_up(self, *, at_the_end: bool = False) -> None:
@@ -149,7 +149,7 @@ class ForwardingRecords:
                 sum_up(self._server, _SUMS)
 
     def close(self) -> None:
-        """Let go of both databases."""
+        """Close the connections to both databases."""
         self._hang_up()
         self._own.dispose()
 

@@ -21,7 +21,7 @@ _BAD = func.sum(case((CHECK.c.verdict == Verdict.PASS.value, 0), else_=1))
 
 @dataclass(frozen=True)
 class RepeatedTests:
-    """What has to be added to tests that were counted, so that motors are: each once, at its first judged test of the selection.
+    """The correction from counted tests to motors: each motor counts once, at its first judged test of the selection.
 
     A motor passed at once where its first judged test ever did, and is of the selection; in the end where its last one there did.
     `retested` motors have several judged tests there.

@@ -24,7 +24,7 @@ PLACE: Mapping[str, ColumnElement[Any]] = {"plan": MOTOR.c.plan, "station": MOTO
 
 @dataclass(frozen=True)
 class Occasion:
-    """Where and by which plan tests were made, and when they began (UTC, to five minutes)."""
+    """The place and plan of tests, and their start (UTC, to five minutes)."""
 
     station: str = ""
     socket: str = ""
@@ -38,7 +38,7 @@ ANY_OCCASION = Occasion()
 
 @dataclass(frozen=True)
 class CountedTests:
-    """How many judged tests have an occasion in common, whether they passed, and whether they did at once."""
+    """The number of judged tests with an occasion in common, whether they passed, and whether they did at once."""
 
     occasion: Occasion
     at_once: bool

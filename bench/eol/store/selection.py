@@ -1,4 +1,4 @@
-"""Which motors' records are meant: those of some batches, of one type, without the golden motors."""
+"""The selection of motors' records: those of some batches, of one type, without the golden motors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -38,7 +38,7 @@ class Spool:
 
     @property
     def folder(self) -> Path:
-        """Where the files are."""
+        """The folder of the files."""
         return self._folder
 
     def reserve(self) -> None:
@@ -111,7 +111,7 @@ class Spool:
                 yield record
 
     def drop(self, name: str) -> None:
-        """Let go of a record that a database has. Raises StoreError."""
+        """Delete a record that a database has. Raises StoreError."""
         try:
             self._file(name).unlink(missing_ok=True)
         except OSError as error:

@@ -1,4 +1,4 @@
-"""What a database sums up of very many records: it counts and adds, and gives no motor away one by one."""
+"""Sums that a database makes of very many records: it counts and adds, and returns no single motor."""
 
 import math
 from bisect import bisect_right
@@ -21,7 +21,7 @@ _ROW, _ROWS = 250, 40
 
 @dataclass(frozen=True)
 class Failures:
-    """How many motors failed at a parameter or a procedure, and how many it gave the station an error."""
+    """The number of motors that failed at a parameter or a procedure, and of those that it gave a station error."""
 
     name: str
     failed: int
@@ -29,7 +29,7 @@ class Failures:
 
 
 def without_compiling(connection: Connection) -> None:
-    """Have PostgreSQL not compile this transaction's queries: for dozens of short sums that takes longer than summing."""
+    """Disable PostgreSQL's compilation of this transaction's queries: for dozens of short sums it takes longer than summing."""
     if connection.dialect.name == "postgresql":
         connection.exec_driver_sql("SET LOCAL jit = off")
 

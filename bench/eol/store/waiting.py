@@ -1,4 +1,4 @@
-"""What of a station's records waits, and why: for the terminal, the line's page and the end of a batch."""
+"""The waiting records of a station, and the reasons: for the terminal, the line's page and the end of a batch."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from drivers.interfaces.text import Text, text
 
 @dataclass(frozen=True)
 class Trouble:
-    """What keeps records from where they belong, and since when (UTC)."""
+    """The reason why records are not where they belong, and its beginning (UTC)."""
 
     why: Text
     since: datetime
@@ -18,7 +18,8 @@ class Trouble:
 
 @dataclass(frozen=True)
 class Waiting:
-    """How many records wait for the server, how many are in no database (None where that cannot be seen), and why.
+    """The number of records that wait for the server, the number that are in no database (None if that is unknown), and the
+    reasons.
 
     `next_try` is when it is tried again (UTC); `refused` are records that a database refuses for what is in them.
     """

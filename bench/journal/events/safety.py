@@ -9,7 +9,7 @@ from procedures.core.events import Event, optional
 
 @dataclass(frozen=True)
 class RecordEnd:
-    """Where a journal or a guardian's record ends: its number of events and the SHA-256 of the last one."""
+    """The end of a journal or a guardian's record: its number of events and the SHA-256 of the last one."""
 
     events: int
     sha256: str
@@ -26,7 +26,7 @@ class GuardianStart:
 
 @dataclass(frozen=True)
 class GuardianEnd:
-    """Where a guardian's record ends; `closed` is false if the guardian did not report its end."""
+    """The end of a guardian's record; `closed` is false if the guardian did not report its end."""
 
     record: RecordEnd
     closed: bool

@@ -1,11 +1,11 @@
-"""Who leads: one person at a time, all others watch."""
+"""Control of the panel: one person leads at a time, all others watch."""
 
 from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
 class Leader:
-    """Who has the control: the browser's session, and the name that is shown."""
+    """The person in control: the browser's session, and the name that is shown."""
 
     session: str
     name: str
@@ -34,7 +34,7 @@ class Control:
         return self.holds(session)
 
     def release(self, session: str) -> None:
-        """Let go of it, where this session has it."""
+        """Release the control if this session has it."""
         if self.holds(session):
             self.leader = None
             self.changes += 1

@@ -47,12 +47,12 @@ class LiveLine:
 
     @property
     def running(self) -> bool:
-        """Whether a batch goes on."""
+        """True while a batch is in progress."""
         return self._batch is not None and self._batch.alive
 
     @property
     def state(self) -> Mapping[str, Any] | None:
-        """How the line stands, or stood at the last batch's end; None where there was none."""
+        """The state of the line, or that at the last batch's end; None if there was none."""
         return self._batch.state if self._batch else None
 
     async def open(self) -> None:

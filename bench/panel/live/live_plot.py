@@ -1,4 +1,4 @@
-"""What a page draws and says of a plot that a run shows, with the readings that have come since."""
+"""A page's drawing and text of a plot that a run shows, with the readings that have come since."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

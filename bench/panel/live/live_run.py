@@ -40,7 +40,7 @@ class LiveRun:
 
     @property
     def running(self) -> bool:
-        """Whether its process is there and it has not come to its end."""
+        """True while its process exists and it has not ended."""
         return self.line.alive and not self.view.ended
 
     async def open(self) -> None:
@@ -55,7 +55,7 @@ class LiveRun:
             self.view.take(event)
 
     async def abort(self, person: str) -> Text | None:
-        """Have the run carry out the shutdown; return why not, or None."""
+        """Request the run's shutdown; return why it was refused, or None."""
         fault = await self.line.abort(person)
         if fault is None:
             self.abort_asked_at = self.abort_asked_at or monotonic()

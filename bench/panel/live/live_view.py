@@ -1,4 +1,4 @@
-"""What a run's journal says of this moment: step, connections, readings, what is energised."""
+"""The present state by a run's journal: step, connections, readings, energised sources."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -73,7 +73,7 @@ class WaveformRecord:
 
 @dataclass(frozen=True)
 class TypedPlace:
-    """What a typed number is: the quantity as it was asked, in English and without its place, and that place."""
+    """The identity of a typed number: the quantity as it was asked, in English and without its place, and that place."""
 
     quantity: str
     unit: str

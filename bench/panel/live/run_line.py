@@ -71,11 +71,11 @@ class RunLine:
         return await self.say({"id": number, "answer": value})
 
     async def abort(self, person: str) -> Text | None:
-        """Have the run carry out the shutdown; return why not, or None."""
+        """Request the run's shutdown; return why it was refused, or None."""
         return await self.say({"abort": person})
 
     async def ask_again(self) -> Text | None:
-        """Have the sources read back anew, those too that could not be reached; return why not, or None."""
+        """Request a new read-back of the sources, including those that could not be reached; return why it was refused, or None."""
         return await self.say({"again": True})
 
     async def close(self) -> None:

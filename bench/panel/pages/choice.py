@@ -36,12 +36,12 @@ class ChoiceEntry:
 
     @property
     def words(self) -> str:
-        """What the run is answered: the number of what is chosen, empty where nothing is."""
+        """The answer to the run: the number of the chosen option, empty if none is chosen."""
         return "" if self._chosen is None else str(self._chosen["number"])
 
     @property
     def shown(self) -> str:
-        """What is chosen, in the reader's words."""
+        """The chosen option, in the reader's words."""
         return "" if self._chosen is None else self._reader.say(option_name(self._chosen))
 
     def doubt(self) -> Text | None:

@@ -1,4 +1,4 @@
-"""How the end of a run looks: the picture of its parameters, findings, fits."""
+"""The style of the end of a run: the picture of its parameters, findings, fits."""
 
 from nicegui import ui
 
@@ -64,5 +64,5 @@ _STYLE = """
 
 
 def add_end_style() -> None:
-    """Have the page that is being built know these looks too."""
+    """Add this style to the page that is being built."""
     ui.add_head_html(_STYLE)

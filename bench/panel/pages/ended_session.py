@@ -16,7 +16,7 @@ _KEY = "motorbench_abort"
 
 @dataclass(frozen=True)
 class Abort:
-    """How the run or batch of a page is aborted: what that returns is why it was refused, or None.
+    """The abort of a page's run or batch: the call returns why it was refused, or None.
 
     `buttons` are the elements by which it is asked for.
     """
@@ -37,7 +37,7 @@ def abort_of(client: Client) -> Abort | None:
 
 
 def show_ended(client: Client, session: Session) -> None:
-    """Have a page show that its session has ended; of all that it could do, only the abort is left."""
+    """Show on a page that its session has ended; only the abort remains possible."""
     say, abort = Reader(session).say, abort_of(client)
     for part in list(client.layout.default_slot.children):
         if part is not client.page_container:

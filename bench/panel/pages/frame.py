@@ -1,4 +1,4 @@
-"""What every page has: title, language, who is here, who leads, and the way to abort."""
+"""The common part of every page: title, language, who is here, who leads, and the way to abort."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

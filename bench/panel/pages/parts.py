@@ -25,7 +25,7 @@ def named(element: _Element, name: str) -> _Element:
 
 
 def kept(element: _Element, asked: Text) -> _Element:
-    """Have the browser keep what is typed into a field when the page is loaded anew, and give it to what asks the same."""
+    """Make the browser keep a field's text when the page is loaded anew, and restore it to the field of the same question."""
     element.props["data-kept"] = str(asked)
     return element
 

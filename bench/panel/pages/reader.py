@@ -18,7 +18,7 @@ class Reader:
 
     @property
     def translate(self) -> Translate:
-        """What gives templates in the reader's language."""
+        """The translation of templates into the reader's language."""
         return _translator(self.session.language)
 
     def say(self, words: Text) -> str:

@@ -17,7 +17,7 @@ from reports.labels import role_name
 
 
 class StationPart:
-    """What is known of the station; `found` is called with the roles whose instruments answered."""
+    """The station's state; `found` is called with the roles whose instruments answered."""
 
     def __init__(self, panel: Panel, session: Session, reader: Reader, found: Callable[[frozenset[str]], None]) -> None:
         self._panel = panel

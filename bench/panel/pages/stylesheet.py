@@ -1,4 +1,4 @@
-"""How all pages look: what browsers add by themselves taken away, classes named by what they do, and the panel's own."""
+"""The style of all pages: browsers' defaults removed, classes named by their purpose, and the panel's own."""
 
 from nicegui import ui
 
@@ -88,6 +88,6 @@ _STYLE = """
 
 
 def add_stylesheet() -> None:
-    """Have the page that is being built look as all others do."""
+    """Add the common style to the page that is being built."""
     ui.add_head_html(_STYLE)
     add_end_style()

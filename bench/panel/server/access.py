@@ -1,4 +1,4 @@
-"""Who may open the panel from a network: people with hashed passwords, in a file that a command makes."""
+"""Access to the panel from a network: people with hashed passwords, in a file that a command makes."""
 
 import asyncio
 import math

@@ -1,4 +1,4 @@
-"""What a browser may do with the panel's pages: scripts of the panel alone, in no frame of another page."""
+"""Permissions of the panel's pages in a browser: scripts of the panel alone, in no frame of another page."""
 
 import secrets
 from collections.abc import Callable, Sequence
@@ -41,7 +41,7 @@ def security_headers(nonce: str) -> Sequence[tuple[bytes, bytes]]:
 
 
 def mark_scripts(environment: Environment) -> None:
-    """Have the scripts that stand in templates, and no others, carry the nonce of the request that they answer."""
+    """Mark the scripts in templates, and no others, with the nonce of the request that they answer."""
     if environment.loader is None:
         raise TypeError("the templates have no loader")
     environment.loader = _MarkingLoader(environment.loader)

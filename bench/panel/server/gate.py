@@ -1,4 +1,4 @@
-"""What every request passes before any page: host, origin, session, size; and what every answer carries."""
+"""Checks of every request before any page: host, origin, session, size; and the headers of every answer."""
 
 import asyncio
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""What the panel's server logs: faults, and not browsers that left before they were answered."""
+"""The log of the panel's server: faults, but not browsers that left before they were answered."""
 
 import logging
 
@@ -7,7 +7,7 @@ _LEFT = "No response returned."
 
 
 def quieten_server() -> None:
-    """Have the server log warnings and faults alone."""
+    """Limit the server's log to warnings and faults."""
     log = logging.getLogger("uvicorn.error")
     log.setLevel(logging.WARNING)
     log.addFilter(_is_fault)

@@ -11,7 +11,7 @@ _MOST = 1000
 
 
 class Right(Enum):
-    """What a person may do: watch; lead runs; also change motors and settings and sign results off."""
+    """The rights of a person: watch; lead runs; also change motors and settings and sign results off."""
 
     VIEWER = "viewer"
     OPERATOR = "operator"
@@ -20,7 +20,7 @@ class Right(Enum):
 
 @dataclass(frozen=True)
 class SessionTimes:
-    """How long (s) a session lasts without being used, and in all; None for as long as the panel runs."""
+    """The longest times (s) that a session lasts without being used, and in all; None for as long as the panel runs."""
 
     idle: float | None = None
     length: float | None = None
@@ -50,12 +50,12 @@ class Session:
 
     @property
     def may_lead(self) -> bool:
-        """Whether this person may start and lead runs."""
+        """True if this person may start and lead runs."""
         return not self.ended and self.right is not Right.VIEWER
 
     @property
     def may_change(self) -> bool:
-        """Whether this person may change motors and settings, and sign off."""
+        """True if this person may change motors and settings, and sign off."""
         return not self.ended and self.right is Right.ENGINEER
 
 

@@ -16,7 +16,7 @@ def load_visa() -> None:
 
 
 def give_arrays() -> None:
-    """Let PyVISA make arrays after all where a driver has imported NumPy since."""
+    """Enable PyVISA's arrays if a driver has imported NumPy since."""
     visa, arrays = sys.modules.get("pyvisa.util"), sys.modules.get("numpy")
     if visa is not None and arrays is not None:
         visa.np = arrays  # type: ignore[attr-defined]

@@ -69,7 +69,7 @@ class Guard(Protocol):
         """
 
     def record_in(self, journal: Recorder) -> None:
-        """Let the journal hold how the guardian's own record begins."""
+        """Record the beginning of the guardian's own record in the journal."""
 
     def about(self) -> GuardianStart | None:
         """Return what a run's record says of its guardian at the beginning, None where it has none."""
@@ -88,7 +88,7 @@ class Unguarded:
         """Pass."""
 
     def dismiss(self, *, journal_lost: bool, unsafe: bool = False) -> Sequence[str]:
-        """Have nothing to say."""
+        """Return no messages."""
         return ()
 
     def record_in(self, journal: Recorder) -> None:
@@ -229,7 +229,7 @@ class GuardianLink:
         return [SWITCHED_OFF]
 
     def record_in(self, journal: Recorder) -> None:
-        """Let the journal hold how the guardian's own record begins."""
+        """Record the beginning of the guardian's own record in the journal."""
         self._anchor.record_in(journal)
 
     def about(self) -> GuardianStart | None:

@@ -39,7 +39,7 @@ class Holder:
 
     @property
     def words(self) -> Text:
-        """Who that is, as a sentence's subject has it."""
+        """The owner as the subject of a sentence."""
         told = {"user": self.user, "pid": self.pid, "what": self.what, "since": self.since}
         folder = text(", folder {folder}", folder=self.folder) if self.folder else Text("")
         if self.gone:

@@ -30,7 +30,7 @@ class _Clock:
         self.now = clock.now
 
     def sleep(self, seconds: float) -> None:
-        """Let time (s) pass, or half of it."""
+        """Wait for a time (s), or for half of it."""
         self.slept += 1
         self._clock.sleep(seconds if self.slept != self.strikes else 0.5 * seconds)
         if self.slept == self.strikes:

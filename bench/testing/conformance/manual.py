@@ -1,4 +1,4 @@
-"""What the maker's manual states of an instrument: a driver's author gives it, so that the driver is compared with it."""
+"""The maker's statements about an instrument, which a driver's author gives, so that the driver is compared with them."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -125,7 +125,7 @@ class ProtectionTrip:
 
 @dataclass(frozen=True)
 class Manual:
-    """What the manual states, each where it is given.
+    """The maker's statements about an instrument; all are optional.
 
     `accuracies` go by the name of the check ("at voltage: voltage reading"), `accuracies_at` by the arguments of `accuracy_at`, with the
     error where it states none.

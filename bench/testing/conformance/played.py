@@ -28,7 +28,7 @@ def play(made: Stand, answers: Mapping[str, bytes | None]) -> None:
 
 
 def lose(made: Stand, message: str, number: int = 0) -> None:
-    """Have a message that writes (Modbus, CAN) be confirmed and not carried out, once: the next one, or the one of that number."""
+    """Confirm a writing message (Modbus, CAN) without carrying it out, once: the next one, or the one of that number."""
     if made.transport == "can":
         play(made, {f"^{message}$": b""})
         return
@@ -42,7 +42,7 @@ def lose(made: Stand, message: str, number: int = 0) -> None:
 
 
 def put(fault: Fault, transport: str, message: str, data: bytes | None) -> None:
-    """Have a fault that strikes a message answer it by data (a `Reply`'s), or by a refusal where there is None."""
+    """Set a fault's answer to the message that it strikes: data (a `Reply`'s), or a refusal if there is None."""
     fault.kind = FaultKind.REPLACE
     match transport:
         case "visa":

@@ -41,7 +41,7 @@ class ConformanceReport:
 
     @property
     def passed(self) -> bool:
-        """Whether every check was passed, and there was one."""
+        """True if there was a check and every check was passed."""
         return bool(self.findings) and not self.failures
 
     def require(self) -> None:

@@ -20,7 +20,7 @@ _STEP = 0.002
 
 @dataclass(frozen=True)
 class ContactPlace:
-    """Where a contact is read: `move` closes or opens it, `silent` gives a block in which nothing answers."""
+    """The place of a contact under test: `move` closes or opens it, `silent` gives a block in which nothing answers."""
 
     address: str
     move: Callable[[bool], None]
@@ -29,7 +29,7 @@ class ContactPlace:
 
 @dataclass(frozen=True)
 class RelayPlace:
-    """Where a relay is reached: `contact` tells whether it is closed, `silent` gives a block in which nothing answers."""
+    """The place of a relay under test: `contact` tells whether it is closed, `silent` gives a block in which nothing answers."""
 
     address: str
     contact: Callable[[], bool]

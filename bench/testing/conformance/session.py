@@ -1,4 +1,4 @@
-"""How a role's instruments are used in the checks, and the trial of one driver in this way."""
+"""The use of a role's instruments in the checks, and the trial of one driver in this way."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -20,7 +20,7 @@ def _nothing(stand: Stand, instrument: Any, checks: Checks) -> None:
 
 @dataclass(frozen=True)
 class CheckSession:
-    """How an instrument of a role is used.
+    """The use of an instrument of a role.
 
     `prepare` does what hands do before. `brief` is one use of every method that measures or feeds, whose messages are then
     disturbed one by one; `full` is further use, over random values. `energise` gives a block that feeds energy, None for a role

@@ -31,7 +31,7 @@ Found = Callable[[Any], None]
 
 @dataclass(frozen=True)
 class DriverUnderTest:
-    """What is checked: a driver with its options, its simulated counterpart, and the state in which it may be found."""
+    """A driver under test with its options, its simulated counterpart, and the state in which it may be found."""
 
     driver: Driver
     options: Any
@@ -103,7 +103,7 @@ class Stand:
 
     @property
     def energised(self) -> bool:
-        """Whether an instrument of a role that feeds energy does so."""
+        """True if an instrument of a role that feeds energy does so."""
         world = self.world
         if not self.subject.role.feeds:
             return False
@@ -118,7 +118,7 @@ class Stand:
 
     @property
     def connections(self) -> int:
-        """How many connections to instruments are open: streams, ends of a CAN bus, and resources of VISA."""
+        """The number of open connections to instruments: streams, ends of a CAN bus, and resources of VISA."""
         visa = self.bench.visa_library.sessions if self.transport == "visa" else 0
         ends = sum(not end.is_shut_down for end in self._can_ends)
         return visa + ends + sum(not stream.closed for stream in self.streams)
@@ -154,7 +154,7 @@ class Stand:
         return self.subject.driver.open(place, self.subject.options, surroundings)
 
     def answer(self, answers: Mapping[str, bytes | None]) -> None:
-        """Have messages (SCPI, by a regular expression) be answered so, and never get to the simulated instrument.
+        """Answer messages (SCPI, by a regular expression) in place of the simulated instrument, which does not receive them.
 
         It queues an error instead for those that are answered by None.
         """
@@ -193,7 +193,7 @@ class Stand:
         checks.that("off at the end of a block", not self.energised, "it is on", remedy)
 
     def wait(self, seconds: float) -> None:
-        """Let bench time pass (s)."""
+        """Wait for bench time (s)."""
         self.bench.clock.sleep(seconds)
 
     def between(self, low: float, high: float) -> float:

@@ -41,7 +41,7 @@ class FrameLine(Protocol):
         """Connect anew; raises CommunicationError where that fails."""
 
     def disconnect(self) -> None:
-        """Let go of the connection; may be called twice."""
+        """Close the connection; may be called twice."""
 
 
 class OpenBus(Protocol):

@@ -69,7 +69,7 @@ class LatestFrame(can.Listener):
         self._leaving.wait()
 
     def leave(self) -> None:
-        """Let a thread go that rests."""
+        """End an idle thread."""
         self._leaving.set()
 
     def stop(self) -> None:

@@ -1,4 +1,4 @@
-"""What a CANopen node says unasked of itself (CiA 301): its NMT state and its emergency frames."""
+"""A CANopen node's own messages (CiA 301): its NMT state and its emergency frames."""
 
 from dataclasses import dataclass
 from enum import IntEnum

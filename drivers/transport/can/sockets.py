@@ -1,4 +1,4 @@
-"""What python-can leaves to its users of the sockets under a bus."""
+"""Settings of the sockets under a bus that python-can does not make."""
 
 import os
 import socket
@@ -15,7 +15,7 @@ _IP_MULTICAST_ALL = 49
 
 
 def keep_to_own_group(bus: "can.BusABC | None") -> None:
-    """Have Linux hand over what comes for this bus' multicast group only, and not for any other's on the same port."""
+    """Receive this bus's multicast group only, and no other group on the same port (Linux)."""
     if sys.platform == "linux" and bus is not None:
         with socket.socket(fileno=os.dup(bus.fileno())) as own:
             own.setsockopt(socket.IPPROTO_IP, _IP_MULTICAST_ALL, 0)

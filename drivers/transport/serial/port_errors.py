@@ -1,4 +1,4 @@
-"""Why a serial port cannot be opened, and what to do about it; importing this imports no transport library."""
+"""Reasons why a serial port cannot be opened, and remedies; importing this imports no transport library."""
 
 import errno
 from collections.abc import Iterator

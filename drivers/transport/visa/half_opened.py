@@ -1,4 +1,6 @@
-"""What PyVISA-py leaves of a connection that came to nothing: a socket, open until it is collected; some instruments have but one."""
+"""Sockets that PyVISA-py leaves open after a failed opening, until they are collected; some instruments accept only one
+connection.
+"""
 
 import socket
 from collections.abc import Iterator

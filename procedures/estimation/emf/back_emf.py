@@ -70,7 +70,7 @@ class BackEmfFit:
 
     @property
     def drift_significant(self) -> bool:
-        """Whether the speed changed over the record by more than noise explains (1 %), and by more than 10⁻⁵."""
+        """True if the speed changed over the record by more than noise explains (1 %), and by more than 10⁻⁵."""
         return self.drift_p_value < 0.01 and abs(self.drift) > 1e-5
 
     def fundamental(self, channel: int = 0) -> tuple[float, float]:

@@ -44,7 +44,7 @@ class Ends:
     margins: FloatArray
 
     def __bool__(self) -> bool:
-        """Whether any channel may be clipped."""
+        """Tell whether any channel may be clipped."""
         return bool(np.any(np.isfinite(self.levels)))
 
 

@@ -22,7 +22,7 @@ _HARMONICS = (1, 5, 7)
 
 @dataclass(frozen=True)
 class Switching:
-    """Where a sensor's signal rises and falls (rad, electrical, after the line EMF's rising zero) and its duty.
+    """The angles at which a sensor's signal rises and falls (rad, electrical, after the line EMF's rising zero), and its duty.
 
     `uncertainty` (rad) is that of either edge.
     """
@@ -38,7 +38,7 @@ class Switching:
 
     @property
     def middle(self) -> float:
-        """Where it would rise if it were high for just half a turn about the same middle (rad)."""
+        """The rising angle of a signal with the same middle that is high for exactly half a turn (rad)."""
         return self.rise + 0.5 * _TURN * self.duty - 0.25 * _TURN
 
 

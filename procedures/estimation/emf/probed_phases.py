@@ -30,7 +30,7 @@ class ProbingFault(Enum):
 
 @dataclass(frozen=True)
 class Pattern:
-    """What three channels show after one mistake: phasors (a phase's voltage being 1) and what the mistake is.
+    """The phasors that three channels show after one mistake (relative to a phase's voltage), and this mistake.
 
     `channel` is the one concerned, `terminals` are 0, 1, 2 for A, B, C.
     """

@@ -1,4 +1,4 @@
-"""What a record of a turning machine's voltages shows beyond the waveform, and the record without it."""
+"""Features of a turning machine's recorded voltages beyond the waveform, and the record without them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

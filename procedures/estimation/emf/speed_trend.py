@@ -51,7 +51,7 @@ class Law:
 
     @property
     def accepted(self) -> bool:
-        """Whether what it leaves is chance."""
+        """True if the residuals of the trend are explained by chance."""
         return self.p_value > _ACCEPTED
 
 

@@ -107,7 +107,7 @@ class Misfit:
     findings: tuple[Finding, ...] = ()
 
     def __bool__(self) -> bool:
-        """Whether anything was found."""
+        """Tell whether there is any finding."""
         return bool(self.findings)
 
     def withholding(self, estimate: str) -> Finding | None:
@@ -145,8 +145,8 @@ def none_explains(unexplained: Finding, tried: Iterable[Finding], record: str) -
 
 @dataclass(frozen=True)
 class Score:
-    """What a score test says of directions (m): `z`, how far beyond chance each is seen; `bias` (m, k), how many standard
-    uncertainties each estimate is off for each z of it that is not seen.
+    """The result of a score test of directions (m): `z`, how far beyond chance each is seen; `bias` (m, k), the error of each
+    estimate in standard uncertainties for each z of a direction that is not seen.
     """
 
     z: FloatArray
@@ -154,7 +154,7 @@ class Score:
 
     @property
     def alarms(self) -> FloatArray:
-        """Which directions are seen beyond chance, shape (m,)."""
+        """True for each direction that is seen beyond chance, shape (m,)."""
         return np.asarray(np.abs(self.z) > ALARM)
 
     def growth(self, modelled: Sequence[int] = (), *, chance: float = 1.0) -> FloatArray:

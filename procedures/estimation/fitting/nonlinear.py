@@ -33,8 +33,8 @@ class Solution:
 
 
 class Minimum(NamedTuple):
-    """Where the sum of squares is smallest: `values` (k,), the `slopes` (k, n) of the residuals, `cost` = Σr²; `settled` where no step
-    would bring it further down.
+    """The minimum of a sum of squares: `values` (k,), the `slopes` (k, n) of the residuals, `cost` = Σr²; `settled` if no step
+    would reduce it further.
     """
 
     values: FloatArray

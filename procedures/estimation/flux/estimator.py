@@ -26,7 +26,9 @@ _NOISE = 5e-4
 
 @dataclass(frozen=True)
 class OddPart:
-    """What breaks the symmetry at a location (A): odd part of ψ_d and even part of ψ_q (V·s), with standard uncertainties."""
+    """The part that breaks the symmetry at a location (A): odd part of ψ_d and even part of ψ_q (V·s), with standard
+    uncertainties.
+    """
 
     i_d: float
     i_q: float

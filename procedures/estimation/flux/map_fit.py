@@ -33,8 +33,8 @@ class CommonUnknown:
 
 @dataclass(frozen=True)
 class SessionUnknowns:
-    """What one session's readings have of their own: the angle's zero (rad), the mean resistance (Ω) and change of the magnet (V·s), and
-    by what share its gains of voltage and current differ from those of the first.
+    """The unknowns of one session alone: the angle's zero (rad), the mean resistance (Ω) and change of the magnet (V·s), and the
+    relative difference of its voltage and current gains from those of the first session.
     """
 
     readings: int

@@ -1,4 +1,4 @@
-"""Which locations a map is read at, and in which order: the current circle, the voltage at the speed, heat and drift decide."""
+"""The locations at which a map is read, and their order, by the current circle, the voltage at the speed, heat and drift."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -29,9 +29,9 @@ _TWO_LIMITS = float(np.sqrt(2.0 / 3.0))
 
 @dataclass(frozen=True)
 class UnknownsLayout:
-    """Which unknown is which: ψ_d of each location, ψ_q of those where it is free, then what all readings share, then what each later
-    session has of its own: the angle's zero, by how much its gains of voltage and current differ, and its flux linkages at repeated
-    currents where those are asked for.
+    """The order of the unknowns: ψ_d of each location, ψ_q of those where it is free, the unknowns that all readings share, then
+    those of each later session: the angle's zero, the differences of its voltage and current gains, and its flux linkages at
+    repeated currents if requested.
     """
 
     locations: int

@@ -72,7 +72,7 @@ class FluxReadings:
 
     @property
     def noise_stated(self) -> bool:
-        """Whether the noise of voltage or current is known beforehand."""
+        """True if the noise of voltage or current is known beforehand."""
         return bool(np.any(self.voltage_noise) or np.any(self.current_noise))
 
     @property
@@ -93,8 +93,8 @@ class FluxReadings:
 
 @dataclass(frozen=True)
 class Locations:
-    """Where on the current plane the readings are: `points` (m, 2) in A, the point of each reading `of` (n,), and which readings are
-    its mirror image at −i_q, `mirrored` (n,).
+    """The locations of the readings on the current plane: `points` (m, 2) in A, the point of each reading `of` (n,), and
+    `mirrored` (n,), true for readings at its mirror image at −i_q.
     """
 
     points: FloatArray

@@ -21,8 +21,8 @@ _NOISE = 5e-4
 
 @dataclass(frozen=True)
 class BrokenTie:
-    """What does not fit: the largest difference of flux linkage at a current that was read again, as a share of the largest of all, and
-    of the gains the one that differs most between sessions (relative).
+    """A disagreement between sessions: the largest difference of flux linkage at a repeated current, as a share of the largest
+    flux linkage, and the largest relative difference of a gain.
     """
 
     share: float

@@ -1,4 +1,4 @@
-"""What readings of several sessions are made of: each has temperatures of its own, and currents that were read before tie them."""
+"""The readings of several sessions as one set: each session has temperatures of its own, and repeated currents tie them together."""
 
 from collections.abc import Sequence
 

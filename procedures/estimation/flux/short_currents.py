@@ -1,4 +1,4 @@
-"""What short-circuit currents tell of I(∞), L_q and R: every value that explains them counts by how well it does.
+"""I(∞), L_q and R from short-circuit currents: every value that explains them is weighted by its likelihood.
 
 With y = ω·L_d/R and ξ = L_q/L_d the current is I(∞)·y·√(1 + ξ²y²)/(1 + ξy²). Its derivative by ξ is zero at ξ = 1: within their noise
 the same currents belong to one ξ above 1 and one below, and no fit with one minimum has the right interval.

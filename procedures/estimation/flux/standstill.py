@@ -72,7 +72,7 @@ class _Location:
 
     @property
     def straight(self) -> bool:
-        """Whether the strokes go along the d axis, from one sign of i_d to the other; sensors' offsets put a little of i_q there."""
+        """True if the strokes go along the d axis, from one sign of i_d to the other; offsets of the sensors add a small i_q."""
         first, last = self.current.tolist()
         return bool(first.real * last.real < 0.0 and abs(first.imag) < _ALONG_D * abs(first.real))
 

@@ -49,7 +49,7 @@ class StrokeTrain:
 
     @cached_property
     def still(self) -> bool:
-        """Whether the rotor stood, so that a current that has settled has no voltage but that of the resistance."""
+        """True if the rotor stood still, so that a settled current needs no voltage but that of the resistance."""
         return self.locked and self.swing < _LOCKED
 
     def resisted(self, resistance: float) -> float:

@@ -34,12 +34,14 @@ class Orders:
 
     @property
     def all_from_one(self) -> bool:
-        """Whether they are all orders from the first on."""
+        """True if the orders are complete from the first on."""
         return self.whole and self.orders.size == int(self.orders[-1])
 
     @property
     def least(self) -> float:
-        """What an amplitude must have, in standard deviations of one of its parts, to be more than noise: noise alone is Rayleigh's."""
+        """The least amplitude that is more than noise, in standard deviations of one of its parts; noise alone is Rayleigh
+        distributed.
+        """
         return math.sqrt(2.0 * math.log(self.orders.size / _CHANCE))
 
 
@@ -55,7 +57,7 @@ class Turn:
 
     @property
     def counting(self) -> NDArray[np.bool_]:
-        """Which readings count, shape (n,)."""
+        """True for each reading that counts, shape (n,)."""
         return np.ones(self.angle.size, dtype=bool) if self.kept is None else self.kept
 
     @property

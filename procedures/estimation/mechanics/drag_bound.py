@@ -12,7 +12,7 @@ ONE_SIDED = 1.96
 
 @dataclass(frozen=True)
 class OwnDrag:
-    """What turns beside the motor: at the least its inertia (kg·m²), at the most its Coulomb (N·m) and viscous friction (N·m·s)."""
+    """Bounds of the other rotating parts: least inertia (kg·m²), largest Coulomb friction (N·m) and viscous friction (N·m·s)."""
 
     inertia: float
     coulomb_friction: float

@@ -18,7 +18,7 @@ class PositionCount(NamedTuple):
 
 
 class Places(NamedTuple):
-    """How marks take the places of an even spacing.
+    """The places of an even spacing that marks take.
 
     Places with a mark, marks beyond one a place and turn, largest distance (rad) of marks of one place, widest gap (rad).
     """

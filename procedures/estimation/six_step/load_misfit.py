@@ -101,7 +101,7 @@ class VoltagePlane:
 
 @dataclass(frozen=True)
 class LoadVerdict:
-    """What was found: the loads that count, and limits of error that hold what contradicts (relative; 0 where the stated ones do).
+    """The loads that count, and the limits of error that cover contradictions (relative; 0 if the stated limits cover them).
 
     `speed`, `current` and `voltage` are limits of those readings, `torque` one in N·m; `shifts` how far the plane's estimates may be off
     together (each of shape (k,)); `speeds` the speeds (rad/s) that count.

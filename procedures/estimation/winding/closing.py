@@ -49,12 +49,12 @@ class ReadAgain:
 
     @property
     def changed(self) -> bool:
-        """Whether it is more than chance, whatever explains it."""
+        """True if the change is more than chance, whatever explains it."""
         return self._beyond(self.change)
 
     @property
     def unexplained(self) -> bool:
-        """Whether what is left of it is more than chance."""
+        """True if the remaining change is more than chance."""
         return self._beyond(self.left)
 
     def _beyond(self, change: float) -> bool:
@@ -63,8 +63,8 @@ class ReadAgain:
 
 @dataclass(frozen=True)
 class Unsettled:
-    """What lines read again show: what was found, by how much (relative, at most) the resistance was read too large, and how much of
-    that is warmth.
+    """The result of a repeated reading of the lines: the finding, the relative upper bound of the excess of the resistance that
+    was read, and the part of it due to warming.
     """
 
     misfit: Misfit = NO_MISFIT

@@ -19,7 +19,7 @@ class Stands(NamedTuple):
 
     @property
     def telling(self) -> bool:
-        """Whether the saliency is large enough to tell an angle by."""
+        """True if the saliency is large enough to determine an angle."""
         return self.saliency > _TELLING
 
 

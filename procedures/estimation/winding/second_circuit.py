@@ -29,8 +29,9 @@ class SeriesReading:
 
 @dataclass(frozen=True)
 class SecondCircuit:
-    """What a closed circuit beside a winding does: its `time_constant` (s) and `coupling` k², the share of the inductance that it takes
-    away at high frequency; `inductance` for slow changes (H), known within ± `half_width`; `score`, how far beyond chance it is seen.
+    """A closed circuit coupled to a winding: its `time_constant` (s) and `coupling` k², the share of the inductance that it
+    removes at high frequency; `inductance` for slow changes (H), known within ± `half_width`; `score`, how far beyond chance it
+    is seen.
     """
 
     time_constant: float

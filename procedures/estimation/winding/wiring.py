@@ -1,4 +1,4 @@
-"""Which mistakes of wiring a reading excludes, and which explain it: three phases between two poles."""
+"""Wiring mistakes that a reading excludes or explains: three phases between two poles."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -9,7 +9,7 @@ from procedures.estimation.fitting.intervals import Interval
 
 
 class Pole(Enum):
-    """Where an instrument's two poles may meet a terminal; a supply's minus and a meter's low are MINUS."""
+    """The pole of an instrument that a terminal is connected to; a supply's minus and a meter's low are MINUS."""
 
     PLUS = "plus"
     MINUS = "minus"
@@ -40,7 +40,7 @@ CONTINUITY = frozenset({Kind.OPEN, Kind.JOINED, Kind.TOUCHING})
 
 @dataclass(frozen=True)
 class SensingLeads:
-    """Where a voltmeter or probe senses: its two leads' terminals, and the wire that a current probe is round with its sign.
+    """The terminals that the two leads of a voltmeter or probe sense, and the wire in a current probe with its sign.
 
     None is nothing touched; a current probe's sign is 1 where its arrow points to the motor.
     """

@@ -1,4 +1,4 @@
-"""What is shown of a flux map while it is measured: the currents that are read and those to come, and the map as it grows."""
+"""Plots of a flux map while it is measured: the currents read, those planned, and the map as it grows."""
 
 import math
 from collections.abc import Iterator, Sequence

@@ -22,7 +22,7 @@ _FORGOTTEN = 5.0
 
 @dataclass(frozen=True)
 class MapPoint:
-    """What one planned reading gave: the inverter's reading, and the shaft's taken at its end; in which session of the run, from 0."""
+    """A planned reading with its results: the inverter's reading, the shaft's at its end, and the session of the run, from 0."""
 
     planned: PlannedReading
     reading: DqReading
@@ -67,7 +67,7 @@ class MapReadings:
 
 @dataclass(frozen=True)
 class Pace:
-    """How long a reading takes: wait after a change (s), turns of the shaft that are averaged over, the longest of all (s).
+    """The timing of a reading: wait after a change (s), turns of the shaft that are averaged over, the longest of all (s).
 
     Where the current is above `rated_current` (A) the motor rests at no current, so that the mean square is the rated one's.
     """

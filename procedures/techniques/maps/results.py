@@ -89,7 +89,7 @@ def conserving_of(flux_map: MeasuredFluxMap) -> Mapping[str, Any]:
 
 @dataclass(frozen=True)
 class MapBudget:
-    """What a map's figures are reported with: names of its points' scatter, of what they share, of how MTPA is found."""
+    """The names in a map's budget: its points' scatter, the shared contributions, and the determination of MTPA."""
 
     scatter: Text
     shared: Mapping[str, Text]

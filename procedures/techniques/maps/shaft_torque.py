@@ -47,7 +47,7 @@ class ShaftTorque:
 
     @property
     def contradiction(self) -> Text | None:
-        """What is said where the two torques differ by more than both uncertainties, None where they do not."""
+        """The message if the two torques differ by more than both uncertainties; None if they do not."""
         if abs(self.ratio - 1.0) <= _AGREE * self.standard_uncertainty:
             return None
         return text(

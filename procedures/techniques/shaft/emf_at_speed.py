@@ -1,4 +1,4 @@
-"""What one speed of a driven motor gave, and what follows from several of them."""
+"""The results at one speed of a driven motor, and the figures that follow from several speeds."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -18,7 +18,7 @@ from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 
 @dataclass(frozen=True)
 class SpeedPoint:
-    """What one speed gave, with Type A uncertainties.
+    """The results at one speed, with Type A uncertainties.
 
     Phase EMF `amplitude` (V, fundamental, peak) and `flux` linkage (V·s/rad), both speeds (rad/s), the note's peak reading, the
     accuracies of the channels that the EMF is the mean of, and what the record shows beyond the model.

@@ -1,4 +1,4 @@
-"""What is shown of back-EMF waves and of ramps of speed while they are measured."""
+"""Plots of back-EMF waves and of speed ramps while they are measured."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -33,14 +33,14 @@ _COAST = text("Coast-down")
 
 
 class TorqueSource(Enum):
-    """Where the accelerating torque comes from."""
+    """The source of the accelerating torque."""
 
     MEASURED = "measured"
     POWER = "power"
 
 
 class RampSettings(Settings):
-    """How the ramps are driven and read."""
+    """Settings for driving and reading the ramps."""
 
     speed_share: float = Field(
         default=0.8, gt=0.0, le=1.0, description="speed at the end of the ramp, share of the rated speed"

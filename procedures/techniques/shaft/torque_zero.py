@@ -42,7 +42,7 @@ class ZeroLine:
 
     @property
     def closed(self) -> bool:
-        """Whether it was read at both ends."""
+        """True if the zero was read at both ends."""
         return self.after.time > self.before.time
 
     @property

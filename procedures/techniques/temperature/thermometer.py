@@ -15,7 +15,7 @@ _HOTTEST = 155.0
 
 
 class Thermometer:
-    """What was last read of the winding's temperature, and when.
+    """The last reading of the winding's temperature, with its time.
 
     The same thermometer reads it every time, so its error is one input for all resistances and fluxes of a run.
     """

@@ -1,4 +1,4 @@
-"""What the three ways to Ld and Lq share."""
+"""Parts that the three methods for L_d and L_q share."""
 
 from drivers.interfaces.text import text
 from procedures.core.actions import Connect, Socket

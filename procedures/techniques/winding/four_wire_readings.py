@@ -1,4 +1,4 @@
-"""How far four-wire readings of one line may differ by what is stated of both meters."""
+"""The largest difference of four-wire readings of one line by the stated accuracies of both meters."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What is shown of inductance over the rotor's angle and of recorded current steps while they are measured."""
+"""Plots of inductance over the rotor's angle and of recorded current steps while they are measured."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What recorded current steps give: the loop's inductance with its instruments' errors, and what to tell of it (§3.3.1)."""
+"""Evaluation of recorded current steps: the loop's inductance with its instruments' errors, and warnings about it (§3.3.1)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

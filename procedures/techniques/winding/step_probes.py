@@ -24,7 +24,8 @@ _SPOILT = (Cause.CLIPPED, Cause.AC_COUPLED, Cause.NO_BASELINE)
 
 @dataclass(frozen=True)
 class StepSource:
-    """What drove a step: `voltage` (V) set, of which `zero` may be the supply's zero error, and the loop's `resistance` (Ω) by its meters.
+    """The source of a step: `voltage` (V) set, of which `zero` may be the supply's zero error, and the loop's `resistance` (Ω) by
+    its meters.
 
     `winding_resistance` (Ω) is what the probed part has by an earlier measurement, None where there was none.
     """
@@ -37,7 +38,7 @@ class StepSource:
 
 @dataclass(frozen=True)
 class ProbesJudged:
-    """What is to be told of the probes, and by which share one of them may be off beyond its accuracy."""
+    """The findings about the probes, and the relative error of one of them beyond its accuracy."""
 
     misfit: Misfit = NO_MISFIT
     share: float = 0.0

@@ -28,8 +28,8 @@ _TELL = 1.0 - math.exp(-1.0)
 
 @dataclass(frozen=True)
 class ReadOffStep:
-    """What was read off: `crossing` (s) from the middle of the voltage's rise to 63.2 % of the current, `rise` (s) its length; and the
-    supply's meters at the end.
+    """The values read off a step: `crossing` (s) from the middle of the voltage's rise to 63.2 % of the current, `rise` (s) its
+    length; and the supply's meters at the end.
     """
 
     crossing: float

@@ -1,4 +1,4 @@
-"""How a simulated drive was set up for its motor: the unit of its velocities, and where its maker's own objects are.
+"""Configuration of a simulated drive for its motor: its unit of velocity, and the places of its maker's own objects.
 
 A station's statements are taken for what its drive does; a unit that the station states is one that the drive does not tell.
 """
@@ -43,7 +43,7 @@ class OwnObject:
 
     @property
     def key(self) -> int:
-        """What a device is asked for it by."""
+        """The key by which a device is asked for it."""
         return numbered(self.index, self.subindex)
 
 

@@ -1,4 +1,4 @@
-"""What a simulated moteus sees of motor and bus, and what it has its bridge do within its limits."""
+"""The power stage of a simulated moteus: its measurements of motor and bus, and the bridge within its limits."""
 
 import math
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ _UNKNOWN_TORQUE_CONSTANT = 0.1
 
 @dataclass(frozen=True)
 class MoteusReading:
-    """What there is at one time, as the drive sees it; SI but for `position` (turns) and `velocity` (turns/s), both of the output."""
+    """The drive's measurements at one time; SI but for `position` (turns) and `velocity` (turns/s), both of the output."""
 
     limit: int
     position: float
@@ -65,7 +65,7 @@ class MoteusBridge:
 
     @property
     def on(self) -> bool:
-        """Whether it is switched on."""
+        """True if it is switched on."""
         return self._on
 
     @property
@@ -75,7 +75,7 @@ class MoteusBridge:
 
     @property
     def position(self) -> float:
-        """Where the output is (turns)."""
+        """The position of the output (turns)."""
         return self._position(self._world.inverter.rotor_state())
 
     def switch_off(self) -> None:

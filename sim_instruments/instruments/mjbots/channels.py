@@ -1,4 +1,4 @@
-"""What a moteus' channels of telemetry hold: `servo_stats`, `servo_control`, `servo_cmd`, `firmware`, `git`, `system_info`.
+"""Contents of a moteus's telemetry channels: `servo_stats`, `servo_control`, `servo_cmd`, `firmware`, `git`, `system_info`.
 
 Names and types: `fw/bldc_servo_structs.h`, `fw/firmware_info.cc`, `fw/git_info.h` and `fw/system_info.cc` of mjbots/moteus. Of
 `servo_stats` and `servo_cmd` what nothing fills here is left out; a client goes by the names, which the schema gives.
@@ -23,7 +23,7 @@ _SQRT3 = math.sqrt(3.0)
 
 @dataclass(frozen=True)
 class Identification:
-    """What tells one unit from another: `serial` (three numbers) and `uuid` (16 bytes)."""
+    """The identification of one unit: `serial` (three numbers) and `uuid` (16 bytes)."""
 
     serial: tuple[int, int, int]
     uuid: bytes
@@ -41,7 +41,7 @@ class Identification:
 
     @property
     def constants(self) -> Mapping[str, float]:
-        """What registers show of it, by their fields' names."""
+        """The register values of the identification, by their fields' names."""
         return {
             "model": _MODEL,
             "firmware": _FIRMWARE,

@@ -1,4 +1,4 @@
-"""What a moteus can be commanded: its modes, and a command's values as registers and the diagnostic stream set them.
+"""Commands of a moteus: its modes, and a command's values as registers and the diagnostic stream set them.
 
 Sources: `fw/bldc_servo_structs.h` and `fw/board_debug.cc` of mjbots/moteus; the documentation's pages of the registers and of the
 diagnostic protocol; the modes' numbers also in omelia-iliffe/moteus-rs.

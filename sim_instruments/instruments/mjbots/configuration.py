@@ -1,4 +1,4 @@
-"""What is configured of a moteus, as its diagnostic stream gives and takes it: `conf get servo.max_current_A`.
+"""The configuration of a moteus, as its diagnostic stream gives and takes it: `conf get servo.max_current_A`.
 
 Names and defaults: `fw/bldc_servo_structs.h`, `fw/motor_position.h` and `fw/moteus.cc` of mjbots/moteus (family 1, moteus-n1), and the
 documentation's page of the configuration. Those that nothing here asks for (aux ports, encoders, cogging table, gate driver) are left out.

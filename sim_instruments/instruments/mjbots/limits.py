@@ -1,4 +1,4 @@
-"""What bounds the currents of a moteus, and which code it tells of it.
+"""The limits of a moteus's currents, and the codes by which it reports them.
 
 Source: `ISR_DoCurrent` in `fw/bldc_servo_control.h` of mjbots/moteus; the documentation's pages of registers and of limits name the
 codes and the items of the configuration.
@@ -27,8 +27,8 @@ Configured = Callable[[str], float]
 
 @dataclass(frozen=True)
 class Surrounding:
-    """What the limits look at: `position` (turns), `velocity` (turns/s), temperatures (°C), `bus_voltage` (V), and the last `voltage`
-    (V, d + j·q) that was commanded.
+    """The inputs of the limits: `position` (turns), `velocity` (turns/s), temperatures (°C), `bus_voltage` (V), and the last
+    commanded `voltage` (V, d + j·q).
     """
 
     position: float

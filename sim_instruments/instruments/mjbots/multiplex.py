@@ -38,7 +38,7 @@ class DiscardedFrameError(Exception):
 
 
 class RegisterServer(Protocol):
-    """What a frame's register subframes act on."""
+    """The registers that a frame's subframes read and write."""
 
     def begin_frame(self) -> None:
         """Be told that a frame begins."""
@@ -76,7 +76,7 @@ class Bytes:
 
     @property
     def left(self) -> int:
-        """How many there are still."""
+        """The number of bytes left."""
         return len(self.data) - self.at
 
     def varuint(self) -> int:

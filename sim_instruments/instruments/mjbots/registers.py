@@ -31,7 +31,7 @@ class MoteusRegister:
 
     @property
     def access(self) -> Access:
-        """How clients may use it."""
+        """The access that clients have to it."""
         if self.origin == "act":
             return "wo"
         return "rw" if self.origin == "command" or self.field in ("mode", "clock_trim") else "ro"

@@ -1,4 +1,4 @@
-"""How the registers of moteus map SI-like values onto integers.
+"""The mapping of SI-like values onto the integer registers of moteus.
 
 Sources: `fw/moteus_controller.cc` (ScaleMapping, ScaleSaturate, ValueScaler), and the documentation's page of the registers; the
 mapping tables of omelia-iliffe/moteus-rs, a library by somebody else, agree.
@@ -16,7 +16,7 @@ _LARGEST = (0x7F, 0x7FFF, 0x7FFFFFFF)
 
 @dataclass(frozen=True)
 class RegisterScale:
-    """What one count of int8, int16 and int32 stands for; the most negative count stands for NaN."""
+    """The value of one count of int8, int16 and int32; the most negative count stands for NaN."""
 
     int8: float
     int16: float

@@ -1,1 +1,1 @@
-"""What simulated oscilloscopes are made of: acquisition, records, edges, channels, trigger, readings of the screen."""
+"""Parts of simulated oscilloscopes: acquisition, records, edges, channels, trigger, screen measurements."""

@@ -21,7 +21,7 @@ _PIECE = 1 << 13
 
 
 class HeldSignals(Protocol):
-    """What the probes have sensed over a stretch of time."""
+    """The signals of the probes over a stretch of time."""
 
     def signal(self, channel: int, times: FloatArray) -> FloatArray:
         """Return the true signal of a channel at times of the stretch."""

@@ -1,4 +1,4 @@
-"""What an acquisition of the oscilloscope is armed with."""
+"""The setup with which an acquisition of the oscilloscope is armed."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from sim_instruments.instruments.oscilloscope.record import Vertical
 
 @dataclass(frozen=True)
 class Setup:
-    """What an acquisition is armed with: `origin`, `span` and `holdoff` in s, `source` None where no channel triggers.
+    """The setup of an armed acquisition: `origin`, `span` and `holdoff` in s, `source` None if no channel triggers.
 
     `trigger_path` is what coupling and rejection of the trigger let through to it.
     """

@@ -20,7 +20,7 @@ SOURCES = {name: f"CHAN{n}" for n in range(1, CHANNELS + 1) for name in (f"CHAN{
 
 @dataclass(frozen=True)
 class ChannelWords:
-    """How a make has its channels.
+    """A make's commands and scales of its channels.
 
     `scales` are the least and the greatest V a division at the input, `ampere` the word for a current probe's unit, `limited` the
     answers of the bandwidth limit. `offset_sign` is −1 where what is set is added to the trace, which moves by whole `offset_step`

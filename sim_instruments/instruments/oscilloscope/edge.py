@@ -17,7 +17,7 @@ _CHUNK = 1 << 16
 
 @dataclass(frozen=True)
 class Edge:
-    """What to trigger on: `level` and `hysteresis` in the signal's unit."""
+    """An edge trigger's condition: `level` and `hysteresis` in the signal's unit."""
 
     level: float
     slope: Slope

@@ -1,4 +1,4 @@
-"""What an oscilloscope makes of a trace: levels, edges, times (IEEE 181's terms; programmer's guide, :MEASure)."""
+"""Measurements of a trace by an oscilloscope: levels, edges, times (IEEE 181's terms; programmer's guide, :MEASure)."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -23,7 +23,7 @@ _HYSTERESIS_DIVISIONS = 0.1
 
 @dataclass(frozen=True)
 class TriggerWords:
-    """How a make has its edge trigger: below `node` its settings, the words of its `slopes` in the notation of the manual.
+    """A make's commands of its edge trigger: its settings below `node`, the words of its `slopes` in the notation of the manual.
 
     `coupling` is a header by itself; `least_holdoff` in s.
     """
@@ -64,11 +64,11 @@ class TriggerSubsystem:
 
     @property
     def automatic(self) -> bool:
-        """Whether a record is taken without a trigger, too."""
+        """True if a record is taken without a trigger, too."""
         return self._settings.word("sweep") == "AUTO"
 
     def rescale(self, channel: int, factor: float) -> None:
-        """Have a channel's level follow its probe's ratio."""
+        """Rescale a channel's level with its probe's ratio."""
         self._levels[channel] *= factor
 
     def edge(self) -> Edge:

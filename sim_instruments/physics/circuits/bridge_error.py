@@ -1,4 +1,4 @@
-"""What a transistor bridge takes off the voltage that it is commanded: dead time and the devices' drops."""
+"""Voltage errors of a transistor bridge: dead time and the devices' drops."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ class BridgeError:
 
     @property
     def none(self) -> bool:
-        """Whether the bridge puts out what it is commanded."""
+        """True if the bridge puts out the commanded voltage."""
         return self.step == 0.0 and self.resistance == 0.0
 
     def of_legs(self, currents: FloatArray) -> FloatArray:

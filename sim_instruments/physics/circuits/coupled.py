@@ -26,7 +26,7 @@ class CoupledNetwork(Network, ABC):
 
     @property
     def flux_basis(self) -> FloatArray:
-        """What the windings' inductances see of the currents of loops and circuits (3, loops)."""
+        """The part of the currents of loops and circuits that flows in the windings' inductances (3, loops)."""
         return self._flux_basis
 
     @property

@@ -1,4 +1,4 @@
-"""When a closed-form signal first passes a threshold."""
+"""The first time at which a closed-form signal passes a threshold."""
 
 import math
 from collections.abc import Callable

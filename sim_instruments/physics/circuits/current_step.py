@@ -53,7 +53,7 @@ class CurrentStep:
 
     @property
     def end(self) -> float:
-        """When (s) nothing worth mentioning is left of it."""
+        """The time (s) at which the step has become negligible."""
         return self.start + self._slewing - math.log(_LEFT) / self.rate
 
     def currents(self, times: FloatArray) -> ComplexArray:

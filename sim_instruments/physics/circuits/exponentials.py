@@ -29,7 +29,7 @@ class Exponentials:
 
     @property
     def rounding(self) -> float:
-        """What rounding makes of a value at most, near the start."""
+        """The largest rounding error of a value, near the start."""
         return 8.0 * sys.float_info.epsilon * (abs(self.constant) + float(np.abs(self.amplitudes).sum()))
 
     def passing(self, level: float, sense: int, until: float) -> float | None:

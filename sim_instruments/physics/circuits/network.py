@@ -1,4 +1,4 @@
-"""Which currents a wiring allows, and what drives them."""
+"""The currents that a wiring allows, and their driving voltages."""
 
 import math
 from collections.abc import Sequence
@@ -50,12 +50,12 @@ class Network:
 
     @property
     def flux_basis(self) -> FloatArray:
-        """What the windings' inductances see of the loop currents (3, loops)."""
+        """The part of the loop currents that flows in the windings' inductances (3, loops)."""
         return self.basis
 
     @property
     def ohmic_basis(self) -> FloatArray:
-        """What the windings' resistances see of the loop currents (3, loops)."""
+        """The part of the loop currents that flows in the windings' resistances (3, loops)."""
         return self.basis
 
     @property
@@ -70,19 +70,19 @@ class Network:
 
     @property
     def principal_loops(self) -> tuple[tuple[bool, bool, bool], FloatArray]:
-        """Which there are of the source's loop, the other one, and a delta's zero sequence, and their directions
-        (loops, 3) in the loops.
+        """The presence of the source's loop, the other one, and a delta's zero sequence, and their directions (loops, 3) in the
+        loops.
         """
         return self._wiring.principal
 
     @property
     def joins_terminals(self) -> bool:
-        """Whether joined terminals, and no source, close a path through the windings."""
+        """True if joined terminals, and no source, close a path through the windings."""
         return self.source is None and bool(self.loops) and bool(self._wiring.leads.any())
 
     @property
     def drives_current(self) -> bool:
-        """Whether the source has a path through the motor."""
+        """True if the source has a path through the motor."""
         return bool(self.loops) and float(self.drive @ self.drive) > 1e-12
 
     def inertance(self, angle: float) -> FloatArray:

@@ -33,7 +33,7 @@ class ShortedNetwork(CoupledNetwork):
 
     @property
     def ohmic_basis(self) -> FloatArray:
-        """What the windings' resistances see of these currents: in the shorted turns flows the difference."""
+        """The part of these currents that flows in the windings' resistances: in the shorted turns flows the difference."""
         return self.flux_basis
 
     @cached_property

@@ -1,4 +1,4 @@
-"""How the supply drives the circuit at the moment."""
+"""The supply as a source of the circuit at the moment."""
 
 from dataclasses import dataclass
 

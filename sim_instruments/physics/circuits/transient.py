@@ -48,13 +48,13 @@ class LinearTransient:
 
     @property
     def settled(self) -> bool:
-        """Whether the currents stay as they are."""
+        """True if the currents stay constant."""
         free = np.abs(self._free)
         return self._ramp is None and bool((free <= _NOTHING + 1e-12 * np.abs(self._steady)).all())
 
     @cached_property
     def dead(self) -> bool:
-        """Whether no current flows, and none will."""
+        """True if no current flows, and none will."""
         return not (
             self._offset.any()
             or self._ramp is not None

@@ -1,4 +1,4 @@
-"""What follows from the wiring alone: the loops that currents can take, and how the source acts on them."""
+"""Consequences of the wiring alone: the loops that currents can take, and the effect of the source on them."""
 
 from dataclasses import dataclass
 from functools import lru_cache

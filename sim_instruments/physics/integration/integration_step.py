@@ -1,4 +1,4 @@
-"""What a step of a swing's integration leaves behind, however it was made."""
+"""The result of an integration step of a swing, whatever the method."""
 
 import math
 from abc import ABC, abstractmethod
@@ -35,7 +35,7 @@ class IntegrationStep(ABC):
 
 @dataclass(frozen=True)
 class Begin:
-    """Where a step begins: time (s), state and its slopes, the way of the friction, and the largest speed (rad/s) so far."""
+    """The start of a step: time (s), state and its slopes, the direction of the friction, and the largest speed (rad/s) so far."""
 
     start: float
     state: list[float]

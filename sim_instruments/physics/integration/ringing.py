@@ -27,8 +27,8 @@ _LABOURED = 3
 
 @dataclass(frozen=True)
 class Rules:
-    """What ends a swing: `grip` (N·m) holds a shaft that stands, and one slower than `slow` (rad/s) that still slows
-    down; what the supply watches, passing `threshold` upwards (`sense` 1) or downwards (-1), ends it too.
+    """The conditions that end a swing: `grip` (N·m) holds a shaft that stands, and one slower than `slow` (rad/s) that still
+    decelerates; also the supply's watched quantity passing `threshold` upwards (`sense` 1) or downwards (-1).
     """
 
     grip: float

@@ -18,7 +18,7 @@ _FAST = 6.0e3
 
 @dataclass(frozen=True)
 class Shaft:
-    """What turns: `inertia` kg·m², `coulomb_friction` N·m, `viscous_friction` N·m·s/rad, and a constant `torque` N·m.
+    """The rotating parts: `inertia` kg·m², `coulomb_friction` N·m, `viscous_friction` N·m·s/rad, and a constant `torque` N·m.
 
     `bearing` is what drags beside those two.
     """

@@ -1,4 +1,4 @@
-"""What a rotating field carries where the fluxes follow a law of both currents."""
+"""The capability of a rotating field if the fluxes follow a law of both currents."""
 
 import numpy as np
 

@@ -77,7 +77,7 @@ class MappedRotation:
 
 
 class IronBrake:
-    """What the iron's loss takes of a turning shaft at currents that turn with it (A, d + j·q of the Y-equivalent)."""
+    """The braking torque of the iron's loss on a turning shaft at currents that turn with it (A, d + j·q of the Y-equivalent)."""
 
     def __init__(self, windings: MappedWindings, current: complex = 0j) -> None:
         self._windings = windings

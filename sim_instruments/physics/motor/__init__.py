@@ -1,1 +1,1 @@
-"""What a virtual motor is made of: windings' data, magnets, iron, bearing, Hall sensors, and its defects."""
+"""Parts of a virtual motor: windings' data, magnets, iron, bearing, Hall sensors, and its defects."""

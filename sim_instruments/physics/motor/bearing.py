@@ -1,4 +1,4 @@
-"""What bearings, air and slots do to a turning shaft beside Coulomb and viscous friction."""
+"""The drag of bearings, air and slots on a turning shaft beside Coulomb and viscous friction."""
 
 import math
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ class Bearing:
 
     @property
     def plain(self) -> bool:
-        """Whether there is nothing beside Coulomb and viscous friction."""
+        """True if there is only Coulomb and viscous friction."""
         return not (self.windage or self.stribeck_torque or self.brake)
 
     def drag(self, speed: float) -> float:

@@ -1,4 +1,4 @@
-"""What can be wrong with a motor as it leaves the line, as changes of a virtual one. Phases and windings are numbered 0, 1, 2."""
+"""Defects of a motor at the end of the line, as changes of a virtual one. Phases and windings are numbered 0, 1, 2."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What iron and magnets do at higher frequencies: loss, eddy currents that hold back the field, magnets that warm up."""
+"""Iron and magnets at higher frequencies: loss, eddy currents that delay the field, magnets that warm up."""
 
 import math
 from dataclasses import dataclass
@@ -47,12 +47,12 @@ class Iron:
 
     @property
     def has_eddy_currents(self) -> bool:
-        """Whether a shorted turn is coupled to the windings."""
+        """True if a shorted turn is coupled to the windings."""
         return self.eddy_coupling > 0.0
 
     @property
     def loses(self) -> bool:
-        """Whether a turning flux costs torque and current."""
+        """True if a turning flux costs torque and current."""
         return self.hysteresis_loss > 0.0 or self.eddy_loss > 0.0
 
     def lost_share(self, electrical_speed: FloatArray) -> FloatArray:
@@ -62,7 +62,7 @@ class Iron:
 
     @property
     def lowers_emf(self) -> bool:
-        """Whether the EMF is not in proportion to the speed."""
+        """True if the EMF is not in proportion to the speed."""
         return math.isfinite(self.emf_corner) or self.magnet_rise > 0.0
 
     def emf_share(self, electrical_speed: FloatArray, order: int, pole_pairs: int, coefficient: float) -> FloatArray:

@@ -1,4 +1,4 @@
-"""How warm the magnets of a virtual motor become."""
+"""The temperature of a virtual motor's magnets."""
 
 import math
 from dataclasses import dataclass

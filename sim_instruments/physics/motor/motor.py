@@ -1,4 +1,4 @@
-"""What a virtual motor is made of."""
+"""The virtual motor, with its windings, magnets and mechanics."""
 
 import math
 from dataclasses import dataclass, replace
@@ -150,7 +150,7 @@ class VirtualMotor:
 
     @property
     def follows_flux(self) -> bool:
-        """Whether its circuits are solved by fluxes: on a flux map, or with a loss in the iron."""
+        """True if its circuits are solved by fluxes: on a flux map, or with a loss in the iron."""
         return self.flux_map is not None or self.iron.loses
 
     @property

@@ -1,4 +1,4 @@
-"""How the inductance of each axis falls as current fills the iron."""
+"""The decrease of each axis's inductance as current saturates the iron."""
 
 import math
 from dataclasses import dataclass

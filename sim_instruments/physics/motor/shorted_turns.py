@@ -1,4 +1,4 @@
-"""Which turns of a winding are shorted, and what follows from that alone."""
+"""Shorted turns of a winding, and their direct consequences."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What hands can do on the bench, as requests: the world's methods by their names."""
+"""Manual actions on the bench, as requests: the world's methods by their names."""
 
 from typing import Annotated, Any, Literal, cast
 
@@ -129,7 +129,7 @@ class SetTemperature(Request):
 
 
 class Simple(Request):
-    """What needs no more words."""
+    """A request without arguments."""
 
     action: Literal[
         "detach_voltmeter",

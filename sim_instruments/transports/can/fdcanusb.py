@@ -20,7 +20,7 @@ _COMMAND = re.compile(r"can (send|std|ext) ([0-9a-fA-F]+) ((?:[0-9a-fA-F]{2})*)(
 
 @dataclass(frozen=True)
 class FdcanusbReply:
-    """What a line leads to: the reply to its sender, and a frame for the bus."""
+    """The result of a line: the reply to its sender, and a frame for the bus."""
 
     reply: bytes
     frame: can.Message | None = None

@@ -51,7 +51,7 @@ class DirectEnd(can.BusABC):
         self._listeners: list[Listener] = []
 
     def hand_over(self, listener: Listener) -> None:
-        """Have a listener get each frame that comes for this end."""
+        """Add a listener to each frame that comes for this end."""
         self._listeners.append(listener)
 
     def take(self, message: can.Message) -> None:
@@ -77,7 +77,7 @@ class DirectEnd(can.BusABC):
 
     @property
     def is_shut_down(self) -> bool:
-        """Whether it has left the bus."""
+        """True if it has left the bus."""
         return self._is_shutdown
 
     def shutdown(self) -> None:

@@ -36,7 +36,7 @@ class TransmitPdos:
 
     @property
     def entries(self) -> tuple[ObjectEntry, ...]:
-        """What they add to a node's object dictionary."""
+        """The entries that they add to a node's object dictionary."""
         result: list[ObjectEntry] = []
         for number in range(_COUNT):
             index, name = _COMMUNICATION + number, f"TPDO {number + 1} parameter"

@@ -26,7 +26,7 @@ class LineSplitter:
 
     @property
     def begun(self) -> bool:
-        """Whether a part of a line is there."""
+        """True if a part of a line has arrived."""
         return bool(self._rest) or self._dropping
 
     def feed(self, data: bytes) -> list[bytes | None]:
@@ -43,7 +43,7 @@ class LineSplitter:
 
 @dataclass(frozen=True)
 class SlcanReply:
-    """What a line leads to: a reply to its sender, and a frame for the bus."""
+    """The result of a line: a reply to its sender, and a frame for the bus."""
 
     reply: bytes
     frame: can.Message | None = None

@@ -6,7 +6,7 @@ _REFUSED, _GRANTED, _GRANTED_SHARED, _WRONG = 0, 1, 2, 3
 
 
 class Locks:
-    """Who holds which lock; holders are the numbers of sessions."""
+    """The holders of the locks, by the numbers of their sessions."""
 
     def __init__(self) -> None:
         self._exclusive: int | None = None
@@ -15,7 +15,7 @@ class Locks:
 
     @property
     def exclusive(self) -> bool:
-        """Whether a session holds the exclusive lock."""
+        """True if a session holds the exclusive lock."""
         return self._exclusive is not None
 
     @property

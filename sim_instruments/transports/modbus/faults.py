@@ -1,4 +1,4 @@
-"""What a faulty line makes of Modbus responses (Application Protocol, V1.1b3), before they are put into frames."""
+"""Effects of a faulty line on Modbus responses (Application Protocol, V1.1b3), before they are put into frames."""
 
 import struct
 

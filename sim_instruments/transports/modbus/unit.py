@@ -1,4 +1,4 @@
-"""What Modbus TCP and RTU have in common: requests to units, their virtual time and their faults."""
+"""The common part of Modbus TCP and RTU: requests to units, their virtual time and their faults."""
 
 import threading
 from collections.abc import Mapping, Sequence

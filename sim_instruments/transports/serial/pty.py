@@ -26,7 +26,7 @@ class AdvancingClock(Protocol):
     """A clock that tells when it has moved."""
 
     def on_advance(self, callback: Callable[[float], None]) -> Callable[[], None]:
-        """Have `callback` run with the new time; return what undoes it."""
+        """Run `callback` with the new time; return the function that undoes it."""
 
 
 class PseudoTerminal:
@@ -46,7 +46,7 @@ class PseudoTerminal:
 
     @property
     def odd_parity(self) -> bool:
-        """Whether the far end has set odd parity. Even parity and seven data bits Linux does not keep for a pseudo-terminal."""
+        """True if the far end has set odd parity. Linux does not keep even parity and seven data bits for a pseudo-terminal."""
         return bool(termios.tcgetattr(self._slave)[2] & termios.PARODD)
 
     def send(self, data: bytes) -> int:

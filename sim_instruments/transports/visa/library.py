@@ -26,7 +26,7 @@ _DEFAULT_TIMEOUT = 2000
 
 
 class MessageDevice(Protocol):
-    """What a face offers to a message-based transport."""
+    """The interface of a simulated instrument for a message-based transport."""
 
     @property
     def connection(self) -> Connection:
@@ -88,7 +88,7 @@ class InProcessVisaLibrary(VisaLibraryBase):
 
     @property
     def sessions(self) -> int:
-        """How many resources are open."""
+        """The number of open resources."""
         return len(self._sessions)
 
     def _session(self, session: int) -> _Session:

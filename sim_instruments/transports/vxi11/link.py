@@ -17,7 +17,7 @@ _COUNT, _CHARACTER, _WHOLE = 1, 2, 4
 
 
 class LinkError(Exception):
-    """What a call returns as its error (Device_ErrorCode)."""
+    """The error that a call returns (Device_ErrorCode)."""
 
     def __init__(self, code: int) -> None:
         self.code = code
@@ -107,13 +107,13 @@ class Vxi11Link:
         return b""
 
     async def lock(self, flags: int, wait: int) -> bytes:
-        """Have the instrument to itself."""
+        """Lock the instrument for this link alone."""
         if await self._locks.request(self._holder, b"", wait * 1e-3 if flags & _WAIT else 0.0) != _GRANTED:
             raise LinkError(LOCKED)
         return b""
 
     async def unlock(self) -> bytes:
-        """Let the others have it, too."""
+        """Release the lock."""
         if self._locks.release(self._holder) != _GRANTED:
             raise LinkError(NO_LOCK)
         return b""

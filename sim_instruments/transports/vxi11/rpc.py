@@ -52,7 +52,7 @@ def call(program: int, version: int, procedure: int, parameters: bytes) -> bytes
 
 @dataclass(frozen=True)
 class RpcCall:
-    """What a client calls."""
+    """A client's call."""
 
     identifier: int
     program: int

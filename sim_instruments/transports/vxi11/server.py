@@ -65,7 +65,7 @@ class Vxi11Server:
         del self._operations[number]
 
     def abort(self, number: int) -> bytes:
-        """Have what a link does now end with an error. Raises LinkError for a link that there is not."""
+        """Abort the present operation of a link with an error. Raises LinkError for an unknown link."""
         if number not in self._operations:
             raise LinkError(_NO_LINK)
         if (operation := self._operations[number]) is not None:

@@ -78,7 +78,7 @@ class DynamometerShaft:
 
     @property
     def enabled(self) -> bool:
-        """Whether the drive is on."""
+        """True if the drive is on."""
         with self._timeline.lock:
             # Nothing that happens by itself switches it.
             return self._timeline.settings.dynamometer.enabled

@@ -1,4 +1,4 @@
-"""How a hand turns a shaft, and how it pulls an energised one over until it feels it drawn on to the next position."""
+"""A hand that turns a shaft, or pulls an energised one over until it feels it drawn on to the next position."""
 
 import math
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class Pull:
 
     @property
     def duration(self) -> float:
-        """How long it takes (s)."""
+        """The duration (s)."""
         return self.distance / self.speed
 
 

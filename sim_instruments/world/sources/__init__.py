@@ -1,1 +1,1 @@
-"""What feeds energy: supply, inverter, six-step drive, insulation tester."""
+"""Sources of energy: supply, inverter, six-step drive, insulation tester."""

@@ -56,7 +56,7 @@ class InsulationOutput:
 
     @property
     def on(self) -> bool:
-        """Whether the tester drives its output."""
+        """True if the tester drives its output."""
         with self._timeline.observing():
             run = self._run
             return run is not None and self._timeline.now < run.start + run.rise + run.hold

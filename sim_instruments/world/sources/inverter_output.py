@@ -91,7 +91,7 @@ class InverterOutput:
 
     @property
     def enabled(self) -> bool:
-        """Whether the bridge is on."""
+        """True if the bridge is on."""
         inverter = self._timeline.settings.inverter
         with self._timeline.lock:
             # Nothing but `enable` puts it on.
@@ -102,7 +102,7 @@ class InverterOutput:
 
     @property
     def fault(self) -> str | None:
-        """What has switched the bridge off by itself, or None."""
+        """The reason why the bridge has switched itself off, or None."""
         inverter = self._timeline.settings.inverter
         with self._timeline.lock:
             # Only a bridge that is on switches itself off.

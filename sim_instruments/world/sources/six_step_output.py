@@ -31,13 +31,13 @@ class SixStepOutput:
 
     @property
     def enabled(self) -> bool:
-        """Whether the bridge is on."""
+        """True if the bridge is on."""
         with self._timeline.observing():
             return self._timeline.settings.six_step.enabled
 
     @property
     def fault(self) -> SixStepFault | None:
-        """What has switched the bridge off by itself, or None."""
+        """The reason why the bridge has switched itself off, or None."""
         with self._timeline.observing():
             return self._timeline.settings.six_step.fault
 

@@ -9,7 +9,7 @@ Reports = Literal["on", "off"]
 
 @dataclass
 class OutputSwitch:
-    """Whether an output is stuck and what is said of it; `wanted` is the last command."""
+    """An output that may be stuck, and the state that is reported of it; `wanted` is the last command."""
 
     stuck: Reports | None = None
     wanted: bool = False

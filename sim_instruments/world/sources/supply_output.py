@@ -53,7 +53,7 @@ class SupplyOutput:
 
     @property
     def inhibited(self) -> bool:
-        """Whether the inhibit input holds the output off."""
+        """True if the inhibit input holds the output off."""
         return self._inhibited
 
     def set_over_voltage(self, voltage: float | None) -> None:
@@ -98,7 +98,7 @@ class SupplyOutput:
 
     @property
     def tripped(self) -> Literal["voltage", "current"] | None:
-        """Which protection has switched the output off, or None."""
+        """The protection that has switched the output off, or None."""
         supply = self._timeline.settings.supply
         with self._timeline.lock:
             # Only an output that is on trips.
@@ -109,7 +109,7 @@ class SupplyOutput:
 
     @property
     def is_on(self) -> bool:
-        """Whether the output is on."""
+        """True if the output is on."""
         supply = self._timeline.settings.supply
         with self._timeline.lock:
             # Nothing but `switch` puts it on.

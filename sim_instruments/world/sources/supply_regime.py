@@ -1,4 +1,4 @@
-"""What the supply's output does next: ramps, holds a voltage or a current, falls after switching off, or trips."""
+"""The next regime of the supply's output: it ramps, holds a voltage or a current, falls after switching off, or trips."""
 
 import math
 from dataclasses import dataclass, field

@@ -1,1 +1,1 @@
-"""Which motor comes next at a socket, and which may not be tested."""
+"""The next motor at a socket, and motors that may not be tested."""

@@ -1,4 +1,4 @@
-"""Whether a serial number that came may be tested now: its pattern, whoever else tests it, and its earlier tests."""
+"""Admission of a serial number: its pattern, another test of it in progress, and its earlier tests."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -24,7 +24,7 @@ class ClaimRegister(Protocol):
         """Claim a serial number; return who has it instead."""
 
     def release(self, claim: SerialClaim) -> None:
-        """Let go of it."""
+        """Release the claim."""
 
     def tests_here(self, serial_number: str) -> list[EarlierTest]:
         """Return its tests at this station."""
@@ -54,7 +54,7 @@ class AdmissionDesk:
     _reported: str = ""
 
     def permit(self, serial_number: str, person: str) -> None:
-        """Let a person answer for one serial number the next time it comes, from any thread."""
+        """Accept a person's responsibility for one serial number the next time it comes, from any thread."""
         self._permitted[serial_number] = person
 
     def admit(self, serial_number: str, number: int, socket: str, person: str = "") -> AdmittedTest | RefusedTest:

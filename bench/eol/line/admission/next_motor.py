@@ -1,4 +1,4 @@
-"""Which motor comes next at a socket: those that were cut off first, golden ones when they are due, and none that may not be."""
+"""The next motor at a socket: those that were cut off first, golden ones when they are due, and none that may not be tested."""
 
 from collections import deque
 from collections.abc import Callable, Collection, Iterable
@@ -60,12 +60,12 @@ class Admission:
 
     @property
     def descriptor(self) -> int | None:
-        """What becomes readable when there may be a motor; None where `take` never has to wait."""
+        """The descriptor that becomes readable when there may be a motor; None if `take` never has to wait."""
         return self._serials.descriptor
 
     @property
     def ended(self) -> bool:
-        """Whether there will be no more."""
+        """True if there will be no more motors."""
         return self.held_up is not None or not (self._cut_off or self._look() is not None or not self._serials.ended)
 
     def close(self, socket: str) -> None:

@@ -1,4 +1,4 @@
-"""Where the serial numbers of a batch come from: a file, a scanner or keyboard, or generated for virtual motors."""
+"""Sources of a batch's serial numbers: a file, a scanner or keyboard, or generated for virtual motors."""
 
 import os
 import queue
@@ -122,7 +122,7 @@ class QueuedSerials(SerialNumbers):
 
     @property
     def waiting(self) -> int:
-        """How many were put in and not taken."""
+        """The number of serial numbers that were put in and not taken."""
         return self._lines.qsize()
 
     @property

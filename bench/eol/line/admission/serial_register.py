@@ -1,4 +1,4 @@
-"""What a station knows of a serial number: its claim and its earlier tests, here and at every station of the server."""
+"""A station's knowledge of a serial number: its claim and its earlier tests, here and at every station of the server."""
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
@@ -64,7 +64,7 @@ class SerialRegister:
             return False
 
     def release(self, claim: SerialClaim) -> None:
-        """Let go of a serial number that is not tested after all. Raises StoreError."""
+        """Release a serial number that is not tested after all. Raises StoreError."""
         self._ask(self._claims, lambda engine: release_serial(engine, claim))
 
     def tests_here(self, serial_number: str) -> list[EarlierTest]:
@@ -111,7 +111,7 @@ class SerialRegister:
             )
 
     def close(self) -> None:
-        """Let go of the server, and of a question that it has not answered."""
+        """Close the connection to the server, with a question that it has not answered."""
         with self._lock:
             server, self._server, self._wanted = self._server, None, None
         if server is not None:

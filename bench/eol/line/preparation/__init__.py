@@ -1,1 +1,1 @@
-"""What is known and refused before a batch's first motor."""
+"""Checks and facts before a batch's first motor."""

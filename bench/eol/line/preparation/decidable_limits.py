@@ -1,4 +1,4 @@
-"""Whether a station's uncertainty can keep a plan's limits: said before the first motor, where it is known, else at that motor."""
+"""The station's uncertainty compared with a plan's limits: before the first motor if it is known, else at that motor."""
 
 from collections.abc import Callable, Mapping
 
@@ -19,7 +19,7 @@ class DecidableLimits(BatchListener):
 
     @property
     def notes(self) -> tuple[Text, ...]:
-        """What was told of limits that cannot be decided."""
+        """The messages about limits that cannot be decided."""
         return tuple(self._notes.values())
 
     def before(self, expanded: Mapping[str, float]) -> None:

@@ -41,13 +41,13 @@ class ProcedureTime:
 
     @property
     def overhead(self) -> float:
-        """What it takes beyond its floor, relative to that."""
+        """The time beyond its floor, relative to the floor."""
         return self.time / self.floor - 1.0 if self.floor > 0.0 else 0.0
 
 
 @dataclass(frozen=True)
 class LimitFinding:
-    """What the dry run says of a limit: the figure of a motor of the type, its expanded uncertainty (95 %), and what is wrong."""
+    """A finding about a limit: the figure of a motor of the type, its expanded uncertainty (95 %), and the problem."""
 
     parameter: str
     unit: str
@@ -61,7 +61,7 @@ class LimitFinding:
 
 @dataclass(frozen=True)
 class DryRun:
-    """What a plan comes to: `cycle` (s) is a motor's mean time at its socket, of which it `waits` for what others have.
+    """The result of a plan's dry run: `cycle` (s) is a motor's mean time at its socket, of which it `waits` for what others have.
 
     A procedure of every n-th motor counts with an n-th of its time. `aside` (s) is the shutdown and what else is no procedure's;
     the floor has it. Each socket's first motor does not count for the waits: all sockets begin at once then, and never again.
@@ -87,7 +87,7 @@ class DryRun:
 
     @property
     def overhead(self) -> float:
-        """What software adds to a cycle, relative to the floor; waiting for other sockets apart."""
+        """The time that software adds to a cycle, relative to the floor; waiting for other sockets apart."""
         return (self.cycle - self.waits) / self.floor - 1.0 if self.floor > 0.0 else 0.0
 
     @property

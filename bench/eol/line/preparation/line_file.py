@@ -83,7 +83,7 @@ class ProductionLine:
 
     @property
     def catalogues(self) -> Catalogues:
-        """What can be had at its sockets, the file's plug-ins included."""
+        """The catalogues of its sockets, the file's plug-ins included."""
         return self.sockets[0].station.catalogues if self.sockets[0].station else installed()
 
     @property
@@ -93,7 +93,7 @@ class ProductionLine:
 
     @property
     def is_virtual(self) -> bool:
-        """Whether its sockets are virtual benches in the workers' processes."""
+        """True if its sockets are virtual benches in the workers' processes."""
         return self.sockets[0].station is None
 
 

@@ -29,8 +29,8 @@ from reports.labels import ParameterLabels
 
 @dataclass(frozen=True)
 class BatchRequest:
-    """What the command line asks for. `motors` is the batch's size on virtual benches without serial numbers, whose
-    made-up ones begin with number `first_serial`.
+    """The command line's request. `motors` is the batch's size on virtual benches without serial numbers, whose generated ones
+    begin with number `first_serial`.
 
     With `procedure_times`, each run's folder on a virtual bench gets its procedures' times and what of them was needless.
     """
@@ -70,7 +70,7 @@ class Prepared:
 
     @property
     def labels(self) -> ParameterLabels:
-        """What readers call the parameters, those of plug-ins among them."""
+        """The labels of the parameters, those of plug-ins among them."""
         return ParameterLabels({name: definition.label.render() for name, definition in self.parameters.items()})
 
 

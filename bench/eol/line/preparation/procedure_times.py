@@ -1,4 +1,4 @@
-"""How long each procedure takes, and how much of that is needless: seen on the virtual bench, where every state can be read."""
+"""The time of each procedure, and its needless part: seen on the virtual bench, where every state can be read."""
 
 import json
 from collections import defaultdict
@@ -40,7 +40,7 @@ class TimedClock:
         return self._clock.now()
 
     def sleep(self, seconds: float) -> None:
-        """Let the time (s) pass in small parts, reading the bench's state after each."""
+        """Wait for a time (s) in small parts, reading the bench's state after each."""
         if seconds <= _INTERVAL or self._measuring():
             self._clock.sleep(max(0.0, seconds))
             return

@@ -1,4 +1,4 @@
-"""What a plan's procedures rest on, held against its order before the first motor: figures that they want, and corrections."""
+"""The dependencies of a plan's procedures compared with its order before the first motor: required figures, and corrections."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

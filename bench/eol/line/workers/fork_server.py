@@ -1,4 +1,4 @@
-"""Where workers come from: a process that has loaded what they need, and forks one whenever it is asked to.
+"""The origin of workers: a process that has loaded what they need, and forks one on request.
 
 Loading takes longer than a short measurement; forking takes nothing. Nothing is measured here, and there is one thread, so
 that nothing is under way that a fork would cut in two. `python -m bench.eol.line.workers.fork_server DESCRIPTOR` is how the

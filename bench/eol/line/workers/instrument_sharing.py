@@ -220,7 +220,7 @@ class SocketLeases:
     _open: bool = False
 
     def acquire(self, roles: Collection[Role], purpose: str) -> float:
-        """Have these when it returns; gives the time (s) that was waited. Raises InstrumentError naming who has one too long."""
+        """Acquire instruments and return the time (s) waited. Raises InstrumentError naming who has one too long."""
         requested = self.clock.now()
         self._ticket += 1
         self._open = True

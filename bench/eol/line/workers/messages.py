@@ -14,7 +14,7 @@ from drivers.interfaces.text import Text
 
 @dataclass(frozen=True)
 class Batch:
-    """What is the same for every motor of a batch; `uid` makes the records' identifiers, `folder` holds the runs."""
+    """The common part of every motor of a batch; `uid` makes the records' identifiers, `folder` holds the runs."""
 
     name: str
     uid: str

@@ -38,7 +38,7 @@ def _as_drawn(motor: VirtualMotor) -> VirtualMotor:
 
 @dataclass(frozen=True)
 class Specimen:
-    """What is made of a drawn motor, and the faults and disturbances that the bench has with it."""
+    """The change of a drawn motor, and the faults and disturbances of its bench."""
 
     change: Callable[[VirtualMotor], VirtualMotor] = _as_drawn
     faults: tuple[Description, ...] = ()
@@ -47,7 +47,7 @@ class Specimen:
 
 @dataclass(frozen=True)
 class SocketMotors:
-    """Which motors come to a virtual socket: those of a type, drawn from its `spread` by `seed`.
+    """The motors that come to a virtual socket: those of a type, drawn from its `spread` by `seed`.
 
     With `operator` virtual, virtual hands work in place of a fixture.
     """

@@ -181,7 +181,7 @@ class Worker:
         return console_on(sys.stderr)
 
     def stop(self, by: str) -> None:
-        """Have the run under way shut down, from any thread, and none begin after it; the second time in a hurry."""
+        """Shut down the present run, from any thread, and begin none after it; the second time in a hurry."""
         if self._stopped:
             self._interrupts.hurry.set()
         self._stopped = by

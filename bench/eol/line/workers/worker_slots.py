@@ -50,7 +50,7 @@ class WorkerSlot:
 
     @property
     def source(self) -> Connection | int:
-        """What becomes readable when it sends a message, or has gone, its guardian too."""
+        """The source that becomes readable when the worker sends a message, or has ended, its guardian too."""
         return self.process.lifeline if self.dying else self.process.connection
 
 

@@ -1,4 +1,4 @@
-"""How far each worker is: its bench time and its heartbeat, in memory that the coordinator reads without a message each."""
+"""The progress of each worker: its bench time and its heartbeat, in memory that the coordinator reads without a message each."""
 
 import mmap
 import os
@@ -39,7 +39,7 @@ class WorkerStatus:
         return self._view[self._sockets + socket]
 
     def wait_for(self, socket: int, time: float) -> None:
-        """Have a socket report when it has passed a time; 0 for none."""
+        """Request a report from a socket when it has passed a time; 0 for none."""
         self._view[self._sockets + socket] = time
 
     def beats(self, socket: int) -> int:
@@ -71,7 +71,7 @@ def give_heartbeats(status: WorkerStatus, socket: int, stuck: Callable[[], bool]
 
 
 class Heartbeat:
-    """What the coordinator knows of one worker's heartbeat: for how long (s) it has been `silent`."""
+    """The coordinator's knowledge of one worker's heartbeat: for how long (s) it has been `silent`."""
 
     def __init__(self) -> None:
         self._beats = 0

@@ -1,4 +1,4 @@
-"""What Alembic runs: it is handed an open connection."""
+"""Alembic's environment: it receives an open connection."""
 
 from alembic import context
 

@@ -1,1 +1,1 @@
-"""What a run's page shows once the run has ended."""
+"""A run's page once the run has ended."""

@@ -1,4 +1,4 @@
-"""What to do about a run, the most important first."""
+"""Recommended actions after a run, the most important first."""
 
 from collections.abc import Awaitable, Callable, Sequence
 

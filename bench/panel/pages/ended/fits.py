@@ -1,4 +1,4 @@
-"""What a run's procedures draw: how well the models fit, what each fit leaves and that in a word; and the plots that judge no fit."""
+"""Plots of a run's procedures: the quality of the fits, their residuals and a short judgement; and plots that judge no fit."""
 
 import math
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""What a run came to, and what can be done with it."""
+"""The result of a run, and the actions that it allows."""
 
 import asyncio
 from datetime import UTC, datetime

@@ -1,4 +1,4 @@
-"""What is made of a run: exports and the report, each shown with what came of it and to be downloaded as often as wanted."""
+"""Products of a run: exports and the report, each shown with its result, and downloaded as often as wanted."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What stands on the line's page while no batch goes on: the plans there are, who measures, and what makes a first plan."""
+"""The line's page while no batch is in progress: the plans, who measures, and how to make a first plan."""
 
 import re
 from collections.abc import Awaitable, Callable

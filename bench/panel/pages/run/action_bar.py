@@ -1,4 +1,4 @@
-"""What is pressed: always at the same place, the same size, whatever the step."""
+"""The buttons of a run: always at the same place, the same size, whatever the step."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -40,7 +40,7 @@ class ActionBar:
 
     @property
     def may_answer(self) -> bool:
-        """Whether who looks at this page may answer now."""
+        """True if the reader of this page may answer now."""
         leader = self._panel.control.leader
         return self._session.may_lead and (leader is None or self._panel.control.holds(self._session.token))
 

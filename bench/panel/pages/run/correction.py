@@ -17,7 +17,7 @@ from drivers.interfaces.text import Text, text, word
 
 
 class Correction:
-    """What stands in the place of a question while a reading before it is corrected; `changed` is called when it looks otherwise."""
+    """The correction of an earlier reading in the place of a question; `changed` is called when its look changes."""
 
     def __init__(self, view: LiveView, reader: Reader, changed: Callable[[], None]) -> None:
         self._view = view
@@ -31,7 +31,7 @@ class Correction:
 
     @property
     def state(self) -> object:
-        """What it looks like; another one is to be built anew."""
+        """The state that determines its look; another one requires it to be built anew."""
         return self._question, self.chosen["number"] if self.chosen else None, self.done
 
     def is_open(self, question: Mapping[str, Any] | None) -> bool:
@@ -44,7 +44,7 @@ class Correction:
         return restore_text(told["why"]) if told and self._question != -question["id"] else None
 
     def open(self, question: Mapping[str, Any]) -> None:
-        """Have a reading chosen; where there is one only, it is that one."""
+        """Ask for the choice of a reading; if there is only one, choose it."""
         readings: Sequence[Mapping[str, Any]] = question["readings"]
         self._question, self.chosen, self.done = question["id"], readings[0] if len(readings) == 1 else None, None
         self._changed()

@@ -47,7 +47,7 @@ class NumberEntry:
 
     @property
     def words(self) -> str:
-        """What stands in the field, with its unit."""
+        """The field's text, with its unit."""
         return completed(str(self._field.value or ""), self._chosen, self._unit)
 
     @property

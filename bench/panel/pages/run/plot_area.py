@@ -1,4 +1,4 @@
-"""What a run shows of its measurement, at a place of the page that is there before it and stays as large."""
+"""The plot of a run's measurement, at a place of the page that is there before it and keeps its size."""
 
 from time import monotonic
 from typing import Any

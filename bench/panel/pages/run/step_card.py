@@ -96,7 +96,7 @@ class StepCard:
 
     @property
     def plots(self) -> bool:
-        """Whether the run's plot stands in the drawing's place: as long as nothing is asked of hands since it came."""
+        """True if the run's plot takes the drawing's place: as long as no manual work is requested since it came."""
         return self._run.line.plot_is_newest
 
     def tick(self) -> None:

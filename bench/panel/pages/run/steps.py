@@ -1,4 +1,4 @@
-"""How far the run is: its procedures, each with its state, and warnings in words."""
+"""Progress of the run: its procedures, each with its state, and warnings in words."""
 
 from nicegui import ui
 

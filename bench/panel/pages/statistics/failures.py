@@ -1,4 +1,4 @@
-"""What failed, on the page of statistics: parameters and procedures by how often, and in what else their motors stand out."""
+"""Failures on the page of statistics: parameters and procedures by frequency, and other figures in which their motors stand out."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""What the line's records say of motors, process and station: yields, failures, capability, charts."""
+"""Statistics of motors, process and station from the line's records: yields, failures, capability, charts."""
 
 import math
 from collections.abc import Sequence

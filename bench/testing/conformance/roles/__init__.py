@@ -1,1 +1,1 @@
-"""How an instrument of each role is used by the conformance checks, and what its actual state must then be."""
+"""The use of an instrument of each role in the conformance checks, and its expected actual state."""

@@ -52,7 +52,7 @@ class Problem:
 
     @property
     def free(self) -> FloatArray:
-        """Which of the five parameters are fitted."""
+        """True for each of the five parameters that is fitted."""
         return np.asarray(self.known > 0.0)
 
     @property

@@ -94,7 +94,7 @@ class HumOfVoltage:
 
     @property
     def certain(self) -> bool:
-        """Whether the voltage before the step shows it by itself."""
+        """True if the voltage before the step alone shows the hum."""
         return self.score**2 >= _SEEN
 
 

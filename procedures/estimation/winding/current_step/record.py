@@ -57,7 +57,7 @@ class StepRecord:
 
     @cached_property
     def sharp(self) -> bool:
-        """Whether the voltage changes mostly within one sampling interval, so that the instant is not resolved."""
+        """True if the voltage changes mostly within one sampling interval, so that the instant is not resolved."""
         swing = abs(float(np.median(self.drive[self.edge :])))
         if swing < _CLEAR * self.voltage_noise:
             return False

@@ -37,8 +37,8 @@ class StepFit(Fit):
 
     @property
     def timing(self) -> float:
-        """How late one channel may be beside the other (s): half a sampling interval at least, over the time constant; what the inductance
-        is off by, relatively.
+        """The relative error of the inductance due to a delay of one channel against the other of at least half a sampling
+        interval.
         """
         return 0.5 * self.step * self.value("resistance") / self.value("inductance")
 

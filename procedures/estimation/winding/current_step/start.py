@@ -1,4 +1,4 @@
-"""Where the fit of a current step begins: resistance and inductance from an integral equation."""
+"""The initial values of the fit of a current step: resistance and inductance from an integral equation."""
 
 import numpy as np
 

@@ -48,7 +48,7 @@ class Term(ABC):
 
     @property
     def asked(self) -> float:
-        """How much lower χ² must be with it than with another, after what else speaks for it."""
+        """The reduction of χ² that the term must achieve beyond that of another, after its other evidence."""
         return self.price - self.evidence
 
     def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:

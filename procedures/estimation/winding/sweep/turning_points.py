@@ -1,4 +1,4 @@
-"""Where the inductance turns back while a shaft is turned by hand: both axes without knowing the angle."""
+"""The extremes of the inductance while a shaft is turned by hand: both axes without a known angle."""
 
 from dataclasses import dataclass, replace
 from statistics import NormalDist
@@ -49,7 +49,7 @@ class TurningPoints:
 
     @property
     def enough(self) -> bool:
-        """Whether both axes were passed twice."""
+        """True if both axes were passed twice."""
         return min(self.maxima.size, self.minima.size) >= _NEEDED
 
     @property

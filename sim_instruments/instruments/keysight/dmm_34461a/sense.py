@@ -1,4 +1,6 @@
-"""How each function of the 34461A measures: range, integration, autozero, bandwidth, gate (Truevolt guide, SENSe subsystem)."""
+"""Measuring settings of each function of the 34461A: range, integration, autozero, bandwidth, gate (Truevolt guide, SENSe
+subsystem).
+"""
 
 import math
 from collections.abc import Callable
@@ -24,7 +26,7 @@ _AUTOMATIC = ("AUTO", "DEF", "DEFAULT")
 
 
 class FunctionSettings:
-    """What is set of one function, or of two that have it in common.
+    """The settings of one function, or of two that share them.
 
     `sensed` tells the value that autoranging once would see; `changed` is told of every change.
     """
@@ -49,7 +51,7 @@ class FunctionSettings:
 
     @property
     def aperture(self) -> float:
-        """How long (s) the input is looked at for a reading."""
+        """The time (s) over which the input is measured for a reading."""
         kind = self._function.kind
         if kind == "rms":
             return _WINDOWS[self.lowest]

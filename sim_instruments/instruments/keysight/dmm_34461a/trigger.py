@@ -53,7 +53,7 @@ class ReadingTrigger:
         tree.add("DATA:POINts", query=self._points)
 
     def reset(self) -> None:
-        """Have one reading at an immediate trigger, as CONFigure does, and none in the memory."""
+        """Set one reading at an immediate trigger, as CONFigure does, and clear the memory."""
         for name in ("source", "triggers", "delay", "auto delay", "slope", "samples"):
             self._settings[name].reset()
         self.idle()

@@ -1,4 +1,4 @@
-"""How the outputs of an E36313A are coupled and regulated: pairing, tracking, remote sense, list mode (programming guide)."""
+"""Coupling and regulation of an E36313A's outputs: pairing, tracking, remote sense, list mode (programming guide)."""
 
 from collections.abc import Callable, Mapping
 

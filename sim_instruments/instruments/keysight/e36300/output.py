@@ -24,7 +24,7 @@ RATINGS = {
 
 @dataclass
 class ProgrammedOutput:
-    """What is set of an output."""
+    """The settings of an output."""
 
     rating: Rating
     voltage: float = 0.0

@@ -1,4 +1,4 @@
-"""When an E4980A measures: freely one measurement after the other, or what a trigger begins (user's guide, trigger system)."""
+"""The measurement cycle of an E4980A: continuous measurements, or measurements begun by a trigger (user's guide, trigger system)."""
 
 import math
 from collections.abc import Callable, Generator
@@ -83,7 +83,7 @@ class MeasuringCycle:
 
     @property
     def measuring(self) -> bool:
-        """Whether a measurement that has been triggered is under way."""
+        """True while a triggered measurement is in progress."""
         return self.due is not None and self._clock.now() < self.due
 
     def _initiate(self) -> None:

@@ -31,7 +31,7 @@ class SweepList:
         self._kind, self._points, self._next = "FREQuency", (), 0
 
     def rewind(self) -> None:
-        """Have the next trigger begin at the first point."""
+        """Make the next trigger begin at the first point."""
         self._next = 0
 
     def queries(self) -> tuple[str, ...]:

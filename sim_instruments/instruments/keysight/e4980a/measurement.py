@@ -34,7 +34,7 @@ _SHORT_FREQUENCIES = (1.0e3, 100.0e3)
 
 @dataclass(frozen=True)
 class Conditions:
-    """What a measurement is made with: Hz, V rms at the open terminals, s."""
+    """The conditions of a measurement: Hz, V rms at the open terminals, s."""
 
     frequency: float
     level_rms: float
@@ -82,7 +82,7 @@ class BridgeMeasurement:
         return True
 
     def learnt(self, resistance: float, inductance: float) -> None:
-        """Have a short of other leads (Ω, H) learnt."""
+        """Store the short correction of other leads (Ω, H)."""
         self._short = (resistance, inductance)
 
     def learn_open(self) -> bool:

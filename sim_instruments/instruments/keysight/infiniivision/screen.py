@@ -1,4 +1,4 @@
-"""What the InfiniiVision's screen shows, as a picture (programmer's guide, :DISPlay:DATA?)."""
+"""The InfiniiVision's screen as a picture (programmer's guide, :DISPlay:DATA?)."""
 
 import io
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Where a station's own file takes figures before they go into their table with those of other motors."""
+"""The table in which a station's own file takes figures before they go into their table with those of other motors."""
 
 import sqlalchemy as sa
 from alembic import op

@@ -1,4 +1,4 @@
-"""What readers call the parameters of plug-ins."""
+"""Labels of plug-ins' parameters."""
 
 import sqlalchemy as sa
 from alembic import op

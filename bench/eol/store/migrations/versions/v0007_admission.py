@@ -1,4 +1,4 @@
-"""Which test of its serial number a record is, golden motors, and serial numbers under test."""
+"""The number of a record among its serial number's tests, golden motors, and serial numbers under test."""
 
 import sqlalchemy as sa
 from alembic import op
