@@ -1,6 +1,7 @@
 """Checks of a CANopen node's network management (CiA 301): a node that another master has left, or takes, out of operation."""
 
 from contextlib import suppress
+from typing import Any
 
 import can
 
@@ -18,7 +19,7 @@ class OtherMaster:
     """Another master on the bus of the instrument under test; to be used in a `with` statement."""
 
     def __init__(self, stand: Stand) -> None:
-        address = stand.bench.address(stand.subject.role.value)
+        address: Any = stand.bench.address(stand.subject.role.value)
         self._node = int(address["node_id"])
         self._end = stand.bench.can_bus(address["channel"])
         self._heard = ""
