@@ -119,10 +119,6 @@ class Answers:
         """Return the next command, the one that ends where none is left."""
         return next(self._commands, FINISH)
 
-    def unused(self) -> dict[str, int]:
-        """Return how many answers are left by key, for a warning at the end."""
-        return {key: len(left) for key, left in self._left.items() if left}
-
 
 def _flat(answers: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     for key, given in answers.items():

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bench.journal.waveforms import StoredWaveform
-from bench.panel.decimate import envelope
 from drivers.interfaces.text import Text
 from procedures.core.axes import Axes, Manner
+from reports.plots.envelope import extremes
 from reports.tables.figures import Scale, scale_of
 
 #: Points that a plot of a screen's width shows.
@@ -93,7 +93,7 @@ def line(name: str, points: Sequence[Sequence[float]], *, marks: bool = False) -
 def thinned(times: ArrayLike, values: ArrayLike, points: int = POINTS) -> list[list[float]]:
     """Return the pairs to draw of readings over time (s)."""
     drawn = np.asarray(values, dtype=np.float64)
-    chosen = envelope(drawn, points)
+    chosen = extremes(drawn, points)
     when = np.asarray(times, dtype=np.float64)
     return [[float(f"{x:.9g}"), float(f"{y:.6g}")] for x, y in zip(when[chosen], drawn[chosen], strict=True)]
 

@@ -234,7 +234,7 @@ class PowerStateMachine:
             f"{error_name(one.code)}, 0x1001 = {one.register:02X} ({one.kinds}), {one.data.hex(' ')}" for one in said
         )
         what = text("the drive is in fault {fault}", fault=error_name(code))
-        if frames:
+        if said:
             what = text("{finding}; it sent the emergency {frames}", finding=what, frames=frames)
         return ReportedError(self._objects.name, what, command=command, remedy=text("Remove the cause, then try again"))
 

@@ -110,6 +110,7 @@ class Cia402RotorActuator(Cia402Driver, RotorActuator):
                 lambda: abs(self._speed() - speed) <= tolerance,
                 lambda: self._missed(speed),
             )
+            self._power.check_operation()
         except BaseException as error:
             self._let_go_after(error)
             raise
@@ -146,6 +147,7 @@ class Cia402RotorActuator(Cia402Driver, RotorActuator):
                 lambda: bool(self._status() & REACHED) and abs(_wrapped(self._position() - target)) <= tolerance,
                 lambda: text("the shaft is {angle:.3g}° from its target", angle=math.degrees(self._remaining(target))),
             )
+            self._power.check_operation()
 
     def angle(self) -> Reading:
         """Return the shaft's angle (rad) by the encoder that sits on it."""

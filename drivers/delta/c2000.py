@@ -43,7 +43,7 @@ class DeltaC2000:
         self._clock = clock
         self._pole_pairs = pole_pairs
         self._rated_torque = rated_torque
-        self._direction = 1
+        self._reverse = False
 
     def check_fault(self) -> None:
         """Raise ReportedError where the drive is in fault, with its code."""
@@ -68,7 +68,7 @@ class DeltaC2000:
 
     def command_speed(self, speed: float) -> None:
         """Set the frequency for a mechanical speed (rad/s); the sign decides the direction of the next `run`."""
-        self._direction = -1 if speed < 0 else 1
+        self._reverse = speed < 0
         self._write(FREQUENCY_COMMAND, frequency_register(speed, self._pole_pairs), "frequency command")
 
     def command_torque(self, torque: float) -> None:
@@ -85,11 +85,11 @@ class DeltaC2000:
 
     def run(self) -> None:
         """Start, in the direction of the commanded speed."""
-        self._write(COMMAND, RUN_REVERSE if self._direction < 0 else RUN_FORWARD, "run command")
+        self._write(COMMAND, RUN_REVERSE if self._reverse else RUN_FORWARD, "run command")
 
     def run_forward(self) -> None:
         """Start forwards, as torque control does whatever the torque's sign."""
-        self._direction = 1
+        self._reverse = False
         self.run()
 
     def output_speed(self) -> float:

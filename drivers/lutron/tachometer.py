@@ -23,8 +23,7 @@ from drivers.lutron.options import LutronTachometerOptions
 from drivers.transport.in_process import is_in_process, open_stream
 from drivers.transport.serial.line_settings import PORT_ERRORS, open_port
 from drivers.transport.serial.port_errors import not_opened
-from drivers.transport.serial.stream_port import StreamPort
-from drivers.transport.serial.tapped_port import TappedPort
+from drivers.transport.serial.ports import StreamPort, TappedPort
 
 RPM = 2 * math.pi / 60
 #: Limit of error of handheld tachometers of this class.

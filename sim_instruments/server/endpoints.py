@@ -20,7 +20,7 @@ from sim_instruments.transports.hislip.locks import Locks
 from sim_instruments.transports.hislip.server import HislipServer
 from sim_instruments.transports.loop_thread import LoopThread
 from sim_instruments.transports.modbus.rtu import ModbusRtuEndpoint
-from sim_instruments.transports.modbus.server import ModbusTcpServer
+from sim_instruments.transports.modbus.tcp import ModbusTcpServer
 from sim_instruments.transports.modbus.unit import ModbusLine
 from sim_instruments.transports.scpi_socket import ScpiSocket
 from sim_instruments.transports.tcp_service import Serve, TcpService

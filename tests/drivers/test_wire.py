@@ -12,8 +12,7 @@ from drivers.interfaces import CommunicationError
 from drivers.transport.can.buses import CanBuses
 from drivers.transport.can.network_management import NmtState
 from drivers.transport.modbus.line import open_line
-from drivers.transport.serial.stream_port import StreamPort
-from drivers.transport.serial.tapped_port import TappedPort
+from drivers.transport.serial.ports import StreamPort, TappedPort
 from drivers.transport.visa.opening import open_session
 from drivers.transport.wire import Carrier, Direction
 from sim_instruments.bench import VirtualBench

@@ -16,13 +16,14 @@ from procedures.core.parameters import PARAMETERS
 from procedures.core.result import ProcedureResult
 from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.catalogue import standard_units
-from sim_instruments.instruments.errors import Errors, as_sold
+from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor.motor import VirtualMotor
 from tests.studies.causes import Cause, partners
 from tests.studies.dirt import Dirt
 from tests.studies.disturbed_maps import flux_at, map_truth, point_errors
 from tests.studies.measured_motor import carry_out, figure, study_plan
 from tests.studies.random_motors import draw_motor
+from tests.studies.units_in_use import as_sold
 
 #: Notices that say how a figure was found, and nothing against it.
 _ORDINARY = re.compile(r"E\d+|raised-step|saliency|delta-from-outside")

@@ -23,6 +23,7 @@ from procedures.estimation.flux.flux_map import GainLimits
 from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
 from procedures.estimation.flux.mtpa_locations import about_mtpa, held_back
 from procedures.estimation.flux.plan import further_readings, grid_locations, other_sides, reading_order
+from tests.procedures.estimation.flux.half_widths import half_widths
 from tests.studies.flux_benches import CURRENT_GAIN, VOLTAGE_GAIN, random_bench, read
 from tests.studies.flux_truths import OtherTable, TrueMotor, true_motors
 
@@ -88,7 +89,7 @@ def one(motor: TrueMotor, seed: Sequence[int], locations: int) -> BenchResult:
     found = made.map
     flux = motor.flux(found.points[:, 0] + 1j * found.points[:, 1])
     error = found.flux - np.column_stack((flux.real, flux.imag))
-    scale, half = float(np.max(np.abs(flux))), found.half_widths()
+    scale, half = float(np.max(np.abs(flux))), half_widths(found)
     given = half > 0.0
     currents = motor.largest_current * np.array(SHARES)
     mtpa = maximum_torque_per_ampere(found, currents, motor.pole_pairs)

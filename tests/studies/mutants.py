@@ -18,6 +18,7 @@ from tests.studies.unobservable import ast_nodes, unobservable
 ROOT = Path(__file__).parents[2]
 _CIA402 = ("cia402-inverter", "cia402-rotor-actuator", "cia402-six-step")
 _BASES = ("always", "found_state", "identification", "scpi_driver")
+_SCOPES = ("keysight-infiniivision", "rigol-ds1000z")
 _DELTA = ("c2000_watchdog", "found_settings", "recognition", "shaft", "transducer_scales")
 _OF_CIA402 = (
     "found_objects",
@@ -40,9 +41,9 @@ TARGETS: Mapping[str, Sequence[str]] = {
     "drivers.keysight.e4980a": ("keysight-e4980a",),
     "drivers.keysight.dmm_34461a": ("keysight-34461a",),
     "drivers.keysight.infiniivision": ("keysight-infiniivision",),
-    "drivers.bases.scpi_oscilloscope": ("keysight-infiniivision",),
-    "drivers.bases.oscilloscope_dialogue": ("keysight-infiniivision",),
-    "drivers.bases.waveform": ("keysight-infiniivision",),
+    "drivers.bases.scpi_oscilloscope": _SCOPES,
+    "drivers.bases.oscilloscope_dialogue": _SCOPES,
+    "drivers.bases.waveform": _SCOPES,
     "drivers.delta.dynamometer": ("delta-dyn200",),
     "drivers.delta.c2000": ("delta-dyn200",),
     "drivers.delta.dyn200": ("delta-dyn200",),
@@ -62,7 +63,7 @@ TARGETS: Mapping[str, Sequence[str]] = {
 SUPPORTING: Mapping[str, Sequence[str]] = {
     **dict.fromkeys((f"drivers.bases.{each}" for each in _BASES), ("keysight-e4980a", "keysight-e36300")),
     "drivers.bases.found_state": ("keysight-e4980a", "keysight-e36300", "delta-dyn200"),
-    "drivers.bases.set_points": ("keysight-e4980a", "keysight-infiniivision"),
+    "drivers.bases.set_points": ("keysight-e4980a", *_SCOPES),
     "drivers.keysight.e36300_settings": ("keysight-e36300",),
     "drivers.keysight.e4980a_settings": ("keysight-e4980a",),
     "drivers.keysight.infiniivision_settings": ("keysight-infiniivision",),

@@ -75,8 +75,9 @@ def check_own(driver: str, *, first_only: bool = False, thorough: bool = True) -
     own: Any = importlib.import_module(f"{_OWN}drivers")
     return check_driver(
         own.driver_named(driver),
-        options=own.OPTIONS[driver],
+        options=(own.OPTIONS | own.OF_HOW_TO)[driver],
         found=own.FOUND.get(driver),
+        catalogues=own.catalogues_of(driver),
         manual=own.manual_of(driver),
         variants=own.VARIANTS.get(driver, ()),
         thorough=thorough,

@@ -11,6 +11,7 @@ SOURCE = """
 NAMES = {1: "one"}
 LIMITS = {2: "two"}
 PIECE = 16
+SHOWN, BIT = 32, 33 << 34
 
 class Meter:
     def __init__(self, *, name: str = "meter", wide: bool = 3 > 4):
@@ -39,9 +40,10 @@ class Meter:
         shown = value * 7
         low, high = (value * 17, 18) if value else (19, 20)
         asked = self.read(8)
-        if value > LIMITS.get(9):
+        if value > LIMITS.get(9) and value & BIT:
             raise ValueError(
-                text("{shown} {name} {asked}", shown=shown, name=NAMES.get(value), asked=asked, low=low, high=high, left=self._remaining())
+                text("{shown} {name}", shown=shown, name=NAMES.get(value), low=low, high=high, left=self._remaining(), bit=value & SHOWN),
+                command=asked,
             )
         thread = Thread(target=self.wait, daemon=24 > 21, name=str(22))
         thread.start()
@@ -67,10 +69,10 @@ def left_alone(source: str) -> set[int]:
 
 
 def test_tables_and_figures_of_messages_and_pauses_that_look_again_are_left_alone() -> None:
-    assert left_alone(SOURCE) == {1, 6, 7, 12, 13, 15, 16, 17, 18, 19, 20, 21, 22, 24, 26, 29, 31}
+    assert left_alone(SOURCE) == {1, 6, 7, 12, 13, 15, 16, 17, 18, 19, 20, 21, 22, 24, 26, 29, 31, 32}
 
 
-@pytest.mark.parametrize("number", [2, 4, 5, 8, 9, 10, 11, 14, 23, 25, 27, 28, 30])
+@pytest.mark.parametrize("number", [2, 4, 5, 8, 9, 10, 11, 14, 23, 25, 27, 28, 30, 33, 34])
 def test_what_can_be_told_from_outside_is_changed(number: int) -> None:
     assert number not in left_alone(SOURCE)
 

@@ -1,9 +1,10 @@
 """What of a driver's module cannot be told from outside, whatever it is: a study of mistakes leaves it as it is.
 
 - **Messages**: what stands in `text(…)`, in `raise` and in `add_note(…)`, and what serves nothing else: a local name, a function of
-  the module or a table looked up by `.get` whose every use stands in a message (names of error codes, a figure that the message
-  shows), a property that the drivers read in messages only, what a method of their own returns that they call in `text(…)` only,
-  what a method of their own is given for messages only or puts into an error that it returns, but not what that asks the instrument.
+  the module, a constant (a bit that chooses the proposed remedy) or a table looked up by `.get` whose every use stands in a message
+  (names of error codes, a figure that the message shows), a property that the drivers read in messages only, what a method of their
+  own returns that they call in `text(…)` only, what a method of their own is given for messages only or puts into an error that it
+  returns, but not what that asks the instrument.
 - **Annotations**, decorators, imports and protocols, of which nothing is made.
 - **Pauses of a loop that looks again**: the `sleep` in a `while` loop. How often one looks changes nothing that is found.
 - **Defaults that nobody leaves out**: of a parameter that every call in the drivers' modules gives, also the `open` of a base.
@@ -109,6 +110,11 @@ def _only_in_messages(tree: ast.Module, messages: set[int]) -> set[int]:
             uses = _uses(tree, name)
             if uses and all(id(use) in messages and _is_get(parents[id(use)]) for use in uses):
                 found |= {id(each) for each in ast_nodes(node.value)}
+        if isinstance(node, ast.Assign):
+            for name, value in _scalars(node):
+                uses = _uses(tree, name)
+                if uses and name not in _imported() and all(id(use) in messages for use in uses):
+                    found |= {id(each) for each in ast_nodes(value)}
     for function in (each for each in ast_nodes(tree) if isinstance(each, ast.FunctionDef)):
         if any(ast.unparse(one) == "property" for one in function.decorator_list) and function.name in _shown():
             found |= {id(each) for part in function.body for each in ast_nodes(part)}
@@ -165,6 +171,14 @@ def _targets(node: ast.Assign) -> list[str]:
     parts = only.elts if isinstance(only, ast.Tuple) else node.targets
     names = [each.id for each in parts if isinstance(each, ast.Name)]
     return names if len(names) == len(parts) else []
+
+
+def _scalars(node: ast.Assign) -> Iterator[tuple[str, ast.expr]]:
+    """Give the constants that an assignment names, one or several: numbers and texts, or what is worked out of such."""
+    values = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
+    for name, value in zip(_targets(node), values, strict=False):
+        if all(isinstance(each, ast.Constant | ast.BinOp | ast.operator) for each in ast_nodes(value)):
+            yield name, value
 
 
 def _asks(value: ast.expr) -> bool:

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from bench.cli.output import padded, print_json, say_broken
-from bench.cli.station.calibrations_output import print_due
 from bench.cli.station.missing_counterparts import as_dict, missing_counterparts, print_missing
 from bench.cli.station.needs import good as needs_met
 from bench.cli.station.needs import outlooks, print_outlooks
@@ -25,7 +24,7 @@ from bench.safety.station_instruments import StationInstruments
 from bench.safety.trip_latch import Latch
 from bench.safety.watchdog_relays import open_relay
 from bench.safety.watchdogs import armed_watchdogs
-from bench.station.calibration_list import calibration_list
+from bench.station.calibration_list import CalibrationDue, calibration_list
 from bench.station.clock import SystemClock, wall_date
 from bench.station.station_file import Entry, Station, load_station
 from bench.station.visa_library import StationVisa
@@ -138,7 +137,7 @@ def check(
             console_on(sys.stdout).print(f"  {mark} {one.words.render(translate)}", markup=False, soft_wrap=True)
         print_missing(missing, translate)
         if due:
-            print_due(due, translate)
+            _print_due(due, translate)
         if named or read.entries:
             print_outlooks(needs, translate)
     return 0 if good else 1
@@ -256,3 +255,12 @@ def _print(
         console.print(f"      {words}", markup=False)
     for fault in faults:
         console.print(f"  ✗ {fault}", markup=False)
+
+
+def _print_due(due: Sequence[CalibrationDue], translate: Translate) -> None:
+    """Print when each instrument is due for calibration, soonest first."""
+    console = console_on(sys.stdout)
+    console.print(text("Calibrations, soonest first").render(translate), markup=False)
+    for each in due:
+        mark = "–" if each.calibration is None else "!" if each.pressing else "✓"
+        console.print(f"  {mark} {each.words.render(translate)}", markup=False, soft_wrap=True)

@@ -1,12 +1,13 @@
 """Checks with messages disturbed one by one: every error is reported, nothing stays on, and the next use is correct."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from bench.testing.conformance.manual import ProtectionTrip
+from bench.testing.conformance.network_management import taken_out
 from bench.testing.conformance.played import lose
 from bench.testing.conformance.report import Checks, in_words
 from bench.testing.conformance.session import Energise, Trial
@@ -71,18 +72,19 @@ def disturb(trial: Trial) -> None:
 def check_trip(trial: Trial) -> None:
     """Check an internal fault of the instrument, if the manual states one, at each message up to the first that feeds energy.
 
-    And what somebody else does to it while it feeds.
+    And what somebody else does to it while it feeds: what the manual states, and to a CANopen node another master.
     """
     manual = trial.checks.manual
-    if manual.trip is None and manual.stopped is None:
-        return
-    messages, took, _ = _heard(trial)
+    messages, took, transport = _heard(trial)
     fed = [one for one in messages if one.energised]
     if manual.trip is not None:
         for message in [*(one for one in messages if fed and one.number < fed[0].number), *fed[:1]]:
             _tripped(trial, manual.trip, message, took)
     if manual.stopped is not None:
-        _stopped(trial, manual.stopped, fed)
+        stopped = manual.stopped
+        _stopped(trial, "stopped by somebody else", lambda _: stopped, fed)
+    if transport == "can" and fed:
+        _stopped(trial, "taken out of operation by another master (NMT)", taken_out, fed)
 
 
 def _heard(trial: Trial) -> tuple[list[_Message], float, str]:
@@ -182,11 +184,12 @@ def _unanswered(trial: Trial, energise: Energise) -> None:
         trial.checks.that("make_safe where no question is answered", off, "it is on", remedy)
 
 
-def _stopped(trial: Trial, stopped: ProtectionTrip, fed: Sequence[_Message]) -> None:
+def _stopped(trial: Trial, what: str, done: Callable[[Stand], ProtectionTrip], fed: Sequence[_Message]) -> None:
     """Check that what somebody else did is told as what it is, at one of the messages at least, and does not last."""
-    what, told, checks = "stopped by somebody else", list[str](), trial.checks
+    told, checks = list[str](), trial.checks
     for message in fed:
         with trial.opened() as (made, instrument):
+            stopped = done(made)
             made.faults.watch(MessageWatch.at(message.number, partial(stopped.make, made.simulated)))
             try:
                 trial.brief(made, instrument)

@@ -17,6 +17,7 @@ from bench.testing.conformance.interface import check_interface
 from bench.testing.conformance.limits import check_limits
 from bench.testing.conformance.manual import Manual
 from bench.testing.conformance.models import check_model
+from bench.testing.conformance.network_management import check_network_management
 from bench.testing.conformance.opening import check_opening
 from bench.testing.conformance.recognition import check_recognition
 from bench.testing.conformance.replies import check_replies
@@ -67,6 +68,7 @@ def check_driver(
             check_guarded,
             check_found,
             check_left,
+            check_network_management,
             check_connection,
             check_opening,
             check_replies,

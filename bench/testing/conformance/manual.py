@@ -74,8 +74,9 @@ class Model:
 
     `answers` are replies by their message (a regular expression; as in a `Reply`), None where it has no such thing and says so.
     `states` are properties by their name, or what a method called with nothing returns ("measure_frequency.value"), or with arguments
-    (`("attenuation", 1)`). The error `says` so in its text. `holds` is what the instrument itself has after a use, past the driver: the
-    reply to a query, or what a message named as in a `Reply` reads: registers, or an object's number.
+    (`("attenuation", 1)`). `refuses` are calls, named in the same way, that it cannot do, by their error. Each error `says` so in its
+    text. `holds` is what the instrument itself has after a use, past the driver: the reply to a query, or what a message named as in a
+    `Reply` reads: registers, or an object's number.
     """
 
     answers: Mapping[str, bytes | None] = field(default_factory=dict)
@@ -84,6 +85,7 @@ class Model:
     error: type[Exception] | tuple[type[Exception], ...] = ()
     says: str = ""
     holds: Mapping[str, Any] = field(default_factory=dict)
+    refuses: Mapping[str | tuple[Any, ...], type[Exception]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,8 @@ class Left:
     present; of SCPI, `query` asks for it. The row of `found_state` whose query begins with `query` tells it as `found`; with `wanted`
     it is set to that while it is in use, told as changed, and put back by close(). Instead of that, with `error` it is not opened, and
     left alone; the error `says` so in its text. One that is `watched` is told where somebody changes it during use. What is only told
-    and `alters` figures is for a person: what is measured then is not looked at. `options` are those beside the others.
+    and `alters` figures is for a person: what is measured then is not looked at. One that is not `told`, such as the mode that each
+    use sets anyway, is only put back. `options` are those beside the others.
     """
 
     query: str
@@ -106,6 +109,7 @@ class Left:
     says: str = ""
     watched: bool = False
     alters: bool = False
+    told: bool = True
     options: Mapping[str, Any] = field(default_factory=dict)
 
 

@@ -1,6 +1,6 @@
 """Other models of an instrument's family, other versions of its firmware, and options with which it must not open."""
 
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 from bench.testing.conformance.found import asked
@@ -33,6 +33,15 @@ def check_model(trial: Trial, model: Model) -> None:
             found = _stated(instrument, name)
             remedy = "Compare with the manual"
             trial.checks.that(f"{name} with {what}", same_value(found, value), f"{found} instead of {value}", remedy)
+        for call, error in model.refuses.items():
+            name = call if isinstance(call, str) else call[0]
+            remedy = "Check before the call what this model has"
+            with (
+                trial.checks.refuses(f"{name} with {what}", error, remedy=remedy, says=(model.says,)),
+                _entered(_stated(instrument, call)),
+            ):
+                """A block of energy is refused when it begins."""
+            trial.checks.that(f"{name} with {what}: nothing is on", not made.energised, "it is on", remedy)
         if model.holds:
             trial.session.brief(made, instrument, Checks())
         for message, value in model.holds.items():
@@ -40,6 +49,10 @@ def check_model(trial: Trial, model: Model) -> None:
             advice = "Compare the setting's unit and step with the manual"
             trial.checks.that(f"{message} with {what}", held == value, f"it holds {held} instead of {value}", advice)
         instrument.close()
+
+
+def _entered(result: Any) -> AbstractContextManager[Any]:
+    return result if isinstance(result, AbstractContextManager) else nullcontext()
 
 
 def _held(made: Stand, message: str) -> Any:

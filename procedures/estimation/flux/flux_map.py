@@ -111,16 +111,6 @@ class MeasuredFluxMap:
         alone = float(np.sqrt(noise**2 - sessions**2))
         return MapFigure(value, standard, (value - half, value + half), alone, between, shared, sessions)
 
-    def half_widths(self, coverage: float = 0.95) -> FloatArray:
-        """Return the half-widths (m, 2) in V·s of the coverage intervals of the flux linkages."""
-        noise, freedom = self.scatter.ravel(), self.degrees_of_freedom
-        limits = np.array(list(self.shared.values())).reshape(-1, noise.size)
-        made = [
-            half_width(np.abs(limits[:, k]).tolist(), [(noise[k], freedom)] if noise[k] > 0.0 else [], coverage)
-            for k in range(noise.size)
-        ]
-        return np.array(made).reshape(-1, 2)
-
     def torque(self, pole_pairs: float) -> FloatArray:
         """Return the air gap's torque (m,) in N·m at the points: 1.5·p·(ψ_d·i_q − ψ_q·i_d)."""
         return np.asarray(

@@ -1,11 +1,40 @@
-"""Modbus TCP: units on a port of the loopback interface, for a client in this process."""
+"""Modbus TCP (MODBUS Messaging on TCP/IP, V1.0b): several clients at once in an event loop, or units for a client in this process."""
 
+from collections.abc import Awaitable, Callable
 from contextlib import ExitStack
 
+from sim_instruments.faults.line_faults import FaultKind
+from sim_instruments.transports.client import Client
 from sim_instruments.transports.loop_thread import LoopThread
-from sim_instruments.transports.modbus.server import ModbusTcpServer
+from sim_instruments.transports.modbus.frames import HEADER, REQUEST_TIME, ModbusFrames, NoFrameError, rest_of
 from sim_instruments.transports.modbus.unit import ModbusLine
 from sim_instruments.transports.tcp_service import TcpService
+
+
+class ModbusTcpServer:
+    """Serves connections that a TcpService hands over. Every request takes 2 ms of bench time; a frame that is none ends its connection.
+
+    `wait` lets bench time (s) pass.
+    """
+
+    def __init__(self, line: ModbusLine, wait: Callable[[float], Awaitable[None]]) -> None:
+        self._line = line
+        self._wait = wait
+
+    async def serve(self, client: Client) -> None:
+        """Answer one client until it hangs up."""
+        frames = ModbusFrames(self._line)
+        while True:
+            try:
+                transaction, unit, length = rest_of(await client.exactly(HEADER.size))
+            except NoFrameError:
+                return
+            request = await client.exactly(length, begun=True)
+            await self._wait(REQUEST_TIME)
+            response, fault = frames.answer(unit, request)
+            if fault is not None and fault.kind is FaultKind.LATE:
+                await self._wait(fault.delay)
+            await client.send(frames.frame(transaction, unit, response, fault))
 
 
 class ModbusTcpEndpoint:

@@ -4,15 +4,15 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from bench.journal.waveforms import StoredWaveform
-from bench.panel.decimate import envelope
 from bench.panel.plots import POINTS, waveform_plot
+from reports.plots.envelope import extremes
 
 samples = arrays(np.float64, st.integers(0, 400), elements=st.floats(-1e6, 1e6))
 
 
 @given(samples, st.integers(2, 60))
 def test_no_peak_is_lost_and_no_point_made_up(values: np.ndarray, points: int) -> None:
-    chosen = envelope(values, points)
+    chosen = extremes(values, points)
     assert len(chosen) <= max(points, 2)
     assert np.all(np.diff(chosen) > 0)
     if len(values):
@@ -24,13 +24,13 @@ def test_no_peak_is_lost_and_no_point_made_up(values: np.ndarray, points: int) -
 def test_one_sample_that_sticks_out_is_drawn(count: int, place: int) -> None:
     values = np.zeros(count)
     values[place % count] = -5.0
-    assert place % count in envelope(values, 500)
+    assert place % count in extremes(values, 500)
 
 
 def test_missing_values_hide_nothing() -> None:
     values = np.full(10_000, np.nan)
     values[4321] = 1.0
-    assert 4321 in envelope(values, 100)
+    assert 4321 in extremes(values, 100)
 
 
 def test_a_million_points_become_a_screen_full_and_zooming_shows_more() -> None:

@@ -19,18 +19,13 @@ from bench.station.station_file import load_station
 from bench.testing.conformance.kit import Conformance
 from bench.virtual.served_station import station_to_serve
 from bench.virtual.virtual_station import describe
-from drivers.bases.scpi_oscilloscope import Probe
-from drivers.interfaces import ProbeKind
 from sim_instruments.server.served_bench import ServedBench
+from tests.bench.plugins.how_to_pages import OSCILLOSCOPE, PAGES, PROBES, codes, left
 from tests.command_line import Call
 from tests.studies.forked import Forked, motorbench
 
-PAGES = Path(__file__).parents[3] / "docs" / "how-to"
 #: The pages' files, and the most lines that each may have.
 LONGEST = {"acme_supply.py": 40, "acme_meter.py": 80, "simulated_acme_meter.py": 80}
-#: Those of the oscilloscope, which has a station of its own.
-OSCILLOSCOPE = {"rigol_ds1000z.py": 80, "simulated_rigol_ds1000z.py": 80}
-PROBES = {n: Probe(ProbeKind.CURRENT if n == 4 else ProbeKind.VOLTAGE, 10.0) for n in (1, 2, 4)}
 #: Motors with defects are tried elsewhere.
 QUICK = ("--each", "0", "--sound", "0")
 PLAN = """
@@ -47,12 +42,6 @@ records = ["acme-mes"]
 name = "stator-resistance-dc"
 settings = { levels = 3, settle = 0.03, wiring_settle = 0.03, winding_temperature = 25.0 }
 """
-
-
-def codes(page: str) -> dict[str, str]:
-    """The Python files of a page, by the name that stands before each."""
-    text = (PAGES / page).read_text(encoding="utf-8")
-    return dict(re.findall(r"`(\w+\.py)`:\n\n```python\n(.*?)```", text, re.DOTALL))
 
 
 def stations(page: str) -> list[str]:
@@ -72,7 +61,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(("name", "most"), (LONGEST | OSCILLOSCOPE).items())
+@pytest.mark.parametrize(("name", "most"), (LONGEST | dict.fromkeys(OSCILLOSCOPE, 80)).items())
 def test_the_files_are_short(folder: Path, name: str, most: int) -> None:
     assert len((folder / name).read_text(encoding="utf-8").splitlines()) <= most
 
@@ -80,12 +69,6 @@ def test_the_files_are_short(folder: Path, name: str, most: int) -> None:
 @pytest.mark.parametrize("name", ["acme-ps303", "acme-dm5"])
 def test_the_drivers_pass_the_conformance_kit(folder: Path, conformance: Conformance, name: str) -> None:
     conformance.files(*(folder / file for file in LONGEST)).driver(name)
-
-
-def left(simulated: Any) -> None:
-    """As somebody before us may have left a Rigol."""
-    for message in ("CHAN1:INV ON", "CHAN2:BWL 20M", "CHAN3:DISP ON", "TRIG:COUP HFR", "STOP", "*CLS"):
-        simulated.write(message.encode() + b"\n")
 
 
 def test_the_oscilloscope_passes_the_conformance_kit(folder: Path, conformance: Conformance) -> None:

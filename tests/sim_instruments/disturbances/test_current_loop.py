@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim_instruments.disturbances.current_loop import CurrentLoop
-from sim_instruments.instruments.errors import DriveErrors, Errors, InverterErrors, VoltmeterErrors, as_sold, evenly
+from sim_instruments.instruments.errors import DriveErrors, Errors, InverterErrors, VoltmeterErrors, evenly
+from tests.studies.units_in_use import as_sold
 
 
 def test_drawn_ones_are_within_their_limits_and_differ() -> None:

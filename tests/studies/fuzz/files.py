@@ -64,7 +64,6 @@ def answers_file(data: bytes) -> None:
             lambda: operator.perform(EnterReading("winding_temperature", text("temperature"), "°C", -50.0, 200.0)),
             lambda: operator.perform(MarkRestPositions(1)),
             lambda: prompt.ask(text("speed"), "rpm", 0.0, 1e5, None),
-            answers.unused,
         ],
         (ProcedureError, InstrumentError, InputError),
     )

@@ -33,7 +33,7 @@ from drivers.lutron.tachometer import LutronTachometer
 from drivers.transport.can.buses import CanBuses
 from drivers.transport.can.objects import NodeObjects
 from drivers.transport.modbus.line import open_line
-from drivers.transport.serial.stream_port import StreamPort
+from drivers.transport.serial.ports import StreamPort
 from drivers.transport.visa.replies import parse_error, parse_number, parse_numbers
 from drivers.transport.visa.session import ScpiSession
 from tests.studies.fuzz.target import Target, each, pieces

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from bench.testing.conformance.manual import Manual, NotYet, ProtectionTrip, Reply, StatedLimits
+from bench.testing.conformance.manual import Manual, Model, NotYet, ProtectionTrip, Reply, StatedLimits
 from drivers.cia402.stated_objects import StatedObject
 from drivers.interfaces import (
     Accuracy,
@@ -163,5 +163,10 @@ ROTOR = _node(
         Reply("read 60FDH 0", _NONE, ReportedError, call="couple_dynamometer"),
         Reply("read 60FDH 0", b"\0\0\x04\0", ReportedError, call="uncouple_dynamometer"),
     ),
-    not_yet=(NotYet("read 60FDH 0", _NONE, 5.0, call="turn"),),
+    not_yet=(
+        NotYet("read 60FDH 0", _NONE, 5.0, call="turn"),
+        NotYet("read 606CH 0", _CREEPING, 5.0, call="stop", between="read 6041H"),
+    ),
+    # An electrical frequency says nothing of a shaft.
+    models=(Model({"^read 60A9H": None}, {"velocity_unit": "Hz"}, error=ReportedError, says="turns a shaft"),),
 )

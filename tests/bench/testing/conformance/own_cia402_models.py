@@ -9,7 +9,7 @@ from typing import Any
 
 from bench.testing.conformance.manual import Model
 from drivers.cia402.stated_objects import StatedObject
-from drivers.interfaces import Identity, IdentityError, ReportedError, SetpointError
+from drivers.interfaces import Identity, IdentityError, InstrumentError, ReportedError, SetpointError
 
 _TOLD = "measure_frequency.value"
 _RPM, _TURNS, _DEGREES, _RADIANS, _COUNTS, _COUNTS_A_MINUTE = (
@@ -197,15 +197,39 @@ _STATED: Sequence[Model] = tuple(
 )
 #: Modes that it does not tell are those of the profile: after a current, it is profile torque.
 _MODES: Sequence[Model] = (Model({"^read 6502H": None}, holds={"read 6060H 0": 4}),)
-INVERTER_MODELS: Sequence[Model] = (*_MODES, *_UNITS, *_VELOCITY, *_RATED, *_IDENTITIES, *_WATCHES, *_STATED)
+#: One that turns by velocity alone has no current to command.
+_UNABLE: Sequence[Model] = (
+    Model({"^read 6502H": _number(1 << 2)}, refuses={("driving_current", 1.0): InstrumentError}, says="0x6502"),
+    Model({"^read 6502H": _number(1 << 3)}, refuses={("driving_frequency", 20.0, 1.0): InstrumentError}, says="0x6502"),
+    Model(options={"field_current": None}, refuses={("driving_frequency", 20.0, 1.0): InstrumentError}, says="field_current"),
+)  # fmt: skip
+#: Life guarding that was set up would begin with the first question for the state, and must then go on: it is not asked.
+_GUARDED: Sequence[Model] = tuple(
+    Model({"^read 100CH": b"\xf4\1", "^read 100DH": factor}, states={"found_state.0.found": state})
+    for factor, state in ((b"\3", "unknown"), (b"\0", "pre-operational"))
+)
+INVERTER_MODELS: Sequence[Model] = (
+    *_MODES,
+    *_UNABLE,
+    *_GUARDED,
+    *_UNITS,
+    *_VELOCITY,
+    *_RATED,
+    *_IDENTITIES,
+    *_WATCHES,
+    *_STATED,
+)
 #: The maker's objects as others have them: subindex, width, sign.
-SIX_STEP_MODELS: Sequence[Model] = tuple(
-    Model({f"^read {index}H {sub}$": data}, {"bus_current": stated}, {"measure_bus_current.value": value})
-    for index, sub, data, stated, value in (
-        ("2123", 5, b"\xff", StatedObject("0x2123:05", "i8", 0.5), -0.5),
-        ("2123", 5, b"\xff", StatedObject("0x2123:5", "u8", 0.5), 127.5),
-        ("2123", 16, b"\0\x80", StatedObject("0x2123:0x10", "i16", 1e-3), -32.768),
-        ("2123", 16, b"\0\x80", StatedObject("0x2123:10", "u16", 1e-3), 32.768),
-        ("2ABC", 0, b"\1\0\0\0", StatedObject("0x2aBC:00", "u32", 2.0), 2.0),
-    )
+SIX_STEP_MODELS: Sequence[Model] = (
+    *(Model(options={name: None}, error=ReportedError, says=name) for name in ("mode", "bus_current", "hall_state")),
+    *(
+        Model({f"^read {index}H {sub}$": data}, {"bus_current": stated}, {"measure_bus_current.value": value})
+        for index, sub, data, stated, value in (
+            ("2123", 5, b"\xff", StatedObject("0x2123:05", "i8", 0.5), -0.5),
+            ("2123", 5, b"\xff", StatedObject("0x2123:5", "u8", 0.5), 127.5),
+            ("2123", 16, b"\0\x80", StatedObject("0x2123:0x10", "i16", 1e-3), -32.768),
+            ("2123", 16, b"\0\x80", StatedObject("0x2123:10", "u16", 1e-3), 32.768),
+            ("2ABC", 0, b"\1\0\0\0", StatedObject("0x2aBC:00", "u32", 2.0), 2.0),
+        )
+    ),
 )

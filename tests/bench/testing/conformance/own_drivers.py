@@ -2,13 +2,18 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+from bench.plugins.catalogues import Catalogues, installed
+from bench.plugins.files import load_file
 from bench.testing.conformance.manual import Manual, Model
 from drivers.bases.oscilloscope_data import Probe
 from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKind, SetpointError
 from drivers.keysight.options import ImpedanceCalibration
 from sim_instruments.world.fixture.layout import crosspoints
+from tests.bench.plugins.how_to_pages import OSCILLOSCOPE, PROBES, codes, left
 from tests.bench.testing.conformance.own_cia402_manuals import (
     CIA402_INVERTER,
     CIA402_SIX_STEP,
@@ -58,6 +63,25 @@ OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "mjbots-moteus": {"maximum_current": 20.0},
     "scpi-supply": {"maximum_voltage": 30.0, "maximum_current": 5.0},
 }
+
+
+#: A make of the how-to pages, a second one of a base of ours.
+OF_HOW_TO: Mapping[str, Mapping[str, Any]] = {"rigol-ds1000z": {"probes": PROBES}}
+
+
+def catalogues_of(name: str) -> Catalogues:
+    """Return where a driver and its simulated instrument are found, those of the how-to pages loaded anew."""
+    if name not in OF_HOW_TO:
+        return installed()
+    with TemporaryDirectory() as folder:
+        files = []
+        for page in ("add-a-driver.md", "add-a-simulated-instrument.md"):
+            for file, code in codes(page).items():
+                if file in OSCILLOSCOPE:
+                    path = Path(folder, file)
+                    path.write_text(code, encoding="utf-8")
+                    files.append(load_file(path, str(path)))
+        return installed().with_files(files)
 
 
 def driver_named(name: str) -> Any:
@@ -116,6 +140,7 @@ FOUND: Mapping[str, Any] = {
     "keysight-e36300": _messages(
         "VOLT 1,(@1)", "VOLT:PROT 2,(@1)", "CURR:PROT:STAT OFF,(@1)", "CURR:PROT:DEL 0.2,(@1)", "VOLT 3,(@2)", "OUTP ON,(@2)"
     ),
+    "rigol-ds1000z": left,
     "keysight-34970a": _messages("ROUT:CLOS (@111,122)"),
     "gwinstek-gpt9800": _messages("MAIN:FUNC MANU", "MANU:EDIT:MODE DCW"),
     "delta-dyn200": _stopping_by_ramp,
@@ -180,7 +205,7 @@ _MANUALS: Mapping[str, Manual] = {
 def manual_of(name: str) -> Manual:
     """Return what the manual states of a driver's instrument, and the options that it must refuse."""
     refused = (Model(options=options, error=error) for options, error in _REFUSED.get(name, ()))
-    stated = _MANUALS[name]
+    stated = _MANUALS.get(name, Manual())
     models = (*stated.models, *refused, *_MODELS.get(name, ()))
     return replace(stated, models=models, left=LEFT.get(name, ()), lacks=LACKS.get(name))
 

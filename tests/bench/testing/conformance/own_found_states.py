@@ -126,10 +126,15 @@ LEFT: Mapping[str, Sequence[Left]] = {
         # Its ramps cannot be changed.
         Left("0x6083", lambda _: None, "1200000", now=lambda simulated: simulated.read(0x6083)),
         Left("0x6084", lambda _: None, "1200000", now=lambda simulated: simulated.read(0x6084)),
+        Left("0x6060", **_object(0x6060, 3), told=False),
         # Of what is measured together, what it lets be mapped.
         _polled("0x6041, 0x606C, 0x6077, 0x6078"),
     ),
-    "cia402-six-step": (_polled("0x6041, 0x606C, 0x6079"),),
+    "cia402-six-step": (
+        Left("0x605A", lambda _: None, "6", now=lambda _: 0),
+        _polled("0x6041, 0x606C, 0x6079"),
+    ),
+    "cia402-rotor-actuator": (Left("0x6060", **_object(0x6060, 3), told=False),),
     "mjbots-moteus": (
         _moteus("servo.fw.enable", True, "1", "0"),
         _moteus("servo.voltage_mode_control", True, "", error=ReportedError, says="conf set servo.voltage_mode_control 0"),

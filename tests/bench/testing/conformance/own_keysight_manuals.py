@@ -43,7 +43,12 @@ E4980A = Manual(
         (1.0, 1e-3, 100.1e3): MeasurementError,
     },
     models=(
-        Model({r"\*IDN\?": b"Agilent Technologies,E4980A,MY1,A.02.10"}, states={"maximum_frequency": 2e6}),
+        Model(
+            {r"\*IDN\?": b"Agilent Technologies,E4980A,MY1,A.02.10"},
+            states={"maximum_frequency": 2e6, "found_state.9.query": "BIAS:STAT?"},
+        ),
+        # The E4980AL has no DC bias.
+        Model({r"^BIAS": None}, states={"maximum_frequency": 1e6}),
         Model({r"\*OPT\?": b"032"}, states={"maximum_frequency": 300e3}),
         Model({r"\*OPT\?": b"001,052"}, states={"maximum_frequency": 500e3}),
         Model({r"\*OPT\?": b"102"}, states={"maximum_frequency": 1e6}),

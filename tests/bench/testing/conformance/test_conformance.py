@@ -25,12 +25,22 @@ from bench.testing.conformance.connection import check_connection
 from bench.testing.conformance.disturbed import check_trip
 from bench.testing.conformance.driver import subject_of
 from bench.testing.conformance.kit import Conformance
+from bench.testing.conformance.models import check_model
+from bench.testing.conformance.network_management import check_network_management
 from bench.testing.conformance.opening import check_opening
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.roles import supply
 from bench.testing.conformance.session import Trial, session_of
 from bench.testing.conformance.watchdogs import check_watchdog
-from drivers.interfaces import Accuracy, CommunicationError, Identity, IdentityError, MeasurementError, Reading
+from drivers.interfaces import (
+    Accuracy,
+    CommunicationError,
+    Identity,
+    IdentityError,
+    InstrumentError,
+    MeasurementError,
+    Reading,
+)
 from drivers.interfaces.declarations import Effect, declarations
 from drivers.lutron.options import LutronTachometerOptions
 from tests.bench.testing.conformance.own_drivers import FOUND, OPTIONS, VARIANTS, driver_named, manual_of
@@ -96,7 +106,39 @@ def test_what_somebody_else_stopped_must_be_told(monkeypatch: pytest.MonkeyPatch
     checks = Checks(manual=Manual(stopped=stopped))
     check_trip(Trial(subject, session_of(subject.role), checks, seed=0))
     failed = [one.check for one in checks.report(name).failures]
-    assert failed == ([] if looks else ["stopped by somebody else: is told"])
+    others = ("stopped by somebody else", "taken out of operation by another master (NMT)")
+    assert failed == ([] if looks else [f"{one}: is told" for one in others])
+
+
+@pytest.mark.parametrize(
+    ("method", "found"),
+    [
+        ("", set()),
+        ("_start", {"a node left pre-operational: is started", "a node left stopped: is started"}),
+    ],
+)
+def test_a_node_that_is_not_started_when_opened_is_found(
+    monkeypatch: pytest.MonkeyPatch, method: str, found: set[str]
+) -> None:
+    if method:
+        monkeypatch.setattr(f"drivers.cia402.node.Cia402Node.{method}", lambda *_: None)
+    subject = subject_of("cia402-six-step", None, OPTIONS["cia402-six-step"], installed())
+    checks = Checks()
+    check_network_management(Trial(subject, session_of(subject.role), checks, seed=0))
+    report = checks.report("six-step")
+    assert len(report.findings) >= 12
+    assert {one.check for one in report.failures} >= found
+    assert bool(report.failures) is bool(found)
+
+
+def test_a_call_that_another_model_cannot_do_must_be_refused() -> None:
+    modes = {"^read 6502H": (1 << 2).to_bytes(4, "little")}
+    subject = subject_of("cia402-inverter", None, OPTIONS["cia402-inverter"], installed())
+    for refused, wrong in ((("driving_current", 1.0), 0), (("driving_frequency", 20.0, 1.0), 1)):
+        checks = Checks()
+        model = Model(modes, refuses={refused: InstrumentError}, says="0x6502")
+        check_model(Trial(subject, session_of(subject.role), checks, seed=0), model)
+        assert len(checks.report("inverter").failures) == wrong
 
 
 @pytest.mark.parametrize("name", sorted(installed().exports))

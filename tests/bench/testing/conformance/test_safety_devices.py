@@ -22,7 +22,7 @@ from sim_instruments.clock.paced_clock import PacedClock
 from sim_instruments.instruments.beckhoff.bk9000 import Bk9000
 from sim_instruments.server.safety_contacts import InputModule, SafetyContacts
 from sim_instruments.transports.loop_thread import LoopThread
-from sim_instruments.transports.modbus.server import ModbusTcpServer
+from sim_instruments.transports.modbus.tcp import ModbusTcpServer
 from sim_instruments.transports.modbus.unit import ModbusLine
 from sim_instruments.transports.tcp_service import TcpService
 

@@ -13,6 +13,7 @@ from procedures.estimation.flux.estimator import FluxMapEstimate, estimate_flux_
 from procedures.estimation.flux.flux_map import GainLimits
 from procedures.estimation.flux.plan import grid_locations, reading_order
 from procedures.estimation.flux.readings import FluxReadings, locations_of
+from tests.procedures.estimation.flux.half_widths import half_widths
 from tests.studies.flux_benches import CURRENT_GAIN, VOLTAGE_GAIN, RandomBench, random_bench, read
 from tests.studies.flux_truths import Array, TrueMotor, true_motors
 
@@ -43,7 +44,7 @@ def test_every_point_is_within_its_limits_though_nothing_of_the_bench_is_known(n
         assert len(made.map.points) == 51
         error = np.abs(errors(motor, made))
         worst.append(np.max(error) / made.map.full_scale)
-        held.append(np.mean(error <= made.map.half_widths()))
+        held.append(np.mean(error <= half_widths(made.map)))
     assert np.median(worst) < 0.004
     assert max(worst) < 0.008
     assert np.mean(held) > 0.85
@@ -102,7 +103,7 @@ def test_gains_are_apart_from_scatter_and_common_to_all_points() -> None:
     assert not bare.shared
     assert whole.covariance == pytest.approx(bare.covariance)
     assert whole.shared["voltage"] == pytest.approx(VOLTAGE_GAIN * whole.flux.ravel())
-    assert np.all(whole.half_widths() >= bare.half_widths())
+    assert np.all(half_widths(whole) >= half_widths(bare))
 
 
 def test_an_asymmetric_motor_is_found_and_its_map_holds_all_the_same() -> None:
@@ -118,7 +119,7 @@ def test_an_asymmetric_motor_is_found_and_its_map_holds_all_the_same() -> None:
     assert not made.symmetric
     assert [f.cause for f in made.misfit.findings if f.cause is Cause.ASYMMETRIC_MAP]
     assert np.max(np.abs(errors(motor, made))) < 0.012 * made.map.full_scale
-    assert np.mean(np.abs(errors(motor, made)) <= made.map.half_widths()) > 0.85
+    assert np.mean(np.abs(errors(motor, made)) <= half_widths(made.map)) > 0.85
 
 
 def test_a_symmetric_motor_is_not_called_asymmetric() -> None:

@@ -10,6 +10,7 @@ from procedures.estimation.flux.flux_map import GainLimits
 from procedures.estimation.flux.plan import PlannedReading, grid_locations, reading_order, remaining
 from procedures.estimation.flux.readings import FluxReadings
 from procedures.estimation.flux.session_ties import broken_tie
+from tests.procedures.estimation.flux.half_widths import half_widths
 from tests.studies.flux_benches import CURRENT_GAIN, VOLTAGE_GAIN, RandomBench, random_bench, read
 from tests.studies.flux_truths import Array, TrueMotor, true_motors
 
@@ -56,7 +57,7 @@ def test_the_second_session_has_its_own_angle_temperatures_and_gains(share: floa
         assert len(made.map.points) == 51
         true = MOTOR.flux(made.map.points[:, 0] + 1j * made.map.points[:, 1])
         error = np.abs(made.map.flux - np.column_stack((true.real, true.imag)))
-        held.append(np.mean(error <= made.map.half_widths()))
+        held.append(np.mean(error <= half_widths(made.map)))
         worst.append(np.max(error) / made.map.full_scale)
         first, second = made.fit.sessions
         assert first.readings + second.readings == readings.time.size

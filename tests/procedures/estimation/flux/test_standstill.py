@@ -8,6 +8,7 @@ import pytest
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.flux.standstill import StandstillGains, fit_standstill
 from procedures.estimation.flux.stroke_train import StrokeTrain, stroke_train
+from tests.procedures.estimation.flux.half_widths import half_widths
 
 LAMBDA, LD, LQ, R = 0.05, 2e-3, 3.5e-3, 0.1
 TAU, STROKE, STEP = 1e-3, 0.012, 4e-6
@@ -78,7 +79,7 @@ def test_noise_of_currents_and_unequal_phases_move_nothing_where_the_rotor_stand
     off = found.map.flux[:, 0] + 1j * found.map.flux[:, 1] - flux(points)
     assert np.abs(off).max() < 5e-3 * found.map.full_scale
     assert found.resistance == pytest.approx(1.0, rel=0.03)
-    halves = found.map.half_widths()
+    halves = half_widths(found.map)
     assert np.all(np.abs(off.real) <= halves[:, 0] + 1e-9)
     assert np.all(np.abs(off.imag) <= halves[:, 1] + 1e-9)
 
@@ -87,7 +88,7 @@ def test_noise_of_currents_is_in_the_intervals_of_a_rotor_that_is_free() -> None
     found = fit_standstill([made(point, resistance=0.5, noise=0.02) for point in POINTS], LAMBDA, GAINS)
     points = found.map.points[:, 0] + 1j * found.map.points[:, 1]
     off = found.map.flux[:, 0] + 1j * found.map.flux[:, 1] - flux(points)
-    held = np.abs(np.column_stack((off.real, off.imag))) <= found.map.half_widths() + 1e-9
+    held = np.abs(np.column_stack((off.real, off.imag))) <= half_widths(found.map) + 1e-9
     assert np.mean(held) > 0.9
 
 
