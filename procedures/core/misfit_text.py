@@ -125,8 +125,9 @@ _SEEN = {
     Cause.RESISTANCES_DIFFER: text(
         "the braking torque gives {ratio:.3g} times the resistance that the currents give ({by_torque:.4g} "
         "against {by_current:.4g} Ω). Above 1, the q axis saturates; below 1, switches or contacts drop voltage, "
-        "or a drive makes the short circuit; near √2, the currents are rms; near 2 or one half, poles were "
-        "entered for pole pairs; further away, the flux linkage is in another unit"
+        "or a drive makes the short circuit; near √2, the currents are rms; near √3 or 1/√3, a line value stands "
+        "for a phase value (flux linkage, or currents inside a delta); near 2 or one half, poles were entered for "
+        "pole pairs; further away, the flux linkage is in another unit"
     ),
     Cause.MAP_HOLES: text(
         "{holes:.0f} points of the table's grid have no values; they are interpolated from the others"

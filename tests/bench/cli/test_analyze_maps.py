@@ -399,6 +399,8 @@ def test_efficiency_knows_what_the_rows_share(tmp_path: Path, capsys: pytest.Cap
     half = 0.5 * np.ptp(good["loss"]["coverage_interval"])
     assert 1.7 * 0.5 < half < 1570.8 * 0.002 + 1.7
     assert "come out of" in bad["refused"]
+    # What makes one row impossible is in the others too.
+    assert [warning["id"] for warning in made["warnings"]] == ["", "above-one"]
 
 
 def test_a_file_that_is_no_table_is_refused(tmp_path: Path) -> None:
