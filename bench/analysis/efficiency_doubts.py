@@ -29,8 +29,8 @@ def doubts(
             "above-one",
             text(
                 "{count} rows give out more power than they take in. Unless these rows are written wrong, an error of the torque's zero, "
-                "of a gain or of the power meter makes them so, and it is in all other rows too: their efficiencies are too high, and their "
-                "intervals do not include it. Correct the rows, or find the error and state it with --torque-zero, --torque-gain or "
+                "of a gain or of the power meter makes them so, and it is in all other rows too: their efficiencies are too high, and "
+                "their intervals do not include it. Correct the rows, or find the error and state it with --torque-zero, --torque-gain or "
                 "--power-gain",
                 count=above,
             ),
