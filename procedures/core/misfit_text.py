@@ -125,8 +125,9 @@ _SEEN = {
     Cause.RESISTANCES_DIFFER: text(
         "the braking torque gives {ratio:.3g} times the resistance that the currents give ({by_torque:.4g} "
         "against {by_current:.4g} Ω). Above 1, the q axis saturates; below 1, switches or contacts drop voltage, "
-        "or a drive makes the short circuit; near √2, the currents are rms; near 2 or one half, poles were "
-        "entered for pole pairs; further away, the flux linkage is in another unit"
+        "or a drive makes the short circuit; near √2, the currents are rms; near √3 or 1/√3, a line value stands "
+        "for a phase value (flux linkage, or currents inside a delta); near 2 or one half, poles were entered for "
+        "pole pairs; further away, the flux linkage is in another unit"
     ),
     Cause.MAP_HOLES: text(
         "{holes:.0f} points of the table's grid have no values; they are interpolated from the others"
@@ -480,7 +481,31 @@ _SEEN_IN_RAMP = {
         "shorter gate"
     ),
 }
+#: Of a channel of a back-EMF that contradicts the others: it shows nothing, or is probed between other points.
+_SEEN_IN_EMF_NONE = {
+    Cause.PROBE_FACTOR: text(
+        "channel {channel} shows no back-EMF ({share:.1g} of the value of the other channels): its probe is off, or on a terminal that "
+        "is grounded. Leave the channel out, or connect it and record again"
+    ),
+}
+_SEEN_IN_EMF_TO_STAR = {
+    Cause.PROBE_FACTOR: text(
+        "channel {channel} shows {share:.3g} times the value of the other channels, which is 1/√3: its probe is on a phase (a line against "
+        "a star point), and those of the others are between two lines. Probe all of them alike, or analyse the channel alone with "
+        "--connection phase; if its probe has a wrong factor, use --scale {channel}={factor:.4g}"
+    ),
+}
+_SEEN_IN_EMF_TO_LINE = {
+    Cause.PROBE_FACTOR: text(
+        "channel {channel} shows {share:.3g} times the value of the other channels, which is √3: its probe is between two lines, and those "
+        "of the others are on phases (a line against a star point). Probe all of them alike, or analyse the channel alone with "
+        "--connection line; if its probe has a wrong factor, use --scale {channel}={factor:.4g}"
+    ),
+}
 _SEEN_IN = {
+    "emf-none": _SEEN_IN_EMF_NONE,
+    "emf-to-star": _SEEN_IN_EMF_TO_STAR,
+    "emf-to-line": _SEEN_IN_EMF_TO_LINE,
     "hand-sweep": _SEEN_IN_HAND_SWEEP,
     "cogging": _SEEN_IN_COGGING,
     "four-wire": _SEEN_IN_FOUR_WIRE,

@@ -72,7 +72,7 @@ def test_a_value_in_another_unit_is_refused_with_line_and_column(tmp_path: Path,
 
 
 def test_a_cell_that_is_no_number_is_named_by_its_column(tmp_path: Path) -> None:
-    with pytest.raises(CaptureError, match=r"line 3.*column 2: '1.2.3'"):
+    with pytest.raises(CaptureError, match=r"line 3.*column 2: '1\.2\.3'"):
         capture_of(tmp_path, "t (s),u (V)\n0,1\n1,1.2.3\n2,1\n")
 
 
