@@ -129,6 +129,14 @@ _SEEN = {
         "for a phase value (flux linkage, or currents inside a delta); near 2 or one half, poles were entered for "
         "pole pairs; further away, the flux linkage is in another unit"
     ),
+    Cause.IRON_LOSS: text(
+        "the braking power grows with the speed beyond the heat in the winding, by {size:.1%} at the highest: iron loss, or windage "
+        "that is still in the torque"
+    ),
+    Cause.FRICTION_LEFT: text(
+        "the torque contains a part that no current makes, {size:.1%} of the largest torque: friction, or the transducer's zero. Read the "
+        "torque with open terminals at the same speeds, and give it as the column friction"
+    ),
     Cause.MAP_HOLES: text(
         "{holes:.0f} points of the table's grid have no values; they are interpolated from the others"
     ),
@@ -291,6 +299,14 @@ _SEEN_IN_SHORT_CIRCUIT = {
     Cause.SLOPE: text(
         "the flux linkage changes by {change:+.1%} from the first row to the last, as that of magnets does which warm while they are "
         "braked: let the motor cool between the speeds, and measure the open circuit's flux linkage again after the last"
+    ),
+    Cause.SATURATION: text(
+        "the q axis saturates: at half the short-circuit current its inductance is lower by a factor of about {factor:.2g} than at none. "
+        "The one given is that of the largest q-axis current in the table"
+    ),
+    Cause.CONTACT: text(
+        "a voltage of {size:.2%} of R·I at high speed does not grow with the current, as that of switches and worn contacts: join the "
+        "terminals by clean links"
     ),
 }
 _SEEN_IN_EMF_JUMPS = {
