@@ -459,6 +459,15 @@ _SEEN_IN_TORQUE_CONSTANT = {
         "transducer's calibration, and whether the current lies in the q axis. Iron that saturates also makes less torque for each ampere"
     ),
 }
+#: Where only the inverter's voltages tell of its flux linkage: `record` = "torque-constant-alone".
+_SEEN_IN_TORQUE_CONSTANT_ALONE = {
+    Cause.CHANNELS_DIFFER: text(
+        "torque over current on the dynamometer is {ratio:.4g} times what the inverter's own voltage at no current gives, 1.5·|v|/ω "
+        "({off:+.1%}), more than the stated limits of torque, current, voltage and speed explain: check the inverter's scales of current "
+        "and voltage with a meter, the transducer's calibration, and whether the current lies in the q axis. A back-EMF constant tells "
+        "which is wrong"
+    ),
+}
 #: What is said of inductances over a turn: `record` = "sweep".
 _SEEN_IN_SWEEP = {
     Cause.ODD_READING: text(
@@ -547,6 +556,7 @@ _SEEN_IN = {
     "emf-memory": _SEEN_IN_EMF_MEMORY,
     "short-circuit": _SEEN_IN_SHORT_CIRCUIT,
     "torque-constant": _SEEN_IN_TORQUE_CONSTANT,
+    "torque-constant-alone": _SEEN_IN_TORQUE_CONSTANT_ALONE,
 }
 #: Causes whose sentence tells what was done, too.
 _ALL_SAID = (Cause.PULSE_ENDS,)
