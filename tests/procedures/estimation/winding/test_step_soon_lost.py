@@ -69,5 +69,5 @@ def test_a_gap_that_no_place_explains_ends_the_search(monkeypatch: pytest.Monkey
         assert len(asked) < 1000
 
     monkeypatch.setattr(lost_samples, "_at", nowhere)
-    assert [f.cause for f in fitted(2, 30).misfit.findings] == [Cause.DROPOUTS]
+    assert Cause.DROPOUTS in {f.cause for f in fitted(2, 30).misfit.findings}
     assert asked
