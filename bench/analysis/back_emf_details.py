@@ -7,6 +7,7 @@ import numpy as np
 
 from bench.analysis.back_emf_record import BackEmfRecord
 from bench.analysis.outcome import AnalysisOutcome
+from bench.analysis.record_sizes import warn_of_voltage
 from bench.captures import Capture
 from drivers.interfaces.text import text
 from procedures.estimation.emf.back_emf import BackEmfFit
@@ -30,6 +31,9 @@ def warn_of_record(outcome: AnalysisOutcome, record: BackEmfRecord) -> None:
             ),
             "one-line",
         )
+    sizes = np.abs(fit.amplitudes[:, fit.harmonics.index(1)])
+    largest = int(np.argmax(sizes))
+    warn_of_voltage(outcome, record.names[largest], float(sizes[largest]))
     if fit.drift_significant:
         outcome.warn(
             text(

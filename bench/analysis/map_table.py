@@ -23,7 +23,9 @@ _LARGEST = 20_000_000
 #: Units that are not of captures, with SI unit and factor.
 _UNITS = {
     "vs": ("V·s", 1.0), "v·s": ("V·s", 1.0), "v*s": ("V·s", 1.0), "wb": ("V·s", 1.0), "mvs": ("V·s", 1e-3), "mwb": ("V·s", 1e-3),
-    "mv·s": ("V·s", 1e-3), "mv*s": ("V·s", 1e-3), "w": ("W", 1.0), "watt": ("W", 1.0), "watts": ("W", 1.0), "kw": ("W", 1e3),
+    "mv·s": ("V·s", 1e-3), "mv*s": ("V·s", 1e-3),
+    **dict.fromkeys(("uvs", "µvs", "μvs", "uwb", "µwb", "μwb"), ("V·s", 1e-6)),
+    "w": ("W", 1.0), "watt": ("W", 1.0), "watts": ("W", 1.0), "kw": ("W", 1e3),
 }  # fmt: skip
 #: What a refusal offers for a unit.
 _OFFERED = {
@@ -134,6 +136,7 @@ def read_table(
                     ),
                 )
             )
+    _refuse_surplus(path, rows, [each for each, _ in numbered], first)
     _refuse_doubtful(path, rows, [each for each, _ in numbered], first, heading, comma_between=mark == ",")
     return {
         name: _numbers(path, rows, [each for each, _ in numbered], first, place, heading[place])
@@ -240,6 +243,24 @@ def _plain(name: str) -> str:
         .replace("lambda", "psi")
         .replace("fluxlinkage", "flux")
     )
+
+
+def _refuse_surplus(path: Path, rows: Sequence[Sequence[str]], lines: Sequence[int], first: int) -> None:
+    """Raise InputError for a row with more figures than headings: a comma may be decimal mark and separator in it."""
+    for place, row in enumerate(rows[first:], first):
+        if any(cell.strip() for cell in row[len(rows[0]) :]):
+            raise InputError(
+                at(
+                    str(path),
+                    text(
+                        "line {line}: {count} cells under {headings} headings. If the comma is the decimal mark, separate the columns with "
+                        "semicolons or tabs",
+                        line=lines[min(place, len(lines) - 1)],
+                        count=len(row),
+                        headings=len(rows[0]),
+                    ),
+                )
+            )
 
 
 def _refuse_doubtful(

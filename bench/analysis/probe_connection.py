@@ -73,24 +73,45 @@ def judge_connection(
     *,
     typed: bool,
 ) -> None:
-    """Hold a connection against the third harmonic of the channels; give none of `withheld` where they cannot be voltages between lines,
-    unless somebody `typed` that they are.
+    """Hold a connection against the third harmonic and the hum of the channels; give none of `withheld` where they cannot be voltages
+    between lines, unless somebody `typed` that they are. Where nothing says it, warn of what three probes usually are.
     """
     if connection != "line":
         return
     together = all(len(record.lines) >= 3 for record in records)
-    if together and not typed:
-        _judge_hum(outcome, records, withheld)
+    if together and not typed and _judge_hum(outcome, records, withheld):
+        return
+    if _judge_third(outcome, records, withheld, together=together, typed=typed):
+        return
+    if together and not typed and by_name(records[0].names) is None:
+        outcome.warn(
+            text(
+                "nothing says where the three probes were; they are taken as between two lines each. Three probes whose grounds are joined "
+                "measure against a star point instead, and the flux linkage is √3 times larger. State --connection line or phase"
+            ),
+            "connection-open",
+        )
+
+
+def _judge_third(
+    outcome: AnalysisOutcome,
+    records: Sequence[BackEmfRecord],
+    withheld: Sequence[str],
+    *,
+    together: bool,
+    typed: bool,
+) -> bool:
+    """Tell whether a third harmonic contradicts voltages between lines, and give none of `withheld` then unless `typed`."""
     shares = []
     for record in records:
         if any(finding.cause in _DISTORTS for finding in record.misfit.findings):
-            return
+            return False
         time, model = record.capture.times(), record.fit.model
         sets = (record.values,) if together else record.values[:, None]
         for values in sets:
             share, u_share = in_phase_third(time, values, model)
             if share < (_FLOOR if together else _LONE_FLOOR) or share < _CLEAR * u_share:
-                return
+                return False
             shares.append(share)
     if together:
         why = text(
@@ -110,10 +131,11 @@ def judge_connection(
         outcome.warn(why, "probe-connection")
     else:
         outcome.withhold(withheld, "probe-connection", why)
+    return True
 
 
-def _judge_hum(outcome: AnalysisOutcome, records: Sequence[BackEmfRecord], withheld: Sequence[str]) -> None:
-    """Give none of `withheld` where three channels have the same hum: voltages between lines add up to nothing."""
+def _judge_hum(outcome: AnalysisOutcome, records: Sequence[BackEmfRecord], withheld: Sequence[str]) -> bool:
+    """Tell whether three channels have the same hum, and give none of `withheld` then: voltages between lines add up to nothing."""
     for record in records:
         hums = [float(f.figures["frequency"]) for f in record.misfit.findings if f.cause is Cause.HUM]
         for frequency in hums[:1]:
@@ -130,4 +152,5 @@ def _judge_hum(outcome: AnalysisOutcome, records: Sequence[BackEmfRecord], withh
                         share=common,
                     ),
                 )
-                return
+                return True
+    return False

@@ -4,10 +4,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from GTC.lib import UncertainReal
 
 from bench.analysis.applied import Applied
 from bench.analysis.outcome import AnalysisOutcome, estimated, named, paths_of, pick
+from bench.analysis.record_sizes import warn_of_current
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.temperature import Temperature
@@ -38,6 +40,9 @@ _READINGS = {
     "series-parallel": ReadingConnection.SERIES_PARALLEL,
     "phase": ReadingConnection.PHASE_TO_STAR,
 }
+
+#: Percentiles of a record between which its step lies, whatever single readings are.
+_ENDS = (1.0, 99.0)
 
 
 def analyze_step_response(
@@ -145,6 +150,7 @@ def analyze_step_response(
     )
     tau = fit.value("inductance") / fit.value("resistance")
     judge_open_time(outcome, capture, "time constant", tau, ("loop_inductance", name))
+    warn_of_current(outcome, i.name, float(np.ptp(np.percentile(i.values, _ENDS))))
     _resistance(outcome, loops["resistance"], temperature, fit.misfit.of("resistance", "loop_resistance"))
     outcome.parameter(
         "loop_inductance",

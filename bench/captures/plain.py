@@ -19,6 +19,8 @@ from drivers.interfaces.text import Text, text
 _TIME = {"t", "time", "timestamp", "zeit", "x-axis", "seconds", "second"}
 
 
+#: What may be a blank between thousands.
+_GROUPED = re.compile(r"\d \d{3}")
 #: A number without a decimal mark.
 _WHOLE = re.compile(r"[+-]?\d+(?:[eE][+-]?\d+)?")
 #: A decimal comma inside quotation marks, and what stands in quotation marks.
@@ -56,7 +58,7 @@ def _cells(line: str, delimiter: str | None) -> list[str]:
 
 
 def _without_blanks(line: str, delimiter: str) -> str:
-    return delimiter.join(map(without_blanks, line.split(delimiter))) if " " in line else line
+    return delimiter.join(map(without_blanks, line.split(delimiter))) if _GROUPED.search(line) else line
 
 
 def _numeric(line: str, delimiter: str | None) -> bool:

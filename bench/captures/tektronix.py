@@ -42,6 +42,8 @@ def read_tektronix(path: Path, lines: list[str]) -> Capture:
     known, factor = si(unit) or (unit, 1.0)
     values = table[:, 1] * factor
     probe = settings.get("Probe Atten", "?")
+    factor_set = number(probe)
+    probe = probe if factor_set is None else f"{factor_set:g}"
     assumptions = [text("values taken as they stand, with the scope's probe setting ×{probe}", probe=probe)]
     if not unit:
         assumptions.append(text("unit of the values not stated"))

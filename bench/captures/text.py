@@ -17,6 +17,8 @@ from drivers.interfaces.text import reason_of, text
 LONGEST = 512 * 1024 * 1024
 
 
+#: A file with more blank lines than this share has one behind each line, and they mean nothing.
+_BLANK = 0.4
 #: No instrument reads such a value, in whatever unit: files mark a missing reading so.
 BEYOND = 1e30
 
@@ -51,7 +53,10 @@ def read_lines(path: Path) -> list[str]:
             str(path),
             text("is no text: it contains zero bytes, as where saving was interrupted; export the record again as CSV"),
         )
-    lines = plain_signs(content).splitlines()
+    # Two carriage returns before the line feed are one end of a line, written twice.
+    lines = plain_signs(content.replace("\r\r\n", "\n")).splitlines()
+    if sum(not line.strip() for line in lines) > _BLANK * len(lines):
+        lines = [line for line in lines if line.strip()]
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:

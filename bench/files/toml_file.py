@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from bench.files.toml_slips import slip_in
 from bench.files.wanted import unit_of, wanted_by
 from bench.i18n.errors import FileError, at
 from drivers.interfaces.text import Text, lines, reason_of, text, text_of
@@ -26,6 +27,8 @@ class Section(BaseModel):
 M = TypeVar("M", bound=BaseModel)
 #: No file that people write is longer (bytes).
 LONGEST = 16 * 1024 * 1024
+#: So many letters show the encoding.
+_SHOWN = 4
 #: What pydantic says of values, by its own names for what stands in the sentence.
 _LIBRARYS = (
     text("String should have at least {min_length} character"),
@@ -83,9 +86,10 @@ def read(path: Path, what: Text, remedy: Text | None = None) -> tuple[bytes, dic
 def parse(content: bytes, name: str) -> dict[str, Any]:
     """Return the content of TOML text. Raises FileError naming the file and the place of the fault."""
     try:
-        return tomllib.loads(decoded(content, name))
+        words = decoded(content, name)
+        return tomllib.loads(words)
     except tomllib.TOMLDecodeError as error:
-        raise FileError(text("{name}: not valid TOML: {error}", name=name, error=_parsed(error))) from None
+        raise FileError(text("{name}: not valid TOML: {error}", name=name, error=_parsed(error, words))) from None
     except RecursionError:
         raise FileError(text("{name}: lists or tables are nested too deeply", name=name)) from None
 
@@ -93,17 +97,19 @@ def parse(content: bytes, name: str) -> dict[str, Any]:
 def decoded(content: bytes, name: str) -> str:
     """Return the text in a file's bytes. Raises FileError naming the file, the place, and how to save it."""
     try:
-        return content.decode("utf-8")
+        words = content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise not_utf8(name, content[:2], error) from None
+    # ASCII in UTF-16 without its mark is UTF-8 too, with a zero byte beside each letter.
+    if "\0" in words[:_SHOWN]:
+        raise FileError(_utf16(name))
+    return words
 
 
 def not_utf8(name: str, first: bytes, error: UnicodeDecodeError) -> FileError:
     """Return the error of a file whose encoding may be recognised by its `first` bytes."""
     if first in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
-        return FileError(
-            text("{name}: the text is UTF-16 (Notepad's Unicode); save it as UTF-8, in the editor's Save As", name=name)
-        )
+        return FileError(_utf16(name))
     return FileError(
         text(
             "{name}: not UTF-8 text (byte {start}); save it as UTF-8, in the editor's Save As",
@@ -113,13 +119,19 @@ def not_utf8(name: str, first: bytes, error: UnicodeDecodeError) -> FileError:
     )
 
 
-def _parsed(error: tomllib.TOMLDecodeError) -> Text:
-    """Return what the parser says, its place apart: it has no other way to tell."""
+def _utf16(name: str) -> Text:
+    return text("{name}: the text is UTF-16 (Notepad's Unicode); save it as UTF-8, in the editor's Save As", name=name)
+
+
+def _parsed(error: tomllib.TOMLDecodeError, words: str) -> Text:
+    """Return what the parser says of the words, its place apart: it has no other way to tell."""
     what, _, place = str(error).rpartition(" (at ")
     said = _FAULTS.get(what, Text("{what}", {"what": what or str(error)}))
     match = re.fullmatch(r"line (\d+), column (\d+)\)", place)
     if match:
-        return text("line {line}, column {column}: {said}", line=match[1], column=match[2], said=said)
+        # Lines of TOML end with a line feed only.
+        slip = slip_in(words.split("\n")[int(match[1]) - 1])
+        return text("line {line}, column {column}: {said}", line=match[1], column=match[2], said=slip or said)
     return text("at its end: {said}", said=said)
 
 

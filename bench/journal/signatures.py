@@ -9,6 +9,7 @@ from enum import Enum
 from pathlib import Path
 
 from bench.i18n.errors import InputError
+from bench.i18n.hidden_signs import hidden_sign
 from bench.journal.disk import write_file
 from bench.journal.events.run import RunBegun, RunFinished
 from bench.journal.journal_file import read_journal
@@ -17,7 +18,7 @@ from bench.journal.run_result import end_of
 from drivers.interfaces.text import Text, text
 
 _FILE = "signatures.json"
-_LONGEST = 500
+_LONGEST, _LONGEST_NAME = 500, 200
 
 
 class Meaning(Enum):
@@ -61,6 +62,22 @@ def sign(folder: RunFolder, person: str, role: str, words: str, when: datetime, 
     """
     if not person.strip():
         raise InputError(text("a signature needs the name of the person who signs"))
+    hidden = hidden_sign(person.strip())
+    if hidden or len(person.strip()) > _LONGEST_NAME:
+        raise InputError(
+            text(
+                "the name of the person who signs contains the sign {sign}, which cannot be read; allowed are up to {longest} "
+                "printable characters on one line",
+                sign=hidden,
+                longest=_LONGEST_NAME,
+            )
+            if hidden
+            else text(
+                "the name of the person who signs has {count} characters; up to {longest} are allowed",
+                count=len(person.strip()),
+                longest=_LONGEST_NAME,
+            )
+        )
     if len(words) > _LONGEST:
         raise InputError(
             text("the remark has {count} characters; up to {longest} are allowed", count=len(words), longest=_LONGEST)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from bench.files.photo import Photo, photo_beside
 from bench.files.toml_file import parse, validate
 from bench.i18n.errors import FileError, at
+from bench.i18n.hidden_signs import hidden_sign
 from bench.i18n.simulated import simulation_error
 from bench.motor.motor_sections import NameplateSection, TypedMotor, with_type_values
 from bench.motor.shipped_motors import folder_of, motor_content
@@ -34,6 +35,10 @@ class _File(TypedMotor):
 class _MappedFile(TypedMotor):
     nameplate: NameplateSection
     virtual: MappedSection
+
+
+#: As in a plan and at the command line (characters).
+_LONGEST_SERIAL = 64
 
 
 @dataclass(frozen=True)
@@ -73,7 +78,37 @@ def load_motor(reference: str, procedures: "Procedures | None" = None) -> MotorF
     """
     source, content, data = motor_content(reference)
     read = _motor(content, data, source, procedures, folder_of(reference))
+    _refuse_hidden(read)
     return replace(read, photo=photo_beside(source, "nameplate.photo", data["nameplate"].get("photo", "")))
+
+
+def _refuse_hidden(motor: MotorFile) -> None:
+    """Raise FileError for a name or a serial number that cannot be read: it stands on screens, in reports and on labels.
+
+    A run that has one is opened all the same.
+    """
+    for key, words in (("name", motor.nameplate.name), ("serial_number", motor.nameplate.serial_number)):
+        hidden = hidden_sign(words)
+        if hidden:
+            raise FileError(
+                text(
+                    "{source}: nameplate.{key} = {words!r} contains the sign {sign}, which cannot be read; allowed are printable "
+                    "characters on one line",
+                    source=motor.source,
+                    key=key,
+                    words=words,
+                    sign=hidden,
+                )
+            )
+    if len(motor.nameplate.serial_number) > _LONGEST_SERIAL:
+        raise FileError(
+            text(
+                "{source}: nameplate.serial_number has {count} characters; up to {longest} are allowed",
+                source=motor.source,
+                count=len(motor.nameplate.serial_number),
+                longest=_LONGEST_SERIAL,
+            )
+        )
 
 
 def recorded_motor(content: str, source: str) -> MotorFile:

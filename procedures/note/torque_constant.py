@@ -28,6 +28,7 @@ from procedures.techniques.temperature.settings import (
     MagnetsTemperature,
     TemperatureUncertainty,
 )
+from procedures.verification.resolved_current import below_resolution
 from procedures.verification.settings import DrivenWiringSettings
 
 #: Estimator of the figure that is not measured on the shaft.
@@ -190,6 +191,9 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
                 speed=speed,
             )
         currents, torques = taken.currents.ravel(), taken.torques.ravel()
+        if not np.ptp(currents):
+            limit = max(taken.current_accuracy.resolution, taken.current_accuracy.offset)
+            raise below_resolution(self.nameplate.rated_current, limit, text("inverter"))
         fit = taken.fit()
         self.wiring.inverter.judge_slope(INVERTER, fit)
         self.findings |= {

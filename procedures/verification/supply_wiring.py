@@ -21,6 +21,7 @@ from procedures.estimation.winding.wiring import Kind, SensingLeads, WiringOutco
 from procedures.techniques.steady_signals import again, direct, risen
 from procedures.verification import sensing_evidence, supply_evidence
 from procedures.verification.check import Check, mistake_record
+from procedures.verification.resolved_current import require_resolved
 from procedures.verification.two_poles import poles_of
 from procedures.verification.verifier import ConnectionVerifier
 
@@ -124,7 +125,7 @@ class SupplyWiring:
             return Check(WiringOutcome.UNVERIFIED, "supply", reason="by hand")
         with supply.energised(*self._harmless(), Regulated.CURRENT):
             self._bench.clock.sleep(self._verifier.settings.wiring_settle)
-            read = supply_evidence.read(supply)
+            read = self._read()
         return self._judge(connect, read, swinging=not self._bench.state.rotor_locked)
 
     def _by_voltmeter(self, connect: Connect, action: ConnectVoltmeter, *, ranged: bool) -> Check:
@@ -133,7 +134,7 @@ class SupplyWiring:
             return Check(WiringOutcome.UNVERIFIED, "voltmeter", reason="by hand")
         with supply.energised(*self._harmless(), Regulated.CURRENT):
             self._bench.clock.sleep(self._verifier.settings.wiring_settle)
-            read = supply_evidence.read(supply)
+            read = self._read()
             if not ranged:
                 voltmeter.configure(max(abs(read.voltage.low), read.voltage.high))
             sensed = sensing_evidence.Sensed(voltage=supply_evidence.within(voltmeter.measure_voltage()))
@@ -146,7 +147,7 @@ class SupplyWiring:
         volts, amperes = self._harmless()
         with supply.energised(volts, amperes, Regulated.CURRENT):
             self._bench.clock.sleep(self._verifier.settings.wiring_settle)
-            read = supply_evidence.read(supply)
+            read = self._read()
             spans = {
                 voltage.channel: _ROOM * read.voltage.high,
                 current.channel: _ROOM * max(amperes, read.current.high),
@@ -176,6 +177,11 @@ class SupplyWiring:
         leads = self._verifier.settings.wiring_leads
         reference = self._verifier.lines.for_supply(self._verifier.known, leads)
         return sensing_evidence.judged(connect, expected, read, sensed, reference, leads)
+
+    def _read(self) -> supply_evidence.SupplyReading:
+        read = supply_evidence.read(self._bench.supply)
+        require_resolved(self._verifier.nameplate.rated_current, read.current, text("supply"))
+        return read
 
     def _harmless(self) -> tuple[float, float]:
         """Return the voltage (V) and the current limit (A) that wiring is verified with."""

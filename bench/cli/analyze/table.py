@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from bench.cli.output import print_json
-from bench.i18n.errors import UsageError
+from bench.i18n.errors import InputError, UsageError, at
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import text, word
 
@@ -51,6 +51,17 @@ def table(
         raise UsageError(text("--vesc-scale {scale:g}: a factor from 0.1 to 10 is allowed", scale=vesc_scale))
     published = read_published(file, vesc_scale=vesc_scale)
     compared = compare(published, _of_run(run, runs) if run is not None else _of_motor(motor or ""))
+    if not compared:
+        raise InputError(
+            at(
+                str(file),
+                text(
+                    "it has figures of {names}, and {ours} has none of these: nothing can be compared",
+                    names=[PARAMETERS[name].label for name in sorted({each.parameter for each in published})],
+                    ours=run or motor or "",
+                ),
+            )
+        )
     rows = [each.as_dict() for each in compared]
     if json:
         print_json({"source": str(file), "figures": len(published), "compared": rows})

@@ -1,7 +1,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -208,6 +208,18 @@ def test_hum_that_is_the_same_in_three_channels_says_that_no_lines_were_probed(t
     found = analyze_back_emf(path, coupling={"": "dc"})
     assert ("probe-connection" in {each["cause"] for each in found["withheld"].values()}) is common
     assert "flux_linkage" in analyze_back_emf(path, coupling={"": "dc"}, connection="phase")["parameters"]
+
+
+@pytest.mark.parametrize(
+    ("names", "typed", "asked"),
+    [("CH1 CH2 CH3", None, True), ("CH1 CH2 CH3", "line", False), ("Uab Ubc Uca", None, False)],
+)
+def test_three_probes_that_nobody_says_the_place_of_are_asked_about(
+    tmp_path: Path, names: str, typed: Literal["line"] | None, asked: bool
+) -> None:
+    path = three(tmp_path, names, third=0.0, line=True)
+    warnings = analyze_back_emf(path, coupling={"": "dc"}, connection=typed)["warnings"]
+    assert ("connection-open" in {each["id"] for each in warnings}) is asked
 
 
 def test_pole_pairs_that_the_speed_contradicts_give_no_mechanical_constants(tmp_path: Path) -> None:

@@ -98,6 +98,13 @@ def test_zero_bytes_are_no_text(tmp_path: Path, raw: bytes) -> None:
         read_capture(file)
 
 
+@pytest.mark.parametrize("end", ["\r\r\n", "\n\n"])
+def test_ends_of_lines_that_were_written_twice(tmp_path: Path, end: str) -> None:
+    file = tmp_path / "record.csv"
+    file.write_bytes(end.join(["t (s),u (V)", "0,1", "1,2", "2,3", ""]).encode())
+    assert read_capture(file).channels[0].values == pytest.approx([1.0, 2.0, 3.0])
+
+
 def test_published_figures_with_decimal_commas(tmp_path: Path) -> None:
     file = tmp_path / "ld.csv"
     file.write_text("id (A);Ld (µH)\n−10,5;95,25\n0;101\n", encoding="utf-16")

@@ -403,6 +403,22 @@ def test_efficiency_knows_what_the_rows_share(tmp_path: Path, capsys: pytest.Cap
     assert [warning["id"] for warning in made["warnings"]] == ["", "above-one"]
 
 
+def test_tables_as_spreadsheets_write_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows, heading = rows_of(), "id_A,iq_A,psi_d_Vs,psi_q_Vs"
+    whole = analyzed(capsys, 0, flux_map(written(tmp_path / "m.csv", rows, heading), json=True))["parameters"]
+    content = (tmp_path / "m.csv").read_text(encoding="utf-8")
+    micro = written(tmp_path / "u.csv", rows * [1.0, 1.0, 1e6, 1e6], "id_A,iq_A,psi_d (µVs),psi_q (uWb)")
+    minus = tmp_path / "minus.csv"
+    minus.write_text(content.replace(",", ";").replace("-", "\u2212").replace(".", ","), encoding="utf-16")
+    for path in (micro, minus):
+        made = analyzed(capsys, 0, flux_map(path, json=True))["parameters"]
+        assert made["flux_linkage"]["value"] == pytest.approx(whole["flux_linkage"]["value"], rel=1e-6)
+    commas = tmp_path / "commas.csv"
+    commas.write_text(content.replace(".", ","), encoding="utf-8")
+    with pytest.raises(InputError, match=r"line 2: . cells under 4 headings"):
+        flux_map(commas)
+
+
 def test_a_file_that_is_no_table_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "no.csv"
     path.write_text("hello", encoding="utf-8")

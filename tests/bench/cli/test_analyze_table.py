@@ -72,3 +72,11 @@ def test_run_or_motor(tmp_path: Path) -> None:
         table(tmp_path / "x")
     with pytest.raises(InputError, match="cannot be read"):
         table(tmp_path / "x", motor="lg-400w")
+
+
+def test_figures_that_nothing_is_there_for_are_named(tmp_path: Path) -> None:
+    motor, published = tmp_path / "m.toml", tmp_path / "ld.csv"
+    motor.write_text('[nameplate]\nname = "m"\nconnection = "wye"\nrated_current = 1.0\n', encoding="utf-8")
+    published.write_text("id (A),Ld (H)\n0,1e-3\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"it has figures of d-axis inductance, and .*m\.toml has none of these"):
+        table(published, motor=str(motor))

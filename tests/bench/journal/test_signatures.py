@@ -94,6 +94,10 @@ def test_a_run_is_signed_at_a_terminal(ended: RunFolder, call: Call) -> None:
         (("--by", "Li Wei", "--meaning", "seen"), 2, "--meaning seen: allowed are measured, checked, approved"),
         (("--by", " "), 1, "a signature needs the name of the person who signs"),
         ((), 2, "--by needs a value"),
+        (("--by", "Li\x1b[31m Wei"), 1, "contains the sign U+001B, which cannot be read"),
+        (("--by", "Li\nWei"), 1, "contains the sign U+000A"),
+        (("--by", "Li\u202eWei"), 1, "contains the sign U+202E"),
+        (("--by", 300 * "x"), 1, "has 300 characters; up to 200 are allowed"),
     ],
 )
 def test_a_signature_that_says_nothing_is_refused(

@@ -128,6 +128,14 @@ def test_delta_and_saliency_of_the_others() -> None:
         ("maximum_current = 80.0", "maximum_current = 8.0", ["maximum_current = 8 A is below rated_current = 29 A"]),
         ("maximum_speed_rpm = 4000.0", "maximum_speed_rpm = 40.0", ["maximum_speed_rpm = 40 is below"]),
         ("[nameplate]", "[nameplate", ["not valid TOML", "line 3"]),
+        ("29.0", "29,5", ["not valid TOML: line", "decimals are written with a point, as 29.5"]),
+        ("29.0", "29 A", ["not valid TOML: line", "a number has no unit behind it: write 29"]),
+        ("29.0", "\u221229.0", ["not valid TOML: line", "the sign '\u2212' (U+2212) cannot stand outside quotes"]),
+        ("29.0", "２９", ["not valid TOML: line", "the sign '２' (U+FF12)"]),
+        ('"LG-400W"', '"LG\\u001b[2J"', ["nameplate.name", "U+001B"]),
+        ("[nameplate]", '[nameplate]\nserial_number = "a\\u0007"', ["nameplate.serial_number", "U+0007"]),
+        ("[nameplate]", '[nameplate]\nserial_number = "a\\nb"', ["nameplate.serial_number", "U+000A"]),
+        ("[nameplate]", f'[nameplate]\nserial_number = "{65 * "7"}"', ["has 65 characters; up to 64 are allowed"]),
         ("inertia =", "insulation_resistance = 0\ninertia =", ["virtual.insulation_resistance = 0", "above 0", "ohm"]),
         ("inertia =", "frame_capacitance = -1e-9\ninertia =", ["virtual.frame_capacitance = -1e-09", "F"]),
         ("inertia =", "emf_shares = [1.0, 1.0]\ninertia =", ["virtual.emf_shares", "list of three numbers"]),
@@ -153,6 +161,13 @@ def test_each_fault_is_named(tmp_path: Path, old: str, new: str, parts: list[str
     said = refusal(path, old, new)
     for part in [str(path), *parts]:
         assert part in said
+
+
+def test_utf_16_without_its_mark_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "motor.toml"
+    path.write_bytes('[nameplate]\nname = "m"\n'.encode("utf-16-le"))
+    with pytest.raises(InputError, match="the text is UTF-16"):
+        load_motor(str(path))
 
 
 def test_a_scalar_resistance_stands_for_all_three(tmp_path: Path) -> None:
