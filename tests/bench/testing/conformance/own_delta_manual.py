@@ -72,6 +72,8 @@ DELTA = Manual(
         ),
         Reply("read 2 0012H 2", bytes.fromhex("00000001"), ReportedError, call="open", says="12H"),
         Reply("read 1 2100H 1", bytes.fromhex("0031"), ReportedError, call="open", says="49"),
+        # A new drive is silent: its framing is another one.
+        Reply("read 1 2100H 1", None, CommunicationError, call="open", says="set-framing"),
         Reply("read 1 2100H 1", bytes.fromhex("0001"), ReportedError, call="driving_speed begins"),
         Reply("read 2 0000H 6", bytes.fromhex("000000000000002800000000"), None, call="zero_torque"),
         *(
