@@ -160,10 +160,6 @@ def fit_short_circuit(
     )
 
 
-#: Logarithms of these are the plain model's unknowns.
-_NAMES = ("limit", "q_axis", "resistance")
-
-
 class _Plain:
     """I = λω·√(R² + ω²L_q²)/(R² + ω²L_d·L_q) with constants."""
 
