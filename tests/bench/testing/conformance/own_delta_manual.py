@@ -130,6 +130,11 @@ DELTA = Manual(
             )
             for time, tenths in ((0.5, 5), (2.0, 20), (100.0, 1000))
         ),
+        # A sensor whose decimals of speed cannot be read shows tenths of rpm.
+        Model(
+            {"^read 2 0020H": None, "^read 2 0000H": bytes.fromhex("000000000000002800000000")},
+            states={"measure.speed": 4.0 * math.pi / 30.0},
+        ),
         Model({"^read 1 0902H": None}, {"watchdog_time": 2.0}, error=ReportedError, says="watchdog_time = 0"),
         Model({"^read 1 0903H": None}, {"watchdog_time": 2.0}, error=ReportedError, says="watchdog_time = 0"),
     ),
