@@ -25,6 +25,8 @@ from procedures.techniques.temperature.correction import MAGNET_SPREAD, magnet_f
 
 #: A speed that many standard uncertainties from the record's contradicts it.
 _APART = 3.0
+#: A ratio of frequency to speed this near to a whole number is that many pole pairs.
+_WHOLE = 0.2
 _FLUX = "flux_linkage"
 #: What follows from flux linkage and pole pairs.
 _MECHANICAL = ("back_emf_constant_mechanical", "torque_constant")
@@ -194,16 +196,19 @@ def _pole_pairs(
     except ValueError as error:
         raise CaptureError("speed_rpm", text_of(error)) from error
     outcome.detail(frequency_ratio=count.ratio)
-    if given is not None and given != count.pole_pairs:
-        outcome.warn(
+    if given is not None and given != count.pole_pairs and abs(count.ratio - count.pole_pairs) <= _WHOLE:
+        outcome.withhold(
+            _MECHANICAL,
+            "pole-pairs-contradict",
             text(
-                "{given} pole pairs were given, but frequency and speed give {ratio:.3f}; the given ones are used",
+                "{given} pole pairs were given, but frequency and speed give {ratio:.3f}: the number, or the speed, is wrong (poles for "
+                "pole pairs, an electrical speed for a mechanical one). The flux linkage does not depend on them; correct one of the two",
                 given=given,
                 ratio=count.ratio,
-            )
+            ),
         )
         return given
-    if not count.certain or abs(count.ratio - count.pole_pairs) > 0.2:
+    if not count.certain or abs(count.ratio - count.pole_pairs) > _WHOLE:
         spread = 2.0 * u_speed / abs(speed_rpm)
         why = text(
             "frequency and speed give {ratio:.3f} pole pairs, which does not decide between the whole numbers "

@@ -15,12 +15,26 @@ _SAME = 5e-4
 _LARGE_TORQUE, _SLOW = 50.0, 0.5
 
 
-def doubts(points: Sequence[tuple[float, float, float]]) -> Iterator[tuple[str, Text]]:
+def doubts(
+    points: Sequence[tuple[float, float, float]], without: Sequence[tuple[float, float, float]] = ()
+) -> Iterator[tuple[str, Text]]:
     """Give the id and the words of each doubt about load points of torque (N·m), speed (rad/s) and electrical power (W) with an
-    efficiency.
+    efficiency, and `without` one.
     """
     if not points:
         return
+    above = sum(1 for torque, speed, power in without if torque * speed > power > 0.0 or torque * speed < power < 0.0)
+    if above:
+        yield (
+            "above-one",
+            text(
+                "{count} rows give out more power than they take in. Unless these rows are written wrong, an error of the torque's zero, "
+                "of a gain or of the power meter makes them so, and it is in all other rows too: their efficiencies are too high, and "
+                "their intervals do not include it. Correct the rows, or find the error and state it with --torque-zero, --torque-gain or "
+                "--power-gain",
+                count=above,
+            ),
+        )
     ratios = [torque * speed / power for torque, speed, power in points]
     efficiencies = [ratio if power > 0.0 else 1.0 / ratio for ratio, (_, _, power) in zip(ratios, points, strict=True)]
     if all(abs(ratio - 1.0) < _SAME for ratio in ratios):

@@ -76,8 +76,9 @@ def analyze_efficiency(
         {"id": "", "text": text("row {row}: {why}", row=row["row"], why=row["refused"]).render(translate)}
         for row in refused
     ]
-    given = [(columns["torque"][k], columns["speed"][k], columns["power"][k]) for k in used]
-    result["warnings"] += [{"id": name, "text": said.render(translate)} for name, said in doubts(given)]
+    every = [(columns["torque"][k], columns["speed"][k], columns["power"][k]) for k in range(len(rows))]
+    given, without = [every[k] for k in used], [every[k] for k in range(len(rows)) if k not in set(used)]
+    result["warnings"] += [{"id": name, "text": said.render(translate)} for name, said in doubts(given, without)]
     return result
 
 

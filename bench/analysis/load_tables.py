@@ -1,4 +1,4 @@
-"""Tables of flux linkages, short circuits and load points that others measured, evaluated by the estimators of the procedures."""
+"""Tables of flux linkages that others measured, evaluated by the estimators of the procedures."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.analysis.map_table import SPEED, TORQUE, KnownColumn, read_table
+from bench.analysis.map_table import TORQUE, KnownColumn, read_table
 from bench.analysis.run_map import map_of_run
 from bench.analysis.table_outcome import digits_of, give, told, withheld_rows
 from bench.analysis.zero_current import Thinned, beyond_table, widened
@@ -21,7 +21,6 @@ from procedures.estimation.flux.flux_map import GainLimits, MapFigure, MeasuredF
 from procedures.estimation.flux.inductances import characteristic_current
 from procedures.estimation.flux.mtpa import MtpaPoint, maximum_torque_per_ampere
 from procedures.estimation.flux.published_map import read_map
-from procedures.estimation.flux.short_circuit import fit_short_circuit
 from procedures.techniques.maps.ended import LEFT_OUT, broken_words
 from procedures.techniques.maps.results import AT_EDGE, at_edge, table_of
 from procedures.techniques.maps.shaft_torque import TORQUE_DIFFERS
@@ -34,13 +33,6 @@ _MAP = {
     "u_psi_d": KnownColumn("V·s", ("upsid",)),
     "u_psi_q": KnownColumn("V·s", ("upsiq",)),
     "torque": KnownColumn("N·m", (*TORQUE, "tem", "te")),
-}
-_SHORT = {
-    "speed": KnownColumn("rad/s", SPEED),
-    "electrical_speed": KnownColumn("rad/s", ("welectrical", "electricalspeed", "speedelectrical", "we")),
-    "current": KnownColumn("A", ("current", "i", "isc")),
-    "torque": KnownColumn("N·m", TORQUE),
-    "friction": KnownColumn("N·m", ("friction", "topen", "openl")),
 }
 #: What is said of a table without zero current.
 BEYOND_TABLE = "beyond-table"
@@ -246,72 +238,3 @@ def _mtpa(measured: MeasuredFluxMap, most: float, poles: float) -> tuple[list[Mt
         nearer = maximum_torque_per_ampere(measured, lower[lower > inside[-1].current], poles)
         inside += [each for each in nearer if not each.at_edge][:1]
     return inside, beyond
-
-
-def analyze_short_circuit(
-    path: Path,
-    *,
-    mapped: Sequence[str] = (),
-    pole_pairs: float,
-    flux_linkage: float | None = None,
-    u_flux_linkage: float = 0.0,
-    electrical: bool = False,
-    rms: bool = False,
-    translate: Translate = english,
-) -> dict[str, Any]:
-    """Return what a table of short-circuit currents and torques over speed gives. Raises InputError for one that cannot be used."""
-    columns = read_table(
-        path,
-        _SHORT,
-        ("speed", "current"),
-        mapped,
-        instead={"speed": "electrical_speed"},
-        rms=("current",) if rms else (),
-    )
-    speed = columns.get("electrical_speed", np.zeros(0))
-    if "speed" in columns:
-        speed = columns["speed"] * (1.0 if electrical else pole_pairs)
-    try:
-        fit = fit_short_circuit(
-            speed, columns["current"], columns.get("torque"), pole_pairs=pole_pairs,
-            flux_linkage=flux_linkage, u_flux_linkage=u_flux_linkage, friction=columns.get("friction"),
-        )  # fmt: skip
-    except EstimationError as error:
-        raise InputError(at(str(path), text_of(error))) from error
-    result = told(path, fit.misfit, translate)
-    result["details"] |= {name: figure.as_dict() if isinstance(figure, MapFigure) else figure
-                        for name, figure in vars(fit).items() if name != "misfit"}  # fmt: skip
-    resistance = fit.resistance or fit.resistance_by_current
-    for name, unit, figure in (
-        ("d_axis_inductance", "H", fit.chord_inductance), ("q_axis_inductance", "H", fit.q_axis_inductance),
-        ("stator_resistance", "Ω", resistance),
-    ):  # fmt: skip
-        reason = fit.misfit.withholding(name)
-        if figure is None:
-            continue
-        if reason is None:
-            give(result, name, unit, figure, "short-circuit", translate, digits_of(columns))
-        else:
-            result["withheld"] |= withheld_rows(
-                (name,), reason.cause.value, sentence(reason).render(translate), "short-circuit"
-            )
-    result["assumptions"].append(
-        (
-            text("currents are rms, as --rms says; the flux linkage is a peak value")
-            if rms
-            else text(
-                "currents are taken as peak values unless their heading says rms; so is the flux linkage. Use "
-                "--rms if the currents are rms"
-            )
-        ).render(translate)
-    )
-    result["assumptions"].append(
-        text("L_d is the chord from zero to the short-circuit current, not the slope at zero").render(translate)
-    )
-    if flux_linkage is None:
-        result["assumptions"].append(
-            text(
-                "without --flux-linkage, only the current at high speed and R from the torque can be calculated"
-            ).render(translate)
-        )
-    return result

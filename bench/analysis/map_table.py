@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.captures.decimal_marks import doubtful_number
+from bench.captures.encoding import decoded
+from bench.captures.signs import plain_signs, without_blanks
 from bench.captures.text import BEYOND, number
 from bench.captures.units import si
 from bench.i18n.errors import InputError, UsageError, at
@@ -187,16 +189,10 @@ def _content(path: Path) -> str:
         raise InputError(at(str(path), text("cannot be read: {why}", why=reason_of(error)))) from None
     if content.startswith(b"PK\x03\x04"):
         raise InputError(at(str(path), text("is a workbook; save the sheet with the table as CSV")))
-    marked = content.startswith((b"\xff\xfe", b"\xfe\xff"))
-    # Spreadsheets write UTF-16 with a mark, or the old Western encoding.
-    for encoding in ("utf-16",) if marked else ("utf-8-sig", "cp1252"):
-        try:
-            decoded = content.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        if "\0" not in decoded:
-            return decoded
-    raise InputError(at(str(path), text("is no text in UTF-8")))
+    words = decoded(content)
+    if words is None:
+        raise InputError(at(str(path), text("is no text in UTF-8")))
+    return plain_signs(words)
 
 
 def _split(heading: str, known: Mapping[str, KnownColumn]) -> _Heading:
@@ -278,7 +274,7 @@ def _numbers(
 ) -> NDArray[np.float64]:
     result = np.full(len(rows) - first, np.nan)
     for at_row, row in enumerate(rows[first:]):
-        cell = row[place].strip() if place < len(row) else ""
+        cell = without_blanks(row[place].strip()) if place < len(row) else ""
         if not cell or cell.lower() == "nan":
             continue
         line = lines[min(first + at_row, len(lines) - 1)]

@@ -8,7 +8,7 @@ from bench.analysis.back_emf_record import BackEmfRecord
 from bench.analysis.outcome import AnalysisOutcome
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text
-from procedures.estimation.emf.in_phase import in_phase_third
+from procedures.estimation.emf.in_phase import in_phase_hum, in_phase_third
 from procedures.estimation.fitting.misfit import Cause
 
 ProbeConnection = Literal["line", "phase", "neutral"]
@@ -29,6 +29,8 @@ _FLOOR = 0.005
 _LONE_FLOOR = 0.03
 #: And beyond noise by so many standard uncertainties.
 _CLEAR = 5.0
+#: Hum that is common to all channels: of so much of each channel's, and of so much of the fundamental, it is no stray pick-up.
+_COMMON, _LARGE = 0.9, 0.05
 #: What makes a third harmonic in each channel by itself.
 _DISTORTS = {Cause.CLIPPED, Cause.DISTORTION, Cause.TOO_COARSE}
 
@@ -76,8 +78,10 @@ def judge_connection(
     """
     if connection != "line":
         return
-    shares = []
     together = all(len(record.lines) >= 3 for record in records)
+    if together and not typed:
+        _judge_hum(outcome, records, withheld)
+    shares = []
     for record in records:
         if any(finding.cause in _DISTORTS for finding in record.misfit.findings):
             return
@@ -106,3 +110,24 @@ def judge_connection(
         outcome.warn(why, "probe-connection")
     else:
         outcome.withhold(withheld, "probe-connection", why)
+
+
+def _judge_hum(outcome: AnalysisOutcome, records: Sequence[BackEmfRecord], withheld: Sequence[str]) -> None:
+    """Give none of `withheld` where three channels have the same hum: voltages between lines add up to nothing."""
+    for record in records:
+        hums = [float(f.figures["frequency"]) for f in record.misfit.findings if f.cause is Cause.HUM]
+        for frequency in hums[:1]:
+            common, least = in_phase_hum(record.capture.times(), record.values, record.fit.model, frequency)
+            if common > _LARGE and common > _COMMON * least:
+                outcome.withhold(
+                    withheld,
+                    "probe-connection",
+                    text(
+                        "the three channels have the same hum of {frequency:.0f} Hz, {share:.0%} of the fundamental. Three line voltages "
+                        "cannot have that, voltages of the lines against ground do. State where the probes were: --connection phase or "
+                        "--connection line; the flux linkage differs by √3",
+                        frequency=frequency,
+                        share=common,
+                    ),
+                )
+                return

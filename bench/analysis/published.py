@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench.captures.decimal_marks import doubtful_number
+from bench.captures.encoding import decoded
+from bench.captures.signs import plain_signs, without_blanks
 from bench.captures.units import si, split_heading
 from bench.i18n.errors import InputError, at
 from drivers.interfaces.text import Text, reason_of, text
@@ -63,11 +66,11 @@ def read_published(path: Path, *, vesc_scale: float = VESC_SCALE) -> list[Publis
     try:
         if path.stat().st_size > _LARGEST:
             raise InputError(at(str(path), text("the file is larger than 10 MB; give a table of figures")))
-        content = path.read_text(encoding="utf-8-sig")
+        content = decoded(path.read_bytes())
     except OSError as error:
         raise InputError(at(str(path), text("cannot be read: {why}", why=reason_of(error)))) from None
-    except UnicodeDecodeError:
-        raise InputError(at(str(path), text("is no text in UTF-8"))) from None
+    if content is None:
+        raise InputError(at(str(path), text("is no text in UTF-8")))
     start = content.lstrip()[:1]
     if start == "{":
         result = list(_of_json(path, content))
@@ -130,9 +133,14 @@ def _of_vesc(path: Path, content: str, scale: float) -> Iterator[PublishedFigure
 
 
 def _of_csv(path: Path, content: str) -> Iterator[PublishedFigure]:
-    rows = [row for row in csv.reader(io.StringIO(content)) if row and not row[0].startswith("#")]
+    content = plain_signs(content)
+    mark = next((each for each in ("\t", ";") if each in content.lstrip().split("\n", 1)[0]), ",")
+    rows = [row for row in csv.reader(io.StringIO(content), delimiter=mark) if row and not row[0].startswith("#")]
     if len(rows) < 2:
         raise _nothing(path)
+    doubtful = doubtful_number((cell for row in rows[1:] for cell in row), comma_between=mark == ",")
+    if doubtful is not None:
+        raise InputError(at(str(path), doubtful[1]))
     columns: dict[int, tuple[str, float]] = {}
     at_current: tuple[int, float] | None = None
     for number, heading in enumerate(rows[0]):
@@ -144,13 +152,19 @@ def _of_csv(path: Path, content: str) -> Iterator[PublishedFigure]:
             columns[number] = parameter, _factor(path, heading, unit, PARAMETERS[parameter].unit)
     for line, row in enumerate(rows[1:], 2):
         try:
-            current = None if at_current is None else float(row[at_current[0]]) * at_current[1]
+            current = None if at_current is None else _figure(row[at_current[0]], mark) * at_current[1]
             for number, (parameter, factor) in columns.items():
-                yield PublishedFigure(parameter, float(row[number]) * factor, current)
+                yield PublishedFigure(parameter, _figure(row[number], mark) * factor, current)
         except (ValueError, IndexError):
             raise InputError(
                 at(str(path), text("line {line}: every column of the heading needs a number", line=line))
             ) from None
+
+
+def _figure(cell: str, mark: str) -> float:
+    """Return a cell as a number, a comma in it being a decimal one where commas do not separate the columns. Raises ValueError."""
+    bare = without_blanks(cell)
+    return float(bare if mark == "," else bare.replace(",", "."))
 
 
 def _factor(path: Path, heading: str, unit: str, wanted: str) -> float:

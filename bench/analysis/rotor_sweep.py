@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from bench.analysis.applied import Applied
 from bench.analysis.outcome import AnalysisOutcome, estimated, named, open_unit, pick, refuse_over_range
 from bench.analysis.statements import Statement
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, ProbeFactor, read_capture
-from drivers.interfaces.text import Translate, english, text, word
+from drivers.interfaces.text import Text, Translate, english, text, word
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
 from procedures.estimation.winding.sweep.rotor_sweep import (
     axis_inductances,
@@ -24,6 +24,19 @@ from procedures.estimation.winding.sweep.timed_sweep import fit_timed_sweep
 
 #: Motors with more pole pairs are rare: angles that show so many settle that there is no saliency.
 _USUAL_POLE_PAIRS = 16
+#: Where the meter was. A single phase against the star point shows its own inductance, whose extremes are not those of the axes.
+_READINGS = {
+    "line": (
+        ReadingConnection.LINE_TO_LINE,
+        text("winding in {connection}, read line to line: leg of the equivalent wye = {y_equivalent:.4g} × reading"),
+    ),
+    "series-parallel": (
+        ReadingConnection.SERIES_PARALLEL,
+        text(
+            "winding in {connection}, read from one line to the other two joined: leg of the equivalent wye = {y_equivalent:.4g} × reading"
+        ),
+    ),
+}
 #: Readings that differ by less than this share are one.
 _ROUNDING = 1e-9
 
@@ -32,6 +45,7 @@ def analyze_rotor_sweep(
     file: str | Path,
     *,
     connection: Connection = "wye",
+    reading: Literal["line", "series-parallel"] = "line",
     pole_pairs: int | None = None,
     electrical: bool = False,
     column: str | None = None,
@@ -41,10 +55,11 @@ def analyze_rotor_sweep(
     selection: CapturePart = WHOLE,
     translate: Translate = english,
 ) -> dict[str, Any]:
-    """Return Ld and Lq (leg of the equivalent wye) from line-to-line inductance readings over angle, or over time.
+    """Return Ld and Lq (leg of the equivalent wye) from inductance readings over angle, or over time.
 
     The first column is the angle (rad, or degrees by its heading; mechanical unless `electrical`), or time, while the shaft was
-    turned slowly one way. `pole_pairs` are searched where not given. `threshold` is the note's limit between the classes.
+    turned slowly one way. `reading` says where the meter was: between two lines, or from one line to the other two joined.
+    `pole_pairs` are searched where not given. `threshold` is the note's limit between the classes.
     `accuracy` states the errors of the meter. `column` names the inductance's column where several may be it.
     `selection` is the part of the record to take. `translate` gives sentences in the reader's language. Raises
     CaptureError naming file and line.
@@ -53,6 +68,15 @@ def analyze_rotor_sweep(
         raise CaptureError(
             "connection",
             text("connection '{connection}' is not known; allowed are 'wye' and 'delta'", connection=connection),
+        )
+    if reading not in _READINGS:
+        raise CaptureError(
+            "reading",
+            text(
+                "'{reading}' is not known here; allowed are 'line' (between two lines) and 'series-parallel' (one line to the other two "
+                "joined)",
+                reading=reading,
+            ),
         )
     capture = read_capture(file, abscissa="angle", selection=selection).scaled(named(scale))
     rest = [c for c in capture.channels if c.unit not in ("rad", "Ω") and column in (None, c.name)]
@@ -91,12 +115,11 @@ def analyze_rotor_sweep(
                 angle.values, inductance.values, pole_pairs=known, resolution=inductance.resolution
             ),
         )
-    factor = phase_factor(connection, ReadingConnection.LINE_TO_LINE)
+    factor = phase_factor(connection, _READINGS[reading][0])
     outcome.assume(
-        text(
-            "winding in {connection}, read line to line: leg of the equivalent wye = {y_equivalent:.4g} × reading",
-            connection=word(connection),
-            y_equivalent=factor.y_equivalent,
+        Text(
+            _READINGS[reading][1].template,
+            {"connection": word(connection), "y_equivalent": factor.y_equivalent},
         )
     )
     significant, p_value = saliency_significant(fit)
@@ -109,15 +132,15 @@ def analyze_rotor_sweep(
         whole = (2.0 * math.pi * fit.periods / (fit.course.size - 1)) ** 2 / 24.0
         lost = outcome.uncertainties.limit("turning during a reading", 0.5 * whole, 0.5 * whole)
     for name, axis, sign in (("d_axis_inductance", "d", -1.0), ("q_axis_inductance", "q", 1.0)):
-        reading = outcome.estimate(text("sweep fit of {name}", name=f"L_{axis}"), axes, name)
+        found = outcome.estimate(text("sweep fit of {name}", name=f"L_{axis}"), axes, name)
         if lost is not None:
-            reading = reading + sign * fit.value("amplitude") * lost
-        reading = outcome.with_errors(reading, "inductance", inductance.name, gain=1.0, offset=1.0)
+            found = found + sign * fit.value("amplitude") * lost
+        found = outcome.with_errors(found, "inductance", inductance.name, gain=1.0, offset=1.0)
         outcome.parameter(
             name,
-            factor.y_equivalent * reading,
+            factor.y_equivalent * found,
             estimator="fit of mean and second harmonic to the whole sweep",
-            winding=factor.winding * float(reading.x),
+            winding=factor.winding * float(found.x),
             convention="y_equivalent",
             misfit=fit.misfit.of(name),
         )

@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.analysis.outcome import beyond_words, unusual_words
 from bench.captures.capture import FloatArray, last_digit
-from drivers.interfaces.text import Translate, text
+from drivers.interfaces.text import Text, Translate, text
 from procedures.core.budget import Uncertainties
 from procedures.core.misfit_text import misfit_row, sentence
 from procedures.estimation.fitting.misfit import Misfit
@@ -43,9 +43,11 @@ def give(
     procedure: str,
     translate: Translate,
     digits: float = 0.0,
+    shared: Mapping[str, Text] | None = None,
 ) -> None:
     """Add a parameter, or why it is not given: no motor has such a size, or the interval says nothing. `digits` is the last digit of the
-    numbers that it comes from, share of the largest, whose error it has at least.
+    numbers that it comes from, share of the largest, whose error it has at least; `shared` names those of the figure's shared errors
+    that are rows of the budget.
     """
     beyond = size_beyond(name, figure.value)
     if beyond is not None:
@@ -53,7 +55,7 @@ def give(
             (name,), IMPLAUSIBLE, beyond_words(name, figure.value, beyond).render(translate), procedure
         )
         return
-    given = _parameter(name, unit, figure, procedure, digits)
+    given = _parameter(name, unit, figure, procedure, digits, shared or {})
     low, high = given["coverage_interval"]
     vague = too_uncertain(name, figure.value, (low, high), unit)
     if vague is not None:
@@ -66,9 +68,15 @@ def give(
         made["warnings"].append({"id": UNUSUAL, "text": message})
 
 
-def _parameter(name: str, unit: str, figure: MapFigure, procedure: str, digits: float) -> dict[str, Any]:
+def _parameter(
+    name: str, unit: str, figure: MapFigure, procedure: str, digits: float, shared: Mapping[str, Text]
+) -> dict[str, Any]:
     uncertainties = Uncertainties()
-    quantity = uncertainties.statistical(text("the fit"), figure.value, figure.standard_uncertainty, math.inf)
+    limits = [(said, abs(figure.shared[key])) for key, said in shared.items() if figure.shared.get(key)]
+    left = figure.standard_uncertainty**2 - sum(limit**2 for _, limit in limits) / 3.0
+    quantity = uncertainties.statistical(text("the fit"), figure.value, math.sqrt(max(left, 0.0)), math.inf)
+    for said, limit in limits:
+        quantity = quantity + uncertainties.limit(said, 0.0, limit)
     half = 0.5 * digits * abs(figure.value)
     coarse = figure.standard_uncertainty < half / math.sqrt(3.0)
     if coarse:

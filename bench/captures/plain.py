@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from bench.captures.capture import Capture, CaptureChannel, CaptureError, FloatArray, converter_step
+from bench.captures.cell_units import has_units, without_units
 from bench.captures.decimal_marks import doubtful_number
 from bench.captures.marks import OVER_RANGE, at_the_ends, over_range_marked, seconds_by_the_clock
+from bench.captures.signs import without_blanks
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si, split_heading
 from drivers.interfaces.text import Text, text
@@ -17,6 +19,8 @@ from drivers.interfaces.text import Text, text
 _TIME = {"t", "time", "timestamp", "zeit", "x-axis", "seconds", "second"}
 
 
+#: A number without a decimal mark.
+_WHOLE = re.compile(r"[+-]?\d+(?:[eE][+-]?\d+)?")
 #: A decimal comma inside quotation marks, and what stands in quotation marks.
 _QUOTED_COMMA, _QUOTED = re.compile(r'"[^",]*\d,\d[^",]*"'), re.compile(r'"[^"]*"')
 
@@ -45,16 +49,24 @@ def _separator(line: str) -> str | None:
 
 
 def _cells(line: str, delimiter: str | None) -> list[str]:
-    cells = [cell.strip() for cell in line.split(delimiter)]
+    cells = [cell.strip() if delimiter is None else without_blanks(cell.strip()) for cell in line.split(delimiter)]
     while len(cells) > 1 and not cells[-1]:
         cells.pop()
     return cells
 
 
+def _without_blanks(line: str, delimiter: str) -> str:
+    return delimiter.join(map(without_blanks, line.split(delimiter))) if " " in line else line
+
+
 def _numeric(line: str, delimiter: str | None) -> bool:
     # A first cell that is a number makes a row of data, however broken the rest: it is complained of, not passed over.
     cells = _cells(line, delimiter)
-    return bool(cells) and number(cells[0].replace(",", ".") if delimiter != "," else cells[0]) is not None
+    if not cells:
+        return False
+    return number(cells[0].replace(",", ".") if delimiter != "," else cells[0]) is not None or (
+        len(cells) > 1 and has_units(cells)
+    )
 
 
 def read_plain(
@@ -82,6 +94,11 @@ def read_plain(
         raise CaptureError(
             str(path), text("no row of numbers within the first 100 lines; export time and values as columns"), 1
         )
+    if delimiter is not None:
+        lines = [*lines[:first], *(_without_blanks(line, delimiter) for line in lines[first:])]
+    units: dict[int, str] = {}
+    if has_units(_cells(lines[first], delimiter)):
+        lines, units = without_units(path, lines, first, delimiter)
     width = len(_cells(lines[first], delimiter))
     if width < 2:
         raise CaptureError(str(path), text("has one column only; export time and values side by side"), first + 1)
@@ -98,7 +115,8 @@ def read_plain(
     if table.shape[0] < 2:
         raise CaptureError(str(path), text("holds one row of numbers only; export the whole record"), first + 1)
     headings, assumptions = _headings(lines[:first], width, abscissa)
-    no_heading = bool(assumptions) and not by_clock
+    no_heading = bool(assumptions) and not by_clock and 0 not in units
+    headings = [(name, units.get(k, unit)) for k, (name, unit) in enumerate(headings)]
     if by_clock:
         headings[0] = headings[0][0], "s"
         assumptions = [text("time by the clock, counted in seconds from the first sample")]
@@ -222,11 +240,11 @@ def _refuse_doubtful(path: Path, lines: list[str], first: int, delimiter: str | 
 
 
 def _refuse_decimal_commas(path: Path, lines: list[str], first: int) -> None:
-    """Raise CaptureError where commas are between the columns and decimal marks: more cells than headings, all of them whole numbers."""
+    """Raise CaptureError where commas are between the columns and decimal marks: more cells than headings, no decimal dot."""
     above = next((line for line in reversed(lines[:first]) if line.strip()), "")
     rows = [_cells(line, ",") for line in lines[first : first + 50] if line.strip()]
     headings, most = len(_cells(above, ",")), max(len(row) for row in rows)
-    whole = all(cell.removeprefix("-").isdecimal() for row in rows for cell in row)
+    whole = all(_WHOLE.fullmatch(cell) for row in rows for cell in row)
     if headings > 1 and headings < most <= 2 * headings and whole:
         raise CaptureError(
             str(path),

@@ -9,6 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from bench.captures.capture import CaptureError, FloatArray
+from bench.captures.encoding import decoded
+from bench.captures.signs import plain_signs
 from drivers.interfaces.text import reason_of, text
 
 #: The longest text that is read (bytes), unpacked: a few bytes of gzip may unpack to any length.
@@ -43,30 +45,18 @@ def read_lines(path: Path) -> list[str]:
             raise CaptureError(
                 str(path), text("is not a whole gzip file ({error}); copy it again", error=error)
             ) from error
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        content = raw.decode("utf-16", errors="replace")
-    else:
-        try:
-            content = raw.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            content = _in_old_encoding(raw)
-    lines = content.splitlines()
+    content = decoded(raw)
+    if content is None:
+        raise CaptureError(
+            str(path),
+            text("is no text: it contains zero bytes, as where saving was interrupted; export the record again as CSV"),
+        )
+    lines = plain_signs(content).splitlines()
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
         raise CaptureError(str(path), text("is empty; export the record again"))
     return lines
-
-
-def _in_old_encoding(raw: bytes) -> str:
-    """Return text that is no UTF-8: simplified Chinese where all its high bytes go in its pairs, otherwise Western.
-
-    A Western "µH" or "°" stands alone among letters and signs of ASCII, which no pair of GB 2312 has in it.
-    """
-    try:
-        return raw.decode("gb2312")
-    except UnicodeDecodeError:
-        return raw.decode("latin-1")
 
 
 def _up_to_longest(path: Path, file: Readable) -> bytes:
@@ -137,18 +127,23 @@ def read_numbers(
 
 def _row(path: Path, line: str, at: int, columns: tuple[int, ...], delimiter: str | None) -> list[float]:
     cells = line.split(delimiter)
-    row = [number(cells[c]) if c < len(cells) else None for c in columns]
-    if any(value is None for value in row):
-        raise CaptureError(
-            str(path),
-            text(
-                "'{content}' is not a row of {count} numbers like the others; correct or remove it",
-                content=line.strip()[:60],
-                count=len(columns),
-            ),
-            at,
-        )
-    return [value for value in row if value is not None]
+    row = []
+    for c in columns:
+        value = number(cells[c]) if c < len(cells) else None
+        if value is None:
+            raise CaptureError(
+                str(path),
+                text(
+                    "'{content}' is not a row of {count} numbers like the others; correct or remove it (column {column}: '{cell}')",
+                    content=line.strip()[:60],
+                    count=len(columns),
+                    column=c + 1,
+                    cell=cells[c].strip()[:30] if c < len(cells) else "",
+                ),
+                at,
+            )
+        row.append(value)
+    return row
 
 
 def check_increasing(path: Path, time: FloatArray, first: int) -> None:

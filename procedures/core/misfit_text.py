@@ -125,8 +125,17 @@ _SEEN = {
     Cause.RESISTANCES_DIFFER: text(
         "the braking torque gives {ratio:.3g} times the resistance that the currents give ({by_torque:.4g} "
         "against {by_current:.4g} Ω). Above 1, the q axis saturates; below 1, switches or contacts drop voltage, "
-        "or a drive makes the short circuit; near √2, the currents are rms; near 2 or one half, poles were "
-        "entered for pole pairs; further away, the flux linkage is in another unit"
+        "or a drive makes the short circuit; near √2, the currents are rms; near √3 or 1/√3, a line value stands "
+        "for a phase value (flux linkage, or currents inside a delta); near 2 or one half, poles were entered for "
+        "pole pairs; further away, the flux linkage is in another unit"
+    ),
+    Cause.IRON_LOSS: text(
+        "the braking power grows with the speed beyond the heat in the winding, by {size:.1%} at the highest: iron loss, or windage "
+        "that is still in the torque"
+    ),
+    Cause.FRICTION_LEFT: text(
+        "the torque contains a part that no current makes, {size:.1%} of the largest torque: friction, or the transducer's zero. Read the "
+        "torque with open terminals at the same speeds, and give it as the column friction"
     ),
     Cause.MAP_HOLES: text(
         "{holes:.0f} points of the table's grid have no values; they are interpolated from the others"
@@ -291,6 +300,14 @@ _SEEN_IN_SHORT_CIRCUIT = {
         "the flux linkage changes by {change:+.1%} from the first row to the last, as that of magnets does which warm while they are "
         "braked: let the motor cool between the speeds, and measure the open circuit's flux linkage again after the last"
     ),
+    Cause.SATURATION: text(
+        "the q axis saturates: at half the short-circuit current its inductance is lower by a factor of about {factor:.2g} than at none. "
+        "The one given is that of the largest q-axis current in the table"
+    ),
+    Cause.CONTACT: text(
+        "a voltage of {size:.2%} of R·I at high speed does not grow with the current, as that of switches and worn contacts: join the "
+        "terminals by clean links"
+    ),
 }
 _SEEN_IN_EMF_JUMPS = {
     Cause.DROPOUTS: text(
@@ -442,6 +459,15 @@ _SEEN_IN_TORQUE_CONSTANT = {
         "transducer's calibration, and whether the current lies in the q axis. Iron that saturates also makes less torque for each ampere"
     ),
 }
+#: Where only the inverter's voltages tell of its flux linkage: `record` = "torque-constant-alone".
+_SEEN_IN_TORQUE_CONSTANT_ALONE = {
+    Cause.CHANNELS_DIFFER: text(
+        "torque over current on the dynamometer is {ratio:.4g} times what the inverter's own voltage at no current gives, 1.5·|v|/ω "
+        "({off:+.1%}), more than the stated limits of torque, current, voltage and speed explain: check the inverter's scales of current "
+        "and voltage with a meter, the transducer's calibration, and whether the current lies in the q axis. A back-EMF constant tells "
+        "which is wrong"
+    ),
+}
 #: What is said of inductances over a turn: `record` = "sweep".
 _SEEN_IN_SWEEP = {
     Cause.ODD_READING: text(
@@ -480,7 +506,31 @@ _SEEN_IN_RAMP = {
         "shorter gate"
     ),
 }
+#: Of a channel of a back-EMF that contradicts the others: it shows nothing, or is probed between other points.
+_SEEN_IN_EMF_NONE = {
+    Cause.PROBE_FACTOR: text(
+        "channel {channel} shows no back-EMF ({share:.1g} of the value of the other channels): its probe is off, or on a terminal that "
+        "is grounded. Leave the channel out, or connect it and record again"
+    ),
+}
+_SEEN_IN_EMF_TO_STAR = {
+    Cause.PROBE_FACTOR: text(
+        "channel {channel} shows {share:.3g} times the value of the other channels, which is 1/√3: its probe is on a phase (a line against "
+        "a star point), and those of the others are between two lines. Probe all of them alike, or analyse the channel alone with "
+        "--connection phase; if its probe has a wrong factor, use --scale {channel}={factor:.4g}"
+    ),
+}
+_SEEN_IN_EMF_TO_LINE = {
+    Cause.PROBE_FACTOR: text(
+        "channel {channel} shows {share:.3g} times the value of the other channels, which is √3: its probe is between two lines, and those "
+        "of the others are on phases (a line against a star point). Probe all of them alike, or analyse the channel alone with "
+        "--connection line; if its probe has a wrong factor, use --scale {channel}={factor:.4g}"
+    ),
+}
 _SEEN_IN = {
+    "emf-none": _SEEN_IN_EMF_NONE,
+    "emf-to-star": _SEEN_IN_EMF_TO_STAR,
+    "emf-to-line": _SEEN_IN_EMF_TO_LINE,
     "hand-sweep": _SEEN_IN_HAND_SWEEP,
     "cogging": _SEEN_IN_COGGING,
     "four-wire": _SEEN_IN_FOUR_WIRE,
@@ -506,6 +556,7 @@ _SEEN_IN = {
     "emf-memory": _SEEN_IN_EMF_MEMORY,
     "short-circuit": _SEEN_IN_SHORT_CIRCUIT,
     "torque-constant": _SEEN_IN_TORQUE_CONSTANT,
+    "torque-constant-alone": _SEEN_IN_TORQUE_CONSTANT_ALONE,
 }
 #: Causes whose sentence tells what was done, too.
 _ALL_SAID = (Cause.PULSE_ENDS,)

@@ -20,7 +20,7 @@ from procedures.core.steps import step
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.techniques.shaft.driven_shaft import driving_speed_rad
-from procedures.techniques.shaft.torque_levels import torque_at_levels
+from procedures.techniques.shaft.torque_levels import TorqueLevels, torque_at_levels
 from procedures.techniques.temperature.correction import magnet_factor, winding_temperature
 from procedures.techniques.temperature.settings import (
     MagnetCoefficient,
@@ -72,24 +72,25 @@ def torque_currents(settings: TorqueConstantSettings, nameplate: Nameplate, most
 
 
 class TorqueConstantFigure(NamedTuple):
-    """A torque constant (N·m/A), and what the document's simple formula gives for it."""
+    """A torque constant (N·m/A), what the document's simple formula gives for it, and over that of the inverter's voltages where known."""
 
     quantity: UncertainReal
     note_value: float
+    over_induced: UncertainReal | None = None
 
 
-def contradiction(ratio: UncertainReal) -> tuple[float, Misfit]:
-    """Return the standard uncertainty (relative) that the measured constant and 1.5·p·λ have beside their own, and what is said of them.
+def contradiction(ratio: UncertainReal, record: str = "torque-constant") -> tuple[float, Misfit]:
+    """Return the standard uncertainty (relative) that the measured constant and another have beside their own, and what is said of them.
 
-    `ratio` is one over the other. It is as much as the two differ by more than their uncertainties let expect: no third quantity tells a
-    current, or a torque, that is read wrong from a flux linkage that is.
+    `ratio` is one over the other, 1.5·p·λ or, for the record "torque-constant-alone", 1.5·|v|/ω. It is as much as the two differ by more
+    than their uncertainties let expect: no third quantity tells a current, or a torque, that is read wrong from a flux linkage that is.
     """
     off, own = float(ratio.x) - 1.0, float(ratio.u)
     excess = _BEYOND * math.sqrt(max(off**2 - own**2, 0.0))
     if abs(off) <= DISAGREEMENT * own:
         return excess, NO_MISFIT
     answer = Answer.WITHHELD if abs(math.log(max(float(ratio.x), 1e-9))) > _MOST_APART else Answer.WIDENED
-    figures: dict[str, float | str] = {"record": "torque-constant", "ratio": float(ratio.x), "off": off}
+    figures: dict[str, float | str] = {"record": record, "ratio": float(ratio.x), "off": off}
     return excess, Misfit((Finding(Cause.CHANNELS_DIFFER, answer, ("torque_constant",), off / own, figures),))
 
 
@@ -132,6 +133,11 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             excess, misfit = contradiction(measured.quantity / derived.quantity)
             between = self.bench.uncertainties.limit(
                 text("torque constant, measured against 1.5·p·λ"), 1.0, math.sqrt(3.0) * excess
+            )
+        elif measured is not None and measured.over_induced is not None:
+            excess, misfit = contradiction(measured.over_induced, "torque-constant-alone")
+            between = self.bench.uncertainties.limit(
+                text("torque constant, measured against the inverter's voltages"), 1.0, math.sqrt(3.0) * excess
             )
         if derived is not None:
             self.report(
@@ -209,6 +215,7 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
         ):
             gain = Accuracy(gain=accuracy.gain or accuracy.offset / reach, source=accuracy.source)
             slope = bench.uncertainties.instrument(name, slope, gain)
+        over_induced = self._over_induced(slope, taken)
         # Torque per ampere is flux, and falls with the magnets' temperature as flux does.
         slope = slope * magnet_factor(
             bench.uncertainties,
@@ -217,7 +224,26 @@ class TorqueConstant(Procedure[TorqueConstantSettings]):
             self.settings.magnet_coefficient_uncertainty,
         )
         self.findings["measured"] = {"value": float(slope.x), "standard_uncertainty": float(slope.u)}
-        return TorqueConstantFigure(slope, float((torques[-1] - torques[0]) / (currents[-1] - currents[0])))
+        simple = float((torques[-1] - torques[0]) / (currents[-1] - currents[0]))
+        return TorqueConstantFigure(slope, simple, over_induced)
+
+    def _over_induced(self, slope: UncertainReal, taken: TorqueLevels) -> UncertainReal | None:
+        """Return the measured constant over the one that the inverter's voltages tell, None where it tells none."""
+        induced = taken.induced()
+        if induced is None or not induced.value > 0.0:
+            return None
+        unc = self.bench.uncertainties
+        constant = unc.statistical(
+            text("induced voltage over speed"), induced.value, induced.uncertainty, induced.degrees_of_freedom
+        )
+        for name, accuracy, reach in (
+            ("inverter, voltage", taken.voltage_accuracy, induced.voltage),
+            ("dynamometer, speed", taken.speed_accuracy, float(np.mean(np.abs(taken.speeds)))),
+        ):
+            share = (abs(accuracy.gain) * reach + accuracy.offset) / reach
+            constant = constant * unc.limit(name, 1.0, share)
+        self.findings["induced"] = {"value": float(constant.x), "standard_uncertainty": float(constant.u)}
+        return slope / constant
 
     def _most_current(self, constant: float | None) -> float:
         """Return the current (A) that inverter and dynamometer take."""

@@ -135,7 +135,12 @@ def angled(name: str, random: Random) -> Estimates:
         values = values + size * amplitude * random.choice([-1.0, 1.0]) * np.cos(2.0 * electrical)
         # The mean and the second order are what a dq model takes of it; the axes' own values lie beside by the fourth.
     if what == "slots":
-        values = values + 0.1 * size * np.cos(int(random.choice([12, 18, 24])) * stands + random.uniform(0.0, 6.3))
+        order, at = int(random.choice([12, 18, 24])), random.uniform(0.0, 6.3)
+        values = values + 0.1 * size * np.cos(order * stands + at)
+        if order == 2 * pairs:
+            # As many slots as poles: their wave is the saliency's own.
+            wave = float(abs(0.1 * size * np.exp(1j * (at - 1.0)) - amplitude))
+            low, high = 1.0 - wave, 1.0 + wave
     if what == "meter warms up":
         values = values * (1.0 + 0.1 * size * random.choice([-1.0, 1.0]) * np.exp(-along / log(random, 0.05, 1.0)))
     if what == "meter steps":

@@ -222,6 +222,7 @@ def rotor_sweep(
     file: Path,
     *,
     connection: Literal["wye", "delta"] = "wye",
+    reading: Literal["line", "series-parallel"] = "line",
     pole_pairs: Count | None = None,
     electrical: bool = False,
     inductance: str | None = None,
@@ -229,7 +230,7 @@ def rotor_sweep(
     scale: Sequence[str] = (),
     record: RecordOptions = _AS_USUAL,
 ) -> int:
-    """Ld and Lq from line-to-line inductance over the rotor's angle, or over time (§3.3.2).
+    """Ld and Lq from inductance over the rotor's angle, or over time (§3.3.2).
 
     Exit status 0 where every figure is given, 1 where one is withheld, 2 where a file or what was typed cannot be used.
 
@@ -239,6 +240,8 @@ def rotor_sweep(
         Columns of angle (or time) and inductance.
     connection
         How the windings are joined.
+    reading
+        Where the meter was: between two lines, or from one line to the other two joined.
     pole_pairs
         Pole pairs; searched where not given.
     electrical
@@ -265,6 +268,7 @@ def rotor_sweep(
     outcome = analyze_rotor_sweep(
         file,
         connection=connection,
+        reading=reading,
         pole_pairs=pole_pairs,
         electrical=electrical,
         column=inductance,

@@ -127,9 +127,14 @@ def short_circuit(
     pole_pairs: Count,
     column: Sequence[str] = (),
     flux_linkage: float | None = None,
-    u_flux_linkage: float = 0.0,
+    u_flux_linkage: float | None = None,
     electrical: bool = False,
     rms: bool = False,
+    current_gain: float | None = None,
+    unbalance: float | None = None,
+    speed_gain: float | None = None,
+    torque_gain: float | None = None,
+    torque_zero: float | None = None,
     language: str = "auto",
     json: bool = False,
 ) -> int:
@@ -140,32 +145,52 @@ def short_circuit(
     Parameters
     ----------
     file
-        Table with the headings speed (in rpm or rad/s), current_A (peak) and, if known, torque_Nm and friction_Nm.
+        Table with the headings speed (in rpm or rad/s), current_A (peak) and, if known, torque_Nm and friction_Nm. Instead of
+        current_A: ia_A, ib_A, ic_A, the currents of three phases.
     pole_pairs
         Pole pairs.
     column
-        A heading that differs from these, NAME=HEADING. Names: speed, current, torque, friction.
+        A heading that differs from these, NAME=HEADING. Names: speed, current, current_a, current_b, current_c, torque, friction.
     flux_linkage
         Flux linkage of the open circuit at the same magnet temperature, V·s, peak.
     u_flux_linkage
-        Its standard uncertainty, V·s.
+        Its standard uncertainty, V·s. Default: 1 % of it.
     electrical
         The speeds are electrical.
     rms
         The currents are rms.
+    current_gain
+        Limit of error of all currents, %, rectangular. Default: 2, a current clamp with its oscilloscope.
+    unbalance
+        Limit of what the current of the phase that was probed differs from the mean of three, %. Default: 3; 0 with three phases.
+    speed_gain
+        Limit of error of the speeds, %. Default: 1, a drive's display.
+    torque_gain
+        Limit of error of the torques, %. Default: 0.5.
+    torque_zero
+        Limit of the torque's zero, N·m. Default: 0.5 % of the largest torque.
     language
         en, zh, or auto by the locale.
     json
         Print one JSON object and nothing else.
 
     """
-    from bench.analysis.load_tables import analyze_short_circuit
+    from bench.analysis.short_circuit import StatedLimits, analyze_short_circuit
 
     translate = translator(language_of(language))
     _above_zero({"--flux-linkage": flux_linkage})
+    stated = StatedLimits(
+        current=_percent_or_none("--current-gain", current_gain),
+        unbalance=_percent_or_none("--unbalance", unbalance),
+        speed=_percent_or_none("--speed-gain", speed_gain),
+        torque=_percent_or_none("--torque-gain", torque_gain),
+        torque_zero=None if torque_zero is None else _not_negative("--torque-zero", torque_zero),
+    )
+    known = None if u_flux_linkage is None else _not_negative("--u-flux-linkage", u_flux_linkage)
     outcome = analyze_short_circuit(
         file, mapped=column, pole_pairs=pole_pairs, flux_linkage=flux_linkage,
-        u_flux_linkage=_not_negative("--u-flux-linkage", u_flux_linkage), electrical=electrical, rms=rms, translate=translate,
+        u_flux_linkage=known, electrical=electrical, rms=rms, stated=stated,
+        translate=translate,
     )  # fmt: skip
     return print_analysis(outcome, translate, json=json, budget=False)
 
@@ -260,6 +285,10 @@ def _percent(option: str, value: float) -> float:
     if not 0.0 <= value <= 50.0:
         raise UsageError(text("{option} {value:g}: a limit from 0 to 50 % is allowed", option=option, value=value))
     return value / 100.0
+
+
+def _percent_or_none(option: str, value: float | None) -> float | None:
+    return None if value is None else _percent(option, value)
 
 
 def _not_negative(option: str, value: float) -> float:

@@ -125,8 +125,12 @@ def reason(error: DBAPIError) -> str:
     return " ".join(str(error.orig).split()) or type(error.orig).__name__
 
 
+def place_of(engine: Engine) -> str:
+    """Return a database's file, or its address without the password, as one types it."""
+    return _named(engine.url)
+
+
 def _named(url: URL) -> str:
-    """Return the file, or the address without its password, as one types it."""
     if url.get_backend_name() == "sqlite":
         return str(url.database)
     return url.set(drivername=url.get_backend_name()).render_as_string(hide_password=True)

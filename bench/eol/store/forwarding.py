@@ -10,12 +10,14 @@ from sqlalchemy import text as sql
 
 from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import carry_plans
+from bench.eol.store.database import place_of
 from bench.eol.store.faults import FAULTS, DoubtfulError, RefusedError, StoreError, fault_of
 from bench.eol.store.insertion import insert_record
 from bench.eol.store.records import Records
 from bench.eol.store.schema import OUTBOX
 from bench.eol.store.spool import Spool, SpooledFileError
 from bench.eol.store.summing import sum_up
+from bench.i18n.errors import at
 from drivers.interfaces.text import Text, text, text_of
 
 #: Forwarded at one go, so that a long outage does not hold up the line when it ends.
@@ -235,7 +237,8 @@ class ForwardingRecords:
             raise fault_of(error) from error
 
     def _stopped(self, error: StoreError, done: int) -> int:
-        self.fault = text_of(error)
+        # A connection that breaks and one that cannot be made are one trouble, in the same words.
+        self.fault = at(place_of(self._server), text_of(error)) if self._server is not None else text_of(error)
         # When it answers again it may have been replaced: its version is looked at anew.
         self._hang_up()
         return done

@@ -24,6 +24,8 @@ _USUAL = sorted(
 )
 #: A usual factor is meant where the channels' own spread, and at least this share, reaches it.
 _NEAR = 0.03
+#: A channel with less than this share of the others' EMF shows none.
+_NONE = 0.002
 #: A mean known no better than this is not given, where something was found in its channels.
 _MOST = 0.2
 
@@ -103,7 +105,11 @@ def judged(combined: Combined, findings: Sequence[Finding]) -> Misfit:
     if combined.value and math.isfinite(combined.uncertainty) and 0.5 * (high - low) > _MOST * abs(combined.value):
         wide = [f.answer is Answer.WIDENED and f.concerns(FLUX) for f in findings]
         findings = [replace(f, answer=Answer.WITHHELD) if w else f for w, f in zip(wide, findings, strict=True)]
-    return Misfit.together((Misfit(tuple(findings)), combined.misfit))
+    others = Misfit(tuple(findings))
+    withholding = others.withholding(FLUX)
+    # A channel that contradicts the others explains a record that nothing else does: it is told first.
+    first = withholding is not None and withholding.cause is Cause.UNEXPLAINED and combined.misfit.withholding(FLUX)
+    return Misfit.together((combined.misfit, others) if first else (others, combined.misfit))
 
 
 def _contradicting(v: FloatArray, channels: Sequence[DigitizedChannel]) -> Finding | None:
@@ -117,14 +123,13 @@ def _contradicting(v: FloatArray, channels: Sequence[DigitizedChannel]) -> Findi
         return None
     near = max(_NEAR, float(np.ptp(others) / np.mean(others)), max(each.gain_limit for each in channels))
     usual = min(_USUAL, key=lambda size: abs(math.log(size / ratio)))
-    return Finding(
-        Cause.PROBE_FACTOR,
-        Answer.WITHHELD,
-        (FLUX,),
-        0.0,
-        {
-            "channel": channels[worst].name,
-            "share": 1.0 / ratio,
-            "factor": usual if abs(math.log(usual / ratio)) < near else ratio,
-        },
-    )
+    figures: dict[str, float | str] = {
+        "channel": channels[worst].name,
+        "share": 1.0 / ratio,
+        "factor": usual if abs(math.log(usual / ratio)) < near else ratio,
+    }
+    if 1.0 / ratio < _NONE:
+        figures["record"] = "emf-none"
+    elif figures["factor"] in (math.sqrt(3.0), 1.0 / math.sqrt(3.0)):
+        figures["record"] = "emf-to-star" if ratio > 1.0 else "emf-to-line"
+    return Finding(Cause.PROBE_FACTOR, Answer.WITHHELD, (FLUX,), 0.0, figures)

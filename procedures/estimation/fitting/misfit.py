@@ -58,6 +58,8 @@ class Cause(StrEnum):
     RESIDUAL_VARIANCE = "residual-variance"
     ODD_READING = "odd-reading"
     RESISTANCES_DIFFER = "resistances-differ"
+    IRON_LOSS = "iron-loss"
+    FRICTION_LEFT = "friction-left"
     MAP_HOLES = "map-holes"
     AXES_SWAPPED = "axes-swapped"
     CURRENTS_OUTWARD = "currents-outward"

@@ -36,6 +36,8 @@ _REPEATS = 0.03
 _ODD, _ODD_SHARE, _NEIGHBOURS = 2.5, 0.03, 14
 #: A torque column this even over that of the fluxes (relative scatter) was computed.
 _COMPUTED = 2e-4
+#: Or where no row is farther off than rounding to a step of so much of the largest torque.
+_ROUNDED = 0.01
 _RATIO = 0.08
 #: By 95 % of its half-width a limit of error is in an interval; so much more holds what the turn does to a figure.
 _WHOLE_TURN = 1.1
@@ -330,6 +332,16 @@ def _turned_back(turn: float, at: FloatArray, values: FloatArray, surface: FluxS
     return np.asarray(_WHOLE_TURN * (along - values).ravel())
 
 
+def _step(values: FloatArray) -> float:
+    """Return the decimal step that values were rounded to; 0 where that is so coarse that measured values would agree within it."""
+    largest = float(np.max(np.abs(values)))
+    top = math.floor(math.log10(_ROUNDED * largest)) if largest > 0.0 else 0
+    for step in (10.0**power for power in range(top, top - 4, -1)):
+        if np.allclose(values / step, np.round(values / step), rtol=0.0, atol=1e-3):
+            return step
+    return 0.0
+
+
 def _torque(points: FloatArray, flux: FloatArray, torque: FloatArray, pole_pairs: float) -> tuple[float, list[Finding]]:
     """Return a torque column over 1.5·p·(ψ_d·i_q − ψ_q·i_d), and whether it was computed, or peak and rms were mixed."""
     ours = 1.5 * pole_pairs * (flux[:, 0] * points[:, 1] - flux[:, 1] * points[:, 0])
@@ -339,7 +351,8 @@ def _torque(points: FloatArray, flux: FloatArray, torque: FloatArray, pole_pairs
     ratios = torque[large] / ours[large]
     ratio = float(np.median(ratios))
     found = []
-    if float(np.std(ratios)) < _COMPUTED * abs(ratio):
+    rounded = np.max(np.abs(torque[large] - ratio * ours[large])) < 0.6 * _step(torque[large])
+    if float(np.std(ratios)) < _COMPUTED * abs(ratio) or rounded:
         found.append(_finding(Cause.TORQUE_COMPUTED, Answer.SAID, {"ratio": ratio}))
     for factor, what in ((math.sqrt(2.0), "one"), (2.0, "both")):
         if abs(ratio / factor - 1.0) < _RATIO:

@@ -1,211 +1,210 @@
-"""I(∞), L_q and R from short-circuit currents: every value that explains them is weighted by its likelihood.
+"""I(∞), L_q and R from the currents and braking torques of a short circuit: every value that explains them is weighted by its likelihood.
 
 With y = ω·L_d/R and ξ = L_q/L_d the current is I(∞)·y·√(1 + ξ²y²)/(1 + ξy²). Its derivative by ξ is zero at ξ = 1: within their noise
 the same currents belong to one ξ above 1 and one below, and no fit with one minimum has the right interval.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, special
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
+from procedures.estimation.fitting.population import sampled
 
 #: What is known of L_q/L_d beforehand: a value, and the standard deviation of its logarithm.
 USUAL_SALIENCY, SALIENCY_SPREAD = 1.5, 0.8
-_SALIENCIES = (math.log(USUAL_SALIENCY) - 3.0 * SALIENCY_SPREAD, math.log(USUAL_SALIENCY) + 3.0 * SALIENCY_SPREAD)
-#: A winding that warms along the rows gains a share of its resistance: of any size up to 0.4, sizes beyond the small one alike in their
-#: logarithms. The magnets lose up to half as much of their flux linkage (ferrite −0.2 %/K, neodymium −0.1 %/K, copper +0.39 %/K).
-_SMALL = 0.01
-_WARMING, _SHARES = (math.log(_SMALL), math.log(0.4 + _SMALL)), (0.0, 0.5)
+#: Unknowns that may be there or not: the probability that they are not; a size as good as none; the largest, up to which all sizes are
+#: alike in their logarithms.
+#: A winding that warms along the rows gains a share of its resistance, the magnets lose up to half as much of their flux linkage
+#: (ferrite −0.2 %/K, neodymium −0.1 %/K, copper +0.39 %/K).
+_SIZES = {
+    "warming": (0.5, 0.01, 0.4),
+    "saturation_d": (0.8, 0.02, 0.6),
+    "saturation_q": (0.5, 0.02, 3.0),
+    "drop": (0.8, 5e-4, 0.1),
+    "iron": (0.5, 1e-3, 0.5),
+    "friction": (0.7, 1e-3, 0.3),
+    "viscous": (0.7, 1e-3, 0.3),
+}
+_SIGNED = ("saturation_d",)
+_OTHERS = ("share", "unequal_low", "unequal_high", "offset", "zero", "noise")
+_MOST_SHARE = 0.5
 #: The torques' noise over the currents', of any size between these (logarithms).
 _TORQUES = (math.log(0.1), math.log(10.0))
-#: What is within so much of χ² of the best explanation is in the interval too.
-_RIVAL = 12.0
-#: Values tried at once, and at last; rounds that close in; how many must count at least; kernels, and their width in shares of what counts.
-_TRIED, _LAST, _ROUNDS, _LEAST, _KERNELS, _WIDTH = 500, 1500, 12, 100.0, 150, 0.5
-_STEPS, _LONGEST = 25, 0.7
+#: How far I(∞) may lie below and above the largest current, R below and above what the slowest row gives without inductance (logarithms).
+_LIMIT, _RESISTANCE = (-1.5, 3.5), (-6.0, 1.5)
 #: The same table gives the same figures.
 _SEED = 1
+_DRAWN = 1000
+#: Rounds in which saturating inductances settle.
+_SETTLING = 2
+#: Errors below this are as good as none (relative).
+_NONE = 1e-9
 
 
 @dataclass(frozen=True)
-class Weighed:
-    """Logarithms (n,) of a quantity, each with its scale and weight: a mixture of Student's distributions."""
-
-    centre: FloatArray
-    scale: FloatArray
-    weight: FloatArray
-    degrees_of_freedom: float
-
-    def quantile(self, share: float) -> float:
-        """Return the logarithm below which this share of the weight lies."""
-
-        def beyond(at: float) -> float:
-            each = special.stdtr(self.degrees_of_freedom, (at - self.centre) / self.scale)
-            return float(self.weight @ each) - share
-
-        reach = 50.0 * float(np.max(self.scale))
-        low, high = float(np.min(self.centre)) - reach, float(np.max(self.centre)) + reach
-        return float(optimize.brentq(beyond, low, high, xtol=1e-9))
-
-
-@dataclass(frozen=True)
-class ShortCurrents:
-    """Logarithms of I(∞) (A), L_q over the flux linkage, and R (Ω) at the first row and at `row` of the rows."""
-
-    limit: Weighed
-    q_axis: Weighed
-    resistance: Weighed
-    mean_resistance: Weighed
-
-
-def weigh(
-    speed: FloatArray,
-    current: FloatArray,
-    flux_linkage: float,
-    floor: float,
-    torque_power: FloatArray | None = None,
-    row: float = 0.5,
-) -> tuple[ShortCurrents, ...]:
-    """Return what currents (A) at electrical speeds (rad/s) tell, in the order in which they were read: each explanation that may hold.
-
-    The first is that nothing warmed along the rows, unless that explains them far worse; the last, that it did.
-    `floor` is the least relative noise of a current; `torque_power` (n,) in Ω·A² is T·ω_mech/1.5 of each row, where it is to count;
-    `row` is the place, 0 … 1 along the rows, for which `mean_resistance` holds. Raises EstimationError where R and I(∞) are not told apart.
+class Told:
+    """Samples (n,) of the logarithms of I(∞) (A), L_q over the flux linkage, R (Ω) at the first row and at `row`; and of the other
+    unknowns by name.
     """
-    rows = _Rows(speed, current, flux_linkage, torque_power)
-    freedom = float(rows.count - 2)
-    explained: list[ShortCurrents] = []
-    likeliest: list[float] = []
-    for warms in (False, True):
-        ends = [_SALIENCIES, *([_TORQUES] if torque_power is not None else []), *([_WARMING, _SHARES] if warms else [])]
-
-        def odds(tried: FloatArray, warms: bool = warms) -> tuple[FloatArray, _Fitted]:
-            found = rows.fitted(*_unknowns(tried, warms, torque_power is not None))
-            likely = -0.5 * freedom * np.log(found.cost + current.size * floor**2)
-            if torque_power is not None:
-                likely -= current.size * tried[1]
-            likeliest.append(float(np.max(likely)))
-            likely -= 0.5 * np.log(found.determinant)
-            return likely - 0.5 * ((tried[0] - math.log(USUAL_SALIENCY)) / SALIENCY_SPREAD) ** 2, found
-
-        tried, weight, found = _sampled(odds, np.array(ends))
-        risen = _unknowns(tried, warms, torque_power is not None)[1]
-        scale = np.sqrt((found.cost + current.size * floor**2) / freedom / found.determinant)
-        of_limit, of_resistance = scale * np.sqrt(found.by_resistance), scale * np.sqrt(found.by_limit)
-        explained.append(
-            ShortCurrents(
-                Weighed(found.limit, of_limit, weight, freedom),
-                Weighed(tried[0] - found.limit, of_limit, weight, freedom),
-                Weighed(found.resistance, of_resistance, weight, freedom),
-                Weighed(found.resistance + np.log1p(row * risen), of_resistance, weight, freedom),
-            )
-        )
-        if not warms:
-            without = max(likeliest)
-    return tuple(explained) if 2.0 * (max(likeliest) - without) < _RIVAL else (explained[1],)
-
-
-def _unknowns(
-    tried: FloatArray, warms: bool, torques: bool
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray | None]:
-    """Return logarithm of the saliency, warming, the magnets' share of it, and the logarithm of the torques' noise over the currents'."""
-    none = np.zeros_like(tried[0])
-    risen, share = (np.exp(tried[-2]) - _SMALL, tried[-1]) if warms else (none, none)
-    return tried[0], risen, share, tried[1] if torques else None
-
-
-def _sampled(
-    odds: Callable[[FloatArray], "tuple[FloatArray, _Fitted]"], ends: FloatArray
-) -> "tuple[FloatArray, FloatArray, _Fitted]":
-    """Return values (k, n) between `ends` (k, 2), their weights, and what fits beside each, by population Monte Carlo."""
-    count = ends.shape[0]
-    random = np.random.default_rng(_SEED)
-    tried = ends[:, :1] + (ends[:, 1:] - ends[:, :1]) * random.random((count, 2 * _TRIED))
-    proposed = np.zeros(tried.shape[1])
-    last = False
-    for left in reversed(range(_ROUNDS)):
-        likely, found = odds(tried)
-        logs = likely - proposed
-        weight = _normal(logs)
-        if last or not left:
-            break
-        # While few values count, the differences are flattened until enough of them do.
-        flat = 1.0
-        while 1.0 / float(np.sum(weight**2)) < _LEAST:
-            flat *= 0.7
-            weight = _normal(flat * logs)
-        last = flat == 1.0
-        centre = tried[:, random.choice(weight.size, _KERNELS, p=weight)]
-        least = 1e-12 * np.diag((ends[:, 1] - ends[:, 0]) ** 2)
-        root = np.linalg.cholesky(_WIDTH**2 * np.atleast_2d(np.cov(tried, aweights=weight)) + least)
-        number = _LAST if last else _TRIED
-        drawn = centre[:, random.integers(_KERNELS, size=number)] + root @ random.standard_normal((count, number))
-        tried = drawn[:, np.all((drawn > ends[:, :1]) & (drawn < ends[:, 1:]), axis=0)]
-        away = np.linalg.inv(root) @ (tried[:, :, None] - centre[:, None, :]).reshape(count, -1)
-        proposed = np.log(np.exp(-0.5 * (away**2).sum(0)).reshape(-1, _KERNELS).sum(1))
-    return tried, weight, found
-
-
-def _normal(logs: FloatArray) -> FloatArray:
-    weight = np.exp(logs - np.max(logs))
-    return np.asarray(weight / float(np.sum(weight)))
-
-
-@dataclass(frozen=True)
-class _Fitted:
-    """Logarithms of I(∞) and R for each value tried, sum of squares left, and the normal matrix."""
 
     limit: FloatArray
+    q_axis: FloatArray
     resistance: FloatArray
-    cost: FloatArray
-    by_limit: FloatArray
-    by_resistance: FloatArray
-    determinant: FloatArray
+    mean_resistance: FloatArray
+    others: Mapping[str, FloatArray]
 
 
-class _Rows:
-    """The rows of a table, fitted by I(∞) and R for many values of everything else at once."""
+@dataclass(frozen=True)
+class ShortRows:
+    """Rows of a table in the order in which they were read: electrical speeds (rad/s), currents (A), and T·ω_mech/1.5 (Ω·A²) or None.
 
-    def __init__(self, speed: FloatArray, current: FloatArray, flux: float, power: FloatArray | None) -> None:
-        self._along = np.linspace(0.0, 1.0, speed.size)
-        self._emf, self._current = np.log(speed * flux), np.log(current)
-        self._power = None if power is None else np.log(power)
-        self.count = speed.size * (1 if power is None else 2)
-        slowest = int(np.argmin(speed))
-        self._start = float(np.max(self._current)), float(self._emf[slowest] - self._current[slowest])
+    `unequal` is the half-width of a probed phase's deviation from the phases' mean (relative), `offset` the standard deviation of
+    ln(R by torque/R by currents) through gains, `zero` the half-width of the torque's zero in shares of the largest torque; `friction`
+    tells whether the torques hold it.
+    """
 
-    def fitted(self, saliency: FloatArray, risen: FloatArray, share: FloatArray, torques: FloatArray | None) -> _Fitted:
-        """Return the fits beside what `_unknowns` names, (n,) each."""
-        xi = np.exp(saliency)[:, None]
-        warmer, weaker = (np.log1p(each[:, None] * self._along) for each in (risen, -share * risen))
-        limit, resistance = (np.full(saliency.size, each) for each in self._start)
-        for _ in range(_STEPS):
-            y = np.exp(np.clip(self._emf - warmer - (limit + resistance)[:, None], -40.0, 40.0))
-            across, reach = (xi * y) ** 2, 1.0 + xi * y**2
-            size = limit[:, None] + weaker + np.log(y) + 0.5 * np.log1p(across) - np.log(reach)
-            slope = 1.0 + across / (1.0 + across) - 2.0 * xi * y**2 / reach
-            left, rises, falls = size - self._current, 1.0 - slope, -slope
-            if self._power is not None and torques is not None:
-                # By the model's current, not the one read: its noise would stand in both.
-                weight = np.exp(-torques)[:, None]
-                beside = resistance[:, None] + warmer + 2.0 * size - self._power
-                left = np.hstack((left, weight * beside))
-                rises, falls = (
-                    np.hstack((rises, weight * 2.0 * rises)),
-                    np.hstack((falls, weight * (1.0 + 2.0 * falls))),
+    speed: FloatArray
+    current: FloatArray
+    flux_linkage: float
+    power: FloatArray | None = None
+    unequal: float = 0.0
+    offset: float = 0.0
+    zero: float = 0.0
+    friction: bool = False
+
+
+def told(rows: ShortRows, floor: float, row: float = 0.5) -> Told:
+    """Return what the rows tell.
+
+    `floor` is the least relative noise of a current, `row` the place, 0 … 1 along the rows, for which `mean_resistance` holds.
+    Raises EstimationError where they tell nothing.
+    """
+    model = _Model(rows, floor)
+    random = np.random.default_rng(_SEED)
+    values = sampled(model.drawn(random), model.prior, model.likelihood, random)
+    if not np.all(np.isfinite(values)):
+        raise EstimationError("the currents do not tell I(∞) and R apart: read at low speeds too")
+    known = model.named(values)
+    most = model.largest_q(known)
+    return Told(
+        known["limit"],
+        known["saliency"] - known["limit"] - np.log1p(known["saturation_q"] * most),
+        known["resistance"],
+        known["resistance"] + np.log1p(row * known["warming"]),
+        known,
+    )
+
+
+class _Model:
+    def __init__(self, rows: ShortRows, floor: float) -> None:
+        self._rows, self._floor = rows, floor
+        self._along = np.linspace(0.0, 1.0, rows.speed.size)[:, None]
+        self._speed, self._current = rows.speed[:, None], rows.current[:, None]
+        self._relative = self._speed / float(np.max(rows.speed))
+        slowest = int(np.argmin(rows.speed))
+        top = math.log(float(np.max(rows.current)))
+        low = math.log(rows.speed[slowest] * rows.flux_linkage / rows.current[slowest])
+        flat: dict[str, tuple[float, float]] = {
+            "limit": (top + _LIMIT[0], top + _LIMIT[1]),
+            "resistance": (low + _RESISTANCE[0], low + _RESISTANCE[1]),
+            "share": (0.0, _MOST_SHARE),
+        }
+        normal = {"saliency": (math.log(USUAL_SALIENCY), SALIENCY_SPREAD)}
+        sizes = ["warming", "saturation_d", "saturation_q"]
+        if rows.unequal > _NONE:
+            flat["unequal_low"] = flat["unequal_high"] = (-rows.unequal, rows.unequal)
+        if rows.power is not None:
+            flat["noise"] = _TORQUES
+            sizes += ["drop", "iron", *(["friction", "viscous"] if rows.friction else [])]
+            if rows.offset > _NONE:
+                normal["offset"] = (0.0, rows.offset)
+            if rows.zero > _NONE:
+                flat["zero"] = (-rows.zero, rows.zero)
+            self._power = rows.power[:, None]
+            # What a torque as large as the largest adds to the power of each row.
+            self._largest = float(np.max(np.abs(rows.power) / rows.speed)) * self._speed
+        for name in sizes:
+            absent, small, large = _SIZES[name]
+            end = math.log1p(large / small)
+            flat[name] = (-end if name in _SIGNED else -end * absent / (1.0 - absent), end)
+        self._sizes = tuple(sizes)
+        self._names = (*flat, *normal)
+        self._low = np.array([low for low, _ in flat.values()])[:, None]
+        self._high = np.array([high for _, high in flat.values()])[:, None]
+        self._centre = np.array([centre for centre, _ in normal.values()])[:, None]
+        self._spread = np.array([spread for _, spread in normal.values()])[:, None]
+
+    def drawn(self, random: np.random.Generator) -> FloatArray:
+        """Return samples of the prior (m, n)."""
+        flat = self._low + (self._high - self._low) * random.random((self._low.size, _DRAWN))
+        normal = self._centre + self._spread * random.standard_normal((self._centre.size, _DRAWN))
+        return np.vstack((flat, normal))
+
+    def prior(self, values: FloatArray) -> FloatArray:
+        """Return logarithms of the densities (n,) beforehand, minus infinity for what cannot be."""
+        flat, normal = values[: self._low.size], values[self._low.size :]
+        inside = np.all((flat >= self._low) & (flat <= self._high), axis=0)
+        return np.where(inside, -0.5 * (((normal - self._centre) / self._spread) ** 2).sum(0), -np.inf)
+
+    def named(self, values: FloatArray) -> dict[str, FloatArray]:
+        """Return the unknowns (n,) by name, sizes as such; what is no unknown is 0."""
+        known = dict(zip(self._names, values, strict=True))
+        for name in self._sizes:
+            absent, small, large = _SIZES[name]
+            there = known[name]
+            if name in _SIGNED:
+                # About the middle it is not there; the box is as long as the sizes are, so that they begin further out.
+                there = (
+                    np.sign(there)
+                    * np.maximum(np.abs(there) - absent * math.log1p(large / small), 0.0)
+                    / (1.0 - absent)
                 )
-            aa, bb, ab = (rises**2).sum(1), (falls**2).sum(1), (rises * falls).sum(1)
-            a, b, cost = (rises * left).sum(1), (falls * left).sum(1), (left**2).sum(1)
-            determinant = np.maximum(aa * bb - ab**2, 1e-12 * (aa + bb) ** 2)
-            steps = (bb * a - ab * b) / determinant, (aa * b - ab * a) / determinant
-            if max(float(np.max(np.abs(each))) for each in steps) < 1e-7:
-                break
-            limit = limit - np.clip(steps[0], -_LONGEST, _LONGEST)
-            resistance = resistance - np.clip(steps[1], -_LONGEST, _LONGEST)
-        if not np.all(np.isfinite(cost)):
-            raise EstimationError("the currents do not tell I(∞) and R apart: read at low speeds too")
-        return _Fitted(limit, resistance, cost, aa, bb, determinant)
+                known[name] = small * np.sign(there) * np.expm1(np.abs(there))
+            else:
+                known[name] = small * np.expm1(np.maximum(there, 0.0))
+        none = np.zeros(values.shape[1])
+        return {name: known.get(name, none) for name in {*self._names, *_SIZES, *_OTHERS}}
+
+    def largest_q(self, known: Mapping[str, FloatArray]) -> FloatArray:
+        """Return the largest q-axis current of the rows, in halves of I(∞), (n,)."""
+        return np.asarray(np.max(self._course(known)[3], axis=0))
+
+    def likelihood(self, values: FloatArray) -> FloatArray:
+        """Return logarithms of likelihoods (n,), the noise being of any size."""
+        known = self.named(values)
+        resistance, size, y, _ = self._course(known)
+        count = self._rows.current.size
+        # At low speed a phase's current is its resistance's, at high speed its inductance's.
+        high = known["unequal_high"]
+        beside = high + (known["unequal_low"] - high) / (1.0 + y**2)
+        cost = ((np.log(size / self._current) + beside) ** 2).sum(0) + count * self._floor**2
+        if self._rows.power is None:
+            return np.asarray(-0.5 * count * np.log(cost))
+        torque = known["zero"] + known["friction"] + known["viscous"] * self._relative
+        heat = resistance * size**2 * (1.0 + known["iron"] * self._relative**2) * np.exp(known["offset"])
+        share = self._power / np.maximum(heat + torque * self._largest, 1e-6 * heat)
+        left = np.where(share > 0.0, np.log(np.maximum(share, 1e-12)), share - 1.0)
+        cost += (left**2).sum(0) * np.exp(-2.0 * known["noise"])
+        return np.asarray(-count * np.log(cost) - count * known["noise"])
+
+    def _course(self, known: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return R with the drop's share, the current, ω·√(L_d·L_q)/R, and the q-axis current in halves of I(∞); each (rows, n)."""
+        limit = np.exp(known["limit"])
+        emf = self._speed * self._rows.flux_linkage
+        weaker = 1.0 - known["warming"] * known["share"] * self._along
+        ohms = np.exp(known["resistance"])
+        resistance = ohms * (1.0 + known["warming"] * self._along + known["drop"] * limit / self._current)
+        across = emf / (limit * resistance)
+        d_axis, q_axis = across, np.exp(known["saliency"]) * across
+        x_d, x_q = d_axis, q_axis / (1.0 + known["saturation_q"] * 0.7)
+        i_q = x_d
+        for _ in range(_SETTLING + 1):
+            scale = weaker * across / (1.0 + x_d * x_q)
+            i_d, i_q = scale * x_q, 2.0 * scale
+            x_d = d_axis * (1.0 + known["saturation_d"] * (1.0 - i_d))
+            x_q = q_axis / (1.0 + known["saturation_q"] * i_q)
+        size = limit * weaker * across * np.sqrt(1.0 + x_q**2) / (1.0 + x_d * x_q)
+        return resistance, size, np.sqrt(np.maximum(x_d * x_q, 0.0)), i_q

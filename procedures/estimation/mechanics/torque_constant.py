@@ -1,6 +1,7 @@
 """Torque constant from torque over current (§2.4)."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +13,8 @@ from procedures.estimation.fitting.noise import white_noise
 
 #: A change is one beyond so many standard deviations of its mean over few levels.
 _CLEAR = 5.0
+#: A current below this share of the largest has no sign to speak of.
+_NIL = 0.05
 
 
 def drift_within_levels(torque: ArrayLike, resolution: float = 0.0) -> float:
@@ -53,3 +56,38 @@ def fit_torque_constant(
             names.append("friction")
             columns.append(-direction)
     return least_squares(names, np.column_stack(columns), t, resolution=torque_resolution)
+
+
+class InducedConstant(NamedTuple):
+    """The torque constant (N·m/A) that the induced voltage (V, peak) makes, with the standard uncertainty and the degrees of freedom of its
+    scatter.
+    """
+
+    value: float
+    uncertainty: float
+    degrees_of_freedom: int
+    voltage: float
+
+
+def induced_constant(current: ArrayLike, voltage: ArrayLike, speed: ArrayLike) -> InducedConstant | None:
+    """Return 1.5·|v₀|/ω, v₀ being the voltage (V, peak, d + j·q) at no q-axis current (A, peak), ω the shaft's speed (rad/s).
+
+    All have shape (levels, readings). Electrical power is mechanical power, so that pole pairs do not enter; in the length of the
+    voltage neither the angle's zero does nor a delay. Resistance and inductance change it in proportion to the current, switches and
+    dead time by its sign. None where there are too few levels, or nothing turns.
+    """
+    i = np.mean(np.asarray(current, dtype=np.float64), axis=1)
+    v = np.mean(np.asarray(voltage, dtype=np.complex128), axis=1)
+    turning = abs(float(np.mean(np.asarray(speed, dtype=np.float64))))
+    design = np.column_stack((np.ones_like(i), i, np.sign(np.where(np.abs(i) < _NIL * np.max(np.abs(i)), 0.0, i))))
+    freedom = i.size - design.shape[1]
+    if freedom < 1 or turning == 0.0 or np.linalg.matrix_rank(design) < design.shape[1]:
+        return None
+    inverse = np.linalg.inv(design.T @ design)
+    found = inverse @ design.T @ v
+    left = v - design @ found
+    axis = found[0] / abs(found[0])
+    # Only what lies along it changes the length.
+    scatter = math.sqrt(float(inverse[0, 0]) * float(np.sum((left * axis.conjugate()).real ** 2)) / freedom)
+    length = abs(complex(found[0]))
+    return InducedConstant(1.5 * length / turning, 1.5 * scatter / turning, freedom, length)

@@ -52,36 +52,39 @@ def second_circuit(readings: Sequence[SeriesReading]) -> SecondCircuit | None:
     measured = np.array([*(r.resistance for r in readings), *(r.inductance for r in readings)])
     spread = np.array([*(r.u_resistance for r in readings), *(r.u_inductance for r in readings)])
     constant = np.repeat(np.eye(2), len(readings), axis=0)
-    plain = _fitted(constant, measured, spread)
+    plain = _fitted(constant, measured, spread)[0]
+    time_constants = _PRODUCTS / omega[0]
     # Three columns: resistance, inductance, and what the circuit takes of it.
-    tried = [
-        _fitted(np.column_stack((constant, _effect(omega, product / omega[0]))), measured, spread)
-        for product in _PRODUCTS
-    ]
-    possible = [(product / omega[0], *fit) for product, fit in zip(_PRODUCTS, tried, strict=True) if fit[1][2] > 0.0]
-    if not possible:
+    designs = np.empty((time_constants.size, measured.size, 3))
+    designs[:, :, :2] = constant
+    designs[:, :, 2] = _effects(omega, time_constants)
+    squares, values, u_slow = _fitted(designs, measured, spread)
+    possible = values[:, 2] > 0.0
+    if not possible.any():
         return None
-    time_constant, least, values, _ = min(possible, key=lambda each: each[1])
-    slow, score = float(values[1]), plain[0] - least
+    best = int(np.argmin(np.where(possible, squares, np.inf)))
+    slow, coupled, least = float(values[best, 1]), float(values[best, 2]), float(squares[best])
+    score = float(plain) - least
     if score < _SEEN:
         return None
-    near = [(float(v[1]), 2.0 * u) for _, squares, v, u in possible if squares < least + _WITHIN]
+    near = possible & (squares < least + _WITHIN)
     beyond = max(slow - readings[1].inductance, 0.0)
-    half_width = max(beyond, *(abs(value - slow) + u for value, u in near))
-    return SecondCircuit(float(time_constant), float(values[2]) / slow, slow, half_width, math.sqrt(score))
+    half_width = max(beyond, float(np.max(np.abs(values[near, 1] - slow) + 2.0 * u_slow[near])))
+    return SecondCircuit(float(time_constants[best]), coupled / slow, slow, half_width, math.sqrt(score))
 
 
-def _effect(omega: FloatArray, time_constant: float) -> FloatArray:
-    """Return what a circuit does to resistances and inductances for every henry that it takes away."""
-    x = omega * time_constant
-    return np.concatenate((omega * x / (1.0 + x**2), -(x**2) / (1.0 + x**2)))
+def _effects(omega: FloatArray, time_constants: FloatArray) -> FloatArray:
+    """Return the changes of resistances and inductances for every henry that a circuit takes away (time constants, readings)."""
+    x = omega * time_constants[:, None]
+    return np.concatenate((omega * x / (1.0 + x**2), -(x**2) / (1.0 + x**2)), axis=1)
 
 
-def _fitted(design: FloatArray, measured: FloatArray, spread: FloatArray) -> tuple[float, FloatArray, float]:
-    """Return χ², the coefficients, and the second one's standard uncertainty."""
-    weighted = design / spread[:, None]
-    scale = np.sqrt(np.sum(weighted**2, axis=0))
-    inverse = np.linalg.pinv(weighted / scale)
-    values = inverse @ (measured / spread)
-    left = measured / spread - (weighted / scale) @ values
-    return float(left @ left), values / scale, float(np.linalg.norm(inverse[1])) / float(scale[1])
+def _fitted(designs: FloatArray, measured: FloatArray, spread: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return χ², the coefficients, and the second one's standard uncertainty, for a stack of designs (…, readings, coefficients)."""
+    weighted, aim = designs / spread[:, None], measured / spread
+    scale = np.sqrt(np.sum(weighted**2, axis=-2))
+    weighted /= scale[..., None, :]
+    inverse = np.linalg.pinv(weighted)
+    values = inverse @ aim
+    left = aim - (weighted @ values[..., None])[..., 0]
+    return np.sum(left**2, axis=-1), values / scale, np.linalg.norm(inverse[..., 1, :], axis=-1) / scale[..., 1]

@@ -9,7 +9,7 @@ import numpy as np
 from drivers.interfaces.text import Text, text
 from procedures.core.curves import curve
 from procedures.estimation.fitting.fit import FloatArray
-from procedures.estimation.flux.flux_map import MeasuredFluxMap, of_gains
+from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap, of_gains
 from procedures.techniques.maps.estimates import gains_of
 from procedures.techniques.maps.readings import MapReadings
 
@@ -27,7 +27,7 @@ _COVERED, _INSIDE = 2.0, 0.95
 @dataclass(frozen=True)
 class ShaftTorque:
     """The shaft's torque over the map's: `ratio` with its standard uncertainty, `scatter` the part of that which no gain explains;
-    torques (n,) in N·m behind it.
+    torques (n,) in N·m behind it, and the stated limits of the map's gains.
     """
 
     ratio: float
@@ -35,6 +35,7 @@ class ShaftTorque:
     standard_uncertainty: float
     of_map: FloatArray
     of_shaft: FloatArray
+    gains: GainLimits
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for the findings."""
@@ -57,15 +58,27 @@ class ShaftTorque:
             expanded=2.0 * self.standard_uncertainty,
         )
 
+    @property
+    def excess(self) -> float:
+        """Half-width by which a gain of voltage or current may be beyond its limit: what the two torques differ by more than chance has it.
+
+        It counts from one standard uncertainty on, told or not. A larger share would widen the maps of undisturbed benches by more than
+        half in the mean.
+        """
+        off, own = abs(self.ratio - 1.0), self.standard_uncertainty
+        beyond = math.sqrt(3.0 * max(off**2 - own**2, 0.0))
+        # Far off, the difference itself is known.
+        return min(beyond, (off + _COVERED * own) / _INSIDE)
+
     def held_by(self, flux_map: MeasuredFluxMap) -> MeasuredFluxMap:
         """Return the map with gains of voltage and current whose limits hold the difference, for either may be what is wrong; the map as
-        it is where there is no contradiction.
+        it is where chance explains it.
         """
-        if self.contradiction is None:
+        if self.excess == 0.0:
             return flux_map
         slopes = flux_map.surface.slopes(flux_map.points)
-        limit = (abs(self.ratio - 1.0) + _COVERED * self.standard_uncertainty) / _INSIDE
-        wider = of_gains(flux_map.points, flux_map.flux, slopes, voltage=limit, current=limit)
+        voltage, current = (math.hypot(stated, self.excess) for stated in (self.gains.voltage, self.gains.current))
+        wider = of_gains(flux_map.points, flux_map.flux, slopes, voltage=voltage, current=current)
         return replace(flux_map, shared={**flux_map.shared, **wider})
 
 
@@ -97,7 +110,7 @@ def shaft_torque(flux_map: MeasuredFluxMap, taken: MapReadings, pole_pairs: floa
     gains = gains_of(taken)
     limits = (accuracy.gain or accuracy.offset / float(np.max(np.abs(torque))), gains.voltage, gains.current)
     spread = math.hypot(scatter, *(limit / math.sqrt(3.0) for limit in limits))
-    return ShaftTorque(ratio, scatter, spread, of_map[used], of_shaft[used])
+    return ShaftTorque(ratio, scatter, spread, of_map[used], of_shaft[used], gains)
 
 
 def _place(flux_map: MeasuredFluxMap, i_d: float, i_q: float) -> int:

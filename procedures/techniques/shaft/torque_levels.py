@@ -7,12 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.interfaces import Accuracy
+from drivers.interfaces import Accuracy, InverterAbility
 from drivers.interfaces.text import text
 from procedures.core.bench import Bench, ProcedureError
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.fitting.noise import undithered
-from procedures.estimation.mechanics.torque_constant import drift_within_levels, fit_torque_constant
+from procedures.estimation.mechanics.torque_constant import (
+    InducedConstant,
+    drift_within_levels,
+    fit_torque_constant,
+    induced_constant,
+)
 from procedures.techniques.shaft.driven_shaft import check_held
 
 #: Waits before the readings of a level that are tried one after the other, in units of the first.
@@ -29,7 +34,8 @@ _LEFT = 0.02
 class TorqueLevels:
     """Current (A, peak) and the motor's torque on the shaft (N·m), both of shape (levels, readings), and their accuracies.
 
-    `settling` (s) is how long each level was waited for.
+    `settling` (s) is how long each level was waited for. `voltages` (V, peak, d + j·q, of that shape) are the inverter's, with their
+    accuracy, where it tells them, and `speeds` (rad/s) the shaft's.
     """
 
     currents: NDArray[np.float64]
@@ -37,6 +43,14 @@ class TorqueLevels:
     current_accuracy: Accuracy
     torque_accuracy: Accuracy
     settling: float
+    speeds: NDArray[np.float64]
+    voltages: NDArray[np.complex128] | None
+    voltage_accuracy: Accuracy
+    speed_accuracy: Accuracy
+
+    def induced(self) -> InducedConstant | None:
+        """Return the torque constant (N·m/A) that the voltage at no current tells, None where the inverter tells no voltages."""
+        return None if self.voltages is None else induced_constant(self.currents, self.voltages, self.speeds)
 
     def fit(self) -> Fit:
         """Fit torque over current, a point a level: readings of one level share what rounding leaves of them."""
@@ -67,7 +81,13 @@ def torque_at_levels(
             return taken
     if abs(drift) < _LEFT * abs(float(np.mean(np.diff(taken.torques.mean(axis=1))))):
         # Alike at all levels but the first, it is an offset of the others.
-        return replace(taken, currents=taken.currents[1:], torques=taken.torques[1:])
+        return replace(
+            taken,
+            currents=taken.currents[1:],
+            torques=taken.torques[1:],
+            speeds=taken.speeds[1:],
+            voltages=None if taken.voltages is None else taken.voltages[1:],
+        )
     raise ProcedureError(
         text(
             "the torque still changes {settling:g} s after a current was set, as behind a slow filter: shorten the torque transducer's "
@@ -80,20 +100,32 @@ def torque_at_levels(
 def _taken(
     bench: Bench, levels: Sequence[float], readings: int, interval: float, settling: float, speed: float
 ) -> TorqueLevels:
-    currents, torques = np.empty((len(levels), readings)), np.empty((len(levels), readings))
+    shape = len(levels), readings
+    currents, torques, speeds = np.empty(shape), np.empty(shape), np.empty(shape)
+    voltages = np.empty(shape, complex) if InverterAbility.VOLTAGES in bench.inverter.abilities else None
     # At even intervals, cogging and the ripple of the current's torque would show the same few angles again and again: a ripple that
     # grows with the current is then a slope. Any fixed sequence that is not periodic does.
-    waits = interval * np.random.default_rng(1).uniform(*_UNEVEN, torques.shape)
-    torque_accuracy = current_accuracy = Accuracy()
+    waits = interval * np.random.default_rng(1).uniform(*_UNEVEN, shape)
+    torque_accuracy = current_accuracy = voltage_accuracy = speed_accuracy = Accuracy()
     for place, level in enumerate(levels):
         bench.inverter.set_current(float(level))
         bench.clock.sleep(settling if place else _AT_FIRST * settling)
         for number in range(readings):
             bench.clock.sleep(float(waits[place, number]))
-            reading = bench.dynamometer.measure()
-            check_held(bench, [reading], speed)
-            current = bench.inverter.measure_current()
+            shaft = bench.dynamometer.measure()
+            check_held(bench, [shaft], speed)
             # What the dynamometer puts on the shaft, the motor takes off.
-            torques[place, number], currents[place, number] = -reading.torque, current.value
-            torque_accuracy, current_accuracy = reading.torque_accuracy, current.accuracy
-    return TorqueLevels(currents, torques, current_accuracy, torque_accuracy, settling)
+            torques[place, number], speeds[place, number] = -shaft.torque, shaft.speed
+            torque_accuracy, speed_accuracy = shaft.torque_accuracy, shaft.speed_accuracy
+            if voltages is None:
+                current = bench.inverter.measure_current()
+                currents[place, number], current_accuracy = current.value, current.accuracy
+            else:
+                told = bench.inverter.measure_dq()
+                currents[place, number], current_accuracy = told.q_current, told.current_accuracy
+                voltages[place, number] = complex(told.d_voltage, told.q_voltage)
+                voltage_accuracy = told.voltage_accuracy
+    return TorqueLevels(
+        currents, torques, current_accuracy, torque_accuracy, settling, speeds, voltages, voltage_accuracy,
+        speed_accuracy,
+    )  # fmt: skip

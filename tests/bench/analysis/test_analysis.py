@@ -178,6 +178,12 @@ def test_rotor_sweep_over_angle_and_over_time(tmp_path: Path) -> None:
     assert within(by_angle["parameters"]["d_axis_inductance"], sim.LD)
     assert within(by_angle["parameters"]["q_axis_inductance"], sim.LQ)
     assert by_angle["details"]["motor_class"] == "IPMSM"
+    joined = table(tmp_path, "angle (deg),L (uH)", 360 * at, 0.75 * readings * 1e6, name="joined.csv")
+    between = analyze_rotor_sweep(joined, reading="series-parallel")
+    assert within(between["parameters"]["d_axis_inductance"], sim.LD)
+    assert "to the other two joined" in " ".join(between["assumptions"])
+    with pytest.raises(CaptureError, match="'phase' is not known here"):
+        analyze_rotor_sweep(joined, reading="phase")  # type: ignore[arg-type]
     at, readings = sim.sweep_record(np.random.default_rng(1), wobble=0.2, turns=4)
     by_time = analyze_rotor_sweep(table(tmp_path, "time (s),L (H)", 20 * at, readings), connection="delta")
     assert within(by_time["parameters"]["d_axis_inductance"], sim.LD)

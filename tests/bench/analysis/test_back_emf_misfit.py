@@ -197,6 +197,50 @@ def test_a_third_harmonic_in_phase_says_that_no_lines_were_probed(tmp_path: Path
     assert flux(insisted)["value"] == pytest.approx(truth / np.sqrt(3.0), rel=1e-3)
 
 
+@pytest.mark.parametrize("common", [True, False])
+def test_hum_that_is_the_same_in_three_channels_says_that_no_lines_were_probed(tmp_path: Path, common: bool) -> None:
+    path = three(tmp_path, "CH1 CH2 CH3", third=0.0)
+    columns = np.loadtxt(path, delimiter=",", skiprows=1)
+    angle = 2.0 * np.pi * 50.0 * columns[:, 0]
+    for k in (1, 2, 3):
+        columns[:, k] += 0.8 * np.sin(angle + (0.3 if common else 2.0 * np.pi * k / 3.0))
+    np.savetxt(path, columns, delimiter=",", header="t (s),CH1 (V),CH2 (V),CH3 (V)", comments="")
+    found = analyze_back_emf(path, coupling={"": "dc"})
+    assert ("probe-connection" in {each["cause"] for each in found["withheld"].values()}) is common
+    assert "flux_linkage" in analyze_back_emf(path, coupling={"": "dc"}, connection="phase")["parameters"]
+
+
+def test_pole_pairs_that_the_speed_contradicts_give_no_mechanical_constants(tmp_path: Path) -> None:
+    path = three(tmp_path, "CH1 CH2 CH3", third=0.0, line=True)
+    found = analyze_back_emf(path, coupling={"": "dc"}, pole_pairs=8, speed_rpm=1500.0)
+    assert set(found["withheld"]) == {"back_emf_constant_mechanical", "torque_constant"}
+    assert {each["cause"] for each in found["withheld"].values()} == {"pole-pairs-contradict"}
+    assert "flux_linkage" in found["parameters"]
+    # A tachometer that only reads badly takes nothing away.
+    assert not analyze_back_emf(path, coupling={"": "dc"}, pole_pairs=4, speed_rpm=1620.0)["withheld"]
+
+
+@pytest.mark.parametrize(
+    ("gains", "words"),
+    [
+        (
+            (1.0, 1.0, 3**-0.5),
+            "CH3 shows 0.577 times the value of the other channels, which is 1/√3: its probe is on a phase",
+        ),
+        (
+            (1.0, 3**0.5, 1.0),
+            "CH2 shows 1.73 times the value of the other channels, which is √3: its probe is between two lines",
+        ),
+        ((1.0, 1.0, 1e-5), "CH3 shows no back-EMF"),
+    ],
+)
+def test_a_channel_between_other_points_is_told_from_a_wrong_factor(
+    tmp_path: Path, gains: tuple[float, ...], words: str
+) -> None:
+    found = analyze_back_emf(three(tmp_path, "CH1 CH2 CH3", third=0.0, line=True, gains=gains), coupling={"": "dc"})
+    assert words in found["withheld"]["flux_linkage"]["message"]
+
+
 @pytest.mark.parametrize("third", [0.0, 0.05])
 @pytest.mark.parametrize("gains", [(1.0, 1.0, 1.0), (1.0, 1.03, 0.98)])
 def test_lines_are_not_taken_for_phases(tmp_path: Path, third: float, gains: tuple[float, ...]) -> None:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from bench.analysis.back_emf import analyze_back_emf
-from bench.analysis.load_tables import analyze_short_circuit
 from bench.analysis.rotor_sweep import analyze_rotor_sweep
+from bench.analysis.short_circuit import analyze_short_circuit
 from bench.captures.capture import last_digit
 
 FLUX, FREQUENCY = 0.05, 100.0

@@ -121,6 +121,14 @@ def test_torque_that_was_computed_and_rms_for_peak(tmp_path: Path, capsys: pytes
     made = analyzed(capsys, 0, flux_map(path, pole_pairs=2.0, json=True))
     assert [(row["cause"], row["answer"]) for row in made["misfit"]] == [("torque-computed", "said")]
     assert "it changes no interval" in made["warnings"][0]["text"]
+    rounded = np.column_stack((rows, np.round(torque, 1)))
+    made = analyzed(capsys, 0, flux_map(written(tmp_path / "rounded.csv", rounded, heading), pole_pairs=2.0, json=True))
+    assert [row["cause"] for row in made["misfit"]] == ["torque-computed"]
+    measured = np.column_stack(
+        (rows, np.round(torque * (1.0 + 0.005 * np.random.default_rng(1).normal(size=torque.size)), 1))
+    )
+    made = analyzed(capsys, 0, flux_map(written(tmp_path / "read.csv", measured, heading), pole_pairs=2.0, json=True))
+    assert not made["misfit"]
     scatter = 1.0 + 0.01 * np.random.default_rng(1).normal(size=torque.size)
     path = written(tmp_path / "rms.csv", np.column_stack((rows, 2.0 * torque * scatter)), heading)
     made = analyzed(capsys, 1, flux_map(path, pole_pairs=2.0, json=True))
@@ -391,6 +399,8 @@ def test_efficiency_knows_what_the_rows_share(tmp_path: Path, capsys: pytest.Cap
     half = 0.5 * np.ptp(good["loss"]["coverage_interval"])
     assert 1.7 * 0.5 < half < 1570.8 * 0.002 + 1.7
     assert "come out of" in bad["refused"]
+    # What makes one row impossible is in the others too.
+    assert [warning["id"] for warning in made["warnings"]] == ["", "above-one"]
 
 
 def test_a_file_that_is_no_table_is_refused(tmp_path: Path) -> None:

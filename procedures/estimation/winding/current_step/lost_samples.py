@@ -114,6 +114,9 @@ def elsewhere(step: Problem, fitted: Fitted, scale: StepScale, as_likely: float)
         best = min((place, place - far, place + far), key=cost)
         far = far if best != place else far // 2
         place = best
+    if not np.isfinite(cost(place)):
+        # No place has a fit, and none beyond would ever be worse.
+        return
     for way in (-1, 1):
         far = 1
         while cost(place + way * far) <= cost(place) + as_likely:

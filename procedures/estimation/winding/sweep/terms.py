@@ -1,4 +1,4 @@
-"""Disturbances of inductance readings at known angles beside their second harmonic: run-out of the shaft, a meter that drifts."""
+"""Disturbances of inductance readings at known angles beside their second harmonic: run-out, a meter that drifts or jumps."""
 
 from dataclasses import dataclass
 
@@ -12,9 +12,11 @@ from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding
 _CHANCE, _SPARE = 1e-3, 6
 #: Waves a turn that are less apart are one.
 _SAME = 1e-6
-#: Of a wave of the fourth order that three places a period do not tell from the second, up to this share of the amplitude is expected;
-#: waves are told apart where this share of their squares is left.
+#: Of a wave of the fourth or sixth order that three or four places a period do not tell from the second, up to this share of the amplitude
+#: is expected; waves are told apart where this share of their squares is left.
 _UNSEEN, _TOLD = 0.05, 0.05
+#: A jump leaves at least so many readings on either side, and is as likely as what was found where χ² is no more than this higher.
+_BESIDE, _AS_LIKELY = 2, 12.0
 #: From this share of a mechanical turn on, what goes with it once is told from the mean.
 _WHOLE = 0.9
 #: What a drift does to the swing, share of what it does to the mean.
@@ -63,30 +65,73 @@ def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, me
         found.append(Finding(cause, Answer.WIDENED if partial else Answer.MODELLED, score=score, figures=figures))
         if cause is Cause.SLOPE:
             slope = len(design[0]) - 3
+    jump, height, left = _jump(wave, values)
+    if not found and values.size * _probability(wave, jump, values, squares) < _CHANCE:
+        score = float(-special.ndtri(max(0.5 * _probability(wave, jump, values, squares), 1e-300)))
+        found.append(Finding(Cause.SLOPE, Answer.WIDENED, score=score))
+        design = np.column_stack((wave, jump))
+        coefficients, squares = _solve(design, values)
+    noise = float(np.sqrt(squares / max(values.size - len(coefficients), 1)))
+    # A jump may pass for run-out or for a drift.
+    jumped = height if found and left <= squares + _AS_LIKELY * noise**2 else 0.0
     shape = design[:, 3:] @ coefficients[3:]
     before = np.diag(np.linalg.pinv(wave.T @ wave))
     after = np.diag(np.linalg.pinv(design.T @ design))[:3]
-    widened = any(finding.answer is Answer.WIDENED for finding in found)
+    widened = any(f.cause is Cause.ECCENTRICITY and f.answer is Answer.WIDENED for f in found)
     doubt = float(np.max(np.abs(coefficients[:3] - plain))) if widened else 0.0
     # When on its way a meter that drifts, or jumps, was right is not known.
     straight = float(coefficients[slope]) if slope else 0.0
-    noise = float(np.sqrt(squares / max(values.size - len(coefficients), 1)))
     # A jump may pass for run-out: where anything was found, the closing reading says so sooner.
     least = (_CLOSING if found else ALARM) * float(np.sqrt(2.0)) * noise
-    drifted = 0.5 * _drifted(angle, values, straight, least)
-    # A wave of the fourth order may be the winding's own, or an angle that the magnets' detent moves, which moves the mean by as much.
-    fourth = np.column_stack((np.cos(2.0 * course), np.sin(2.0 * course)))
-    if not _seen(wave, fourth):
-        doubt = float(np.hypot(doubt, _UNSEEN * np.hypot(*coefficients[1:3]) / np.sqrt(3.0)))
-    elif _probability(design, fourth, values, squares) < _CHANCE:
-        size = float(np.hypot(*_solve(np.column_stack((design, fourth)), values)[0][-2:]))
-        doubt = float(np.hypot(doubt, size / np.sqrt(3.0)))
+    drifted = 0.5 * max(_drifted(angle, values, straight, least), jumped)
+    mean, amplitude = _of_waves(wave, course, design, values)
     return Added(
         tuple(found),
         np.asarray(shape),
         float(np.max(after / before)),
-        (float(np.hypot(doubt, drifted)), float(np.hypot(doubt, _SWING * drifted))),
+        (float(np.linalg.norm((doubt, drifted, mean))), float(np.linalg.norm((doubt, _SWING * drifted, amplitude)))),
     )
+
+
+def _jump(wave: FloatArray, values: FloatArray) -> tuple[FloatArray, float, float]:
+    """Return the jump between two readings that explains most beside the wave: its column (n, 1), how high it is (H), and what it leaves
+    of the squares.
+    """
+    places = np.arange(_BESIDE, values.size - _BESIDE + 1)
+    # Between both levels, as it is not known which of them is right.
+    columns = (np.arange(values.size)[:, None] >= places) - 0.5
+    base = np.linalg.qr(wave)[0]
+    own, left = columns - base @ (base.T @ columns), values - base @ (base.T @ values)
+    sizes = np.sum(own**2, axis=0)
+    heights = left @ own / sizes
+    best = int(np.argmax(heights**2 * sizes))
+    return (
+        np.asarray(columns[:, best : best + 1], dtype=np.float64),
+        abs(float(heights[best])),
+        float(left @ left - heights[best] ** 2 * sizes[best]),
+    )
+
+
+def _of_waves(wave: FloatArray, course: FloatArray, design: FloatArray, values: FloatArray) -> tuple[float, float]:
+    """Return what waves of the fourth and of the sixth order leave open in mean and amplitude (standard uncertainties, H).
+
+    They may be the winding's own, or made by angles that the magnets' detent moves: twice as often a period as the inductance, that
+    moves mean and amplitude by as much as it makes of the fourth order, four times as often the amplitude by as much as of the sixth.
+    """
+    doubts = []
+    coefficients, _ = _solve(design, values)
+    for order in (2.0, 3.0):
+        group = np.column_stack((np.cos(order * course), np.sin(order * course)))
+        told, size = _told(wave, group), 0.0
+        # What was found beside the wave may be this, where the places do not tell them apart.
+        beside = design if _told(design, group) > _TOLD else wave
+        if told <= _TOLD:
+            size = _UNSEEN * float(np.hypot(*coefficients[1:3]))
+        elif _probability(beside, group, values, _solve(beside, values)[1]) < _CHANCE:
+            # Where places show one of its phases only, the other may be as large.
+            size = float(np.hypot(*_solve(np.column_stack((beside, group)), values)[0][-2:])) / np.sqrt(min(told, 1.0))
+        doubts.append(size / np.sqrt(3.0))
+    return doubts[0], float(np.hypot(*doubts))
 
 
 def _drifted(angle: FloatArray, values: FloatArray, straight: float, least: float) -> float:
@@ -96,10 +141,10 @@ def _drifted(angle: FloatArray, values: FloatArray, straight: float, least: floa
     return max(abs(straight), closing if straight or closing > least else 0.0)
 
 
-def _seen(design: FloatArray, group: FloatArray) -> bool:
-    """Tell whether readings at these places tell a group of terms from the design's."""
+def _told(design: FloatArray, group: FloatArray) -> float:
+    """Return which share of a group of terms readings at these places tell from the design's."""
     left = group - design @ np.linalg.lstsq(design, group, rcond=None)[0]
-    return bool(np.sum(left**2) > _TOLD * np.sum(group**2))
+    return float(np.sum(left**2) / np.sum(group**2))
 
 
 def _solve(design: FloatArray, values: FloatArray) -> tuple[FloatArray, float]:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from procedures.estimation.fitting.misfit import Cause
+from procedures.estimation.winding.current_step import lost_samples
 from procedures.estimation.winding.current_step.response import StepFit, fit_step_response
 
 R, L, SAMPLES = 0.2, 150e-6, 2500
@@ -58,3 +59,15 @@ def test_slow_eddy_currents_are_not_taken_for_a_gap(seed: int) -> None:
     assert Cause.SECOND_TIME_CONSTANT in causes
     assert Cause.DROPOUTS not in causes
     assert abs(fit.value("inductance") - L) < 2.5 * fit.uncertainty("inductance")
+
+
+def test_a_gap_that_no_place_explains_ends_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+
+    def nowhere(place: int, *_: object) -> None:
+        asked.append(place)
+        assert len(asked) < 1000
+
+    monkeypatch.setattr(lost_samples, "_at", nowhere)
+    assert Cause.DROPOUTS in {f.cause for f in fitted(2, 30).misfit.findings}
+    assert asked

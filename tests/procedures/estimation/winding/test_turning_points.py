@@ -145,6 +145,37 @@ def test_a_meter_that_jumps_between_two_angles_is_in_the_interval() -> None:
             assert abs(q - right * (MEAN + AMPLITUDE)) < 2.0 * u
 
 
+def test_a_meter_that_jumps_soon_is_in_the_interval_and_is_told() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 60)
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        values = MEAN - AMPLITUDE * np.cos(6.0 * angle) + random.normal(0, NOISE, 60)
+        # By a tenth of what the closing reading alone would show.
+        place, jump = int(random.integers(4, 12)), 5.0 * NOISE
+        fit = fit_rotor_sweep(angle, values + jump * (np.arange(60) >= place), pole_pairs=3)
+        d, q, u = axes(fit)
+        assert fit.misfit
+        assert abs(d - (MEAN - AMPLITUDE)) < 2.0 * u
+        assert abs(q - (MEAN + AMPLITUDE)) < 2.0 * u
+
+
+@pytest.mark.parametrize(("pairs", "readings"), [(3, 60), (7, 44), (5, 41)])
+@pytest.mark.parametrize("times", [1, 2, 3])
+def test_angles_that_the_magnets_move_are_in_the_interval(pairs: int, readings: int, times: int) -> None:
+    # With 44 readings and seven pole pairs, what is made of sixth order looks like run-out; with 41 and five it cannot be seen.
+    angle = np.linspace(0.0, 2.0 * np.pi, readings)
+    held = 0
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        moved = 0.1 * np.sin(2 * times * pairs * angle + random.uniform(0.0, 6.3))
+        values = MEAN - AMPLITUDE * np.cos(2 * pairs * angle + moved) + random.normal(0, NOISE, readings)
+        d, q, u = axes(fit_rotor_sweep(angle, values, pole_pairs=pairs))
+        off = max(abs(d - (MEAN - AMPLITUDE)), abs(q - (MEAN + AMPLITUDE))) / u
+        assert off < 6.0, seed
+        held += off < 2.0
+    assert held >= 15
+
+
 def test_readings_that_go_with_the_voltage_and_not_with_the_rotor_give_no_axis() -> None:
     """A rotor without saliency that is turned through two electrical turns, and a meter that reads what it induces."""
     random = np.random.default_rng(3)
