@@ -79,7 +79,7 @@ class OscilloscopeDialogue(ScpiDriver, ABC):
             f":CHAN{channel}:UNIT {_UNIT[probe.kind]}",
             f":CHAN{channel}:PROB {probe.attenuation:.6g}",
             f":CHAN{channel}:RANG {settings.range:.6g}",
-            f":CHAN{channel}:OFFS {self._offset_sign * settings.offset + 0.0:.6g}",
+            f":CHAN{channel}:OFFS {self._offset_sign * settings.offset or 0.0:.6g}",
         )
 
     def _full_scale(self, channel: int) -> float:

@@ -62,7 +62,7 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
             check_setpoint(name, of, probe.attenuation, "", *self.data.attenuations, "the model")
         self._identity = identify(session, self.answers, options.serial_number)
         self._ranges: dict[int, ChannelSettings] = {}
-        self._record_time, self._points, self._pre_trigger = 1e-3, 1000, 0.0
+        self._record_time, self._points, self._pre_trigger = 0.0, 0, 0.0
         self._acquisition = AcquisitionType.NORMAL
         self._trigger = Trigger(None)
         #: When (s) the record that was armed last can be complete: triggered as soon as it may be.
@@ -145,8 +145,12 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
     def initiate(self) -> None:
         """Arm for one record; returns once the instrument waits for its trigger.
 
-        Raises MeasurementError where it does not arm.
+        Raises MeasurementError where it does not arm, or no record was set up.
         """
+        if not self._points:
+            raise MeasurementError(
+                self._name, text("no record is set up"), remedy=text("Call configure_acquisition() first")
+            )
         self._session.write(self._single)
         # An event before this part of the record is filled does not trigger.
         if self._pre_trigger > 0:

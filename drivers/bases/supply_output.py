@@ -45,10 +45,10 @@ class ScpiOutput:
             )
 
     def confirm_word(self, header: str, word: str) -> None:
-        """Raise CommunicationError where a choice does not read back, in its short or its long form."""
+        """Raise CommunicationError where a choice, given as its short form, does not read back in that or its long form."""
         query = self.command(f"{header}?")
         found = self._session.query(query).strip()
-        if not found.upper().startswith(word[:3]):
+        if not found.upper().startswith(word):
             raise CommunicationError(
                 self._name, text("reads back {found} after {word} was set", found=found, word=word), command=query
             )

@@ -43,7 +43,6 @@ class DeltaC2000:
         self._clock = clock
         self._pole_pairs = pole_pairs
         self._rated_torque = rated_torque
-        self._reverse = False
 
     def check_fault(self) -> None:
         """Raise ReportedError where the drive is in fault, with its code."""
@@ -67,8 +66,7 @@ class DeltaC2000:
             self._write(STOP_METHOD, method, "00-22 stop method")
 
     def command_speed(self, speed: float) -> None:
-        """Set the frequency for a mechanical speed (rad/s); the sign decides the direction of the next `run`."""
-        self._reverse = speed < 0
+        """Set the frequency for the amount of a mechanical speed (rad/s); `run` has its direction."""
         self._write(FREQUENCY_COMMAND, frequency_register(speed, self._pole_pairs), "frequency command")
 
     def command_torque(self, torque: float) -> None:
@@ -83,14 +81,9 @@ class DeltaC2000:
         finally:
             self._write(FREQUENCY_COMMAND, 0, "frequency command")
 
-    def run(self) -> None:
-        """Start, in the direction of the commanded speed."""
-        self._write(COMMAND, RUN_REVERSE if self._reverse else RUN_FORWARD, "run command")
-
-    def run_forward(self) -> None:
-        """Start forwards, as torque control does whatever the torque's sign."""
-        self._reverse = False
-        self.run()
+    def run(self, *, reverse: bool = False) -> None:
+        """Start in a direction; torque control starts forwards whatever the torque's sign."""
+        self._write(COMMAND, RUN_REVERSE if reverse else RUN_FORWARD, "run command")
 
     def output_speed(self) -> float:
         """Return the mechanical speed (rad/s) of the frequency that the drive puts out, without a sign."""

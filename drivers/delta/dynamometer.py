@@ -188,7 +188,7 @@ class DeltaDyn200(Dynamometer):
             # In torque control the frequency command limits the speed (parameter 11-36).
             self._drive.command_speed(highest)
             self._drive.command_torque(torque)
-            self._drive.run_forward()
+            self._drive.run()
             self._pushing = True
             yield
 
@@ -277,7 +277,7 @@ class DeltaDyn200(Dynamometer):
     def _drive_at(self, speed: float) -> None:
         self._drive.command_speed(speed)
         self._transducer.heading = -1 if speed < 0 else 1
-        self._drive.run()
+        self._drive.run(reverse=speed < 0)
         self._settle(speed)
 
     def _coast(self) -> None:

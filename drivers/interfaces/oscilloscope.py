@@ -118,7 +118,10 @@ class Oscilloscope(Instrument, Protocol):
 
     @setting
     def initiate(self) -> None:
-        """Arm for one record; returns as soon as the instrument waits for its trigger."""
+        """Arm for one record; returns as soon as the instrument waits for its trigger.
+
+        Raises MeasurementError where no record was set up.
+        """
 
     @in_units(timeout="s")
     @reading("V|A")

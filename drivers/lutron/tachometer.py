@@ -134,12 +134,10 @@ class LutronTachometer(Tachometer):
     def _next_frame(self) -> Frame:
         try:
             self._port.reset_input_buffer()
-            self._clock.sleep(self._options.update_period * (1 + PERIOD_MARGIN))
-            raw = self._read()
+            raw = self._awaited()
             if len(raw) < LENGTH and raw.endswith(END) and not raw.startswith(START):
                 # The buffer was emptied in the middle of a frame: this is its tail.
-                self._clock.sleep(self._options.update_period * (1 + PERIOD_MARGIN))
-                raw = self._read()
+                raw = self._awaited()
         except OSError as error:
             raise CommunicationError(
                 self._name, text("the port fails ({error})", error=error), remedy=text("Check the cable")
@@ -154,6 +152,10 @@ class LutronTachometer(Tachometer):
             raise CommunicationError(
                 self._name, text("no frame: {error} in {raw}", error=error, raw=repr(raw))
             ) from error
+
+    def _awaited(self) -> bytes:
+        self._clock.sleep(self._options.update_period * (1 + PERIOD_MARGIN))
+        return self._read()
 
     def _read(self) -> bytes:
         with self._calls.exchange():

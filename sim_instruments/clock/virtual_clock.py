@@ -50,11 +50,6 @@ class VirtualClock:
         self._callbacks: list[Callable[[float], None]] = []
         self._alarms: list[Alarm] = []
 
-    @property
-    def participants(self) -> int:
-        """Number of those that must all sleep before time moves."""
-        return self._participants
-
     def now(self) -> float:
         """Return the virtual time (s), without waiting for any lock."""
         return self._time

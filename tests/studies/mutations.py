@@ -30,7 +30,7 @@ from tests.studies.mutants import SUPPORTING, TARGETS, Mutant, mutants, path_of
 _OWN = "tests.bench.testing.conformance.own_"
 
 #: A check that takes longer (s, of the processor) does not end, which is found too; several times what the longest one takes.
-_PATIENCE = 90
+_PATIENCE = 60
 
 
 @dataclass(frozen=True)

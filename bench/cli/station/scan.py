@@ -24,7 +24,7 @@ from bench.station.station_file import Station, catalogues_at, load_station, mak
 from bench.station.visa_library import StationVisa
 from drivers.interfaces.text import Text, Translate, english, reason_of, text
 
-_HIGHEST_UNIT, _HIGHEST_PORT = 247, 65535
+_HIGHEST_UNIT = 247
 
 
 def scan(

@@ -65,6 +65,8 @@ def disturb(trial: Trial) -> None:
     fed = [one for one in messages if one.energised]
     for message in fed[: 3 if trial.thorough else 1]:
         _cut(trial, message)
+        if transport.startswith("can"):
+            _bus_down(trial, message)
     if trial.session.energise is not None:
         _unanswered(trial, trial.session.energise)
 
@@ -172,6 +174,18 @@ def _cut(trial: Trial, message: _Message) -> None:
             instrument.make_safe()
         off, remedy = not made.energised, "Renew the connection"
         trial.checks.that("make_safe once the line is mended", off, "it is on", remedy)
+
+
+def _bus_down(trial: Trial, message: _Message) -> None:
+    """Check a CAN bus that goes down at a message: it is told, and nothing stays on."""
+    with trial.opened() as (made, instrument):
+        made.faults.watch(MessageWatch.at(message.number, made.take_bus_down))
+        with trial.checks.refuses("a bus that goes down", InstrumentError, remedy="Raise CommunicationError"):
+            trial.brief(made, instrument)
+        with suppress(ReportedError):
+            instrument.make_safe()
+        off, remedy = not made.energised, "Open the bus anew to switch off"
+        trial.checks.that("a bus that goes down: nothing stays on", off, f"it is on after '{message.text}'", remedy)
 
 
 def _unanswered(trial: Trial, energise: Energise) -> None:

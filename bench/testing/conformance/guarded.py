@@ -8,6 +8,7 @@ from bench.station.shutdown_sequence import BELOW, ROLES_OF, Item, item
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial
 from drivers.interfaces import InstrumentError
+from drivers.interfaces.found_state import FoundSetting
 
 #: How far (relative, and in V, A or rad/s) two readings at nearly the same time may be apart.
 _SHARE, _STEP = 0.1, 0.1
@@ -16,7 +17,17 @@ _FED = 2.0
 
 
 def check_guarded(trial: Trial) -> None:
-    """Check each measuring item of a shutdown that the role can do, while there is something to measure."""
+    """Check each measuring item of a shutdown that the role can do, while there is something to measure.
+
+    A guardian's connection also has a found state, of as many settings as it has looked at.
+    """
+    with trial.stand() as made:
+        trial.session.prepare(made)
+        alone: Any = made.open(guarding=True, elsewhere=True)
+        state = alone.found_state
+        right = isinstance(state, tuple) and all(isinstance(one, FoundSetting) for one in state)
+        trial.checks.that("found_state when guarding", right, f"{state!r}", "Give a tuple, empty for nothing looked at")
+        alone.close()
     role, energise = trial.subject.role, trial.session.energise
     for do in (do for do in BELOW if role in ROLES_OF[do]):
         with trial.opened() as (made, instrument):

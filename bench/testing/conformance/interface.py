@@ -51,6 +51,10 @@ def check_interface(trial: Trial) -> None:
             checks.that("watchdog", armed is None or asked is not None, wrong, "Arm what is asked for")
         if "configure" in declarations(interface) and not subject.role.feeds:
             _unready(trial, instrument)
+        if "configure_acquisition" in declarations(interface):
+            remedy = "Raise MeasurementError where no record was set up yet"
+            with checks.refuses("initiate() before configure_acquisition()", MeasurementError, remedy=remedy):
+                instrument.initiate()
         for arguments, accuracy in checks.manual.accuracies_at.items():
             if isinstance(accuracy, type):
                 remedy = "Raise where the manual states none"

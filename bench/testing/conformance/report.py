@@ -122,7 +122,8 @@ class Checks:
         right = half + stated.noise > 0.0 and in_words(stated.source)
         advice = "Give gain, offset and resolution as the manual states them, and its place as the source"
         self.that(f"{check}: accuracy is stated", right, f"{stated}", advice)
-        right = half <= 0.2 * abs(actual) + 10.0 * slack + 2.0 * stated.resolution or actual == 0.0
+        steps = stated.resolution <= 0.5 * abs(actual) + 10.0 * slack
+        right = (steps and half <= 0.2 * abs(actual) + 10.0 * slack + 2.0 * stated.resolution) or actual == 0.0
         advice = "Compare the stated accuracy with the manual: relative or in the unit, per cent or parts"
         self.that(f"{check}: accuracy is plausible", right, f"± {half:.3g} {unit} of {actual:.3g} {unit}", advice)
         self.as_stated(check, stated)

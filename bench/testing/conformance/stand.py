@@ -182,6 +182,11 @@ class Stand:
         self._can_ends.append(self.bench.can_bus(channel))
         return self._can_ends[-1]
 
+    def take_bus_down(self) -> None:
+        """Take down every CAN bus that the driver has open: it can only be opened anew."""
+        for end in self._can_ends:
+            end.shutdown()
+
     def find(self) -> None:
         """Bring the instrument into the state in which it may be found."""
         if self.subject.found is not None:

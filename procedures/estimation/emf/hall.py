@@ -13,7 +13,7 @@ from procedures.estimation.fitting.fit import EstimationError, FloatArray
 
 SENSORS = (1, 2, 3)
 _TURN = 2.0 * math.pi
-_THIRD, _SIXTH = _TURN / 3.0, _TURN / 6.0
+_SIXTH = _TURN / 6.0
 #: A signal is high above the first and low below the second share of its swing, and what it was in between.
 _HIGH, _LOW = 0.6, 0.4
 #: The line EMF's harmonics that are fitted beside its fundamental.

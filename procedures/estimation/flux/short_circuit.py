@@ -185,10 +185,6 @@ def _peak(plain: "_Plain", best: Told, flux: float, pole_pairs: float) -> tuple[
     return at, 1.5 * r * amplitude**2 * pole_pairs / at
 
 
-#: Logarithms of these are the plain model's unknowns.
-_NAMES = ("limit", "q_axis", "resistance")
-
-
 class _Plain:
     """I = λω·√(R² + ω²L_q²)/(R² + ω²L_d·L_q) with constants."""
 

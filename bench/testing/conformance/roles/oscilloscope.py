@@ -150,6 +150,7 @@ def _full(stand: Stand, scope: Any, checks: Checks) -> None:
             _compare(stand, checks, found[channel], channel, "V", trigger, share, points)
     _screen(stand, scope, checks, channels[0])
     _moved(stand, scope, checks, channels[0])
+    _as_set_up(stand, scope, checks, channels[0])
     _refused(stand, scope, checks, channels[0])
     _current(stand, scope, checks)
     # Of a shaft that stands, with nothing to trigger on.
@@ -173,6 +174,21 @@ def _moved(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
         edge, beyond = float((side * found.values).min()), 0.3 * amplitude + found.accuracy.offset
         advice = "Compare the offset's unit and scale with the manual: its value is the middle of the screen"
         checks.close(f"an offset {name} zero hides what is beyond the screen", edge, 0.0, beyond, advice)
+
+
+def _as_set_up(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
+    """Check that another opening states the same accuracy, of the range and offset that the channel was left with."""
+    _show(stand, scope, channel, 0.3)
+    mine = _record(stand, scope, [channel], Trigger(None), 0.0)[channel]
+    other = stand.open()
+    its = _record(stand, other, [channel], Trigger(None), 0.0)[channel]
+    other.close()
+    same = all(
+        math.isclose(getattr(its.accuracy, part), getattr(mine.accuracy, part), rel_tol=1e-3, abs_tol=1e-12)
+        for part in ("gain", "offset", "resolution")
+    )
+    wrong = f"{its.accuracy} instead of {mine.accuracy}"
+    checks.that("a channel that was set up before: accuracy", same, wrong, "Ask for its range and offset")
 
 
 def _refused(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:

@@ -83,6 +83,7 @@ def _node(product: int, model: str, **stated: Any) -> Manual:
 
 
 _BEGINS, _AT_A_FIFTH = "driving_current begins", {"read 6077H 0": b"\xc8\0"}
+_LIMITED = {"read 6041H 0": b"\x37\x0a"}
 INVERTER = _node(
     2,
     "Virtual inverter",
@@ -112,6 +113,24 @@ INVERTER = _node(
             for counts, error in ((319, None), (321, MeasurementError), (81, None), (79, MeasurementError))
         ),
         Reply("read 606CH 0", b"\0\0\0\0", MeasurementError, call="driving_frequency"),
+        # What has settled is within a hundredth of the rated current of 2 A; 0.05 Hz beside 5 Hz is not.
+        *(
+            Reply("read 6077H 0", counts.to_bytes(2, "little"), error, call=_BEGINS)
+            for counts, error in ((209, None), (211, MeasurementError), (191, None), (189, MeasurementError))
+        ),
+        *(
+            Reply("read 606CH 0", counts.to_bytes(4, "little"), MeasurementError, call="driving_frequency begins")
+            for counts in (303_100, 296_900)
+        ),
+        # It is not reached because a limit of the drive's own acts.
+        Reply(
+            "read 606CH 0",
+            b"\0\0\0\0",
+            MeasurementError,
+            call="driving_frequency begins",
+            says="bit 11",
+            beside=_LIMITED,
+        ),
     ),
 )
 #: A drive that counts in rms amperes; 16 bits of a thousandth of the rated 10 A hold no more than 327.67 A.

@@ -72,6 +72,8 @@ DELTA = Manual(
         ),
         Reply("read 2 0012H 2", bytes.fromhex("00000001"), ReportedError, call="open", says="12H"),
         Reply("read 1 2100H 1", bytes.fromhex("0031"), ReportedError, call="open", says="49"),
+        # A new drive is silent: its framing is another one.
+        Reply("read 1 2100H 1", None, CommunicationError, call="open", says="set-framing"),
         Reply("read 1 2100H 1", bytes.fromhex("0001"), ReportedError, call="driving_speed begins"),
         Reply("read 2 0000H 6", bytes.fromhex("000000000000002800000000"), None, call="zero_torque"),
         *(
@@ -127,6 +129,11 @@ DELTA = Manual(
                 holds={"read 1 0902H 1": (2,), "read 1 0903H 1": (tenths,)},
             )
             for time, tenths in ((0.5, 5), (2.0, 20), (100.0, 1000))
+        ),
+        # A sensor whose decimals of speed cannot be read shows tenths of rpm.
+        Model(
+            {"^read 2 0020H": None, "^read 2 0000H": bytes.fromhex("000000000000002800000000")},
+            states={"measure.speed": 4.0 * math.pi / 30.0},
         ),
         Model({"^read 1 0902H": None}, {"watchdog_time": 2.0}, error=ReportedError, says="watchdog_time = 0"),
         Model({"^read 1 0903H": None}, {"watchdog_time": 2.0}, error=ReportedError, says="watchdog_time = 0"),
