@@ -197,6 +197,8 @@ def standing(phasors: NDArray[np.complex128], axis: FloatArray, orders: Orders) 
 
 def powers(turn: Turn, solved: OrderFit, between: FloatArray) -> FloatArray:
     """Return the residuals' power at places between the orders, in that of white noise: of mean 1, falling off exponentially."""
+    if solved.noise == 0.0:
+        return np.zeros(between.size)
     kept = turn.counting
     waves = np.exp(-1j * np.outer(between, turn.angle[kept]))
     found = np.abs(waves @ solved.left[kept]) ** 2

@@ -42,14 +42,15 @@ def check(target: Target, data: bytes) -> None:
 
 
 @contextmanager
-def in_time() -> Iterator[None]:
-    """Raise TooSlowError in the block where it takes too long; for the main thread only."""
+def in_time(longest: float | None = None) -> Iterator[None]:
+    """Raise TooSlowError in the block where it takes longer (s) than this, or than LONGEST; for the main thread only."""
+    longest = LONGEST if longest is None else longest
 
     def late(_number: int, _frame: FrameType | None) -> None:
-        raise TooSlowError(f"longer than {LONGEST:g} s")
+        raise TooSlowError(f"longer than {longest:g} s")
 
     before = signal.signal(signal.SIGPROF, late)
-    signal.setitimer(signal.ITIMER_PROF, LONGEST)
+    signal.setitimer(signal.ITIMER_PROF, longest)
     try:
         yield
     finally:

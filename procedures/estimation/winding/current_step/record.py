@@ -97,7 +97,8 @@ def _edge(voltage: FloatArray, noise: float, resolution: float) -> int:
     swing = float(np.max(np.abs(voltage - first)))
     # A step that single samples hardly show is looked for in means of so many that it stands out.
     level = abs(float(np.median(voltage[-max(3, voltage.size // 10) :])) - first)
-    together = int(np.clip((_CLEAR * noise / max(level, noise)) ** 2, 1, max(1, voltage.size // 100)))
+    hidden = noise / max(level, noise) if noise else 0.0
+    together = int(np.clip((_CLEAR * hidden) ** 2, 1, max(1, voltage.size // 100)))
     if together > 1:
         whole = voltage.size // together * together
         means = voltage[:whole].reshape(-1, together).mean(axis=1)
@@ -166,7 +167,7 @@ def read_step(
         raise EstimationError(
             "the current shows no step; check the current probe and the trigger, or use a finer range"
         )
-    if float(np.max(np.abs(v))) <= 8 * v_noise and np.ptp(v) <= 3 * voltage_resolution:
+    if np.ptp(v) == 0 or (float(np.max(np.abs(v))) <= 8 * v_noise and np.ptp(v) <= 3 * voltage_resolution):
         raise EstimationError("the voltage shows no step; check the voltage probe")
     edge = _edge(v, v_noise, voltage_resolution)
     if edge >= v.size - max(3, v.size // 20):

@@ -106,7 +106,7 @@ class Resonance(Term):
 
     def within(self, figures: FloatArray) -> bool:
         """Tell whether a fit may go to these figures."""
-        return bool(abs(figures[0]) < 4.0 and self._shape(figures)[1] < 0.98 and figures[1] > -4.0)
+        return bool(abs(figures[0]) < 4.0 and -4.0 < figures[1] < 4.0 and self._shape(figures)[1] < 0.98)
 
     def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         """Return what was found, in SI."""

@@ -26,6 +26,8 @@ _MOST_POLE_PAIRS, _EXPLAINED = 50, 0.2
 _TOLD_APART = 0.02
 #: Readings that differ by less than this share are one.
 _ROUNDING = 1e-9
+#: Stands for an amplitude or a column that is nil: its square is still a number.
+_NOTHING = 1e-140
 NAMES = ("mean", "amplitude", "phase")
 
 
@@ -83,7 +85,7 @@ def sweep_fit(
     mean, cosine, sine = (float(c) for c in coefficients)
     amplitude, phase = float(np.hypot(cosine, sine)), float(np.arctan2(sine, -cosine))
     design = np.column_stack(
-        (np.ones_like(course), -np.cos(course + phase), max(amplitude, 1e-300) * np.sin(course + phase))
+        (np.ones_like(course), -np.cos(course + phase), max(amplitude, _NOTHING) * np.sin(course + phase))
     )
     course_parameters = 0
     if extra is not None and extra.shape[1]:
@@ -94,7 +96,7 @@ def sweep_fit(
         raise EstimationError(
             f"{inductance.size} readings do not suffice for {design.shape[1]} parameters; take more readings"
         )
-    scale = np.sqrt(np.sum(design**2, axis=0)) + 1e-300
+    scale = np.sqrt(np.sum(design**2, axis=0)) + _NOTHING
     _, s, vt = np.linalg.svd(design / scale, full_matrices=False)
     if s[1] < 1e-6 * s[0]:
         raise EstimationError("the readings do not cover enough angles to tell mean and amplitude apart; turn further")
