@@ -13,6 +13,7 @@ from bench.analysis.statements import Statement
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, ProbeFactor, read_capture
 from drivers.interfaces.text import Text, Translate, english, text, word
 from procedures.estimation.winding.connections import Connection, ReadingConnection, phase_factor
+from procedures.estimation.winding.sweep.resistances import allowed_for_jump
 from procedures.estimation.winding.sweep.rotor_sweep import (
     axis_inductances,
     extremes,
@@ -115,6 +116,9 @@ def analyze_rotor_sweep(
                 angle.values, inductance.values, pole_pairs=known, resolution=inductance.resolution
             ),
         )
+    beside = [c for c in capture.channels if c.unit == "Ω"]
+    if len(beside) == 1:
+        fit = allowed_for_jump(fit, np.delete(beside[0].values, fit.left_out))
     factor = phase_factor(connection, _READINGS[reading][0])
     outcome.assume(
         Text(

@@ -468,11 +468,27 @@ _SEEN_IN_TORQUE_CONSTANT_ALONE = {
         "which is wrong"
     ),
 }
+#: What is said of lines that two instruments have read: `record` = "lines".
+_SEEN_IN_LINES = {
+    Cause.CONTACT: text(
+        "the three lines compare with each other otherwise than when the bridge read them, by up to {apart:.2%}: contacts differ each time "
+        "they are made. Clean them, use four terminals at the winding itself (Kelvin clips), and measure again"
+    ),
+}
 #: What is said of inductances over a turn: `record` = "sweep".
 _SEEN_IN_SWEEP = {
     Cause.ODD_READING: text(
         "reading {number:.0f}, {read:.5g} µH, is left out: the other readings give {expected:.5g} µH there. Read "
         "it again"
+    ),
+    Cause.CONTACT: text(
+        "the resistance read with the inductance jumps by {change:+.2%} at reading {number:.0f}: a clamp or a lead moved, or the bridge "
+        "changed its range. Fasten the leads, hold the range, and sweep again"
+    ),
+    Cause.RESISTANCES_DIFFER: text(
+        "the bridge reads {read:.4g} Ω at {frequency:g} Hz, far below the {direct:.4g} Ω between two lines by the resistance measured "
+        "before, which no series resistance is: something else is connected to the terminals, the bridge reads other terminals, or that "
+        "resistance is wrong. Disconnect the drive, check the clamps, and measure both again"
     ),
 }
 #: Of a sweep by hand whose way is known: `record` = "hand-sweep".
@@ -549,6 +565,7 @@ _SEEN_IN = {
     "step-tried": _SEEN_IN_STEP_TRIED,
     "bridge": _SEEN_IN_BRIDGE,
     "frequency": _SEEN_IN_FREQUENCY,
+    "lines": _SEEN_IN_LINES,
     "sweep": _SEEN_IN_SWEEP,
     "emf": _SEEN_IN_EMF,
     "emf-dead-zone": _SEEN_IN_EMF_DEAD_ZONE,

@@ -29,8 +29,9 @@ from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
 from procedures.core.steps import step
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
-from procedures.estimation.winding.connections import phase_factor
+from procedures.estimation.winding.connections import ReadingConnection, phase_factor
 from procedures.estimation.winding.sweep import rotor_sweep
+from procedures.estimation.winding.sweep.resistances import against_direct_current, allowed_for_jump
 from procedures.estimation.winding.sweep.timed_sweep import LEAST_PERIODS, fit_timed_sweep
 from procedures.plausibility.capability import relative_uncertainty
 from procedures.plausibility.inductance_capability import REQUESTED, check_inductance_capability
@@ -272,10 +273,26 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
         # The inductance has two periods an electrical turn.
         way = None if pairs is None else speed * float(time[-1] - time[0]) * pairs / math.pi
         fit = fit_timed_sweep(time, inductance, expected_periods=way)
+        resistance = np.array([r.resistance for r in taken])
+        fit = self._with_resistances(fit, np.delete(resistance, fit.left_out), middle)
         time, inductance = np.delete(time, fit.left_out), np.delete(inductance, fit.left_out)
         self.findings["sweep"] = {"time": time.tolist(), "inductance": inductance.tolist()}
         bench.show(lambda: plot.fitted(time, inductance, fit.residuals))
         return Sweep(time, inductance, middle.inductance_accuracy, fit)
+
+    def _with_resistances(
+        self, fit: rotor_sweep.SweepFit, resistance: NDArray[np.float64], reading: ImpedanceReading
+    ) -> rotor_sweep.SweepFit:
+        """Return the fit with what the resistance (Ω, shape (n,)) read beside the inductance says against it."""
+        fit = allowed_for_jump(fit, resistance)
+        known = self.known_value("stator_resistance")
+        if known is None:
+            return fit
+        line = known / phase_factor(self.winding, ReadingConnection.LINE_TO_LINE).y_equivalent
+        accuracy = reading.resistance_accuracy
+        limit = accuracy.gain * abs(reading.resistance) + accuracy.offset
+        against = against_direct_current(resistance, limit, line, self.settings.frequency)
+        return replace(fit, misfit=Misfit((*against.findings, *fit.misfit.findings)))
 
     def _watched(self) -> Sweep:
         """Ask for the extremes that a person sees on the meter while turning."""

@@ -18,6 +18,7 @@ from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Notice
 from procedures.core.steps import step
+from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.fitting.repeats import mean_of_readings
 from procedures.estimation.winding import resistance, unbalance
 from procedures.estimation.winding.closing import ReadAgain, Unsettled, read_again
@@ -191,7 +192,10 @@ class StatorResistance(Procedure[StatorResistanceSettings]):
         accuracies = {pair: read[-1].resistance_accuracy for pair, read in readings.items()}
         quantities = {pair: self._line(pair, means[pair], accuracies[pair]) for pair in LINE_PAIRS}
         lines = LineReadings(quantities, accuracies, self._close(readings))
-        self.bench.state.lines.read_by_bridge(tuple(lines.values.values()), lines.largest_error, settings.frequency)
+        scatter = max(uncertainty / mean for mean, uncertainty, _ in means.values())
+        contacts = any(finding.cause is Cause.CONTACT for finding in lines.unsettled.misfit.findings)
+        read = tuple(lines.values.values()), lines.largest_error, settings.frequency, scatter
+        self.bench.state.lines.read_by_bridge(*read, contacts=contacts)
         return lines
 
     def _read(self, pair: LinePair) -> list[ImpedanceReading]:

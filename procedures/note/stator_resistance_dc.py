@@ -30,7 +30,7 @@ from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Cause, Misfit
 from procedures.estimation.fitting.repeats import odd_reading
 from procedures.estimation.winding import resistance
-from procedures.estimation.winding.closing import Unsettled, four_wires_again
+from procedures.estimation.winding.closing import Unsettled, contacts_made_anew, four_wires_again
 from procedures.estimation.winding.resistance import COPPER, COPPER_REFERENCE
 from procedures.estimation.winding.settling import unsettled
 from procedures.techniques.repeated_readings import READ_SHARE, TYPED_SHARE, between
@@ -51,6 +51,8 @@ from procedures.verification.settings import SupplyWiringSettings
 _QUESTIONS = 5
 #: A drift is taken for one beyond so many standard uncertainties.
 _CLEAR = 3.0
+#: How a line's resistance may differ between a bridge at a low frequency and direct current otherwise than the next line's (relative).
+_LINE = 3e-4
 
 
 class StatorResistanceDcSettings(SupplyWiringSettings):
@@ -189,7 +191,24 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
         """Return what repeated readings of lines show about contacts and about a cooling winding."""
         if not self.settings.closing:
             return Unsettled()
-        return closed(self, lambda pair: four_wires_again(slopes[pair].readings, self.slope(pair).readings))
+        found = closed(self, lambda pair: four_wires_again(slopes[pair].readings, self.slope(pair).readings))
+        return found if found.misfit else self._against_bridge(slopes) or found
+
+    def _against_bridge(self, slopes: dict[LinePair, LineSlope]) -> Unsettled | None:
+        """Return contacts that differ from those of the bridge, which has read the same lines in this run; None where none is seen.
+
+        A contact that comes out alike twice shows here only.
+        """
+        bridge = self.bench.state.lines.by_bridge
+        if bridge is None:
+            return None
+        lines = [float(slopes[pair].resistance.x) for pair in LINE_PAIRS]
+        own = max(slopes[pair].scatter[0] for pair in LINE_PAIRS)
+        # What the bridge is off by is alike in lines that are alike.
+        unlike = bridge.error * (max(lines) - min(lines)) / max(lines)
+        scatter = math.hypot(_LINE, own, bridge.scatter, unlike)
+        found = contacts_made_anew(bridge.values, lines, scatter, "stator_resistance", suspected=bridge.contacts)
+        return found if found.misfit else None
 
     @step("S1/3", "From line to phase: half the mean for a wye, one and a half for a delta; refer to 25 °C")
     def conclude(self, slopes: dict[LinePair, LineSlope], temperature: UncertainReal, found: Unsettled) -> None:

@@ -56,6 +56,21 @@ class _Read:
     phases: tuple[float, float, float]
     error: float
     frequency: float
+    scatter: float = 0.0
+    contacts: bool = False
+
+
+@dataclass(frozen=True)
+class LineValues:
+    """Readings (Ω) of AB, BC and CA, how one of them scatters and by how much the instrument may be off, both relative.
+
+    With `contacts`, a line differed when it was connected again.
+    """
+
+    values: tuple[float, float, float]
+    scatter: float
+    error: float
+    contacts: bool
 
 
 class Lines:
@@ -72,9 +87,23 @@ class Lines:
         """Test frequency (Hz) at which the bridge has read the lines."""
         return self._bridge.frequency if self._bridge else None
 
-    def read_by_bridge(self, lines: Sequence[float], error: float, frequency: float) -> None:
-        """Keep the bridge's readings (Ω) of AB, BC, CA at a frequency (Hz), with its relative limit of error."""
-        self._bridge = _read(lines, error, frequency)
+    @property
+    def by_bridge(self) -> LineValues | None:
+        """The bridge's readings; None where it has read none."""
+        if self._bridge is None:
+            return None
+        a, b, c = self._bridge.phases
+        return LineValues((a + b, b + c, c + a), self._bridge.scatter, self._bridge.error, self._bridge.contacts)
+
+    def read_by_bridge(
+        self, lines: Sequence[float], error: float, frequency: float, scatter: float = 0.0, *, contacts: bool = False
+    ) -> None:
+        """Keep the bridge's readings (Ω) of AB, BC, CA at a frequency (Hz), with its limit of error and their scatter, both relative.
+
+        `contacts` says that a line differed when it was connected again.
+        """
+        read = _read(lines, error, frequency)
+        self._bridge = replace(read, scatter=scatter, contacts=contacts) if read else None
 
     def read_by_four_wires(self, lines: Sequence[float], error: float) -> None:
         """Keep four-wire readings (Ω) of AB, BC, CA with their relative limit of error."""

@@ -2,8 +2,16 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+
+from procedures.core.actions import Action, EnterReading
+from procedures.core.bench import Operator
+from sim_instruments.bench import VirtualBench
+from tests.runs.on_bench import measure
+from tests.studies.random_motors import draw_motor
 
 
 def asked(folder: Path) -> list[int]:
@@ -37,3 +45,31 @@ def test_one_input_stands_behind_resistance_and_flux(whole):
     rows = [row for figure in figures for row in temperature_rows(figure)]
     assert len(rows) == len(figures) == 4
     assert len({(row["value"], row["standard_uncertainty"]) for row in rows}) == 1
+
+
+class TypesAPlaceOff:
+    """Hands that type the winding's temperature with its decimal point a place off, every time they are asked."""
+
+    def __init__(self, operator: Operator, factor: float) -> None:
+        self._operator, self._factor = operator, factor
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._operator, name)
+
+    def perform(self, action: Action) -> Any:
+        done = self._operator.perform(action)
+        of_temperature = isinstance(action, EnterReading) and action.key == "winding_temperature"
+        return self._factor * done if of_temperature else done
+
+
+@pytest.mark.parametrize("factor", [0.1, 1.0, 10.0])
+def test_a_point_that_is_a_place_off_each_time_is_in_the_interval(factor: float) -> None:
+    motor, plate = draw_motor(np.random.default_rng(4))
+    with VirtualBench(motor, seed=3, sockets=False) as bench:
+        found = measure(
+            bench, plate, "stator-resistance-dc", hands=lambda _, operator: TypesAPlaceOff(operator, factor)
+        )
+    (resistance,) = (p for p in found.parameters if p.name == "stator_resistance")
+    low, high = resistance.coverage_interval
+    assert low <= motor.stator_resistance_y <= high
+    assert ("decimal-point" in {notice.identifier for notice in found.warnings}) is (factor != 1.0)

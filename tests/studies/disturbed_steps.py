@@ -24,6 +24,7 @@ class Batch:
     skew: np.ndarray = field(init=False)
     pole: np.ndarray = field(init=False)
     knee: np.ndarray = field(init=False)
+    magnets: np.ndarray = field(init=False)
     coupling: np.ndarray = field(init=False)
     closed: np.ndarray = field(init=False)
     corner: np.ndarray = field(init=False)
@@ -52,7 +53,19 @@ class Batch:
         self.window = r.uniform(5.0, 9.0, n)
         self.rise = np.where(r.uniform(size=n) < 0.5, 0.0, self.spread(0.01, 0.1))
         self.source = r.uniform(0.0, 0.2, n)
-        zero = ("skew", "pole", "coupling", "corner", "voltage_corner", "hum", "voltage_hum", "slope", "odd", "begin")
+        zero = (
+            "skew",
+            "pole",
+            "magnets",
+            "coupling",
+            "corner",
+            "voltage_corner",
+            "hum",
+            "voltage_hum",
+            "slope",
+            "odd",
+            "begin",
+        )
         for name in (*zero, "resonance", "voltage_resonance"):
             setattr(self, name, np.zeros(n))
         self.damping = np.full(n, 0.2)
@@ -85,7 +98,10 @@ def _current(batch: Batch, flux: np.ndarray, second: np.ndarray) -> tuple[np.nda
     if np.any(np.isfinite(batch.knee)):
         x = flux / batch.knee
         if batch.law == "atan":
-            return np.where(np.isfinite(batch.knee), batch.knee * np.tan(np.minimum(x, 1.5)), flux), second
+            # Magnets fill part of the iron: by `magnets` of the knee, negative where the current is against them.
+            filled = batch.magnets
+            bent = np.tan(np.minimum(x / (1.0 + filled**2) + np.arctan(filled), 1.5)) - filled
+            return np.where(np.isfinite(batch.knee), batch.knee * bent, flux), second
         return np.where(np.isfinite(batch.knee), batch.knee * np.arctanh(np.minimum(x, 0.999)), flux), second
     return (flux - k * second) / (1 - k**2), (second - k * flux) / (1 - k**2)
 
@@ -217,6 +233,8 @@ def row(name: str, count: int, *seed: int) -> Batch:
             case "saturation":
                 batch.knee = batch.spread(1.2, 40.0)
                 batch.law = "tanh" if "tanh" in part else "atan"
+                if "magnets" in part:
+                    batch.magnets = signs * batch.spread(0.1, 1.0)
             case "eddy":
                 batch.coupling, batch.closed = batch.spread(0.03, 0.5), batch.spread(2.0, 30.0)
             case "hum":
@@ -255,6 +273,7 @@ ROWS = (
     "pole",
     "saturation, atan",
     "saturation, tanh",
+    "saturation, magnets",
     "eddy",
     "hum",
     "voltage hum",

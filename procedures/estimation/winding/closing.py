@@ -24,6 +24,8 @@ _ADDED = (36.0, 10.0, 6.2)
 _SET_AGAIN = 1e-4
 #: Between two series of one line lie so many stretches of current as from one polarity to the other.
 _STRETCHES = 8.0
+#: Lines compare otherwise by two instruments beyond so many standard uncertainties; where contacts are suspected anyway, sooner.
+_CLEARLY, _SUSPECTED = 4.0, 2.0
 #: Beyond this share no interval is given.
 _MOST = 0.05
 
@@ -152,3 +154,26 @@ def unsettled(again: Sequence[ReadAgain], parameter: str) -> Unsettled:
         figures={"change": clearest.left, "seconds": clearest.seconds, "excess": excess},
     )
     return Unsettled(Misfit((finding,)), excess, cools)
+
+
+def contacts_made_anew(
+    before: Sequence[float], now: Sequence[float], scatter: float, parameter: str, *, suspected: bool = False
+) -> Unsettled:
+    """Return what three lines read by two instruments (Ω, of AB, BC and CA each) show of contacts that were made anew in between.
+
+    What an instrument is off by, and a winding that was warmer, are alike in all lines; one that cools changes them in the order of
+    reading. `scatter` is the standard uncertainty (relative) of the two's ratio in a line. Contacts that are `suspected`, since a line
+    has differed before, need not show as clearly, and may look like cooling.
+    """
+    ratios = np.asarray(now, dtype=np.float64) / np.asarray(before, dtype=np.float64)
+    left = ratios / float(np.mean(ratios)) - 1.0
+    # Three lines about their mean are two differences.
+    rms = math.sqrt(float(left @ left) / 2.0)
+    seen, limit = (rms, _SUSPECTED) if suspected else (abs(float(left @ (1.0, -2.0, 1.0))) / math.sqrt(6.0), _CLEARLY)
+    if seen <= limit * scatter:
+        return Unsettled()
+    excess = _ADDED[1] * rms / math.sqrt(2.0)
+    figures: dict[str, float | str] = {"record": "lines", "apart": float(np.ptp(left)), "excess": excess}
+    answer = Answer.WITHHELD if excess > _MOST else Answer.WIDENED
+    score = min(seen / max(scatter, 1e-9), 40.0)
+    return Unsettled(Misfit((Finding(Cause.CONTACT, answer, (parameter,), score, figures),)), excess)

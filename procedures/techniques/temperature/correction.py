@@ -16,6 +16,10 @@ from procedures.techniques.temperature.settings import COLD
 MAGNET_SPREAD = 0.3
 #: A doubtful temperature is taken once it was read so many times in a row within this (K); it is asked for so many times at most.
 _CONFIRMED, _ALIKE, _QUESTIONS = 3, 1.0, 6
+#: The truth is at one of two ends, which a root of squares does not move, and the resistance bends between them: so much further.
+_TWO_ENDS = 1.6
+#: What an ordinary room is at (°C).
+_ROOM = (15.0, 30.0)
 _KEY, _RANGE = "winding_temperature", (-60.0, 250.0)
 
 
@@ -42,7 +46,21 @@ def winding_temperature(procedure: Procedure[Any], given: float | None, half_wid
                 high=high,
             ),
         )
-    return bench.thermometer.take(check_temperature(nameplate, known), half_width, now)
+    read = bench.thermometer.take(check_temperature(nameplate, known), half_width, now)
+    other = _with_other_point(known) if given is None and bench.thermometer.unlike is not None else None
+    if other is None:
+        return read
+    procedure.notice(
+        "decimal-point",
+        text(
+            "with its decimal point moved, winding temperature {typed:g} °C would be {other:g} °C, an ordinary room's: the interval holds "
+            "both. Where {typed:g} °C is right, state it as the setting winding_temperature",
+            typed=known,
+            other=other,
+        ),
+    )
+    half = 0.5 * (other - known)
+    return read + bench.uncertainties.limit("winding temperature, decimal point", half, _TWO_ENDS * abs(half))
 
 
 def _read(procedure: Procedure[Any]) -> float:
@@ -70,6 +88,12 @@ def _read(procedure: Procedure[Any]) -> float:
         typed.append(bench.reading(EnterReading(_KEY, again, "°C", *_RANGE)))
     bench.thermometer.unlike = None if low <= typed[-1] <= high else (low, high)
     return typed[-1]
+
+
+def _with_other_point(typed: float) -> float | None:
+    """Return a temperature (°C) with its decimal point moved to where it is an ordinary room's; None where no place makes it one."""
+    low, high = _ROOM
+    return next((other for other in (0.1 * typed, 10.0 * typed) if low <= other <= high), None)
 
 
 def check_temperature(nameplate: Nameplate, temperature: float) -> float:

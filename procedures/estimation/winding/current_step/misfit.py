@@ -141,7 +141,7 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         if fitted.terms
         and (LostSamples.family in modelled or not any(isinstance(t, LostSamples) for t in f.terms))
         and not _held_by(f.terms, fitted.terms)
-        and f.cost <= fitted.cost + _AS_LIKELY
+        and f.cost <= fitted.cost + _AS_LIKELY * _of_difference(step, fitted, f)
     ]
     # Of what a fast second circuit does, a gap soon after the step does the same.
     rivals += sorted(soon_lost(step, fitted, scale, _AS_LIKELY), key=lambda f: f.cost)
@@ -173,6 +173,15 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
             findings, unknown = certain, [none_explains(each, in_vain, "step") for each in unknown]
         findings += unknown
     return StepJudgement(fitted, values, growth, apart, tuple(findings), tuple(named), score)
+
+
+def _of_difference(step: Problem, fitted: Fitted, rival: Fitted) -> float:
+    """Return the variance of what tells two fits apart, in that of white noise: rounding that no noise hides is in it."""
+    # Readings alone: what is known beforehand has no rounding.
+    count = step.record.time.size
+    apart = rival.residuals[:count] - fitted.residuals[:count]
+    size = float(np.linalg.norm(apart))
+    return max(1.0, float(StepVariance(step, fitted)(apart[None, :] / size)[0])) if size else 1.0
 
 
 def _held_by(terms: Sequence[Term], others: Sequence[Term]) -> bool:
@@ -225,9 +234,13 @@ def _candidates(
     # What is seen best first: others are then given up that cannot come as near.
     for family, z in sorted(worth.items(), key=lambda each: -each[1]):
         # The instant of the step hides a delay from the test until it is gross.
-        if family in modelled or z < (_WORTH if family == "skew" else least):
+        seen = z >= (_WORTH if family == "skew" else least)
+        if family in modelled or not (seen or family == "saturation"):
             continue
         terms = [t for t in TERMS if t.family == family] if family in _SEVERAL else [first[family]]
+        if not seen:
+            # An inductance that rises and falls again need not show where one that falls does.
+            terms = [t for t in terms if len(t.start) > 1]
         if family in ("hum", "third"):
             terms = [t for t in TERMS if t.family == family and t in {d.term for d in named}]
             terms += hums if family == "hum" else ()

@@ -15,6 +15,13 @@ from procedures.estimation.winding.current_step.term import StepScale, Term, hig
 #: Time constants of eddy currents that are looked for, in those of the winding.
 EDDIES = (0.03, 0.1, 0.3)
 MAINS = (50.0, 60.0)
+#: Currents, in steps, between which an inductance follows its law, and some of them.
+_FITTED = (-0.1, 1.2)
+_PLACES = np.linspace(*_FITTED, 14)
+#: Places and weights of a mean between 0 and 1.
+_NODES, _WEIGHTS = (
+    0.5 * (1.0 + each) if not k else 0.5 * each for k, each in enumerate(np.polynomial.legendre.leggauss(8))
+)
 #: Hum's third harmonic, of rectifiers and saturated transformers, comes alone or with it.
 THIRDS = tuple(3.0 * f for f in MAINS)
 
@@ -124,6 +131,40 @@ class _BiasedSaturation(_Saturation):
 
     def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
         smaller = float(scale.current * 0.01 / max(abs(figures[0]), 0.01))
+        return {"current": scale.current, "share": float(self.share(np.ones(1), figures)[0]), "smaller": smaller}
+
+
+class _MagnetSaturation(_Saturation):
+    """Inductance L₀/(1 + a·i/I + c·(i/I)²): of the magnets' axis, it may rise with a current against them and fall again.
+
+    With a = 2mb/(1 + m²) and c = b²/(1 + m²) that is the arctangent's law of iron that the magnets fill by m already.
+    """
+
+    start = (0.0, 0.0)
+    known = (np.inf, np.inf)
+    # A law of one figure that is nearly as good is the simpler one.
+    price: ClassVar[float] = 3.0
+
+    def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:
+        a, c = (float(each) for each in figures)
+        x = np.clip(current / scale.current, *_FITTED)
+        # The integral from no current has a closed form of its own for every sign of 4c − a²; this is one for all.
+        linked = np.zeros_like(x)
+        for place, weight in zip(_NODES, _WEIGHTS, strict=True):
+            y = place * x
+            linked += weight / (1.0 + y * (a + c * y))
+        return np.asarray(current * (1.0 - linked))
+
+    def share(self, at: FloatArray, figures: FloatArray) -> FloatArray:
+        x = np.clip(at, *_FITTED)
+        return np.asarray(1.0 / (1.0 + float(figures[0]) * x + float(figures[1]) * x**2))
+
+    def within(self, figures: FloatArray) -> bool:
+        inverse = 1.0 + figures[0] * _PLACES + figures[1] * _PLACES**2
+        return bool(np.all((inverse > 0.3) & (inverse < 6.0)))
+
+    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
+        smaller = float(scale.current * 0.01 / max(abs(figures[0]), np.sqrt(0.01 * abs(figures[1])), 0.01))
         return {"current": scale.current, "share": float(self.share(np.ones(1), figures)[0]), "smaller": smaller}
 
 
@@ -254,6 +295,7 @@ TERMS: tuple[Term, ...] = (
     _Saturation(),
     _FluxSaturation(),
     _BiasedSaturation(),
+    _MagnetSaturation(),
     _Eddy(),
     _Coupling(),
     _VoltageCoupling(),

@@ -7,6 +7,7 @@ from scipy import special
 
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding
+from procedures.estimation.winding.sweep.jump import clearest_jump
 
 #: A term stands where chance alone would bring as much in this share of sweeps, and where so many readings more are left over.
 _CHANCE, _SPARE = 1e-3, 6
@@ -15,8 +16,8 @@ _SAME = 1e-6
 #: Of a wave of the fourth or sixth order that three or four places a period do not tell from the second, up to this share of the amplitude
 #: is expected; waves are told apart where this share of their squares is left.
 _UNSEEN, _TOLD = 0.05, 0.05
-#: A jump leaves at least so many readings on either side, and is as likely as what was found where χ² is no more than this higher.
-_BESIDE, _AS_LIKELY = 2, 12.0
+#: A jump is as likely as what was found where χ² is no more than this higher.
+_AS_LIKELY = 12.0
 #: From this share of a mechanical turn on, what goes with it once is told from the mean.
 _WHOLE = 0.9
 #: What a drift does to the swing, share of what it does to the mean.
@@ -65,15 +66,16 @@ def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, me
         found.append(Finding(cause, Answer.WIDENED if partial else Answer.MODELLED, score=score, figures=figures))
         if cause is Cause.SLOPE:
             slope = len(design[0]) - 3
-    jump, height, left = _jump(wave, values)
-    if not found and values.size * _probability(wave, jump, values, squares) < _CHANCE:
-        score = float(-special.ndtri(max(0.5 * _probability(wave, jump, values, squares), 1e-300)))
+    jump = clearest_jump(wave, values) if values.size > wave.shape[1] + _SPARE else None
+    if jump and not found and jump.probability < _CHANCE:
+        score = float(-special.ndtri(max(0.5 * jump.probability, 1e-300)))
         found.append(Finding(Cause.SLOPE, Answer.WIDENED, score=score))
-        design = np.column_stack((wave, jump))
+        design = np.column_stack((wave, jump.column))
         coefficients, squares = _solve(design, values)
     noise = float(np.sqrt(squares / max(values.size - len(coefficients), 1)))
     # A jump may pass for run-out or for a drift.
-    jumped = height if found and left <= squares + _AS_LIKELY * noise**2 else 0.0
+    as_likely = bool(found) and jump is not None and jump.squares <= squares + _AS_LIKELY * noise**2
+    jumped = abs(jump.height) if jump and as_likely else 0.0
     shape = design[:, 3:] @ coefficients[3:]
     before = np.diag(np.linalg.pinv(wave.T @ wave))
     after = np.diag(np.linalg.pinv(design.T @ design))[:3]
@@ -90,25 +92,6 @@ def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, me
         np.asarray(shape),
         float(np.max(after / before)),
         (float(np.linalg.norm((doubt, drifted, mean))), float(np.linalg.norm((doubt, _SWING * drifted, amplitude)))),
-    )
-
-
-def _jump(wave: FloatArray, values: FloatArray) -> tuple[FloatArray, float, float]:
-    """Return the jump between two readings that explains most beside the wave: its column (n, 1), how high it is (H), and what it leaves
-    of the squares.
-    """
-    places = np.arange(_BESIDE, values.size - _BESIDE + 1)
-    # Between both levels, as it is not known which of them is right.
-    columns = (np.arange(values.size)[:, None] >= places) - 0.5
-    base = np.linalg.qr(wave)[0]
-    own, left = columns - base @ (base.T @ columns), values - base @ (base.T @ values)
-    sizes = np.sum(own**2, axis=0)
-    heights = left @ own / sizes
-    best = int(np.argmax(heights**2 * sizes))
-    return (
-        np.asarray(columns[:, best : best + 1], dtype=np.float64),
-        abs(float(heights[best])),
-        float(left @ left - heights[best] ** 2 * sizes[best]),
     )
 
 

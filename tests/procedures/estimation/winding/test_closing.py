@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from procedures.estimation.fitting.misfit import Answer, Cause
-from procedures.estimation.winding.closing import ReadAgain, four_wires_again, read_again, unsettled
+from procedures.estimation.winding.closing import (
+    ReadAgain,
+    contacts_made_anew,
+    four_wires_again,
+    read_again,
+    unsettled,
+)
 
 NOISE = 5e-5
 
@@ -89,3 +95,34 @@ def test_a_rise_that_warmth_explains_is_a_contact_s_where_other_lines_fall() -> 
     found = unsettled([risen, *others], "stator_resistance")
     assert [finding.cause for finding in found.misfit.findings] == [Cause.CONTACT]
     assert found.excess > 6e-3
+
+
+def test_lines_that_two_instruments_compare_otherwise_have_contacts() -> None:
+    random, held, told = np.random.default_rng(5), 0, 0
+    for _ in range(200):
+        lines = 1.0 + 0.01 * random.standard_normal(3)
+        contact = 0.01 * np.exp(0.5 * random.standard_normal((2, 3)))
+        before, now = lines * (1.0 + contact[0]) * 1.03, lines * (1.0 + contact[1])
+        found = contacts_made_anew(before, now, 5e-4, "stator_resistance")
+        told += bool(found.misfit)
+        held += not found.misfit or np.mean(contact[1]) <= found.excess
+    assert told >= 160
+    assert held >= 190
+
+
+@pytest.mark.parametrize("suspected", [False, True])
+def test_an_instrument_s_gain_and_a_warm_winding_are_no_contacts(*, suspected: bool) -> None:
+    random = np.random.default_rng(6)
+    told = 0
+    for _ in range(200):
+        lines = 1.0 + 0.01 * random.standard_normal(3)
+        now = 1.04 * lines * (1.0 + 2e-4 * random.standard_normal(3))
+        told += bool(contacts_made_anew(lines, now, 2e-4, "stator_resistance", suspected=suspected).misfit)
+    assert told <= (10 if suspected else 2)
+
+
+def test_a_winding_that_cools_from_line_to_line_is_no_contact_unless_those_are_suspected() -> None:
+    cooling = (1.0, 0.99, 0.98)
+    assert not contacts_made_anew((1.0, 1.0, 1.0), cooling, 3e-4, "stator_resistance").misfit
+    (found,) = contacts_made_anew((1.0, 1.0, 1.0), cooling, 3e-4, "stator_resistance", suspected=True).misfit.findings
+    assert (found.cause, found.answer) == (Cause.CONTACT, Answer.WITHHELD)

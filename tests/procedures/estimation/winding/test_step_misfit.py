@@ -119,6 +119,17 @@ def test_saturation_offers_the_smaller_step() -> None:
     assert "zero current" in sentence(found).render()
 
 
+@pytest.mark.parametrize(("knee", "magnets"), [(1.8, -0.3), (2.5, -0.3), (2.0, 0.5), (3.0, -0.9)])
+def test_iron_that_the_magnets_fill_is_no_second_circuit(knee: float, magnets: float) -> None:
+    # Against the magnets the inductance rises first, and may fall again: no law of one figure is of that shape.
+    batch = with_("knee", knee)
+    batch.magnets[:] = magnets
+    for record in sampled(batch, bits=12, noise=(0.5, 2.0)):
+        fit = fitted(record)
+        assert Cause.SATURATION in {f.cause for f in fit.misfit.findings}
+        assert off(fit, record, "inductance") < 3.0
+
+
 def test_the_corner_of_a_coupling_is_named() -> None:
     (record, *_) = sampled(with_("corner", 0.1), bits=12, noise=(0.5, 2.0))
     (found,) = (f for f in fitted(record).misfit.findings if f.cause is Cause.AC_COUPLED)

@@ -16,6 +16,7 @@ FIGURES = {
     "_Saturation": (0.8,),
     "_FluxSaturation": (0.5,),
     "_BiasedSaturation": (0.3,),
+    "_MagnetSaturation": (-0.3, 0.4),
     "_Eddy": (0.3, 0.2),
     "_Coupling": (0.1,),
     "_VoltageCoupling": (0.1,),
@@ -31,8 +32,8 @@ FIGURES = {
     "terms",
     [
         *((term,) for term in TERMS[:-1]),
-        (TERMS[2], TERMS[5], TERMS[1]),
-        (TERMS[6], TERMS[3], TERMS[8]),
+        (TERMS[2], TERMS[6], TERMS[1]),
+        (TERMS[7], TERMS[3], TERMS[9]),
         (Resonance(), RingingEdge()),
     ],
     ids=lambda terms: "+".join(type(t).__name__ for t in terms),
