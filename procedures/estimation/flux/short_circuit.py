@@ -55,6 +55,7 @@ _CAUSES: dict[str, tuple[Cause, Answer, tuple[str, ...]]] = {
     "friction": (Cause.FRICTION_LEFT, Answer.MODELLED, _TORQUE_NAMES),
     "viscous": (Cause.FRICTION_LEFT, Answer.MODELLED, _TORQUE_NAMES),
 }
+_RIVALS = (("saturation_q",), ("drop",), ("iron", "friction", "viscous"))
 
 
 @dataclass(frozen=True)
@@ -272,15 +273,19 @@ def _of_samples(values: FloatArray) -> MapFigure:
 
 
 def _terms(best: Told) -> list[Finding]:
-    """Return which terms beside constants the rows need."""
+    """Return which terms beside constants the rows need; of such that may stand for each other the likeliest."""
     found = []
-    for name, (cause, answer, names) in _CAUSES.items():
-        size = best.others[name]
-        absent = float(np.mean(np.abs(size) <= _ABSENT))
-        if absent < _SURE:
-            middle = float(np.median(size))
-            figures: dict[str, float | str] = {"size": middle, "factor": 1.0 + middle, "record": "short-circuit"}
-            found.append(Finding(cause, answer, names, 0.0, figures))
+    for rivals in _RIVALS:
+        absent = {name: np.abs(best.others[name]) <= _ABSENT for name in rivals}
+        if float(np.mean(np.all(list(absent.values()), axis=0))) >= _SURE:
+            continue
+        likeliest = min(rivals, key=lambda name: float(np.mean(absent[name])))
+        for name in rivals:
+            if name == likeliest or float(np.mean(absent[name])) < _SURE:
+                cause, answer, names = _CAUSES[name]
+                middle = float(np.median(best.others[name]))
+                figures: dict[str, float | str] = {"size": middle, "factor": 1.0 + middle, "record": "short-circuit"}
+                found.append(Finding(cause, answer, names, 0.0, figures))
     return found
 
 
