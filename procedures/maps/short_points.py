@@ -175,6 +175,7 @@ def fit_sweep(before: OpenBefore, sweep: ShortSweep, saliency: float | None, unb
                 current=max(each.current.accuracies[0].gain for each in sweep.points),
                 unequal=unbalance if sweep.shares is None else 0.0,
                 torque=sweep.points[0].torque.torque_accuracy.gain,
+                saturation=_SATURATED,
             ),
         )
     return FittedSweep(currents, peaked, together, braking, hidden, floor)

@@ -103,7 +103,7 @@ def fit_short_circuit(
 
     `flux_linkage` λ (V·s, peak) is that of the open circuit at the same magnet temperature: without it currents tell ratios only.
     `friction` (n,) in N·m is what the shaft takes without current, at the same speeds; where it is not given it may be in the torques.
-    `limits` are the instruments' limits of error, none where not given.
+    `limits` are the instruments' limits of error, none where not given, and whether inductances may depend on the current.
     Raises EstimationError for fewer than five speeds, or currents that show no resistance because all speeds are high.
     """
     speed, i = series("electrical speed", electrical_speed, least=_LEAST), series("current", current, least=_LEAST)
@@ -127,7 +127,7 @@ def fit_short_circuit(
 
     along = np.linspace(0.0, 1.0, speed.size)
     row = float(along @ i**2) / float(np.sum(i**2))
-    rows = ShortRows(speed, i, lam, unequal=shared.limits.unequal)
+    rows = ShortRows(speed, i, lam, unequal=shared.limits.unequal, saturating=shared.limits.saturation > 0.0)
     alone = told(rows, _FLOOR, row)
     if _width(alone.resistance) > _UNKNOWN:
         raise EstimationError(
