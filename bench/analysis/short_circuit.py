@@ -32,12 +32,15 @@ _SHORT = {
 #: Limits of error where none is stated: a current clamp with its oscilloscope, a drive's display, a torque transducer of class 0.5 (its
 #: zero: of the largest torque), windings as an unremarkable motor has them; the flux linkage's standard uncertainty.
 _CURRENT, _SPEED, _TORQUE, _ZERO_SHARE, _UNBALANCE = 0.02, 0.01, 0.005, 0.005, 0.03
+#: What the currents of a motor whose bridges saturate take L_q by, where they are evaluated with inductances that do not.
+_SATURATION = 0.4
 USUAL_FLUX = 0.01
 _SHARED = {
     "current": text("gain of the currents"),
     "flux_linkage": text("flux linkage as stated"),
     "torque": text("gain of the torques"),
     "speed": text("gain of the speeds"),
+    "saturation": text("inductances that depend on the current"),
 }
 #: Phases that differ by more than this are told.
 _UNEQUAL = 0.03
@@ -52,6 +55,7 @@ class StatedLimits:
     speed: float | None = None
     torque: float | None = None
     torque_zero: float | None = None
+    saturation: float | None = None
 
 
 def limits_of(stated: StatedLimits | None = None, *, largest_torque: float = 0.0, phases: int = 1) -> ShortLimits:
@@ -66,7 +70,14 @@ def limits_of(stated: StatedLimits | None = None, *, largest_torque: float = 0.0
     # Three deviations sum to nothing: the mean of two deviates by half of the third's.
     unequal = of(said.unbalance, _UNBALANCE) * (0.0, 1.0, 0.5, 0.0)[phases]
     zero = of(said.torque_zero, _ZERO_SHARE * largest_torque)
-    return ShortLimits(of(said.current, _CURRENT), unequal, of(said.speed, _SPEED), of(said.torque, _TORQUE), zero)
+    return ShortLimits(
+        of(said.current, _CURRENT),
+        unequal,
+        of(said.speed, _SPEED),
+        of(said.torque, _TORQUE),
+        zero,
+        of(said.saturation, _SATURATION),
+    )
 
 
 def analyze_short_circuit(
@@ -222,6 +233,14 @@ def _assumed(stated: StatedLimits, limits: ShortLimits, torque: bool, phases: in
                 "no --torque-zero is stated: the torque's zero is taken as within ±{limit:.2g} N·m, {share:.2g} % of the largest torque",
                 limit=limits.torque_zero,
                 share=100.0 * _ZERO_SHARE,
+            )
+        )
+    if stated.saturation is None:
+        said.append(
+            text(
+                "no --saturation is stated: L_q is taken as within ±{limit:.2g} % of what inductances that do not depend on the current "
+                "give, as found with saturating bridges. State 0 for a motor that does not saturate up to its short-circuit current",
+                limit=100.0 * limits.saturation,
             )
         )
     return said

@@ -302,7 +302,7 @@ _SEEN_IN_SHORT_CIRCUIT = {
     ),
     Cause.SATURATION: text(
         "the q axis saturates: at half the short-circuit current its inductance is lower by a factor of about {factor:.2g} than at none. "
-        "The one given is that of the largest q-axis current in the table"
+        "A flux map shows L_q at each current"
     ),
     Cause.CONTACT: text(
         "a voltage of {size:.2%} of R·I at high speed does not grow with the current, as that of switches and worn contacts: join the "

@@ -209,7 +209,7 @@ class ShortCircuit(Procedure[ShortCircuitSettings]):
         ld, lq = self.known.get("d_axis_inductance"), self.known.get("q_axis_inductance")
         if ld is not None and lq is not None:
             saliency = lq.value / ld.value
-        fitted = [fit_sweep(before, sweep, saliency) for sweep in sweeps]
+        fitted = [fit_sweep(before, sweep, saliency, self.settings.unbalance) for sweep in sweeps]
         ShortResults(self, before, sweeps, fitted).report()
 
     def _run(self, before: OpenBefore) -> ShortRun:

@@ -10,6 +10,7 @@ from GTC.lib import UncertainReal
 
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.flux.short_circuit import ShortCircuitFit, fit_short_circuit
+from procedures.estimation.flux.short_limits import ShortLimits
 from procedures.estimation.winding.short_circuit import (
     BrakingTorque,
     fit_currents,
@@ -124,8 +125,10 @@ class FittedSweep:
     floor: float
 
 
-def fit_sweep(before: OpenBefore, sweep: ShortSweep, saliency: float | None) -> FittedSweep:
-    """Fit one sweep; `saliency` is L_q/L_d as measured at no current, None where it was not."""
+def fit_sweep(before: OpenBefore, sweep: ShortSweep, saliency: float | None, unbalance: float) -> FittedSweep:
+    """Fit one sweep; `saliency` is L_q/L_d as measured at no current, None where it was not, `unbalance` the half-width of a phase's
+    deviation in current where only one was probed (relative).
+    """
     omega, size = sweep.electrical, sweep.amplitudes
     own = np.array([each.current.uncertainty for each in sweep.points])
     flux = before.emf.flux.value
@@ -163,7 +166,17 @@ def fit_sweep(before: OpenBefore, sweep: ShortSweep, saliency: float | None) -> 
             braking,
             pole_pairs=before.pole_pairs,
             flux_linkage=flux,
-            u_flux_linkage=before.emf.flux.uncertainty,
+            u_flux_linkage=math.hypot(
+                before.emf.flux.uncertainty, flux * max(each.gain for each in before.emf.accuracies) / math.sqrt(3.0)
+            ),
+            # The drag is off already.
+            friction=np.zeros(omega.size),
+            limits=ShortLimits(
+                current=max(each.current.accuracies[0].gain for each in sweep.points),
+                unequal=unbalance if sweep.shares is None else 0.0,
+                torque=sweep.points[0].torque.torque_accuracy.gain,
+                saturation=_SATURATED,
+            ),
         )
     return FittedSweep(currents, peaked, together, braking, hidden, floor)
 

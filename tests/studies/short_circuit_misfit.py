@@ -3,7 +3,7 @@
 python -m tests.studies.short_circuit_misfit [--tables 100] [--seed 1] [--rows NAME …] [--torques no yes] [--limits none]
 
 Sizes of disturbances are log-uniform. Rows of instruments' errors are judged with the limits that the command takes where none is
-stated, the others with none, so that nothing hides what the disturbance does.
+stated (--saturation 0 for motors of constants), the others with none, so that nothing hides what the disturbance does.
 """
 
 import argparse
@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bench.analysis.short_circuit import USUAL_FLUX, limits_of
+from bench.analysis.short_circuit import USUAL_FLUX, StatedLimits, limits_of
 from procedures.estimation.flux.short_circuit import fit_short_circuit
 from procedures.estimation.flux.short_limits import ShortLimits
-from tests.studies.short_circuit_worlds import WORLDS, Shorted, constants
+from tests.studies.short_circuit_worlds import WORLDS, Constant, Shorted, constants
 
 PAIRS, ROWS = 4, 9
 NAMES = {
@@ -116,7 +116,8 @@ def judged(
     limits = ShortLimits()
     usual = given.limits if limited is None else limited
     if usual:
-        limits = limits_of(largest_torque=float(np.max(np.abs(torque))) if torques else 0.0)
+        stated = StatedLimits(saturation=0.0 if isinstance(motor, Constant) else None)
+        limits = limits_of(stated, largest_torque=float(np.max(np.abs(torque))) if torques else 0.0)
     fit = fit_short_circuit(
         speed * (1.0 + signed(given.speed)),
         amplitude * (1.0 + probed) * (1.0 + signed(given.current)) * (1.0 + noise * readings[0]),

@@ -6,6 +6,7 @@ They share nothing with the estimators: currents on a map solve R·i + jω·ψ(i
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Protocol
 
@@ -73,9 +74,10 @@ class Mapped:
     @property
     def flux(self) -> float:
         """Its flux linkage without current (V·s)."""
-        return float(self._psi(np.zeros(1, dtype=complex))[0].real)
+        return float(self.psi(np.zeros(1, dtype=complex))[0].real)
 
-    def _psi(self, i: "np.ndarray") -> "np.ndarray":
+    def psi(self, i: "np.ndarray") -> "np.ndarray":
+        """Return the flux linkages (V·s, complex) at complex currents (A)."""
         return np.asarray(self.motor.flux(i))
 
     @property
@@ -84,37 +86,18 @@ class Mapped:
         low, high = 0.0, 20.0 * self.motor.largest_current
         for _ in range(80):
             middle = 0.5 * (low + high)
-            left = float(self._psi(np.array([complex(-middle)]))[0].real)
+            left = float(self.psi(np.array([complex(-middle)]))[0].real)
             low, high = (middle, high) if left > 0.0 else (low, middle)
         return 0.5 * (low + high)
 
     def speeds(self, count: int) -> Array:
         l_d = self.flux / self.limit
-        l_q = float(self._psi(np.array([0.3j * self.limit]))[0].imag) / (0.3 * self.limit)
+        l_q = float(self.psi(np.array([0.3j * self.limit]))[0].imag) / (0.3 * self.limit)
         return self.resistance / math.sqrt(l_d * l_q) * np.geomspace(0.15, self.reach, count)
 
     def currents(self, speed: Array, r: Array) -> "np.ndarray":
         """Return the complex currents (A) at electrical speeds (rad/s)."""
-        i = np.zeros(1, dtype=complex)
-        found: list[complex] = []
-        before = 0.0
-        step = 1e-5 * self.limit
-        # Each speed starts from the one below, in short strides where the flux bends.
-        for omega, ohms in zip(speed, r, strict=True):
-            begin = before or 0.1 * omega
-            for along in np.geomspace(begin, omega, 6):
-                for _ in range(12):
-                    left = (ohms * i + 1j * along * self._psi(i))[0]
-                    by_d = ((ohms * step + 1j * along * (self._psi(i + step) - self._psi(i))) / step)[0]
-                    by_q = ((1j * ohms * step + 1j * along * (self._psi(i + 1j * step) - self._psi(i))) / step)[0]
-                    slopes = np.array([[by_d.real, by_q.real], [by_d.imag, by_q.imag]])
-                    d, q = np.linalg.solve(slopes, [left.real, left.imag])
-                    i = i - complex(d, q)
-                    if math.hypot(d, q) < 1e-9 * self.limit:
-                        break
-            before = omega
-            found.append(complex(i[0]))
-        return np.array(found)
+        return np.array(_settled(self, tuple(map(float, speed)), tuple(map(float, r))))
 
     def turned(self, speed: Array, warmer: Array, weaker: Array, drop: float) -> tuple[Array, Array, Array]:
         if drop or np.any(weaker != 1.0):
@@ -129,9 +112,33 @@ class Mapped:
         most = i[int(np.argmin(i.imag))]
         return (
             self.flux / self.limit,
-            float(self._psi(np.array([most]))[0].imag) / most.imag,
+            float(self.psi(np.array([most]))[0].imag) / most.imag,
             self.resistance,
         )
+
+
+@lru_cache(maxsize=4096)
+def _settled(motor: Mapped, speed: tuple[float, ...], r: tuple[float, ...]) -> tuple[complex, ...]:
+    i = np.zeros(1, dtype=complex)
+    found: list[complex] = []
+    before = 0.0
+    step = 1e-5 * motor.limit
+    # Each speed starts from the one below, in short strides where the flux bends.
+    for omega, ohms in zip(speed, r, strict=True):
+        begin = before or 0.1 * omega
+        for along in np.geomspace(begin, omega, 6):
+            for _ in range(12):
+                left = (ohms * i + 1j * along * motor.psi(i))[0]
+                by_d = ((ohms * step + 1j * along * (motor.psi(i + step) - motor.psi(i))) / step)[0]
+                by_q = ((1j * ohms * step + 1j * along * (motor.psi(i + 1j * step) - motor.psi(i))) / step)[0]
+                slopes = np.array([[by_d.real, by_q.real], [by_d.imag, by_q.imag]])
+                d, q = np.linalg.solve(slopes, [left.real, left.imag])
+                i = i - complex(d, q)
+                if math.hypot(d, q) < 1e-9 * motor.limit:
+                    break
+        before = omega
+        found.append(complex(i[0]))
+    return tuple(found)
 
 
 def _log(random: Random, low: float, high: float) -> float:

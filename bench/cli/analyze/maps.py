@@ -135,6 +135,7 @@ def short_circuit(
     speed_gain: float | None = None,
     torque_gain: float | None = None,
     torque_zero: float | None = None,
+    saturation: float | None = None,
     language: str = "auto",
     json: bool = False,
 ) -> int:
@@ -169,6 +170,8 @@ def short_circuit(
         Limit of error of the torques, %. Default: 0.5.
     torque_zero
         Limit of the torque's zero, N·m. Default: 0.5 % of the largest torque.
+    saturation
+        Limit of what L_q is off because inductances depend on the current, %. Default: 40; 0 for a motor that does not saturate.
     language
         en, zh, or auto by the locale.
     json
@@ -185,6 +188,7 @@ def short_circuit(
         speed=_percent_or_none("--speed-gain", speed_gain),
         torque=_percent_or_none("--torque-gain", torque_gain),
         torque_zero=None if torque_zero is None else _not_negative("--torque-zero", torque_zero),
+        saturation=_percent_or_none("--saturation", saturation),
     )
     known = None if u_flux_linkage is None else _not_negative("--u-flux-linkage", u_flux_linkage)
     outcome = analyze_short_circuit(

@@ -14,7 +14,7 @@ from procedures.estimation.fitting.fit import FloatArray
 #: So many members; of them this share must count after each step; steps at most.
 _MEMBERS, _COUNTING, _STEPS = 1000, 0.7, 200
 #: Moves after each step, and at the end; of the latter each so-many-th population is kept.
-_MOVES, _LAST, _KEPT = 10, 60, 5
+_MOVES, _LAST, _KEPT = 20, 60, 5
 #: Of all moves this share goes the whole difference of two members, from one maximum to another.
 _WHOLE = 0.1
 

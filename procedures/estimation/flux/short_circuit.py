@@ -13,7 +13,14 @@ from procedures.estimation.fitting.fit import EstimationError, FloatArray, cover
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.flux.flux_map import MapFigure
 from procedures.estimation.flux.short_currents import ShortRows, Told, told
-from procedures.estimation.flux.short_limits import INDUCTANCE, LIMIT, RESISTANCE, SharedErrors, ShortLimits
+from procedures.estimation.flux.short_limits import (
+    INDUCTANCE,
+    LIMIT,
+    Q_INDUCTANCE,
+    RESISTANCE,
+    SharedErrors,
+    ShortLimits,
+)
 
 #: A condition number beyond which currents do not tell the unknowns apart.
 _UNDETERMINED = 1e7
@@ -40,13 +47,15 @@ _ABSENT, _SURE = 1e-12, 0.002
 _AS_WELL = math.log(3.0)
 _TORQUE_NAMES = ("q_axis_inductance", "stator_resistance")
 #: What the terms are called, and the estimates that they concern.
-_CAUSES: dict[str, tuple[Cause, tuple[str, ...]]] = {
-    "saturation_q": (Cause.SATURATION, _TORQUE_NAMES),
-    "drop": (Cause.CONTACT, _TORQUE_NAMES),
-    "iron": (Cause.IRON_LOSS, _TORQUE_NAMES),
-    "friction": (Cause.FRICTION_LEFT, _TORQUE_NAMES),
-    "viscous": (Cause.FRICTION_LEFT, _TORQUE_NAMES),
+_CAUSES: dict[str, tuple[Cause, Answer, tuple[str, ...]]] = {
+    # By which law is not known, and L_q depends on it.
+    "saturation_q": (Cause.SATURATION, Answer.WITHHELD, ("q_axis_inductance",)),
+    "drop": (Cause.CONTACT, Answer.MODELLED, _TORQUE_NAMES),
+    "iron": (Cause.IRON_LOSS, Answer.MODELLED, _TORQUE_NAMES),
+    "friction": (Cause.FRICTION_LEFT, Answer.MODELLED, _TORQUE_NAMES),
+    "viscous": (Cause.FRICTION_LEFT, Answer.MODELLED, _TORQUE_NAMES),
 }
+_RIVALS = (("saturation_q",), ("drop",), ("iron", "friction", "viscous"))
 
 
 @dataclass(frozen=True)
@@ -94,7 +103,7 @@ def fit_short_circuit(
 
     `flux_linkage` λ (V·s, peak) is that of the open circuit at the same magnet temperature: without it currents tell ratios only.
     `friction` (n,) in N·m is what the shaft takes without current, at the same speeds; where it is not given it may be in the torques.
-    `limits` are the instruments' limits of error, none where not given.
+    `limits` are the instruments' limits of error, none where not given, and whether inductances may depend on the current.
     Raises EstimationError for fewer than five speeds, or currents that show no resistance because all speeds are high.
     """
     speed, i = series("electrical speed", electrical_speed, least=_LEAST), series("current", current, least=_LEAST)
@@ -118,7 +127,7 @@ def fit_short_circuit(
 
     along = np.linspace(0.0, 1.0, speed.size)
     row = float(along @ i**2) / float(np.sum(i**2))
-    rows = ShortRows(speed, i, lam, unequal=shared.limits.unequal)
+    rows = ShortRows(speed, i, lam, unequal=shared.limits.unequal, saturating=shared.limits.saturation > 0.0)
     alone = told(rows, _FLOOR, row)
     if _width(alone.resistance) > _UNKNOWN:
         raise EstimationError(
@@ -157,7 +166,7 @@ def fit_short_circuit(
     peak: tuple[float, float] | None = None
     if with_flux:
         chord = shared.figure(INDUCTANCE, -best.limit, lam, best)
-        q_axis = shared.figure(INDUCTANCE, best.q_axis, lam, best)
+        q_axis = shared.figure(Q_INDUCTANCE, best.q_axis, lam, best)
         currents = shared.figure(RESISTANCE, alone.resistance, 1.0, alone)
         peak = _peak(plain, best, lam, pole_pairs)
     residual = math.sqrt(solution.cost / speed.size)
@@ -260,15 +269,19 @@ def _of_samples(values: FloatArray) -> MapFigure:
 
 
 def _terms(best: Told) -> list[Finding]:
-    """Return which terms beside constants the rows need."""
+    """Return which terms beside constants the rows need; of such that may stand for each other the likeliest."""
     found = []
-    for name, (cause, names) in _CAUSES.items():
-        size = best.others[name]
-        absent = float(np.mean(np.abs(size) <= _ABSENT))
-        if absent < _SURE:
-            middle = float(np.median(size))
-            figures: dict[str, float | str] = {"size": middle, "factor": 1.0 + middle, "record": "short-circuit"}
-            found.append(Finding(cause, Answer.MODELLED, names, 0.0, figures))
+    for rivals in _RIVALS:
+        absent = {name: np.abs(best.others[name]) <= _ABSENT for name in rivals}
+        if float(np.mean(np.all(list(absent.values()), axis=0))) >= _SURE:
+            continue
+        likeliest = min(rivals, key=lambda name: float(np.mean(absent[name])))
+        for name in rivals:
+            if name == likeliest or float(np.mean(absent[name])) < _SURE:
+                cause, answer, names = _CAUSES[name]
+                middle = float(np.median(best.others[name]))
+                figures: dict[str, float | str] = {"size": middle, "factor": 1.0 + middle, "record": "short-circuit"}
+                found.append(Finding(cause, answer, names, 0.0, figures))
     return found
 
 

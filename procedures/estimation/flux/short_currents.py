@@ -63,7 +63,7 @@ class ShortRows:
 
     `unequal` is the half-width of a probed phase's deviation from the phases' mean (relative), `offset` the standard deviation of
     ln(R by torque/R by currents) through gains, `zero` the half-width of the torque's zero in shares of the largest torque; `friction`
-    tells whether the torques hold it.
+    tells whether the torques hold it, `saturating` whether inductances may depend on the current.
     """
 
     speed: FloatArray
@@ -74,6 +74,7 @@ class ShortRows:
     offset: float = 0.0
     zero: float = 0.0
     friction: bool = False
+    saturating: bool = False
 
 
 def told(rows: ShortRows, floor: float, row: float = 0.5) -> Told:
@@ -113,7 +114,7 @@ class _Model:
             "share": (0.0, _MOST_SHARE),
         }
         normal = {"saliency": (math.log(USUAL_SALIENCY), SALIENCY_SPREAD)}
-        sizes = ["warming", "saturation_d", "saturation_q"]
+        sizes = ["warming", *(["saturation_d", "saturation_q"] if rows.saturating else [])]
         if rows.unequal > _NONE:
             flat["unequal_low"] = flat["unequal_high"] = (-rows.unequal, rows.unequal)
         if rows.power is not None:

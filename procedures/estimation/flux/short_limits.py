@@ -10,7 +10,7 @@ from procedures.estimation.flux.flux_map import MapFigure
 from procedures.estimation.flux.short_currents import Told
 
 #: Kinds of figures, by what shared errors do to them.
-RESISTANCE, INDUCTANCE, LIMIT = "resistance", "inductance", "limit"
+RESISTANCE, INDUCTANCE, Q_INDUCTANCE, LIMIT = "resistance", "inductance", "q-inductance", "limit"
 #: Ends and middle of a 95 % interval.
 _SHARES = (0.025, 0.5, 0.975)
 #: The same table gives the same figures.
@@ -19,8 +19,9 @@ _SEED = 2
 
 @dataclass(frozen=True)
 class ShortLimits:
-    """Half-widths (rectangular), relative: of the gains of current, speed and torque, and of what the probed phase's current differs from
-    the mean of three (`unequal`); of the torque's zero in N·m. All rows share them.
+    """Half-widths (rectangular), relative: of the gains of current, speed and torque, of what the probed phase's current differs from the
+    mean of three (`unequal`), and of what L_q differs from the figure because inductances depend on the current (`saturation`); of the
+    torque's zero in N·m. All rows share them.
     """
 
     current: float = 0.0
@@ -28,6 +29,7 @@ class ShortLimits:
     speed: float = 0.0
     torque: float = 0.0
     torque_zero: float = 0.0
+    saturation: float = 0.0
 
     @property
     def of_torque(self) -> float:
@@ -63,13 +65,15 @@ class SharedErrors:
             # What of the offset between both resistances is the flux linkage's and not the current's gain.
             share = (self.flux**2 - limits.current**2 / 3.0) / self.offset**2
             common = common + share * (told.others["offset"] - (t - g - off))
-        moved = logarithms + {RESISTANCE: common - s, INDUCTANCE: common, LIMIT: -g}[kind]
+        bent = random.uniform(-limits.saturation, limits.saturation, count)
+        moved = logarithms + {RESISTANCE: common - s, INDUCTANCE: common, Q_INDUCTANCE: common + bent, LIMIT: -g}[kind]
         low, middle, high = (scale * math.exp(float(each)) for each in np.quantile(moved, _SHARES))
         parts = {
             "current": (1.0 + share) * limits.current,
             "flux_linkage": math.sqrt(3.0) * (1.0 - share) * self.flux,
             "torque": abs(share) * limits.torque,
             "speed": limits.speed if kind == RESISTANCE else 0.0,
+            "saturation": limits.saturation if kind == Q_INDUCTANCE else 0.0,
         }
         if kind == LIMIT:
             parts = {"current": limits.current}
