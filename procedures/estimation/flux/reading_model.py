@@ -62,8 +62,8 @@ class Predicted:
 class ReadingModel:
     """u = e^(−jωτ)·[R(t)·i + f(|i|)·i/|i| + jω·e^(−jε)·ψ(e^(jε)·i − iron + magnet)], all as read.
 
-    i is the current that was asked for, or the location's, and a share, common to all readings, of what was read beside it: a regulator that misses its set-point
-    moves the flux (1), a sensor's noise does not (0), and the voltages tell which.
+    i is the current that was asked for, or the location's, and a share, common to all readings, of what was read beside it: a regulator
+    that misses its set-point moves the flux (1), a sensor's noise does not (0), and the voltages tell which.
     `reference_time` (s), of the first session, is when the magnet is as the map shall show it. Source: the machine's equations in the
     rotor's frame; the iron's current is (k_h + k_e·|ω|)·sign(ω)·jψ, a change of the magnet's flux Δλ a shift of i_d by Δλ/L_d(0).
     A later session has R, ε and magnet of its own, and gains that may differ from the first one's as far as `gains` has limits for them;
