@@ -69,9 +69,9 @@ class ZeroLine:
         if abs(self._score) > ALARM:
             zero = zero + unc.limit("drift of the torque's zero", 0.0, _BEND * abs(self._drift))
         if self.runout is not None:
-            # A sine at any angle, in the mean of two zeros.
+            # A sine at any angle; both zeros may have been read at the same one.
             angle = text("torque's zero: angle of the shaft at rest")
-            zero = zero + unc.standard(angle, 0.0, 0.5 * self.runout.likely)
+            zero = zero + unc.standard(angle, 0.0, self.runout.likely / math.sqrt(2.0))
         return zero
 
     def misfit(self, torque: float) -> Misfit:
