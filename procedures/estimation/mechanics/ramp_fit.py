@@ -14,7 +14,6 @@ from procedures.estimation.mechanics.ramp_causes import (
     Family,
     Look,
     Periodic,
-    ends_early,
     excess,
     families,
     hidden_below,
