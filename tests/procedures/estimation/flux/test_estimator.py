@@ -94,6 +94,23 @@ def test_set_points_that_the_inverter_misses_move_it(miss: float, seed: int) -> 
     assert np.max(np.abs(errors(motor, found))) < 0.009 * found.map.full_scale
 
 
+def test_readings_that_contradict_the_others_widen_what_was_read_once_too() -> None:
+    motor = MOTORS["surface magnets"]
+    _, readings, wanted = bench_of(motor, 2)
+    clean = estimate_flux_map(readings, gains=GAINS, wanted=wanted)
+    idle = np.flatnonzero(clean.fit.locations.of == clean.fit.locations.zero)
+    widths = []
+    for count in (1, 2):
+        off = np.zeros(readings.time.size)
+        off[idle[3 : 3 + 5 * count : 5]] = 60.0 * float(np.mean(readings.voltage_noise))
+        made = estimate_flux_map(replace(readings, u_d=readings.u_d + off), gains=GAINS, wanted=wanted)
+        odd = [finding for finding in made.misfit.findings if finding.cause is Cause.ODD_READING]
+        assert len(odd) == count
+        widths.append(float(np.median(made.map.uncertainty)))
+    # One may be a slip; several are what the model does not hold.
+    assert widths[1] > 1.3 * widths[0]
+
+
 def test_a_current_that_was_asked_for_beside_an_axis_loses_as_much_in_the_switches_beside_it() -> None:
     """It counts as one on the axis; a drop along the current is no flux linkage all the same."""
     motor = MOTORS["surface magnets"]
