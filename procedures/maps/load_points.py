@@ -135,7 +135,7 @@ class EfficiencyAtLoad(Procedure[EfficiencyAtLoadSettings]):
             ),
         )
         drags, zero, cold = self._turned
-        open_line = OpenZeroLine(zero.before, zero.after, points[-1].torque.time)
+        open_line = OpenZeroLine(zero.before, zero.after, end=points[-1].torque.time)
         ratio = self._ratio or (1.0, self.settings.unbalance)
         self.conclude(LoadGrid(tuple(points), ratio, drags, self._tare, open_line, cold, None))
         return True

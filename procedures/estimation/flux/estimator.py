@@ -20,6 +20,9 @@ _ASYMMETRIC, _SEEN_SHARE = 1e-6, 1e-3
 _LEAST_PAIRS = 6
 #: A single reading this far beyond its neighbours' noise (standard deviations) is told.
 _ODD_READING = 5.0
+#: From so many of them on it is no slip of one: what is read once may be off as far, which no residual shows, and the worst lies within
+#: so many standard deviations of the intervals.
+_MANY_ODD, _WITHIN = 2, 2.0
 #: Noise that is taken at first where none is stated, in shares of the largest voltage.
 _NOISE = 5e-4
 
@@ -118,7 +121,10 @@ def estimate_flux_map(
                     "ratio": ratio
                 })
             )  # fmt: skip
-    findings += _odd_readings(readings, fit, growth)
+    odd = _odd_readings(readings, fit, growth)
+    if len(odd) >= _MANY_ODD:
+        growth *= (max(finding.score for finding in odd) / _WITHIN) ** 2
+    findings += odd
     by_sessions = None if fit.map.by_sessions is None else fit.map.by_sessions * growth
     grown = replace(fit.map, covariance=fit.map.covariance * growth, by_sessions=by_sessions)
     return FluxMapEstimate(grown, replace(fit, map=grown), even, tested, odd_parts, Misfit(tuple(findings)))

@@ -62,8 +62,8 @@ class Predicted:
 class ReadingModel:
     """u = e^(−jωτ)·[R(t)·i + f(|i|)·i/|i| + jω·e^(−jε)·ψ(e^(jε)·i − iron + magnet)], all as read.
 
-    i is the location's current and a share, common to all readings, of what was read beside it: a regulator that misses its set-point
-    moves the flux (1), a sensor's noise does not (0), and the voltages tell which.
+    i is the current that was asked for, or the location's, and a share, common to all readings, of what was read beside it: a regulator
+    that misses its set-point moves the flux (1), a sensor's noise does not (0), and the voltages tell which.
     `reference_time` (s), of the first session, is when the magnet is as the map shall show it. Source: the machine's equations in the
     rotor's frame; the iron's current is (k_h + k_e·|ω|)·sign(ω)·jψ, a change of the magnet's flux Δλ a shift of i_d by Δλ/L_d(0).
     A later session has R, ε and magnet of its own, and gains that may differ from the first one's as far as `gains` has limits for them;
@@ -85,8 +85,9 @@ class ReadingModel:
         time, count = readings.time, readings.time.size
         self._speed = readings.electrical_speed
         self._largest = readings.largest_current
-        # Noise of a current sensor drives nothing through a switch.
-        self._at = locations.currents()
+        # Noise of a current sensor drives nothing through a switch; beside its location a current that was asked for does.
+        self._places = locations.currents()
+        self._at = self._places if locations.asked is None else locations.asked
         size = np.abs(self._at)
         self._direction = self._at / np.where(size > 0.0, size, 1.0)
         self._gains = gains or GainLimits()
@@ -192,7 +193,7 @@ class ReadingModel:
             at = true - 1j * iron * at_location + per_flux * shift
             places = np.column_stack((at.real, at.imag))
             inductance = surface.slopes(places)
-            change = surface(places) - surface(np.column_stack((self._at.real, self._at.imag)))
+            change = surface(places) - surface(np.column_stack((self._places.real, self._places.imag)))
             flux = at_location + change[:, 0] + 1j * change[:, 1]
         voltage = self._resistance @ unknowns[layout.resistance] * current
         voltage = voltage + self._drops @ unknowns[layout.drop] * self._direction

@@ -95,11 +95,15 @@ class FluxReadings:
 class Locations:
     """The locations of the readings on the current plane: `points` (m, 2) in A, the point of each reading `of` (n,), and
     `mirrored` (n,), true for readings at its mirror image at −i_q.
+
+    `asked` (n,) is the current i_d + j·i_q of each reading where it was asked for, which may lie beside its point by the tolerance;
+    without it, that of its point.
     """
 
     points: FloatArray
     of: NDArray[np.intp]
     mirrored: NDArray[np.bool_]
+    asked: NDArray[np.complex128] | None = None
 
     @property
     def zero(self) -> int | None:
@@ -139,4 +143,4 @@ def locations_of(
         points[m] = folded[group].mean(axis=0)
     # What is off an axis by less than the tolerance is on it.
     points[np.abs(points) <= near] = 0.0
-    return Locations(points, of, mirrored)
+    return Locations(points, of, mirrored, None if wanted is None else asked[:, 0] + 1j * asked[:, 1])

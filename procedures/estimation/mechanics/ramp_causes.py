@@ -16,7 +16,9 @@ from procedures.estimation.mechanics.turning import Run
 #: Speeds of the Stribeck term that are looked for, shares of the top speed, and those that are fitted, by both laws.
 _STRIBECK_SEEN = (0.03, 0.1, 0.25)
 _STRIBECK_FITTED, _POWERS = (0.02, 0.035, 0.06, 0.1, 0.16, 0.25, 0.35, 0.5, 0.7), (1.0, 2.0)
-_FILTERS_SEEN, _FILTERS_FITTED = 3, 9
+_FILTERS_SEEN, _FILTERS_FITTED = 3, 11
+#: A filter is fitted with time constants up to this share of the longest ramp: by a bench's longest, slow beside a light shaft's ramps.
+_FILTER_FITTED = 0.8
 #: Orders of the shaft's angle that are looked for, and how often chance alone may find one of them.
 _ORDERS, _CHANCE = 120, 1e-3
 #: From this order on it is cogging, below it a coupling or an encoder that runs out.
@@ -30,6 +32,8 @@ _ONE_SIDED = 0.65
 #: source), where it goes with the speed as exp(−(ω/ω_s)^1.4); of the law's form also Andersson, Söderberg and Björklund, Tribology
 #: International 40 (2007) 580. By SKF's formula ω_s of small bearings is 20 to 130 rad/s, which is any share of a top speed.
 _LOW_ENOUGH, _AT_REST = 0.1, 1.0
+#: Of one that ends lower, so much stays unseen beside friction over speed and its square (standard deviation, share of the Coulomb one).
+_LITTLE = 0.02
 _HIDDEN, _LAWS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3), (1.0, 1.4, 2.0)
 
 
@@ -118,7 +122,7 @@ def hidden_below(model: RampModel, solved: Solved, shared: int) -> tuple[FloatAr
 
     Each law is as likely as the record has it, and so is how much there is of it, which is not negative.
     """
-    known = _AT_REST * abs(float(solved.values[0]))
+    known = (_AT_REST if ends_early(model) else _LITTLE) * abs(float(solved.values[0]))
     at = [model.trajectory(k, solved.values) for k in range(len(model.runs))]
     likely, means, squares = [], [], []
     for share in _HIDDEN:
@@ -148,10 +152,10 @@ def _stay(run: Run) -> float:
     return run.speed.size / (1.0 + np.count_nonzero(np.diff(run.speed)))
 
 
-def filter_times(run: Run, count: int) -> FloatArray:
-    """Return time constants (s) from three readings to a quarter of a ramp."""
+def filter_times(run: Run, count: int, longest: float = 0.25) -> FloatArray:
+    """Return time constants (s) from three readings to a share of a ramp, a quarter unless another is the `longest`."""
     shortest = 3.0 * float(run.time[-1]) / run.time.size
-    return np.geomspace(shortest, max(0.25 * float(run.time[-1]), 2.0 * shortest), count)
+    return np.geomspace(shortest, max(longest * float(run.time[-1]), 2.0 * shortest), count)
 
 
 @dataclass(frozen=True)
@@ -183,7 +187,7 @@ def families(model: RampModel, found: Periodic | None) -> Iterator[Family]:
             yield Family(Cause.STRIBECK, model.top * np.array(_STRIBECK_FITTED), terms, power)
     free = [run for run in model.runs if not run.speed_filter]
     if free and not terms.speed_filter:
-        longest = max(filter_times(run, 2)[1] for run in free)
+        longest = max(filter_times(run, 2, _FILTER_FITTED)[1] for run in free)
         shortest = min(filter_times(run, 2)[0] for run in free)
         yield Family(Cause.SPEED_FILTER, np.geomspace(shortest, longest, _FILTERS_FITTED), terms)
     if not terms.torque_filter and any(run.varies for run in model.runs):

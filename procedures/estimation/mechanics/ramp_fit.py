@@ -14,7 +14,6 @@ from procedures.estimation.mechanics.ramp_causes import (
     Family,
     Look,
     Periodic,
-    ends_early,
     excess,
     families,
     hidden_below,
@@ -103,11 +102,12 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     if findings or unexplained:
         # What explains one record may have taken the place of what is not known here.
         covariance = _grown(covariance, _from_parts(best, shared))
-    if early := ends_early(best.model):
+    alone = best.model.unit_torque
+    if alone:
         likely, off = hidden_below(best.model, best.solved, shared)
         covariance, values = _grown(covariance, off), values.copy()
         values[:shared] += likely
-    growth = seen.growth(but_stribeck=early)
+    growth = seen.growth(but_stribeck=alone)
     scale = np.ones(values.size)
     scale[: growth.size] = np.sqrt(growth[: values.size])
     scale[shared:] = 1.0
@@ -166,6 +166,10 @@ def _best_of(best: _Fitted, family: Family) -> _Fitted | None:
     if chosen is None or not np.isfinite(costs[place]):
         return None
     inner = 0 < place < len(costs) - 1
+    before = fits[place - 1] if place > 0 else None
+    if before is not None and place == len(costs) - 1:
+        # What lies beyond the grid may be likelier still.
+        return replace(chosen, moved=chosen.solved.values[:shared] - before.solved.values[:shared])
     if not inner or not np.all(np.isfinite(costs[place - 1 : place + 2])):
         return chosen
     # A parabola through three, and once more through closer ones.

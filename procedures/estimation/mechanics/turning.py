@@ -10,7 +10,7 @@ from procedures.estimation.fitting.checks import increasing, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 from procedures.estimation.fitting.noise import white_noise
-from procedures.estimation.fitting.smoothing import smooth
+from procedures.estimation.mechanics.ramp_torque import ramp_torque
 
 #: A reading this many standard deviations and this share of the top speed from its neighbours is none of the shaft's.
 _WILD, _WILD_SHARE, _END_SHARE, _NEIGHBOURS = 9.0, 0.01, 0.1, 5
@@ -20,8 +20,6 @@ _STEEP = 2.0
 _TURNING_SHARE = 0.1
 #: A ramp that lost more than this share of its readings is none.
 _MOST_LOST = 1.0 / 3.0
-#: A torque that varies by more than so many times its scatter is no level.
-_LEVEL = 1.3
 
 
 @dataclass(frozen=True)
@@ -108,10 +106,16 @@ def turning(ramp: SpeedRamp, number: int) -> Run:
             f"{lost} of the {inside.size} speeds of ramp {number} are zero or outliers; check the speed sensor's cable and threshold"
         )
     begin = float(time[part][inside][0])
-    torque, torque_noise, varies = _torque(ramp.torque, number, time.size, part)
+    given = ramp.torque
+    if np.ndim(given):
+        if np.size(given) != time.size:
+            raise EstimationError(f"series differ in length: time {time.size}, torque {np.size(given)}")
+        given = np.asarray(given, dtype=np.float64)[part]
+    turned = np.interp(time[part], time[part][inside], speed[part][inside])
+    torque = ramp_torque(given, time[part], turned, number)
     return Run(
-        begin, time[part][inside] - begin, sign * speed[part][inside], sign * torque[inside], sign, noise, torque_noise,
-        ramp.speed_resolution, varies, lost, int(inside.size), ramp.speed_filter, ramp.torque_filter,
+        begin, time[part][inside] - begin, sign * speed[part][inside], sign * torque.values[inside], sign, noise, torque.noise,
+        ramp.speed_resolution, torque.varies, lost, int(inside.size), ramp.speed_filter, ramp.torque_filter,
     )  # fmt: skip
 
 
@@ -138,25 +142,6 @@ def _longest(
     # What lies outside is standstill, where friction holds instead of braking.
     begin, end = max(joined, key=lambda each: each[1] - each[0], default=(0, 0))
     return slice(begin, end), kept & turns
-
-
-def _torque(given: float | FloatArray, number: int, size: int, part: slice) -> tuple[FloatArray, float, bool]:
-    """Return the torque (N·m) of a part of a ramp, its level's standard uncertainty, and whether it is more than a level."""
-    torque = np.asarray(given, dtype=np.float64)
-    if not torque.ndim:
-        if not np.isfinite(torque):
-            raise EstimationError(f"the torque of ramp {number} is not a number; enter it, or 0 for a coast-down")
-        return np.full(part.stop - part.start, float(torque)), 0.0, False
-    torque = series(f"torque of ramp {number}", torque)
-    if torque.size != size:
-        raise EstimationError(f"series differ in length: time {size}, torque {torque.size}")
-    torque = torque[part]
-    scatter = white_noise(torque)
-    noise = float(scatter / np.sqrt(torque.size))
-    if np.std(torque) <= _LEVEL * scatter:
-        return np.full_like(torque, np.mean(torque)), noise, False
-    smoothed = smooth(torque, scatter) if scatter > 0.0 else None
-    return (torque if smoothed is None else smoothed.values), noise, True
 
 
 def dropouts(runs: Sequence[Run]) -> list[Finding]:

@@ -14,6 +14,7 @@ from procedures.core.bench import Bench, ProcedureError
 from procedures.core.procedure_error import MotorFaultError
 from procedures.core.settings import Settings
 from procedures.estimation.mechanics.inertia import torque_from_power
+from procedures.estimation.mechanics.ramp_torque import torque_runout
 from procedures.estimation.mechanics.turning import SpeedRamp
 from procedures.techniques.shaft.plots import coast_plot, ramp_plot
 from procedures.techniques.shaft.torque_zero import TorqueZero, ZeroLine, read_zero
@@ -112,7 +113,8 @@ class Ramps:
     @classmethod
     def freed(cls, driven: Curve, coast: Curve) -> "Ramps":
         """Take the zero off a driven ramp as it was read."""
-        zero = ZeroLine(driven.zero, coast.zero)
+        turning = torque_runout(driven.torque, driven.time, driven.speed)
+        zero = ZeroLine(driven.zero, coast.zero, turning)
         return cls(replace(driven, torque=driven.torque - zero.at(driven.begin + driven.time)), coast, zero)
 
     def to_fit(self) -> list[SpeedRamp]:

@@ -12,9 +12,12 @@ from procedures.core.bench import Bench
 from procedures.core.budget import Uncertainties
 from procedures.estimation.fitting.misfit import ALARM, NO_MISFIT, Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.noise import undithered, white_noise
+from procedures.estimation.mechanics.ramp_torque import TorqueRunout
 
 #: Readings of one zero.
 _READINGS = 25
+#: What turns with the shaft is told where it is so many times what scatter makes: chance has that in one of 10⁷ records (χ² of 4 degrees).
+_TURNS = 3.1
 #: Share of the change between two zeros by which a course that bends may leave the straight line between them.
 _BEND = 0.25
 
@@ -30,10 +33,15 @@ class TorqueZero:
 
 @dataclass(frozen=True)
 class ZeroLine:
-    """The zero between two times, taken to go straight from one to the other."""
+    """The zero between two times, taken to go straight from one to the other.
+
+    `runout` is what turns with the shaft in the torque's readings, where it is known: a zero has as much of it as the angle makes at which
+    the shaft happens to rest.
+    """
 
     before: TorqueZero
     after: TorqueZero
+    runout: TorqueRunout | None = None
 
     def at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the zero (N·m) at bench times (s)."""
@@ -58,11 +66,21 @@ class ZeroLine:
         """Return what is left of the zero (N·m): the readings' scatter, and a bend where it moved beyond that."""
         scatter = max(self.before.uncertainty, self.after.uncertainty)
         zero = unc.statistical("zeroing the torque", 0.0, scatter, float(_READINGS - 1))
-        bend = _BEND * abs(self._drift) if abs(self._score) > ALARM else 0.0
-        return zero + unc.limit("drift of the torque's zero", 0.0, bend) if bend else zero
+        if abs(self._score) > ALARM:
+            zero = zero + unc.limit("drift of the torque's zero", 0.0, _BEND * abs(self._drift))
+        if self.runout is not None:
+            # A sine at any angle; both zeros may have been read at the same one.
+            angle = text("torque's zero: angle of the shaft at rest")
+            zero = zero + unc.standard(angle, 0.0, self.runout.likely / math.sqrt(2.0))
+        return zero
 
     def misfit(self, torque: float) -> Misfit:
-        """Return what is to be told of a zero that moved, of a ramp's torque (N·m)."""
+        """Return what is to be told of a zero that moved, and of a torque that turns with the shaft, of a ramp's torque (N·m)."""
+        turning = self.runout
+        if turning is not None and turning.score > _TURNS:
+            # The zeros differ as the angles at rest do.
+            order: dict[str, float | str] = {"order": 1.0}
+            return Misfit((Finding(Cause.ECCENTRICITY, Answer.WIDENED, score=turning.score, figures=order),))
         if abs(self._score) <= ALARM or not torque:
             return NO_MISFIT
         figures: dict[str, float | str] = {

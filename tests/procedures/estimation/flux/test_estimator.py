@@ -95,6 +95,41 @@ def test_set_points_that_the_inverter_misses_move_it(miss: float, seed: int) -> 
     assert np.max(np.abs(errors(motor, found))) < 0.009 * found.map.full_scale
 
 
+def test_readings_that_contradict_the_others_widen_what_was_read_once_too() -> None:
+    motor = MOTORS["surface magnets"]
+    _, readings, wanted = bench_of(motor, 2)
+    clean = estimate_flux_map(readings, gains=GAINS, wanted=wanted)
+    idle = np.flatnonzero(clean.fit.locations.of == clean.fit.locations.zero)
+    widths = []
+    for count in (1, 2):
+        off = np.zeros(readings.time.size)
+        off[idle[3 : 3 + 5 * count : 5]] = 60.0 * float(np.mean(readings.voltage_noise))
+        made = estimate_flux_map(replace(readings, u_d=readings.u_d + off), gains=GAINS, wanted=wanted)
+        odd = [finding for finding in made.misfit.findings if finding.cause is Cause.ODD_READING]
+        assert len(odd) == count
+        widths.append(float(np.median(made.map.uncertainty)))
+    # One may be a slip; several are what the model does not hold.
+    assert widths[1] > 1.3 * widths[0]
+
+
+def test_a_current_that_was_asked_for_beside_an_axis_loses_as_much_in_the_switches_beside_it() -> None:
+    """It counts as one on the axis; a drop along the current is no flux linkage all the same."""
+    motor = MOTORS["surface magnets"]
+    random = np.random.default_rng(5)
+    bench = random_bench(motor, random)
+    plan = list(reading_order(grid_locations(motor.largest_current, 51), random))
+    most = motor.largest_current
+    plan.append(replace(plan[0], i_d=-0.008 * most, i_q=0.45 * most, direction=1))
+    # Twice the induced voltage: a large dead time at a low speed.
+    speed = float(np.max(np.abs(read(motor, bench, plan[:9], random)[0].electrical_speed)))
+    drop = 2.0 * speed * abs(complex(motor.flux(np.zeros(1, complex))[0]))
+    readings, wanted = read(motor, replace(bench, drop=drop, drop_width=0.05 * most, drop_kind=0), plan, random)
+    made = estimate_flux_map(readings, gains=GAINS, wanted=wanted)
+    place = int(np.argmin(np.hypot(*(made.map.points - (0.0, 0.45 * most)).T)))
+    assert made.map.points[place] == pytest.approx((0.0, 0.45 * most))
+    assert np.max(np.abs(errors(motor, made)[place])) < 0.008 * made.map.full_scale
+
+
 def test_gains_are_apart_from_scatter_and_common_to_all_points() -> None:
     motor = MOTORS["surface magnets"]
     _, readings, wanted = bench_of(motor, 1)

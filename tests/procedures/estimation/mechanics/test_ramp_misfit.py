@@ -46,6 +46,34 @@ def test_a_clean_record_says_nothing_and_holds_the_truth() -> None:
     assert all(holds(fit) for fit in fits)
 
 
+@pytest.mark.parametrize(("share", "speed"), [(0.04, 0.26), (0.06, 0.22), (0.01, 0.18)])
+def test_friction_that_hides_behind_that_of_the_air_is_in_the_interval_of_a_coast_to_a_twentieth(
+    share: float, speed: float
+) -> None:
+    shaft = replace(SHAFT, coast_share=0.05, stribeck=share * SHAFT.coulomb, stribeck_speed=speed * SHAFT.top)
+    moved = move([shaft])[0]
+    for seed in range(3):
+        coast = record(shaft, moved, np.random.default_rng(seed))[1]
+        fit = fit_coast_down(coast.time, coast.speed)
+        off = fit.value("coulomb_deceleration") - SHAFT.coulomb / SHAFT.inertia
+        assert abs(off) < 2.0 * fit.uncertainty("coulomb_deceleration")
+
+
+@pytest.mark.parametrize("time_constant", [0.09, 0.116])
+def test_a_filter_that_is_slow_beside_a_light_shafts_ramps_moves_no_inertia(time_constant: float) -> None:
+    """A quarter of its ramps is shorter than the filter: without it an inertia is off by 20 %."""
+    shaft = Shaft(
+        inertia=1e-4, coulomb=0.003, viscous=1e-4, torque=0.015, top=17.0, noise=3e-4, torque_noise=6e-3, samples=50, settling=0.05,
+        speed_filter=time_constant,
+    )  # fmt: skip
+    moved = move([shaft])[0]
+    for seed in range(3):
+        fit = fit_ramps(record(shaft, moved, np.random.default_rng(seed)))
+        assert Cause.SPEED_FILTER in causes(fit)
+        assert abs(fit.value("inertia") - shaft.inertia) < 2.0 * fit.uncertainty("inertia")
+        assert fit.uncertainty("inertia") < 0.03 * shaft.inertia
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("disturbed", "cause"),
