@@ -47,7 +47,7 @@ _UNEQUAL = 0.03
 
 
 @dataclass(frozen=True)
-class StatedLimits:
+class LimitsOfTable:
     """Limits of error as a person stated them, None where nobody did; relative, `torque_zero` in N·m."""
 
     current: float | None = None
@@ -58,11 +58,11 @@ class StatedLimits:
     saturation: float | None = None
 
 
-def limits_of(stated: StatedLimits | None = None, *, largest_torque: float = 0.0, phases: int = 1) -> ShortLimits:
+def limits_of(stated: LimitsOfTable | None = None, *, largest_torque: float = 0.0, phases: int = 1) -> ShortLimits:
     """Return the limits to reckon with: what is stated, and what is usual where nothing is, for a largest torque (N·m) and so many phases
     whose mean the currents are.
     """
-    said = stated or StatedLimits()
+    said = stated or LimitsOfTable()
 
     def of(given: float | None, usual: float) -> float:
         return usual if given is None else given
@@ -89,7 +89,7 @@ def analyze_short_circuit(
     u_flux_linkage: float | None = None,
     electrical: bool = False,
     rms: bool = False,
-    stated: StatedLimits | None = None,
+    stated: LimitsOfTable | None = None,
     translate: Translate = english,
 ) -> dict[str, Any]:
     """Return what a table of short-circuit currents and torques over speed gives. Raises InputError for one that cannot be used."""
@@ -136,7 +136,7 @@ def analyze_short_circuit(
             result["withheld"] |= withheld_rows(
                 (name,), reason.cause.value, sentence(reason).render(translate), "short-circuit"
             )
-    assumed = _assumed(stated or StatedLimits(), limits, torque is not None, phases)
+    assumed = _assumed(stated or LimitsOfTable(), limits, torque is not None, phases)
     assumed.append(
         text("currents are rms, as --rms says; the flux linkage is a peak value")
         if rms
@@ -193,7 +193,7 @@ def _tell_phases(result: dict[str, Any], columns: Mapping[str, FloatArray], tran
         result["warnings"].append({"id": "unequal-phases", "text": message.render(translate)})
 
 
-def _assumed(stated: StatedLimits, limits: ShortLimits, torque: bool, phases: int) -> list[Text]:
+def _assumed(stated: LimitsOfTable, limits: ShortLimits, torque: bool, phases: int) -> list[Text]:
     """Return what limits of error were taken where none was stated, and which reading of a data sheet that is."""
     said = []
     if stated.current is None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bench.analysis.short_circuit import USUAL_FLUX, StatedLimits, limits_of
+from bench.analysis.short_circuit import USUAL_FLUX, LimitsOfTable, limits_of
 from procedures.estimation.flux.short_circuit import fit_short_circuit
 from procedures.estimation.flux.short_limits import ShortLimits
 from tests.studies.short_circuit_worlds import WORLDS, Constant, Shorted, constants
@@ -116,7 +116,7 @@ def judged(
     limits = ShortLimits()
     usual = given.limits if limited is None else limited
     if usual:
-        stated = StatedLimits(saturation=0.0 if isinstance(motor, Constant) else None)
+        stated = LimitsOfTable(saturation=0.0 if isinstance(motor, Constant) else None)
         limits = limits_of(stated, largest_torque=float(np.max(np.abs(torque))) if torques else 0.0)
     fit = fit_short_circuit(
         speed * (1.0 + signed(given.speed)),

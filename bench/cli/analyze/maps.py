@@ -178,11 +178,11 @@ def short_circuit(
         Print one JSON object and nothing else.
 
     """
-    from bench.analysis.short_circuit import StatedLimits, analyze_short_circuit
+    from bench.analysis.short_circuit import LimitsOfTable, analyze_short_circuit
 
     translate = translator(language_of(language))
     _above_zero({"--flux-linkage": flux_linkage})
-    stated = StatedLimits(
+    stated = LimitsOfTable(
         current=_percent_or_none("--current-gain", current_gain),
         unbalance=_percent_or_none("--unbalance", unbalance),
         speed=_percent_or_none("--speed-gain", speed_gain),

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.analysis.short_circuit import StatedLimits, analyze_short_circuit, limits_of
+from bench.analysis.short_circuit import LimitsOfTable, analyze_short_circuit, limits_of
 from bench.cli.analyze.maps import short_circuit
 from bench.i18n.errors import UsageError
 
@@ -14,7 +14,7 @@ R, L_D, L_Q, FLUX, PAIRS = 0.5, 10e-3, 18e-3, 0.3, 4
 SPEED = R / np.sqrt(L_D * L_Q) * np.geomspace(0.1, 15.0, 12)
 CURRENT = FLUX * SPEED * np.hypot(R, SPEED * L_Q) / (R**2 + SPEED**2 * L_D * L_Q)
 TORQUE = 1.5 * PAIRS * R * CURRENT**2 / SPEED
-EXACT = StatedLimits(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+EXACT = LimitsOfTable(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def written(path: Path, heading: str, *columns: np.ndarray) -> Path:
@@ -55,7 +55,7 @@ def test_what_nobody_states_is_taken_as_usual_and_said(tmp_path: Path) -> None:
 
 def test_the_budget_has_a_row_for_each_limit(tmp_path: Path) -> None:
     path = written(tmp_path / "t.csv", "current (A)", CURRENT)
-    stated = StatedLimits(current=0.02, unbalance=0.0, speed=0.01, saturation=0.0)
+    stated = LimitsOfTable(current=0.02, unbalance=0.0, speed=0.01, saturation=0.0)
     made = analyze_short_circuit(path, pole_pairs=PAIRS, flux_linkage=FLUX, u_flux_linkage=0.005 * FLUX, stated=stated)
     figure = made["parameters"]["stator_resistance"]
     rows = {row["source"]: row for row in figure["budget"]}
@@ -70,7 +70,7 @@ def test_three_phases_give_their_mean_and_tell_how_they_differ(tmp_path: Path) -
     shares = (1.06, 0.98, 0.96)
     path = written(tmp_path / "t.csv", "Ia (A),Ib (A),Ic (A)", *(share * CURRENT for share in shares))
     made = analyze_short_circuit(
-        path, pole_pairs=PAIRS, flux_linkage=FLUX, u_flux_linkage=0.0, stated=StatedLimits(0.0)
+        path, pole_pairs=PAIRS, flux_linkage=FLUX, u_flux_linkage=0.0, stated=LimitsOfTable(0.0)
     )
     low, high = made["parameters"]["d_axis_inductance"]["coverage_interval"]
     assert low <= L_D <= high
@@ -80,13 +80,15 @@ def test_three_phases_give_their_mean_and_tell_how_they_differ(tmp_path: Path) -
     (warning,) = (each for each in made["warnings"] if each["id"] == "unequal-phases")
     assert "+6.0%" in warning["text"] or "+6.1%" in warning["text"]
     one = written(tmp_path / "one.csv", "Ia (A)", shares[0] * CURRENT)
-    made = analyze_short_circuit(one, pole_pairs=PAIRS, flux_linkage=FLUX, u_flux_linkage=0.0, stated=StatedLimits(0.0))
+    made = analyze_short_circuit(
+        one, pole_pairs=PAIRS, flux_linkage=FLUX, u_flux_linkage=0.0, stated=LimitsOfTable(0.0)
+    )
     assert made["details"]["limits"]["unequal"] == 0.03
 
 
 def test_two_phases_leave_half_of_the_third_s_deviation() -> None:
     assert limits_of(phases=2).unequal == pytest.approx(0.015)
-    assert limits_of(StatedLimits(unbalance=0.01), phases=2).unequal == pytest.approx(0.005)
+    assert limits_of(LimitsOfTable(unbalance=0.01), phases=2).unequal == pytest.approx(0.005)
     assert limits_of(largest_torque=20.0).torque_zero == pytest.approx(0.1)
 
 
