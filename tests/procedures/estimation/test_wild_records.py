@@ -20,7 +20,9 @@ def test_each_ends(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_each_ends_whatever_it_is_given(name: str) -> None:
-    assert {outcome(name, seed) for seed in range(3, 30)} == {"figure", "refused"}
+    ends = {outcome(name, seed) for seed in range(3, 30)}
+    assert "figure" in ends
+    assert ends <= {"figure", "refused"}
 
 
 def test_a_voltage_that_stands_still_is_a_probe_to_check() -> None:
