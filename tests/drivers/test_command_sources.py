@@ -194,8 +194,15 @@ def test_every_driver_that_is_spoken_to_has_a_table() -> None:
     assert set(TABLES) == set(MODULES)
 
 
-#: Whose procedures take more than three seconds of a processor.
-_LONG = ("keysight-infiniivision", "mjbots-moteus")
+#: Whose procedures take the most; a few others are always tried.
+_LONG = (
+    "cia402-inverter",
+    "cia402-rotor-actuator",
+    "cia402-six-step",
+    "delta-dyn200",
+    "keysight-infiniivision",
+    "mjbots-moteus",
+)
 
 
 @pytest.mark.parametrize(

@@ -302,6 +302,7 @@ def test_an_offset_on_another_scale_is_found(monkeypatch: pytest.MonkeyPatch) ->
     assert [one for one in failed if "hides what is beyond" in one]
 
 
+@pytest.mark.slow
 def test_a_driver_that_waits_too_short_for_a_real_line_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     # In process a reply is there at once, however short one waits.
     mutated(monkeypatch, "drivers.mjbots.controller", "_REPLY_TIME", 1e-3)

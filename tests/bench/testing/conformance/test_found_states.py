@@ -146,6 +146,7 @@ def test_what_is_not_put_back_where_opening_fails_is_found(monkeypatch: pytest.M
     assert failed(check_left, "keysight-e4980a", Manual(left=left)) == ["put back where opening fails"]
 
 
+@pytest.mark.slow
 def test_what_a_moteus_may_lack_is_held_to_its_manual() -> None:
     lacks = ("conf get servo.fw",)
     assert failed(check_opening, "mjbots-moteus", Manual(lacks=lacks)) == ["what it may lack at opening"]

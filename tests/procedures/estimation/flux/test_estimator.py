@@ -33,7 +33,9 @@ def errors(motor: TrueMotor, made: FluxMapEstimate) -> Array:
     return made.map.flux - np.column_stack((true.real, true.imag))
 
 
-@pytest.mark.parametrize("name", sorted(MOTORS))
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n == "bridged IPMSM" else pytest.mark.slow) for n in sorted(MOTORS)]
+)
 def test_every_point_is_within_its_limits_though_nothing_of_the_bench_is_known(name: str) -> None:
     motor = MOTORS[name]
     held, worst = [], []

@@ -93,6 +93,7 @@ def holds(figure: MapFigure | None, truth: float) -> bool:
     return low <= truth <= high
 
 
+@pytest.mark.slow
 def test_clean_tables_with_torques_hold_all_three() -> None:
     # A model of saturation that was taken wherever χ² fell held L_q and R in two of three of a quarter of the tables.
     for saliency in (1.0, 2.5):

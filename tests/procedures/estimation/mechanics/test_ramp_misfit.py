@@ -167,7 +167,7 @@ def test_ripple_and_steep_beginnings_are_no_dropouts() -> None:
     assert not np.any(wild(100.0 * (1.0 - np.exp(-time / 0.05)), 0.01))
 
 
-@pytest.mark.parametrize("more", [40.0, 60.0])
+@pytest.mark.parametrize("more", [pytest.param(40.0, marks=pytest.mark.slow), 60.0])
 def test_a_hand_that_brakes_halfway_leaves_no_friction(more: float) -> None:
     random = np.random.default_rng(4)
     time = np.arange(0.0, 4.0, 2e-3)

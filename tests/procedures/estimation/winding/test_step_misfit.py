@@ -137,7 +137,9 @@ def test_the_corner_of_a_coupling_is_named() -> None:
     assert found.figures["channel"] == "current"
 
 
-@pytest.mark.parametrize("share", [0.7, 0.8, 0.9])
+@pytest.mark.parametrize(
+    "share", [pytest.param(0.7, marks=pytest.mark.slow), 0.8, pytest.param(0.9, marks=pytest.mark.slow)]
+)
 def test_a_top_that_an_amplifier_cuts_ahead_of_its_noise_is_left_out(share: float) -> None:
     random, time = np.random.default_rng(5), np.arange(5000) * 2e-6
     full = -10.0 * np.expm1(-np.maximum(time - 0.0016, 0.0) / 1e-3)
