@@ -1,0 +1,1 @@
+"""Sentences of misfits by cause: what was seen and what to do."""
