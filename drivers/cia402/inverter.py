@@ -21,6 +21,7 @@ from drivers.interfaces import (
     MeasurementError,
     Reading,
     ReportedError,
+    polls,
 )
 from drivers.interfaces.text import Text, text
 from drivers.transport.can.process_data import MappedObject
@@ -256,11 +257,11 @@ class Cia402Inverter(Cia402Driver, Inverter):
     def _await(
         self, what: Text, unit: str, target: float, read: Callable[[ObjectReader], float], tolerance: float
     ) -> None:
-        deadline = self._clock.now() + self._options.settle_timeout
-        while abs((found := read(now := self._node.snapshot())) - target) > tolerance:
-            late = self._clock.now() >= deadline
-            limited = self._power.check_operation(now, at_last=late) & INTERNAL_LIMIT
-            if late:
+        for last in polls(self._clock, self._options.settle_timeout, self._options.poll_interval):
+            if abs((found := read(now := self._node.snapshot())) - target) <= tolerance:
+                break
+            limited = self._power.check_operation(now, at_last=last) & INTERNAL_LIMIT
+            if last:
                 raise MeasurementError(
                     self._name,
                     text(
@@ -275,4 +276,3 @@ class Cia402Inverter(Cia402Driver, Inverter):
                     if limited
                     else "",
                 )
-            self._clock.sleep(self._options.poll_interval)

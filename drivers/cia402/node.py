@@ -21,6 +21,7 @@ from drivers.interfaces import (
     InstrumentError,
     Traffic,
     Watchdog,
+    polls,
 )
 from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import text
@@ -190,13 +191,13 @@ class Cia402Node:
         if self.power.check_fault() is not PowerState.SWITCH_ON_DISABLED:
             self.power.disable()
         self._set_mode(mode)
-        deadline = self._clock.now() + self._options.transition_timeout
-        while (found := self.objects.read(MODE_DISPLAY, 0, 1, signed=True)) != mode:
-            if self._clock.now() >= deadline:
+        for last in polls(self._clock, self._options.transition_timeout, self._options.poll_interval):
+            if (found := self.objects.read(MODE_DISPLAY, 0, 1, signed=True)) == mode:
+                break
+            if last:
                 raise UnreachedStateError(
                     self._name, text("stays in mode {found} (0x6061)", found=found), command=f"0x6060 = {mode}"
                 )
-            self._clock.sleep(self._options.poll_interval)
 
     def enable(self) -> None:
         """Go to Operation enabled, step by step; a node that has left operational meanwhile is started first.

@@ -5,7 +5,7 @@ from contextlib import suppress
 from enum import Enum
 from typing import Protocol
 
-from drivers.interfaces import Clock, CommunicationError, ReportedError
+from drivers.interfaces import Clock, CommunicationError, ReportedError, polls
 from drivers.interfaces.text import Text, text, text_of
 from drivers.transport.can.network_management import Emergency, NmtState
 from drivers.transport.can.objects import NodeObjects
@@ -212,20 +212,18 @@ class PowerStateMachine:
     def _command(self, word: int, wanted: PowerState) -> None:
         command = f"0x6040 = {word:X}"
         self._objects.write(CONTROLWORD, 0, word, 2)
-        deadline = self._clock.now() + self._timeout
-        while (state := self._decoded(statusword := self.statusword())) is not wanted:
-            if state is PowerState.FAULT and word != DISABLE_VOLTAGE:
+        for last in polls(self._clock, self._timeout, self._poll_interval):
+            if (state := self._decoded(statusword := self.statusword())) is wanted:
+                break
+            if state is PowerState.FAULT and (last or word != DISABLE_VOLTAGE):
                 raise self._fault(command)
-            if self._clock.now() >= deadline:
-                if state is PowerState.FAULT:
-                    raise self._fault(command)
+            if last:
                 raise UnreachedStateError(
                     self._objects.name,
                     text("stays in {actual}, {wanted} was commanded", actual=state.words, wanted=wanted.words),
                     command=command,
                     remedy=_why_not(statusword) if word != DISABLE_VOLTAGE else "",
                 )
-            self._clock.sleep(self._poll_interval)
 
     def _fault(self, command: str) -> ReportedError:
         code = self._objects.read(ERROR_CODE, 0, 2)

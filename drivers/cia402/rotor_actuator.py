@@ -18,6 +18,7 @@ from drivers.interfaces import (
     Reading,
     ReportedError,
     RotorActuator,
+    polls,
 )
 from drivers.interfaces.text import Text, text
 
@@ -208,9 +209,10 @@ class Cia402RotorActuator(Cia402Driver, RotorActuator):
         outputs = self._objects.read(OUTPUTS, OUTPUT_STATES, 4)
         if outputs & mask != wanted:
             self._objects.write(OUTPUTS, OUTPUT_STATES, outputs & ~mask | wanted, 4)
-        deadline = self._clock.now() + self._options.timeout
-        while (stuck := (self._objects.read(INPUTS, 0, 4) ^ wanted) & mask) != 0:
-            if self._clock.now() >= deadline:
+        for last in polls(self._clock, self._options.timeout, self._options.poll_interval):
+            if (stuck := (self._objects.read(INPUTS, 0, 4) ^ wanted) & mask) == 0:
+                break
+            if last:
                 parts = [_STUCK[bit, bool(wanted & bit)] for bit in (BRAKE, CLUTCH, COUPLING) if stuck & bit]
                 raise ReportedError(
                     self._name,
@@ -218,7 +220,6 @@ class Cia402RotorActuator(Cia402Driver, RotorActuator):
                     command="read 0x60FD:00",
                     remedy=text("Check air, power and end switches of the mechanism"),
                 )
-            self._clock.sleep(self._options.poll_interval)
 
     def _refuse_turning(self, why: Text) -> None:
         speed = self._speed()
@@ -231,14 +232,14 @@ class Cia402RotorActuator(Cia402Driver, RotorActuator):
             )
 
     def _await(self, reached: Callable[[], bool], finding: Callable[[], Text]) -> None:
-        deadline = self._clock.now() + self._options.timeout
-        while not reached():
+        for last in polls(self._clock, self._options.timeout, self._options.poll_interval):
+            if reached():
+                break
             self._power.check_fault()
-            if self._clock.now() >= deadline:
+            if last:
                 raise MeasurementError(
                     self._name, finding(), remedy=text("Check that the shaft turns freely, and clutch and brake")
                 )
-            self._clock.sleep(self._options.poll_interval)
 
     def _encoder(self) -> int:
         increments = self._objects.read_optional(ENCODER_RESOLUTION, 1, 4)

@@ -3,7 +3,7 @@
 import math
 from enum import IntEnum
 
-from drivers.interfaces import Clock, CommunicationError, ReportedError
+from drivers.interfaces import Clock, CommunicationError, ReportedError, polls
 from drivers.interfaces.text import text
 from drivers.transport.modbus.line import ModbusLine, signed_16
 
@@ -25,6 +25,7 @@ TORQUE_STEP = 1e-3
 _NO_CURRENT = 10
 #: Within this time (s) the output must be off after a coast-to-stop command.
 DISABLE_TIME = 1.0
+_LOOK = 0.02
 
 
 class ControlMode(IntEnum):
@@ -104,16 +105,16 @@ class DeltaC2000:
 
     def _stop(self) -> None:
         self._write(COMMAND, STOP, "stop command")
-        deadline = self._clock.now() + DISABLE_TIME
-        while (still := self._puts_out()) is not None:
-            if self._clock.now() >= deadline:
+        for last in polls(self._clock, DISABLE_TIME, _LOOK):
+            if (still := self._puts_out()) is None:
+                break
+            if last:
                 raise ReportedError(
                     self._line.name,
                     text("the drive still puts out {still}", still=still),
                     command="stop command",
                     remedy=text("Press the emergency stop"),
                 )
-            self._clock.sleep(0.02)
 
     def _puts_out(self) -> str | None:
         """Return what the output still gives, None where it is off."""

@@ -22,6 +22,7 @@ from drivers.interfaces import (
     Identity,
     MeasurementError,
     Watchdog,
+    polls,
 )
 from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import text
@@ -230,15 +231,15 @@ class DeltaDyn200(Dynamometer):
             # At 0 Hz the drive brakes along its ramp and then holds the shaft.
             self._drive.command_speed(0.0)
             self._drive.run()
-            deadline = self._clock.now() + self._options.settle_timeout
-            while (speed := self._transducer.speed()) > REST_SPEED:
-                if self._clock.now() >= deadline:
+            for last in polls(self._clock, self._options.settle_timeout, self._options.settle_interval):
+                if (speed := self._transducer.speed()) <= REST_SPEED:
+                    break
+                if last:
                     raise MeasurementError(
                         self._name,
                         text("the shaft still turns at {speed:.3g} rad/s", speed=speed),
                         remedy=text("Press the emergency stop"),
                     )
-                self._clock.sleep(self._options.settle_interval)
 
     def make_safe(self) -> None:
         """Take torque and output off, over a renewed connection where the present one fails; the shaft coasts.
@@ -295,23 +296,22 @@ class DeltaDyn200(Dynamometer):
         self._transducer.speed_scale.compare(speed, self._drive.output_speed(), within)
 
     def _settle(self, speed: float) -> None:
-        deadline = self._clock.now() + self._options.settle_timeout
-        last: list[float] = []
-        while True:
-            last = [*last, self._transducer.read().speed][-SETTLED_READINGS:]
-            if self._transducer.has_settled(last, speed):
-                return self._compare(last[-1], STEADY)
-            if self._clock.now() >= deadline:
+        latest: list[float] = []
+        for last in polls(self._clock, self._options.settle_timeout, self._options.settle_interval):
+            latest = [*latest, self._transducer.read().speed][-SETTLED_READINGS:]
+            if self._transducer.has_settled(latest, speed):
+                self._compare(latest[-1], STEADY)
+                return
+            if last:
                 self._drive.check_fault()
-                self._compare(last[-1], CHANGING)
+                self._compare(latest[-1], CHANGING)
                 raise MeasurementError(
                     self._name,
                     text(
                         "the speed is {last:.4g} rad/s {settle_timeout:g} s after {speed:.4g} rad/s was commanded",
-                        last=last[-1],
+                        last=latest[-1],
                         settle_timeout=self._options.settle_timeout,
                         speed=speed,
                     ),
                     remedy=text("Check the coupling, the drive's ramp times and the torque limit"),
                 )
-            self._clock.sleep(self._options.settle_interval)

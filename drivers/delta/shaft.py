@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from drivers.delta.dyn200 import RPM, Dyn200, ShaftReading
 from drivers.delta.options import DeltaDyn200Options
 from drivers.delta.transducer_scales import PowerScale, SpeedScale
-from drivers.interfaces import Accuracy, Clock, DynamometerReading, ReportedError
+from drivers.interfaces import Accuracy, Clock, DynamometerReading, ReportedError, polls
 
 #: Share of full scale that is the limit of error of strain-gauge transducers of this class.
 TORQUE_SHARE = 1e-3
@@ -125,12 +125,12 @@ class Transducer:
 
     def _is_zero(self) -> bool:
         band = max(_ZERO_COUNTS * self._sensor.torque_resolution, TORQUE_SHARE * self._full_scale)
-        deadline = self._clock.now() + _ZERO_TIME
-        while abs(self._sensor.read().torque) > band:
-            if self._clock.now() >= deadline:
-                return False
-            self._clock.sleep(self._options.settle_interval)
-        return True
+        for last in polls(self._clock, _ZERO_TIME, self._options.settle_interval):
+            if abs(self._sensor.read().torque) <= band:
+                return True
+            if last:
+                break
+        return False
 
     def _mean(self) -> float:
         total = 0.0

@@ -27,6 +27,7 @@ from drivers.interfaces import (
     Reading,
     ReportedError,
     SetpointError,
+    polls,
 )
 from drivers.interfaces.text import text
 from drivers.transport.visa.opening import identify
@@ -210,10 +211,11 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
             )
 
     def _await_end(self, duration: float) -> Report:
-        deadline = self._clock.now() + self._options.ramp_time + duration + _MARGIN
         self._clock.sleep(self._options.ramp_time + duration)
-        while (report := self._report()).status not in _JUDGED:
-            if self._clock.now() >= deadline:
+        for last in polls(self._clock, _MARGIN, _LOOK):
+            if (report := self._report()).status in _JUDGED:
+                break
+            if last:
                 self._session.check_errors(START)
                 raise MeasurementError(
                     self._name,
@@ -225,7 +227,6 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
                     command=START,
                     remedy=text("Check the tester's interlock, its start enable and its menu"),
                 )
-            self._clock.sleep(_LOOK)
         return report
 
     def _report(self) -> Report:
@@ -265,22 +266,24 @@ class GwInstekGpt9800(ScpiDriver, InsulationTester):
     def _stop(self) -> None:
         """End the test and wait until the tester says so: it may not before it has discharged the object."""
         self._session.send(STOP)
-        deadline = self._clock.now() + self._options.discharge_timeout
-        while (said := self._session.query(STATE_QUERY).upper()).split()[-1:] != ["OFF"]:
-            if self._clock.now() >= deadline:
+        for last in polls(self._clock, self._options.discharge_timeout, _LOOK):
+            if (said := self._session.query(STATE_QUERY).upper()).split()[-1:] == ["OFF"]:
+                break
+            if last:
                 raise ReportedError(
                     self._name,
                     text("the output is still on ('{reply}')", reply=said),
                     command=STOP,
                     remedy=text("Press STOP at the tester, and touch nothing"),
                 )
-            self._clock.sleep(_LOOK)
 
     def _await_discharge(self) -> None:
         """Wait until MEAS? shows no dangerous voltage; a judged test may keep showing the one it ended with."""
         begun = self._clock.now()
-        while (left := self._left()).voltage > data.HARMLESS:
+        while True:
             waited = self._clock.now() - begun
+            if (left := self._left()).voltage <= data.HARMLESS:
+                return
             if left.status in _JUDGED and waited >= _HELD:
                 return
             if waited >= self._options.discharge_timeout:

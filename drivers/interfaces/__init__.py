@@ -4,7 +4,7 @@ instrument.
 
 from drivers.interfaces.bldc_drive import BldcDrive
 from drivers.interfaces.calls import UNWATCHED, Calls
-from drivers.interfaces.clock import Clock
+from drivers.interfaces.clock import Clock, polls
 from drivers.interfaces.dynamometer import Dynamometer, DynamometerReading
 from drivers.interfaces.errors import (
     BreakdownError,
@@ -96,4 +96,5 @@ __all__ = [
     "Watching",
     "Waveform",
     "WhenSilent",
+    "polls",
 ]

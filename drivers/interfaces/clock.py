@@ -1,5 +1,6 @@
 """Time as a dependency: only a clock may wait."""
 
+from collections.abc import Iterator
 from typing import Protocol
 
 
@@ -11,3 +12,15 @@ class Clock(Protocol):
 
     def sleep(self, seconds: float) -> None:
         """Wait for a time (s)."""
+
+
+def polls(clock: Clock, timeout: float, interval: float) -> Iterator[bool]:
+    """Yield once for each reading that is polled every `interval` (s), and say whether it is the last: `timeout` (s) has passed.
+
+    Whoever polls ends the loop at the last. Time is read before the reading is, for a process may sleep between the two: a reading
+    of before the end would be judged as the last.
+    """
+    end = clock.now() + timeout
+    while True:
+        yield clock.now() >= end
+        clock.sleep(interval)

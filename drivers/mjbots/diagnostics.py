@@ -68,9 +68,10 @@ class DiagnosticStream:
         found = self._sent(command)
         end = self._clock.now() + _ANSWER_TIME
         while (answer := complete(found)) is None:
+            late = self._clock.now() >= end
             more = self._polled(command)
             if not more:
-                if self._clock.now() >= end:
+                if late:
                     self._is_clean = False
                     raise CommunicationError(
                         self._controller.name, text("no whole answer on its diagnostic stream"), command=command

@@ -20,6 +20,7 @@ from drivers.interfaces import (
     InverterAbility,
     MeasurementError,
     Reading,
+    polls,
 )
 from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import text
@@ -252,9 +253,8 @@ class MjbotsMoteus(Inverter):
 
     def _settle(self, d_current: float, q_current: float, command: str) -> None:
         tolerance = self._options.current_tolerance or _TOLERANCE * self._options.maximum_current
-        end = self._clock.now() + self._options.settle_timeout
         latest: list[tuple[float, float]] = []
-        while True:
+        for last in polls(self._clock, self._options.settle_timeout, self._options.sample_interval):
             registers = self._readings.registers()
             self._power.check(registers, command)
             latest = [*latest[1 - _SETTLED_SAMPLES :], (registers[Register.D_CURRENT], registers[Register.Q_CURRENT])]
@@ -263,7 +263,7 @@ class MjbotsMoteus(Inverter):
             limited = self._power.limited(registers)
             if len(latest) == _SETTLED_SAMPLES and apart <= tolerance and limited is None:
                 return
-            if self._clock.now() >= end:
+            if last:
                 raise limited or MeasurementError(
                     self._name,
                     text(
@@ -276,4 +276,3 @@ class MjbotsMoteus(Inverter):
                     command=command,
                     remedy=text("Check the motor's three wires and the drive's current loop (servo.pid_dq)"),
                 )
-            self._clock.sleep(self._options.sample_interval)

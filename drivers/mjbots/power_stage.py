@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from drivers.interfaces import Clock, CommunicationError, MeasurementError, ReportedError
+from drivers.interfaces import Clock, CommunicationError, MeasurementError, ReportedError, polls
 from drivers.interfaces.text import Text, text
 from drivers.mjbots.controller import MoteusController
 from drivers.mjbots.multiplex import FLOAT, INT8, read, write
@@ -45,11 +45,12 @@ class MoteusPowerStage:
         if round(found[Register.MODE]) == FAULT:
             raise self._fault(found, "stop")
         command = self.command(d_current, q_current)
-        end = self._clock.now() + self._timeout
-        while (mode := round((state := self.state())[Register.MODE])) != CURRENT:
-            if mode not in (STOPPED, *STARTING) or self._clock.now() >= end:
+        for last in polls(self._clock, self._timeout, _POLL):
+            mode = round((state := self.state())[Register.MODE])
+            if mode == CURRENT:
+                break
+            if last or mode not in (STOPPED, *STARTING):
                 raise self.left(state, command)
-            self._clock.sleep(_POLL)
         return command
 
     def command(self, d_current: float, q_current: float) -> str:
@@ -147,9 +148,10 @@ class MoteusPowerStage:
     def _stopped(self) -> Mapping[int, float]:
         """Command a stop and wait until it is there; return what mode and fault were before, a fault where there was one."""
         seen = [self._controller.ask(_STOP + _STATE, "stop", _IN_STATE)]
-        end = self._clock.now() + self._timeout
-        while (mode := round((state := self.state())[Register.MODE])) != STOPPED:
-            if self._clock.now() >= end:
+        for last in polls(self._clock, self._timeout, _POLL):
+            if (mode := round((state := self.state())[Register.MODE])) == STOPPED:
+                break
+            if last:
                 raise ReportedError(
                     self._controller.name,
                     text("stays in mode {mode} ({words}) after a stop", mode=mode, words=mode_words(mode)),
@@ -157,20 +159,19 @@ class MoteusPowerStage:
                     remedy=text("Switch its supply off"),
                 )
             seen += [state, self._controller.ask(_STOP + _STATE, "stop", _IN_STATE)]
-            self._clock.sleep(_POLL)
         return next((one for one in seen if round(one[Register.MODE]) == FAULT), seen[0])
 
     def _check_currents(self) -> None:
-        end = self._clock.now() + self._timeout
-        while (current := self._current()) > self._none:
-            if self._clock.now() >= end:
+        for last in polls(self._clock, self._timeout, _POLL):
+            if (current := self._current()) <= self._none:
+                break
+            if last:
                 raise ReportedError(
                     self._controller.name,
                     text("is stopped, but {current:.3g} A still flow", current=current),
                     command="stop",
                     remedy=text("Switch its supply off; a motor that is turned fast may feed it"),
                 )
-            self._clock.sleep(_POLL)
 
     def _current(self) -> float:
         reply = self._controller.ask(_CURRENTS, "read currents", _IN_CURRENTS)

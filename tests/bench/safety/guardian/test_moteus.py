@@ -32,8 +32,9 @@ maximum_speed = 500.0
 driver = "mjbots-moteus"
 address = "can://socketcan/can0?node=5"
 maximum_current = 15.0
-# Of a bench whose time runs twenty times as fast as the wall's.
+# Of a bench whose time runs twenty times as fast as the wall's: a second of it is no time for a process.
 settle_timeout = 40.0
+transition_timeout = 20.0
 """
 
 
