@@ -293,7 +293,7 @@ def _refuse_several(capture: Capture, files: Sequence[Path | str]) -> None:
 
 
 def _named(name: str, words: Sequence[str]) -> bool:
-    """Whether a channel's name begins with one of these words."""
+    """Return whether a channel's name begins with one of these words."""
     return name.lower().startswith(tuple(words))
 
 

@@ -120,7 +120,7 @@ class ShortedTurnsSection(Section):
 
 
 class _MachineSection(InsideSection):
-    """What `[virtual]` says of any motor, SI; for a delta the values are those of one winding."""
+    """Values of `[virtual]` common to all motors, SI; for a delta the values are those of one winding."""
 
     phase_resistance: tuple[Resistance, Resistance, Resistance] = Field(
         description="a number above 0 and up to 10000 ohm for all three windings, or a list of three such numbers",

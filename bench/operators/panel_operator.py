@@ -30,7 +30,7 @@ _READ_BACK = 0.3
 
 @dataclass(frozen=True)
 class _Correction:
-    """What somebody wants instead of answering: an earlier reading corrected, or without one the procedure repeated."""
+    """A request made instead of an answer: to correct an earlier reading or, without one, to repeat the procedure."""
 
     by: str
     reading: TypedReading | None = None

@@ -23,7 +23,7 @@ _NOW: Key = ("now",)
 
 
 class _EndOfTape(BaseException):
-    """What follows has not been given yet."""
+    """The tape ends here: the answer that follows has not been given yet."""
 
 
 class _Diverged(BaseException):

@@ -71,7 +71,7 @@ class FixtureSection(Section):
 
 
 class _Tables(Section):
-    """What a station's file and a line's have in common."""
+    """Tables that a station's file and a line's have in common."""
 
     plugins: PluginsSection = Field(default_factory=PluginsSection)
     fixture: FixtureSection = Field(default_factory=FixtureSection)

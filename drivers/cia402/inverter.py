@@ -76,7 +76,7 @@ class Cia402Inverter(Cia402Driver, Inverter):
 
     @cached_property
     def _velocity(self) -> Velocity:
-        """What a count of velocity is: asked at opening, and by who guards where the speed is measured."""
+        """The unit of a count of velocity, asked at opening; a guardian asks where it measures the speed."""
         return open_velocity(
             self._objects,
             self._node.supported(*MODES),

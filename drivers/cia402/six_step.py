@@ -59,7 +59,7 @@ class Cia402SixStep(Cia402Driver, BldcDrive):
 
     @cached_property
     def _velocity(self) -> Velocity:
-        """What a count of velocity is: asked at opening, and by who guards where the speed is measured."""
+        """The unit of a count of velocity, asked at opening; a guardian asks where it measures the speed."""
         return open_velocity(
             self._node.objects,
             None,

@@ -355,7 +355,7 @@ class DqInductanceExtremes(Procedure[DqInductanceExtremesSettings]):
 
 
 def _rough(sweep: Sweep) -> bool:
-    """Whether the readings scatter about their curve as they should not, or enough to hide a saliency worth knowing."""
+    """Return whether the readings scatter about their curve as they should not, or enough to hide a saliency worth knowing."""
     fit = sweep.fit
     if fit is None:
         return False

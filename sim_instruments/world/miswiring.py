@@ -24,7 +24,7 @@ class _Wire:
 
 @dataclass(frozen=True)
 class _Sense:
-    """Where the leads of a channel (None: the voltmeter) go instead; None is as requested."""
+    """Nodes that the leads of a channel (None: the voltmeter) go to by mistake; None is as requested."""
 
     positive: Node | None = None
     negative: Node | None = None

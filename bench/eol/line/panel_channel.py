@@ -43,7 +43,7 @@ class _Socket:
 
 @dataclass
 class _Counts:
-    """What became of the motors since the batch was begun or resumed: verdicts by test, and yields by motor."""
+    """Verdicts by test and yields by motor since the batch was begun or resumed."""
 
     since: str
     verdicts: dict[str, int] = field(

@@ -19,7 +19,7 @@ _SAFE = "Take the energy away in a finally clause, and confirm that it is"
 
 
 class _InterruptionError(Exception):
-    """What the block of a caller may raise."""
+    """An exception of the caller's own, raised inside a driver's block."""
 
 
 class _Clock:

@@ -61,7 +61,7 @@ class _Calls:
 
 
 class _Line:
-    """What becomes of the messages that one reply belongs to, from the `begins`-th call on; it counts calls from 0, opening."""
+    """Replaces one reply's messages from the `begins`-th call on; calls are counted from 0, which is opening."""
 
     def __init__(self, made: Stand, reply: Reply | NotYet, begins: int | None, *, looks: int | None = None) -> None:
         self._made, self._reply, self._begins, self._looks = made, reply, begins, looks

@@ -1,4 +1,4 @@
-"""What all channels show alike, a third harmonic or hum: voltages between lines have none, those against a star point or ground may."""
+"""Third harmonic or hum that all channels show alike: voltages between lines have none, those against a star point or ground may."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What the rows of a short circuit's table share: the instruments' limits of error, the flux linkage, the phase that was probed."""
+"""Errors that all rows of a short circuit's table share: the instruments' limits, the flux linkage, the phase that was probed."""
 
 import math
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class ShortLimits:
 
     @property
     def of_torque(self) -> float:
-        """What gains take the resistance by torque by at most (relative): T·ω over 1.5·I²."""
+        """Largest relative error that gains give the resistance by torque, T·ω over 1.5·I²."""
         return math.sqrt(self.torque**2 + (2.0 * self.current) ** 2 + (2.0 * self.unequal) ** 2)
 
 

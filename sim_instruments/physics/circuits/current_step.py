@@ -70,7 +70,7 @@ class CurrentStep:
 
     @property
     def _slewing(self) -> float:
-        """How long (s) the voltage bounds it."""
+        """Time (s) for which the voltage limits the current's rise."""
         return max(abs(self.wanted - self.begin) / self.slope - 1.0 / self.rate, 0.0)
 
     def _left(self, times: FloatArray) -> FloatArray:

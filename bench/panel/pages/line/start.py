@@ -203,5 +203,5 @@ def _about(path: Path) -> _Offered:
 
 
 def _is_plan(path: Path) -> bool:
-    """Whether a file is meant as a plan; what is wrong in it is said beside it."""
+    """Return whether a file is meant as a plan; its errors are shown beside it."""
     return re.search(r"^\[plan\]", path.read_text(encoding="utf-8", errors="replace"), re.MULTILINE) is not None

@@ -115,7 +115,7 @@ def _protects(stand: Stand, supply: Any, voltage: float, over: float) -> bool:
 
 
 def _trip(stand: Stand, supply: Any, checks: Checks, highest: float) -> None:
-    """Where it has an over-current protection: reaching the limit of a block that holds its voltage switches off, and is told."""
+    """Check that an over-current protection, where there is one, switches off at the limit and is reported at the block's end."""
     limit = rounded(0.3 * highest)
     voltage = min(supply.maximum_voltage, rounded(3.0 * limit * _resistance(stand)))
     remedy = "Tell a tripped protection at the end of the block, and release its latch"

@@ -80,7 +80,7 @@ def _full(stand: Stand, matrix: Any, checks: Checks) -> None:
 
 
 def _stuck(stand: Stand, matrix: Any, checks: Checks) -> None:
-    """Where what is read back does not follow, everything is opened and it is told."""
+    """Check that a crosspoint that does not read back as closed opens everything and is reported."""
     remedy = "Read back what is closed, open everything, and raise ReportedError naming the crosspoint"
     frozen = stand.faults.add(Fault(FaultKind.FROZEN, lambda _, message: "?" in message, times=None))
     matrix.connect(_SETS[0])

@@ -78,7 +78,7 @@ class MeasuringCycle:
 
     @property
     def _runs(self) -> bool:
-        """Whether the internal trigger starts one measurement after the other."""
+        """Return whether the internal trigger starts one measurement after the other."""
         return self._settings.word("trigger") == "INT" and self.page in _MEASURING_PAGES
 
     @property

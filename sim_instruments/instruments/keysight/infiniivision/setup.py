@@ -65,7 +65,7 @@ class SetupSubsystem:
 
     @property
     def _has_level(self) -> bool:
-        """Whether the trigger's source has a level that can be set: the line has not."""
+        """Return whether the trigger's source has a level that can be set: the line has not."""
         return bool(answered(self._tree, [":TRIG:LEV?"]))
 
     def _state(self) -> State:
