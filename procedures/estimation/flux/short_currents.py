@@ -83,7 +83,7 @@ def told(rows: ShortRows, floor: float, row: float = 0.5) -> Told:
     `floor` is the least relative noise of a current, `row` the place, 0 … 1 along the rows, for which `mean_resistance` holds.
     Raises EstimationError where they tell nothing.
     """
-    model = _Model(rows, floor)
+    model = ShortPosterior(rows, floor)
     random = np.random.default_rng(_SEED)
     values = sampled(model.drawn(random), model.prior, model.likelihood, random)
     if not np.all(np.isfinite(values)):
@@ -99,7 +99,9 @@ def told(rows: ShortRows, floor: float, row: float = 0.5) -> Told:
     )
 
 
-class _Model:
+class ShortPosterior:
+    """The density of what a table's rows tell: unknowns within a box (`low`, `high`), then such that are normal (`centre`, `spread`)."""
+
     def __init__(self, rows: ShortRows, floor: float) -> None:
         self._rows, self._floor = rows, floor
         self._along = np.linspace(0.0, 1.0, rows.speed.size)[:, None]
@@ -133,22 +135,22 @@ class _Model:
             flat[name] = (-end if name in _SIGNED else -end * absent / (1.0 - absent), end)
         self._sizes = tuple(sizes)
         self._names = (*flat, *normal)
-        self._low = np.array([low for low, _ in flat.values()])[:, None]
-        self._high = np.array([high for _, high in flat.values()])[:, None]
-        self._centre = np.array([centre for centre, _ in normal.values()])[:, None]
-        self._spread = np.array([spread for _, spread in normal.values()])[:, None]
+        self.low = np.array([low for low, _ in flat.values()])[:, None]
+        self.high = np.array([high for _, high in flat.values()])[:, None]
+        self.centre = np.array([centre for centre, _ in normal.values()])[:, None]
+        self.spread = np.array([spread for _, spread in normal.values()])[:, None]
 
     def drawn(self, random: np.random.Generator) -> FloatArray:
         """Return samples of the prior (m, n)."""
-        flat = self._low + (self._high - self._low) * random.random((self._low.size, _DRAWN))
-        normal = self._centre + self._spread * random.standard_normal((self._centre.size, _DRAWN))
+        flat = self.low + (self.high - self.low) * random.random((self.low.size, _DRAWN))
+        normal = self.centre + self.spread * random.standard_normal((self.centre.size, _DRAWN))
         return np.vstack((flat, normal))
 
     def prior(self, values: FloatArray) -> FloatArray:
         """Return logarithms of the densities (n,) beforehand, minus infinity for what cannot be."""
-        flat, normal = values[: self._low.size], values[self._low.size :]
-        inside = np.all((flat >= self._low) & (flat <= self._high), axis=0)
-        return np.where(inside, -0.5 * (((normal - self._centre) / self._spread) ** 2).sum(0), -np.inf)
+        flat, normal = values[: self.low.size], values[self.low.size :]
+        inside = np.all((flat >= self.low) & (flat <= self.high), axis=0)
+        return np.where(inside, -0.5 * (((normal - self.centre) / self.spread) ** 2).sum(0), -np.inf)
 
     def named(self, values: FloatArray) -> dict[str, FloatArray]:
         """Return the unknowns (n,) by name, sizes as such; what is no unknown is 0."""
