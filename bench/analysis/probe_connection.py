@@ -1,7 +1,7 @@
 """The connection of a back-EMF's probes: as typed, by the channels' names, and contradictions by the record."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Literal
 
 from bench.analysis.back_emf_record import BackEmfRecord
@@ -9,6 +9,7 @@ from bench.analysis.outcome import AnalysisOutcome
 from bench.i18n.errors import UsageError
 from drivers.interfaces.text import text
 from procedures.estimation.emf.in_phase import in_phase_hum, in_phase_third
+from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Cause
 
 ProbeConnection = Literal["line", "phase", "neutral"]
@@ -27,10 +28,14 @@ _STAR = ("n", "neutral", "star", "0")
 _FLOOR = 0.005
 #: In a channel or two, where windings that differ make some of it: those of a motor with one winding of 80 % make less.
 _LONE_FLOOR = 0.03
+#: Less asks for a word: a converter's may be so large, and so may a star point's.
+_ASKS = 0.0025
 #: And beyond noise by so many standard uncertainties.
 _CLEAR = 5.0
 #: Hum that is common to all channels: of so much of each channel's, and of so much of the fundamental, it is no stray pick-up.
 _COMMON, _LARGE = 0.9, 0.05
+#: Of less it asks for a word: a differential probe lets some through.
+_HUM_ASKS = 0.01
 #: What makes a third harmonic in each channel by itself.
 _DISTORTS = {Cause.CLIPPED, Cause.DISTORTION, Cause.TOO_COARSE}
 
@@ -74,7 +79,7 @@ def judge_connection(
     typed: bool,
 ) -> None:
     """Hold a connection against the third harmonic and the hum of the channels; give none of `withheld` where they cannot be voltages
-    between lines, unless somebody `typed` that they are. Where nothing says it, warn of what three probes usually are.
+    between lines, unless somebody `typed` that they are. Where nothing says it, warn of signs that are too small for that.
     """
     if connection != "line":
         return
@@ -84,13 +89,59 @@ def judge_connection(
     if _judge_third(outcome, records, withheld, together=together, typed=typed):
         return
     if together and not typed and by_name(records[0].names) is None:
-        outcome.warn(
-            text(
-                "nothing says where the three probes were; they are taken as between two lines each. Three probes whose grounds are joined "
-                "measure against a star point instead, and the flux linkage is √3 times larger. State --connection line or phase"
-            ),
-            "connection-open",
+        _ask(outcome, records)
+
+
+def _ask(outcome: AnalysisOutcome, records: Sequence[BackEmfRecord]) -> None:
+    """Say what is assumed of three channels that nobody named; warn where they have a little of what voltages between lines cannot have."""
+    outcome.assume(
+        text(
+            "nothing says where the three probes were. Probes whose grounds are joined measure against a star point "
+            "(--connection phase), and the flux linkage is then √3 times larger"
         )
+    )
+    if not _distorted(records):
+        thirds = [_third(record, record.values) for record in records]
+        if all(share > _ASKS and share > _CLEAR * noise for share, noise in thirds):
+            outcome.warn(
+                text(
+                    "the three channels have a common third harmonic of {share:.2%} of the fundamental. A converter may make it, or "
+                    "they are phase voltages against the winding's own star point. They are taken as between two lines each. "
+                    "Give --connection line or neutral; the flux linkage differs by √3",
+                    share=max(share for share, _ in thirds),
+                ),
+                "connection-open",
+            )
+            return
+    for record in records:
+        for frequency, common, least in _hums(record):
+            if common > _HUM_ASKS and common > _COMMON * least:
+                outcome.warn(
+                    text(
+                        "the three channels have the same hum of {frequency:.0f} Hz, {share:.1%} of the fundamental. Voltages of the "
+                        "lines against ground have that. They are taken as between two lines each. Give --connection line or phase; "
+                        "the flux linkage differs by √3",
+                        frequency=frequency,
+                        share=common,
+                    ),
+                    "connection-open",
+                )
+                return
+
+
+def _distorted(records: Sequence[BackEmfRecord]) -> bool:
+    return any(finding.cause in _DISTORTS for record in records for finding in record.misfit.findings)
+
+
+def _third(record: BackEmfRecord, values: FloatArray) -> tuple[float, float]:
+    return in_phase_third(record.capture.times(), values, record.fit.model)
+
+
+def _hums(record: BackEmfRecord) -> Iterator[tuple[float, float, float]]:
+    """Give the frequency (Hz) of a record's hum, if any, its common part and that of the channel with the least."""
+    found = [float(f.figures["frequency"]) for f in record.misfit.findings if f.cause is Cause.HUM]
+    for frequency in found[:1]:
+        yield (frequency, *in_phase_hum(record.capture.times(), record.values, record.fit.model, frequency))
 
 
 def _judge_third(
@@ -102,14 +153,13 @@ def _judge_third(
     typed: bool,
 ) -> bool:
     """Tell whether a third harmonic contradicts voltages between lines, and give none of `withheld` then unless `typed`."""
+    if _distorted(records):
+        return False
     shares = []
     for record in records:
-        if any(finding.cause in _DISTORTS for finding in record.misfit.findings):
-            return False
-        time, model = record.capture.times(), record.fit.model
         sets = (record.values,) if together else record.values[:, None]
         for values in sets:
-            share, u_share = in_phase_third(time, values, model)
+            share, u_share = _third(record, values)
             if share < (_FLOOR if together else _LONE_FLOOR) or share < _CLEAR * u_share:
                 return False
             shares.append(share)
@@ -137,9 +187,7 @@ def _judge_third(
 def _judge_hum(outcome: AnalysisOutcome, records: Sequence[BackEmfRecord], withheld: Sequence[str]) -> bool:
     """Tell whether three channels have the same hum, and give none of `withheld` then: voltages between lines add up to nothing."""
     for record in records:
-        hums = [float(f.figures["frequency"]) for f in record.misfit.findings if f.cause is Cause.HUM]
-        for frequency in hums[:1]:
-            common, least = in_phase_hum(record.capture.times(), record.values, record.fit.model, frequency)
+        for frequency, common, least in _hums(record):
             if common > _LARGE and common > _COMMON * least:
                 outcome.withhold(
                     withheld,

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.captures.capture import Capture, CaptureError
+from bench.captures.hantek import is_hantek, read_hantek
 from bench.captures.hdf5 import read_hdf5
 from bench.captures.interval import check_interval
 from bench.captures.part import WHOLE, CapturePart
@@ -17,6 +18,7 @@ from bench.captures.rohde_schwarz import is_rohde_schwarz, read_rohde_schwarz
 from bench.captures.siglent import is_siglent, read_siglent
 from bench.captures.tektronix import is_tektronix, read_tektronix
 from bench.captures.text import read_lines
+from bench.captures.yokogawa import is_yokogawa, read_yokogawa
 from drivers.interfaces.text import text
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -26,12 +28,14 @@ _SCOPES = (
     (is_siglent, read_siglent),
     (is_rigol, read_rigol),
     (is_tektronix, read_tektronix),
+    (is_yokogawa, read_yokogawa),
+    (is_hantek, read_hantek),
 )
 
 
 def read_capture(path: Path | str, *, abscissa: str = "time", selection: CapturePart = WHOLE) -> Capture:
-    """Return a stored capture: Rohde & Schwarz, Siglent, Rigol or Tektronix CSV, a plain table, or motorbench HDF5 (`file.h5#name` for one
-    record of several); text may be gzip'ed.
+    """Return a stored capture: CSV of Rohde & Schwarz, Siglent, Rigol, Tektronix, Yokogawa or Hantek, a plain table, or motorbench HDF5
+    (`file.h5#name` for one record of several); text may be gzip'ed.
 
     `abscissa` ("time" or "angle") says what the first column of a table without headings is, `selection` which part is wanted. Raises
     CaptureError with file and line.

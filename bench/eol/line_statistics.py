@@ -188,6 +188,7 @@ def _parameter(
     # One motor far off is what a chart is for, and no reason to take its limits away.
     skewed = anderson_darling(bulk(sample)).rejected(NORMALITY_ALPHA)
     other = normality.rejected(NORMALITY_ALPHA)
+    possible = _possible(name)
     return ParameterStatistics(
         distribution=figures,
         normality=normality,
@@ -196,8 +197,10 @@ def _parameter(
         overall=of_moments(*moments, figures.standard_deviation, figures.limits, wanted.confidence),
         serial_numbers=tuple(serial for serial, _ in points),
         values=tuple(values),
-        chart=individuals_chart(values, rules=wanted.rules, normal=not skewed) if len(values) > 1 else None,
-        golden=tuple(_golden(serial, tests, wanted.confidence) for serial, tests in golden.items()),
+        chart=individuals_chart(values, rules=wanted.rules, normal=not skewed, possible=possible)
+        if len(values) > 1
+        else None,
+        golden=tuple(_golden(serial, tests, possible, wanted.confidence) for serial, tests in golden.items()),
     )
 
 
@@ -207,6 +210,15 @@ def _percentiles(
     ranks = ranks_of(figures.count, confidence)
     values = values_at(connection, figures, selection, needed(ranks, figures.count))
     return by_percentiles(figures.count, ranks, values, figures.limits)
+
+
+def _possible(name: str) -> tuple[float, float]:
+    """Return the range of a parameter's possible values; all numbers for one that no table has."""
+    definition = definition_of(name)
+    if definition is None:
+        return -math.inf, math.inf
+    bounds = definition.bounds
+    return bounds.low, math.inf if bounds.high is None else bounds.high
 
 
 def _has_limits(each: ParameterStatistics) -> bool:
@@ -235,8 +247,10 @@ def _associations(
     return tuple(sorted(found, key=lambda each: (order.index(each.failure), -abs(each.offset))))
 
 
-def _golden(serial: str, tests: Sequence[tuple[datetime, float]], confidence: float) -> Golden:
+def _golden(
+    serial: str, tests: Sequence[tuple[datetime, float]], possible: tuple[float, float], confidence: float
+) -> Golden:
     times, values = [at for at, _ in tests], [value for _, value in tests]
-    chart = individuals_chart(values) if len(values) > 1 else None
+    chart = individuals_chart(values, possible=possible) if len(values) > 1 else None
     result = drift([at.timestamp() for at in times], values, confidence)
     return Golden(serial, tuple(times), tuple(values), result, chart)

@@ -188,6 +188,8 @@ def _made(
     virtual: VirtualMotor | None,
     six_step: SixStepDrive | None,
 ) -> MotorFile:
+    if virtual is not None and nameplate.hall_sensors is None:
+        nameplate = replace(nameplate, hall_sensors=virtual.halls is not None)
     return MotorFile(
         source=source,
         content=content.decode("utf-8"),

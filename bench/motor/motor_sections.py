@@ -74,6 +74,7 @@ class NameplateSection(Section):
     insulation_test_voltage: float | None = number(
         "V", None, above=0.0, up_to=1e4, description="DC, between winding and frame"
     )
+    hall_sensors: bool | None = None
 
     @model_validator(mode="after")
     def _consistent(self) -> "NameplateSection":

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from drivers.interfaces.text import Text, text
 from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.parameters import PARAMETERS
+from sim_instruments.physics.motor.hall import SimulatedHallSensors
 from sim_instruments.physics.motor.motor import Connection as Winding
 from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
@@ -118,6 +119,7 @@ def assumed_motor(plate: Nameplate) -> tuple[VirtualMotor, tuple[Assumption, ...
         coulomb_friction=coulomb,
         viscous_friction=viscous,
         thermal_resistance=_WARMING / (1.5 * plate.rated_current**2 * resistance),
+        halls=None if plate.hall_sensors is False else SimulatedHallSensors(),
     )
     return motor, tuple(figures.assumed)
 

@@ -18,7 +18,8 @@ class Nameplate:
 
     `maximum_current` and `rated_speed_rpm` come from the data sheet only and are never guessed: where they
     are None, the nameplate procedure asks for them. `wire_colours` maps terminal to colour. `pole_pairs` is what the data
-    sheet claims, if anything. `insulation_test_voltage` (V DC) is what the insulation between winding and frame may be tested with.
+    sheet claims, if anything. `hall_sensors` says whether the motor has any; None where nobody said.
+    `insulation_test_voltage` (V DC) is what the insulation between winding and frame may be tested with.
     `expected` holds type values by parameter name, in the unit in which that is reported, `tolerance` how far a motor may be from
     them, as a share of the type value.
     """
@@ -38,6 +39,7 @@ class Nameplate:
     expected: Mapping[str, float] = field(default_factory=dict)
     insulation_test_voltage: float | None = None
     tolerance: Mapping[str, float] = field(default_factory=dict)
+    hall_sensors: bool | None = None
 
     @property
     def current_bound(self) -> float:

@@ -1,7 +1,7 @@
 """Hall sensors: order, polarity and place of three against the EMF."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -11,10 +11,11 @@ from pydantic import Field
 from drivers.interfaces import ProbeKind
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import ALL_OPEN, ConnectProbes, CoupleDynamometer, Node, ReleaseRotor, VoltageProbe
-from procedures.core.bench import ProcedureError, Role
+from procedures.core.bench import Bench, ProcedureError, Role
 from procedures.core.demand import Demand, Demands
+from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
-from procedures.core.result import MISSING_PART
+from procedures.core.result import MISSING_PART, Notice
 from procedures.core.settings import Settings
 from procedures.core.steps import step
 from procedures.estimation.emf.hall import SENSORS, HallFault, HallFinding, HallJudgement, Switching, judge, switching
@@ -26,6 +27,10 @@ _NODES = {1: Node.HALL_1, 2: Node.HALL_2, 3: Node.HALL_3}
 _LOGIC = 12.5
 #: Pole pairs that are taken where none are known, so that the record is long enough.
 _FEW = 1
+
+_NO_SENSORS = text(
+    "by its file this motor has no Hall sensors; leave this procedure out, or write nameplate.hall_sensors = true"
+)
 
 Seen = Mapping[int, Switching | None]
 
@@ -62,6 +67,13 @@ class HallSensors(Procedure[HallSensorsSettings]):
     needs: ClassVar[Demands] = {Role.OSCILLOSCOPE: Demand(waveforms=True, probes={ProbeKind.VOLTAGE: 2})}
     end_of_line: ClassVar[bool] = True
 
+    @classmethod
+    def check_capability(cls, bench: Bench, nameplate: Nameplate, settings: HallSensorsSettings) -> Sequence[Notice]:
+        """Report before the run that the motor has no Hall sensors."""
+        if nameplate.hall_sensors is not False:
+            return ()
+        return (Notice("cannot-support", Text("{name}: {why}", {"name": cls.name, "why": _NO_SENSORS})),)
+
     def measure(self) -> None:
         """Record all three, judge their leads, and measure their places."""
         self.prepare()
@@ -71,7 +83,9 @@ class HallSensors(Procedure[HallSensorsSettings]):
 
     @step("L6/1", "Open the terminals, couple the drive motor", by_hand=True)
     def prepare(self) -> None:
-        """Leave nothing on the terminals but a probe."""
+        """Leave nothing on the terminals but a probe. Raises ProcedureError where the motor's file says that there are no sensors."""
+        if self.nameplate.hall_sensors is False:
+            raise ProcedureError(_NO_SENSORS)
         self.bench.perform(ALL_OPEN, ReleaseRotor(), CoupleDynamometer())
 
     @step(

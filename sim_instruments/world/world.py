@@ -150,10 +150,11 @@ class World:
     def attach_voltage_probe(self, channel: int, positive: Node, negative: Node) -> None:
         """Put a channel's differential probe on two nodes: A, B, C, N, star (of equal resistors), S+ and S- of the supply, or loose.
 
-        Where the motor has Hall sensors, H1, H2, H3 and H0 are nodes, too; H0 counts as at the potential of the supply's minus.
+        The Hall sensors' leads H1, H2, H3 and H0 are nodes, too; H0 counts as at the potential of the supply's minus. A motor without
+        sensors has them dead, as where its connector is off.
         Raises ValueError for an unknown node, or N where the star point is not accessible.
         """
-        nodes = NODES if self.motor.halls is None else (*NODES, *HALL_NODES)
+        nodes = (*NODES, *HALL_NODES)
         for node in (positive, negative):
             if node not in nodes:
                 raise ValueError(f"node {node!r} is unknown; allowed are {', '.join(nodes)}")

@@ -6,12 +6,13 @@ from dataclasses import replace
 import pytest
 
 from bench.motor.motor_file import load_motor
+from procedures.core.bench import ProcedureError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.physics.motor.hall import SimulatedHallSensors
 from tests.runs.on_bench import measure, within
 
 FILE = load_motor("lg-400w")
-PLATE = replace(FILE.nameplate, pole_pairs=4)
+PLATE = replace(FILE.nameplate, pole_pairs=4, hall_sensors=True)
 
 
 def checked(halls, plate=PLATE, *settings):
@@ -71,12 +72,25 @@ def test_three_dead_ones_leave_nothing_else_to_measure():
     assert len(result.warnings) == 3
 
 
+def test_a_motor_whose_sensors_are_not_fitted_has_dead_leads():
+    result, found = checked(None)
+    assert found["hall_faults"].value == 3.0
+    assert result.findings["missing_part"] == "Hall sensors"
+
+
+def test_a_motor_without_sensors_is_refused_before_anything_is_connected():
+    assert load_motor("lg-400w").nameplate.hall_sensors is False
+    assert load_motor("92bl-30-25l").nameplate.hall_sensors is True
+    with pytest.raises(ProcedureError, match="this motor has no Hall sensors"):
+        checked(None, FILE.nameplate)
+
+
 def test_a_motor_made_for_another_offset_is_held_against_that():
     _, found = checked(SimulatedHallSensors(offset=math.radians(30.0)), PLATE, "offset=30")
     assert within(found["hall_offset"], 0.0)
 
 
 def test_without_pole_pairs_it_is_only_less_certain():
-    _, found = checked(SimulatedHallSensors(offset=math.radians(5.0)), FILE.nameplate)
+    _, found = checked(SimulatedHallSensors(offset=math.radians(5.0)), replace(PLATE, pole_pairs=None))
     assert within(found["hall_offset"], 5.0)
     assert found["hall_faults"].value == 0.0

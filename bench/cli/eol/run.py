@@ -146,8 +146,16 @@ def run(
     if counts.held_up is not None:
         print(f"motorbench: {counts.held_up.render(translate)}", file=sys.stderr)
     if counts.brakes and not stopped:
-        for brake in counts.brakes:
-            print(f"motorbench: {brake.why.render(translate)}", file=sys.stderr)
+        # Why was said when each applied, maybe hundreds of motors ago.
+        held = sorted({brake.socket for brake in counts.brakes})
+        sentence = (
+            text(
+                "the plan's [brakes] ended the batch. Remove the cause that was given; the same command then continues it"
+            )
+            if "" in held
+            else text("sockets that take no more motors: {sockets}. Remove the cause that was given", sockets=held)
+        )
+        print(f"motorbench: {sentence.render(translate)}", file=sys.stderr)
     if counts.unfinished:
         return _BRAKED
     passed = counts.verdicts[Verdict.PASS.value] == counts.motors

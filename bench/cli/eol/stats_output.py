@@ -213,15 +213,15 @@ def _print_chart(say: Callable[[Text], None], label: Text, each: ParameterStatis
             centre=figure(chart.centre / scale.factor, digits),
             unit=scale.unit,
         )
-        if not math.isfinite(chart.high - chart.low)
+        if not math.isfinite(chart.reach)
         else text(
             "{parameter}: last {count}: {line}  centre {centre}, control limits {low} … {high} {unit}",
             parameter=label,
             count=len(each.values),
             line=_spark(each.values[-60:], chart.low, chart.high),
             centre=figure(chart.centre / scale.factor, digits),
-            low=figure(chart.low / scale.factor, digits),
-            high=figure(chart.high / scale.factor, digits),
+            low=figure(chart.low / scale.factor, digits) if math.isfinite(chart.low) else "–",
+            high=figure(chart.high / scale.factor, digits) if math.isfinite(chart.high) else "–",
             unit=scale.unit,
         )
     )
@@ -253,9 +253,9 @@ def _print_golden(say: Callable[[Text], None], label: Text, each: ParameterStati
 
 
 def _spark(values: Sequence[float], low: float, high: float) -> str:
-    """Draw values as blocks between the control limits, or between their ends where there are none; what lies beyond is marked."""
-    if not (math.isfinite(low) and math.isfinite(high)):
-        low, high = min(values), max(values)
+    """Draw values as blocks between the control limits, or to the outermost value where there is none; what lies beyond is marked."""
+    low = low if math.isfinite(low) else min(values)
+    high = high if math.isfinite(high) else max(values)
     result = []
     for value in values:
         if not low <= value <= high:

@@ -61,6 +61,7 @@ class RecordWriter:
             spool.reserve()
         except BaseException:
             self._forwarding.close()
+            spool.close()
             raise
         self._forwarder = Forwarder(self._forwarding)
         self.register = SerialRegister(own, server, self._spooled)

@@ -33,6 +33,7 @@ class Chart:
     A point signals beyond `reach` sigma (rule 1), and the last one before the level changes for good (`SHIFT`). `false_alarms` is
     the share of charts of this length, of a process that does not change, on which anything signals: a bound, or for rules that
     were named, by simulation. Where the values are not normal, centre is the median, limits are infinite, and only a shift signals.
+    A limit that lies where no value can be is infinite, too.
     """
 
     centre: float
@@ -52,6 +53,7 @@ def individuals_chart(
     rules: Sequence[int] = (),
     false_alarms: float = 0.01,
     normal: bool = True,
+    possible: tuple[float, float] = (-math.inf, math.inf),
 ) -> Chart:
     """Return the chart of single values in their order; centre and sigma come from the first `baseline` of them, else all.
 
@@ -59,6 +61,7 @@ def individuals_chart(
     charts of this length signals for nothing. Named rules are Nelson's: 1 a point beyond 3 sigma; 2 nine in a row on one side; 3 six in
     a row rising or falling; 4 fourteen in a row up and down in turn; 5 two of three beyond 2 sigma on one side; 6 four of five
     beyond 1 sigma on one side; 7 fifteen in a row within 1 sigma; 8 eight in a row beyond 1 sigma on both sides.
+    `possible` is the range of values that there can be.
     Raises ValueError for fewer than two values.
     """
     data = np.asarray(values, dtype=np.float64)
@@ -81,7 +84,9 @@ def individuals_chart(
         found += [Signal(index, SHIFT) for index in _shift(data, (1.0 - _POINTS) * false_alarms)]
     signals = sorted(found, key=lambda signal: (signal.index, signal.rule))
     half = reach * sigma if math.isfinite(reach) else math.inf
-    return Chart(centre, sigma, centre - half, centre + half, _D4 * mean_range, tuple(signals), reach, alarms)
+    low = centre - half if centre - half > possible[0] else -math.inf
+    high = centre + half if centre + half < possible[1] else math.inf
+    return Chart(centre, sigma, low, high, _D4 * mean_range, tuple(signals), reach, alarms)
 
 
 @cache

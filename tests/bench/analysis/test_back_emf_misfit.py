@@ -211,15 +211,33 @@ def test_hum_that_is_the_same_in_three_channels_says_that_no_lines_were_probed(t
 
 
 @pytest.mark.parametrize(
-    ("names", "typed", "asked"),
-    [("CH1 CH2 CH3", None, True), ("CH1 CH2 CH3", "line", False), ("Uab Ubc Uca", None, False)],
+    ("names", "third", "typed", "asked"),
+    [
+        ("CH1 CH2 CH3", 0.0, None, False),
+        ("CH1 CH2 CH3", 0.004, None, True),
+        ("CH1 CH2 CH3", 0.004, "line", False),
+        ("Uab Ubc Uca", 0.004, None, False),
+    ],
 )
-def test_three_probes_that_nobody_says_the_place_of_are_asked_about(
-    tmp_path: Path, names: str, typed: Literal["line"] | None, asked: bool
+def test_three_probes_are_asked_about_where_they_show_a_little_of_a_star_point(
+    tmp_path: Path, names: str, third: float, typed: Literal["line"] | None, asked: bool
 ) -> None:
-    path = three(tmp_path, names, third=0.0, line=True)
-    warnings = analyze_back_emf(path, coupling={"": "dc"}, connection=typed)["warnings"]
-    assert ("connection-open" in {each["id"] for each in warnings}) is asked
+    path = three(tmp_path, names, third=third)
+    found = analyze_back_emf(path, coupling={"": "dc"}, connection=typed)
+    assert ("connection-open" in {each["id"] for each in found["warnings"]}) is asked
+    assert any("--connection phase" in line for line in found["assumptions"]) is (
+        names == "CH1 CH2 CH3" and typed is None
+    )
+
+
+def test_three_probes_with_the_same_faint_hum_are_asked_about(tmp_path: Path) -> None:
+    path = three(tmp_path, "CH1 CH2 CH3", third=0.0)
+    columns = np.loadtxt(path, delimiter=",", skiprows=1)
+    columns[:, 1:] += 0.15 * np.sin(2.0 * np.pi * 50.0 * columns[:, [0]])
+    np.savetxt(path, columns, delimiter=",", header="t (s),CH1 (V),CH2 (V),CH3 (V)", comments="")
+    found = analyze_back_emf(path, coupling={"": "dc"})
+    assert "connection-open" in {each["id"] for each in found["warnings"]}
+    assert "flux_linkage" in found["parameters"]
 
 
 def test_pole_pairs_that_the_speed_contradicts_give_no_mechanical_constants(tmp_path: Path) -> None:

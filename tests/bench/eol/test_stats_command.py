@@ -262,6 +262,18 @@ def test_the_motors_behind_a_figure(capsys: pytest.CaptureFixture[str], referenc
     assert (code, "--from and --to go with --parameter" in err) == (2, True)
 
 
+def test_a_figure_that_cannot_be_negative_has_no_control_limit_below_zero(call: Call, put: Put) -> None:
+    for value in np.abs(np.random.default_rng(1).normal(0.9, 0.3, 40)):
+        put(resistance_unbalance=float(value))
+    code, out, _ = call("--json")
+    chart = json.loads(out)["parameters"]["resistance_unbalance"]["chart"]
+    assert (code, chart["low"], chart["high"] > 1.5) == (0, None, True)
+    code, out, _ = call("--parameter", "resistance_unbalance")
+    words = " ".join(out.split())
+    assert "control limits – …" in words
+    assert "▽" not in words
+
+
 def test_a_chart_of_what_is_not_normally_distributed_has_no_limits_in_words(call: Call, put: Put) -> None:
     for value in np.random.default_rng(3).lognormal(0.0, 1.0, 120):
         put(stator_resistance=float(value))

@@ -87,6 +87,8 @@ def test_ten_of_ten_that_cannot_be_measured_stop_the_line(bench: Any, capsys: py
     assert brake["socket"] == ""
     assert "the line takes no more motors: 3 motors in a row could not be measured, the last one was V" in brake["why"]
     assert "its uncertainty is too large" in err
+    assert err.count("the line takes no more motors") == 1
+    assert "the plan's [brakes] ended the batch" in err
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from bench.cli.main import main
 from bench.eol.limits import GuardBand
 from bench.eol.line.judging import MotorJudge
 from bench.eol.line.motor_record import KeptWaveforms, UnitTest, record_of
-from bench.eol.line.record_writer import own_records
+from bench.eol.line.record_writer import open_record_writer, own_records
 from bench.eol.line.workers.messages import Task
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import open_database
@@ -28,11 +28,22 @@ from bench.eol.store.insertion import insert_record
 from bench.eol.store.spool import FOLDER
 from bench.eol.store.waiting import Waiting
 from bench.eol.verdict import Verdict
+from bench.i18n.errors import InputError
 from bench.i18n.language import translator
 from bench.journal.disk import write_file
 from bench.journal.errors import RecordError
 from tests.bench.eol.loaded_workers import loaded_workers
 from tests.bench.eol.motor_records import NOON
+
+
+def test_a_full_disk_leaves_no_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(file: int, offset: int, size: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    with pytest.raises(InputError, match="no room"):
+        open_record_writer(str(tmp_path / "records.sqlite"), tmp_path / "runs")
+    assert not (tmp_path / "runs" / FOLDER).exists()
 
 
 def numbers(reference: Path, batch: str = "small") -> list[int]:

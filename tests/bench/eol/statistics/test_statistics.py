@@ -178,6 +178,14 @@ def test_limits_come_from_the_moving_range() -> None:
     assert chart.range_high == pytest.approx(3.267)
 
 
+def test_a_limit_where_no_value_can_be_is_none() -> None:
+    values = [0.1, 1.2, 0.3, 0.9, 0.2, 1.1]
+    assert individuals_chart(values).low < 0.0
+    bounded = individuals_chart(values, possible=(0.0, math.inf))
+    assert (bounded.low, bounded.high) == (-math.inf, individuals_chart(values).high)
+    assert individuals_chart(values, possible=(-math.inf, 1.5)).high == math.inf
+
+
 @given(st.lists(st.floats(-10, 10), min_size=2, max_size=60))
 def test_turning_the_values_over_breaks_the_same_rules(values: list[float]) -> None:
     up = individuals_chart(values, rules=(2, 3, 4)).signals
