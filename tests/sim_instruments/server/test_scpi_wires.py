@@ -10,7 +10,6 @@ from sim_instruments.server.served_bench import ServedBench
 from tests.sim_instruments.motors import BENCH_MOTOR
 from tests.sim_instruments.server import wires
 
-
 #: An answer comes within this time (s), however busy the machine.
 PATIENCE = 60.0
 #: Messages of a client that floods: they are worked off in a second of a processor.
