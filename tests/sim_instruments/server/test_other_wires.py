@@ -2,7 +2,6 @@ import os
 import socket
 import struct
 import threading
-import time
 
 import canopen
 import numpy as np
@@ -87,31 +86,28 @@ def test_requests_without_end_that_nobody_reads_the_answers_to_harm_nobody(bench
         deaf.settimeout(0.3)
         with pytest.raises(TimeoutError):
             deaf.sendall(frame(2, b"\x03\0\x09\0\x01") * 1_000_000)
+        # The deaf one still waits for room meanwhile.
         for _ in range(20):
-            before = time.perf_counter()
             good.sendall(frame(2, b"\x03\0\x09\0\x01"))
             assert wires.exactly(good, 11)[-2:] == b"\0\x04"
-            assert time.perf_counter() - before < 1.0
 
 
 def test_faults_of_the_modbus_line(bench: ServedBench) -> None:
     faults, request = bench.bench.faults("dynamometer"), frame(2, b"\x03\0\x09\0\x01")
     with wires.stream(bench.addresses()["dynamometer"]["tcp"]) as connection:
 
-        def reply() -> bytes:
+        def reply(patience: float = 10.0) -> bytes:
             connection.sendall(request)
-            connection.settimeout(0.2)
-            try:
-                return bytes(connection.recv(100))
-            except TimeoutError:
-                return b""
+            connection.settimeout(patience)
+            return bytes(connection.recv(100))
 
         whole = reply()
         try:
             for kind in ("half", "silence", "garbage", "late"):
                 faults.add(Fault.on(kind, "read 2 0009H 1", delay=2.0))
             assert reply() == whole[:5]
-            assert reply() == b""
+            with pytest.raises(TimeoutError):
+                reply(0.2)
             garbage = reply()
             assert (garbage[:7], len(garbage)) == (whole[:7], len(whole))
             assert garbage != whole

@@ -27,14 +27,48 @@ ZERO, DISABLE = item(Do.COMMAND_ZERO, Role.INVERTER), item(Do.DISABLE, Role.INVE
 OFF, DECAYED = item(Do.OUTPUT_OFF, Role.SUPPLY), item(Do.VOLTAGE_DECAYED, Role.SUPPLY)
 
 
+class Clock:
+    """A clock (s) that stands still until it is moved on, and counts how often it was looked at."""
+
+    def __init__(self) -> None:
+        self.now = 1000.0
+        self._looks = 0
+
+    def __call__(self) -> float:
+        self._looks += 1
+        return self.now
+
+    def move_on(self, seconds: float) -> None:
+        """Move on, and see that the watch has noticed, and has heard what it was told before."""
+        self.heard()
+        self.now += seconds
+        self.heard()
+
+    def heard(self) -> None:
+        """Wait until the watch has gone round some times, which takes it some looks each."""
+        until, pause = self._looks + 12, threading.Event()
+        for _ in range(4000):
+            if self._looks >= until:
+                return
+            pause.wait(0.005)
+        raise AssertionError("the watch does not look at its clock")
+
+
+class Starved(RunQueue):
+    """Threads of a run that have waited for a processor for a minute."""
+
+    def waited(self) -> float:
+        return 60.0
+
+
 class Instruments:
     """Counts what is done."""
 
     def __init__(self, *items: Item) -> None:
         self.items = items or (OFF, DECAYED)
         self.done: list[Do] = []
-        #: What was commanded to which role, and when (s, monotonic).
-        self.commanded: list[tuple[Role, float]] = []
+        #: The roles that were commanded.
+        self.commanded: list[Role] = []
         self.busy: set[Role] = set()
         #: What a measurement finds wrong, nothing where all is off.
         self.still = ""
@@ -57,7 +91,7 @@ class Instruments:
         for one in items:
             if wanted is None or wanted(one):
                 self.done.append(one.do)
-                self.commanded.append((one.role, time.monotonic()))
+                self.commanded.append(one.role)
                 found = Measured(0.1, "V") if one.measures else None
                 self.allowed += [longest] if one.measures else []
                 outcomes.append(Outcome(one, self.still if one.measures else "", found))
@@ -92,8 +126,9 @@ class Watched:
         self.thread = threading.Thread(target=self.watch.run)
         self.thread.start()
 
-    def tell(self, **message: Any) -> None:
-        os.write(self.outgoing, encode(message))
+    def tell(self, *messages: dict[str, Any], **message: Any) -> None:
+        """Send messages, all at once."""
+        os.write(self.outgoing, b"".join(map(encode, messages or (message,))))
 
     def ended(self) -> list[str]:
         """Return the causes for which it acted, once it has left."""
@@ -101,12 +136,22 @@ class Watched:
         assert not self.thread.is_alive()
         return [data["cause"] for kind, data in self.journal.events if kind == "took"]
 
-    def await_said(self, key: str) -> Any:
+    def until(self, condition: Callable[[], object]) -> None:
         deadline = time.monotonic() + 20.0
-        while not (found := [message[key] for message in list(self.said) if key in message]):
+        while not condition():
             assert time.monotonic() < deadline, self.said
-            self.thread.join(0.01)
-        return found[0]
+            self.thread.join(0.005)
+
+    def all_said(self, key: str) -> list[Any]:
+        return [message[key] for message in list(self.said) if key in message]
+
+    def await_said(self, key: str) -> Any:
+        self.until(lambda: self.all_said(key))
+        return self.all_said(key)[0]
+
+    def await_done(self, *items: Do) -> None:
+        self.until(lambda: len(self.instruments.done) >= len(items))
+        assert self.instruments.done == list(items)
 
     def close(self) -> None:
         for end in (self.incoming, self.outgoing):
@@ -130,6 +175,14 @@ def watched() -> Iterator[type[Watched]]:
         one.close()
 
 
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """The watch's clock in the hands of the test: what must happen in time happens in time on a loaded machine, too."""
+    made = Clock()
+    monkeypatch.setattr("bench.safety.guardian.watch.monotonic", made)
+    return made
+
+
 def test_a_run_that_is_done_needs_nothing(watched: type[Watched]) -> None:
     one = watched()
     one.tell(beat=1, age=0.1)
@@ -151,30 +204,18 @@ def test_a_run_that_died(watched: type[Watched]) -> None:
 def test_a_silent_run_is_kept_off_until_it_says_that_it_is_awake(watched: type[Watched]) -> None:
     one = watched(heartbeat=0.2)
     assert one.await_said("took") == "no heartbeat for 0.2 s"
-    while one.instruments.done.count(Do.OUTPUT_OFF) < 3:
-        one.thread.join(0.01)
+    one.until(lambda: one.instruments.done.count(Do.OUTPUT_OFF) >= 3)
     one.tell(beat=7, age=0.0)
-    while len([message for message in list(one.said) if "took" in message]) < 2:
-        one.thread.join(0.01)
-    one.tell(awake=True)
-    one.tell(down=True)
-    one.tell(done=True, journal=True)
+    one.until(lambda: len(one.all_said("took")) >= 2)
+    one.tell({"awake": True}, {"down": True}, {"done": True, "journal": True})
     assert one.ended() == ["no heartbeat for 0.2 s"]
 
 
-def test_a_run_that_got_no_processor_is_given_the_same_time_once_more_and_no_longer(
-    watched: type[Watched], tmp_path: Path
-) -> None:
-    counted = tmp_path / "17" / "task" / "17" / "schedstat"
-    counted.parent.mkdir(parents=True)
-    counted.write_text("0 0 0\n")
-    one = watched(heartbeat=0.4, queue=RunQueue(17, tmp_path))
+def test_a_run_that_got_no_processor_is_given_the_same_time_once_more_and_no_longer(watched: type[Watched]) -> None:
     begun = time.monotonic()
-    one.tell(beat=1, age=0.0)
-    one.await_said("echo")
-    counted.write_text("0 60000000000 9\n")
+    one = watched(heartbeat=0.4, queue=Starved(os.getpid()))
     assert one.await_said("took") == "no heartbeat for 0.4 s"
-    assert 0.8 <= time.monotonic() - begun < 5.0
+    assert time.monotonic() - begun >= 0.8
     os.close(one.outgoing)
     one.ended()
 
@@ -188,12 +229,14 @@ def test_a_run_that_does_not_get_on(watched: type[Watched]) -> None:
     one.ended()
 
 
-def test_a_block_that_is_not_off_in_time_is_helped_and_the_run_goes_on(watched: type[Watched]) -> None:
+def test_a_block_that_is_not_off_in_time_is_helped_and_the_run_goes_on(watched: type[Watched], clock: Clock) -> None:
     one = watched()
     one.tell(on=["supply"])
     one.tell(ending="supply")
-    while not one.instruments.done:
-        one.thread.join(0.01)
+    clock.move_on(0.39)
+    assert one.instruments.done == []
+    clock.move_on(0.02)
+    one.await_done(Do.OUTPUT_OFF)
     one.tell(beat=3, age=0.0)
     assert one.await_said("echo") == 3
     one.tell(down=True)
@@ -210,7 +253,9 @@ def test_a_lost_journal_has_its_outcomes_here(watched: type[Watched]) -> None:
 
 
 @pytest.mark.parametrize("answers", [True, False])
-def test_an_alarm_is_the_runs_own_business_unless_it_does_nothing(watched: type[Watched], answers: bool) -> None:
+def test_an_alarm_is_the_runs_own_business_unless_it_does_nothing(
+    watched: type[Watched], clock: Clock, answers: bool
+) -> None:
     one = watched()
     one.watch.alarm("the door, which is open")
     assert one.await_said("alarm") == "the door, which is open"
@@ -220,6 +265,7 @@ def test_an_alarm_is_the_runs_own_business_unless_it_does_nothing(watched: type[
         assert one.ended() == []
     else:
         one.tell(ended="supply")
+        clock.move_on(0.41)
         assert one.await_said("took") == "the door, which is open"
         os.close(one.outgoing)
         one.ended()
@@ -227,7 +273,7 @@ def test_an_alarm_is_the_runs_own_business_unless_it_does_nothing(watched: type[
 
 @pytest.mark.parametrize("begins", [True, False])
 def test_a_requested_stop_is_the_runs_own_business_unless_it_does_not_begin(
-    watched: type[Watched], begins: bool
+    watched: type[Watched], clock: Clock, begins: bool
 ) -> None:
     one = watched()
     one.tell(stop="Ctrl-C")
@@ -240,6 +286,7 @@ def test_a_requested_stop_is_the_runs_own_business_unless_it_does_not_begin(
         assert one.ended() == []
     else:
         took = "the run has not begun its shutdown 0.5 s after it was requested by Ctrl-C"
+        clock.move_on(0.51)
         assert one.await_said("took") == took
         os.close(one.outgoing)
         assert one.ended() == [took]
@@ -248,9 +295,7 @@ def test_a_requested_stop_is_the_runs_own_business_unless_it_does_not_begin(
 def test_a_source_that_does_not_answer_is_switched_off_at_once_and_the_run_goes_on(watched: type[Watched]) -> None:
     one = watched()
     one.tell(unanswered="the supply, which is energised and has not answered for 0.7 s", role="supply")
-    while not one.instruments.done:
-        one.thread.join(0.01)
-    assert one.instruments.done == [Do.OUTPUT_OFF]
+    one.await_done(Do.OUTPUT_OFF)
     one.tell(down=True)
     one.tell(done=True, journal=True)
     assert one.ended() == ["the supply, which is energised and has not answered for 0.7 s"]
@@ -266,9 +311,7 @@ def test_a_disk_that_hangs_keeps_nothing_on(
     record = GuardianRecord(tmp_path)
     one = watched(record=record)
     one.tell(unanswered="the supply, which is energised and has not answered for 0.7 s", role="supply")
-    while not one.instruments.done:
-        one.thread.join(0.01)
-    assert one.instruments.done == [Do.OUTPUT_OFF]
+    one.await_done(Do.OUTPUT_OFF)
     assert [event.kind for event in read_guardian(tmp_path)] in ([], ["took"])
     answers.set()
     one.tell(down=True)
@@ -337,15 +380,18 @@ def test_who_needs_one(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("off", [True, False])
-def test_a_shutdown_that_does_not_switch_everything_off_in_time_is_helped(watched: type[Watched], off: bool) -> None:
+def test_a_shutdown_that_does_not_switch_everything_off_in_time_is_helped(
+    watched: type[Watched], clock: Clock, off: bool
+) -> None:
     one = watched()
     one.tell(on=["supply"])
     one.tell(down=True)
     if off:
         one.tell(on=[])
+        clock.move_on(0.41)
     else:
-        while not one.instruments.done:
-            one.thread.join(0.01)
+        clock.move_on(0.41)
+        one.await_done(Do.OUTPUT_OFF)
     one.tell(done=True, journal=True, unsafe=not off)
     took = [] if off else ["the run's shutdown has not switched everything off within 0.4 s"]
     assert one.ended() == [*took, *([] if off else ["the run could not switch everything off"])]
@@ -374,34 +420,35 @@ def test_a_run_that_waits_is_not_kept_by_an_instrument_that_is_mute_to_the_guard
     assert Do.CURRENT_ZERO in one.instruments.done
 
 
-def test_the_end_of_an_inner_block_gives_the_outer_ones_no_more_time(watched: type[Watched]) -> None:
+def test_the_end_of_an_inner_block_gives_the_outer_ones_no_more_time(watched: type[Watched], clock: Clock) -> None:
     one = watched(DISABLE, OFF)
     one.tell(on=["inverter", "supply"])
-    begun = time.monotonic()
     one.tell(ending="inverter")
-    time.sleep(0.3)  # noqa: TID251  the inner block takes its time
+    clock.move_on(0.3)
     one.tell(on=["supply"])
     one.tell(ended="inverter")
     one.tell(ending="supply")
-    while not one.instruments.done:
-        one.thread.join(0.005)
-    # Twice 0.4 s, had the clock been started anew.
-    assert 0.4 <= one.instruments.commanded[0][1] - begun < 0.7
-    assert one.instruments.done == [Do.OUTPUT_OFF]
+    clock.move_on(0.09)
+    assert one.instruments.done == []
+    clock.move_on(0.02)
+    one.await_done(Do.OUTPUT_OFF)
     one.tell(done=True, journal=True)
     one.ended()
 
 
-def test_an_outer_block_whose_procedure_has_handled_the_error_is_left_alone(watched: type[Watched]) -> None:
+def test_an_outer_block_whose_procedure_has_handled_the_error_is_left_alone(
+    watched: type[Watched], clock: Clock
+) -> None:
     one = watched(DISABLE, OFF)
     one.tell(on=["inverter", "supply"])
     one.tell(ending="inverter")
     one.tell(on=["supply"])
     one.tell(ended="inverter")
-    one.thread.join(0.5)
+    clock.move_on(0.5)
     # Nor does a later error find the time of the first one over.
     one.tell(handled=True)
     one.tell(ending="supply")
+    clock.move_on(0.3)
     one.tell(on=[])
     one.tell(ended="supply")
     one.tell(down=True)
@@ -410,7 +457,7 @@ def test_an_outer_block_whose_procedure_has_handled_the_error_is_left_alone(watc
     assert one.instruments.done == []
 
 
-def test_a_block_whose_end_failed_is_not_forgotten_over_the_next(watched: type[Watched]) -> None:
+def test_a_block_whose_end_failed_is_not_forgotten_over_the_next(watched: type[Watched], clock: Clock) -> None:
     one = watched(DISABLE, OFF)
     one.tell(on=["inverter", "supply"])
     one.tell(ending="inverter")
@@ -418,8 +465,8 @@ def test_a_block_whose_end_failed_is_not_forgotten_over_the_next(watched: type[W
     one.tell(on=["inverter"])
     one.tell(ended="supply")
     one.tell(handled=True)
-    while not one.instruments.done:
-        one.thread.join(0.005)
+    clock.move_on(0.41)
+    one.await_done(Do.DISABLE)
     one.tell(done=True, journal=True)
     assert one.ended() == ["what was energised is not off 0.4 s after an error"]
     assert one.instruments.done == [Do.DISABLE]
@@ -427,14 +474,12 @@ def test_a_block_whose_end_failed_is_not_forgotten_over_the_next(watched: type[W
 
 @pytest.mark.parametrize("by_itself", [True, False])
 def test_a_run_is_helped_with_the_silent_role_first_and_has_time_for_the_others(
-    watched: type[Watched], by_itself: bool
+    watched: type[Watched], clock: Clock, by_itself: bool
 ) -> None:
     one = watched(ZERO, DISABLE, OFF, DECAYED)
     one.tell(on=["inverter", "supply"])
-    begun = time.monotonic()
     one.tell(unanswered="the supply, which …", role="supply")
-    while not one.instruments.done:
-        one.thread.join(0.005)
+    one.await_done(Do.OUTPUT_OFF)
     one.tell(ending="inverter")
     one.tell(beat=1, age=0.0)
     # It is heard meanwhile.
@@ -442,24 +487,27 @@ def test_a_run_is_helped_with_the_silent_role_first_and_has_time_for_the_others(
     if by_itself:
         one.tell(on=["supply"])
         one.tell(ended="inverter")
+    else:
+        clock.now += 0.19
+        clock.heard()
+        assert one.instruments.done == [Do.OUTPUT_OFF]
+        clock.now += 0.02
     one.await_said("walked")
     one.tell(on=[])
     one.tell(down=True)
     one.tell(done=True, journal=True)
     assert one.ended() == ["the supply, which …"]
     assert one.instruments.done == [Do.OUTPUT_OFF, *([] if by_itself else [Do.COMMAND_ZERO, Do.DISABLE])]
-    assert by_itself or 0.15 < one.instruments.commanded[1][1] - begun < 0.35
 
 
 def test_a_run_that_dies_while_it_is_helped_leaves_the_rest_to_the_guardian(watched: type[Watched]) -> None:
     one = watched(DISABLE, OFF)
     one.tell(on=["inverter", "supply"])
     one.tell(unanswered="the supply, which …", role="supply")
-    while not one.instruments.done:
-        one.thread.join(0.005)
+    one.await_done(Do.OUTPUT_OFF)
     os.close(one.outgoing)
     assert one.ended() == ["the supply, which …", "the run's process has died"]
-    assert {role for role, _ in one.instruments.commanded} == {Role.INVERTER, Role.SUPPLY}
+    assert set(one.instruments.commanded) == {Role.INVERTER, Role.SUPPLY}
 
 
 def test_an_instrument_that_is_still_stuck_is_tried_again_for_a_run_that_could_not_switch_it_off(
