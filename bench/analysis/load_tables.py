@@ -20,7 +20,7 @@ from procedures.estimation.flux.capability import largest_torque
 from procedures.estimation.flux.flux_map import GainLimits, MapFigure, MeasuredFluxMap
 from procedures.estimation.flux.inductances import characteristic_current
 from procedures.estimation.flux.mtpa import MtpaPoint, maximum_torque_per_ampere
-from procedures.estimation.flux.published_map import read_map
+from procedures.estimation.flux.published_map import on_grid, read_map
 from procedures.techniques.maps.ended import LEFT_OUT, broken_words
 from procedures.techniques.maps.results import AT_EDGE, at_edge, table_of
 from procedures.techniques.maps.shaft_torque import TORQUE_DIFFERS
@@ -90,7 +90,10 @@ def analyze_flux_map(
             result["withheld"] = withheld_rows(("flux_linkage", "d_axis_inductance", "q_axis_inductance"), withheld.cause.value,
                                          sentence(withheld).render(translate), "flux-map")  # fmt: skip
             return result
-        _of_map(found.map, result, pole_pairs, voltage, current, resistance, translate, digits_of(columns))
+        # Set points are exact, however round; readings have their last digit's error.
+        read = ("psi_d", "psi_q") if on_grid(points) else ("psi_d", "psi_q", "i_d", "i_q")
+        digits = digits_of({name: columns[name] for name in read})
+        _of_map(found.map, result, pole_pairs, voltage, current, resistance, translate, digits)
     except EstimationError as error:
         raise InputError(at(str(path), text_of(error))) from error
     result["assumptions"].append(

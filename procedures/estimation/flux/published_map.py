@@ -32,6 +32,8 @@ _NEAR_ZERO = 0.1
 _SAME = 2e-3
 #: Rows at one current that differ from their mean by more (share of the largest flux linkage) are not of one state of a motor.
 _REPEATS = 0.03
+#: Standard deviation of normal values over the median of their size.
+_NORMAL = 1.4826
 #: A row this much farther (times any row elsewhere, share of the largest flux linkage) off the quadratic through its neighbours is odd.
 _ODD, _ODD_SHARE, _NEIGHBOURS = 2.5, 0.03, 14
 #: A torque column this even over that of the fluxes (relative scatter) was computed.
@@ -110,9 +112,7 @@ def read_map(
     at, values, sigma = folded
     surface = fit_surface(at, values, symmetric=symmetric)
     if sigma is None:
-        left = values - surface(at)
-        # A surface through every row leaves nothing; what repeated rows show is there all the same.
-        sigma = np.broadcast_to(np.maximum(np.sqrt(np.mean(left**2, axis=0)), noise), values.shape)
+        sigma = np.broadcast_to(np.maximum(_scatter(surface, at, values), noise), values.shape)
     shared = _shared(gains or GainLimits(), at, values, surface.slopes(at))
     result = MeasuredFluxMap(at, values, np.diag(sigma.ravel() ** 2), symmetric, shared=shared)
     slopes = surface.slopes(at)
@@ -185,9 +185,9 @@ def _finding(cause: Cause, answer: Answer, figures: dict[str, float | str]) -> F
 
 def _holes(points: FloatArray, missing: int) -> int:
     """Return how many places of a table's grid hold nothing: rows without numbers, and currents inside that no row has."""
-    i_d, i_q = (np.unique(np.round(points[:, k], 6)) for k in (0, 1))
-    if i_d.size * i_q.size > 2 * len(points) or min(i_d.size, i_q.size) < 3:
+    if not on_grid(points):
         return missing
+    i_d, i_q = (np.unique(np.round(points[:, k], 6)) for k in (0, 1))
     there = {(round(d, 6), round(q, 6)) for d, q in points.tolist()}
     absent = 0
     for d in i_d:
@@ -313,6 +313,20 @@ def _folded(points: FloatArray, flux: FloatArray, spread: FloatArray | None) -> 
     at = np.where(np.abs(at) <= 1e-6 * size, 0.0, at)
     mean[at[:, 1] == 0.0, 1] = 0.0
     return True, (at, mean, None if spread is None else spread[upper])
+
+
+def _scatter(surface: FluxSurface, at: FloatArray, values: FloatArray) -> FloatArray:
+    """Return the rows' scatter (V·s) in ψ_d and ψ_q: a surface through every row leaves nothing, what the other rows say of each does."""
+    left = np.sqrt(np.mean((values - surface(at)) ** 2, axis=0))
+    # At a table's edge the others say little: the median leaves that out.
+    others = [_NORMAL * float(np.median(np.abs(each.left_out))) for each in (surface.d, surface.q)]
+    return np.maximum(left, others)
+
+
+def on_grid(points: FloatArray) -> bool:
+    """Tell whether currents (n, 2) are the set points of a grid, rather than readings: few values, each of them in many rows."""
+    i_d, i_q = (np.unique(np.round(points[:, k], 6)) for k in (0, 1))
+    return i_d.size * i_q.size <= 2 * len(points) and min(i_d.size, i_q.size) >= 3
 
 
 def _shared(gains: GainLimits, at: FloatArray, values: FloatArray, slopes: FloatArray) -> dict[str, FloatArray]:

@@ -235,6 +235,16 @@ def test_all_three_windings_alike_and_too_large_are_one_finding() -> None:
     assert "R +10.6 %" in one.words.render()
 
 
+@pytest.mark.parametrize(
+    ("factor", "odd", "code"), [(1.1, 1.028, "WINDING"), (1.0, 1.2, "JOINT-A"), (1.02, 1.2, "JOINT-A")]
+)
+def test_one_winding_is_at_fault_only_where_it_makes_the_mean_so_large(factor: float, odd: float, code: str) -> None:
+    phases = {"A": 0.016 * factor * odd, "B": 0.016 * factor, "C": 0.016 * factor}
+    found = {"stator-resistance-dc": {"phase_resistances": phases}}
+    (one,) = diagnose(found, [figure("stator_resistance", sum(phases.values()) / 3.0, 0.0152, 0.0168)], ())
+    assert one.code == code
+
+
 def test_another_number_of_turns_is_another_type() -> None:
     figures = [figure("stator_resistance", 0.0121, 0.0152, 0.0168), figure("flux_linkage", 7.4e-3, 8.1e-3, 8.9e-3)]
     assert [each.code for each in diagnose({}, figures, ())] == ["TYPE"]
