@@ -2,24 +2,43 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from operator import mul
+from typing import Any
 
 import numpy as np
-from scipy.integrate import RK45
 
 from sim_instruments.physics.circuits.windings import FloatArray
 from sim_instruments.physics.integration.integration_step import Begin, IntegrationStep, relative_error
+from sim_instruments.physics.integration.stages import compiled, numbered, weighted
 from sim_instruments.physics.integration.swing_equations import Law
 
-# With Shampine's interpolant; SciPy holds the tables. The second stage has no part in the result.
-_C = [float(c) for c in RK45.C]
-_A = [tuple(float(a) for a in row[:stage]) for stage, row in enumerate(RK45.A)]
-_B = [float(b) for b in RK45.B]
-_E = [float(e) for e in RK45.E]
-_P: FloatArray = np.asarray(RK45.P, dtype=np.float64)
+_C = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0)
+_A = (
+    (),
+    (1 / 5,),
+    (3 / 40, 9 / 40),
+    (44 / 45, -56 / 15, 32 / 9),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+)
+_B = (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84)
+_E = (-71 / 57600, 0.0, 71 / 16695, -71 / 1920, 17253 / 339200, -22 / 525, 1 / 40)
+#: Shampine's interpolant. The second stage has no part in it, nor in the result.
+_P: FloatArray = np.array(
+    (
+        (1.0, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432),
+        (0.0, 0.0, 0.0, 0.0),
+        (0.0, 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799),
+        (0.0, -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 / 1880347072),
+        (0.0, 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632),
+        (0.0, -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844),
+        (0.0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423),
+    )
+)
 #: Close to the 3.3 decays of a step up to which the method is stable.
 _STABLE = 1.5
-_P_COLUMNS = [[float(p) for p in column] for column in _P.T]
+_P_COLUMNS: list[list[float]] = _P.T.tolist()
 
 
 @dataclass
@@ -44,40 +63,10 @@ class DormandPrince:
 
     def tried(self, law: Law, begin: Begin, length: float) -> tuple[ExplicitStep, float]:
         """Return a step of a length (s), and its error relative to what is allowed."""
-        start, state, first, direction = begin.start, begin.state, begin.slopes, begin.direction
-        (a20,), (a30, a31), (a40, a41, a42), (a50, a51, a52, a53), (a60, a61, a62, a63, a64) = _A[1:]
-        _, c2, c3, c4, c5, c6 = _C
-        point = [y + length * (a20 * k1) for y, k1 in zip(state, first, strict=True)]
-        second = law(start + c2 * length, point, direction)[0]
-        point = [y + length * (a30 * k1 + a31 * k2) for y, k1, k2 in zip(state, first, second, strict=True)]
-        third = law(start + c3 * length, point, direction)[0]
-        point = [
-            y + length * (a40 * k1 + a41 * k2 + a42 * k3)
-            for y, k1, k2, k3 in zip(state, first, second, third, strict=True)
-        ]
-        fourth = law(start + c4 * length, point, direction)[0]
-        point = [
-            y + length * (a50 * k1 + a51 * k2 + a52 * k3 + a53 * k4)
-            for y, k1, k2, k3, k4 in zip(state, first, second, third, fourth, strict=True)
-        ]
-        fifth = law(start + c5 * length, point, direction)[0]
-        point = [
-            y + length * (a60 * k1 + a61 * k2 + a62 * k3 + a63 * k4 + a64 * k5)
-            for y, k1, k2, k3, k4, k5 in zip(state, first, second, third, fourth, fifth, strict=True)
-        ]
-        sixth = law(start + c6 * length, point, direction)[0]
-        b0, _, b2, b3, b4, b5 = _B
-        after = [
-            y + length * (b0 * k1 + b2 * k3 + b3 * k4 + b4 * k5 + b5 * k6)
-            for y, k1, k3, k4, k5, k6 in zip(state, first, third, fourth, fifth, sixth, strict=True)
-        ]
-        ended, watched, _ = law(start + length, after, direction)
-        e0, _, e2, e3, e4, e5, e6 = _E
-        errors = [
-            length * (e0 * k1 + e2 * k3 + e3 * k4 + e4 * k5 + e5 * k6 + e6 * k7)
-            for k1, k3, k4, k5, k6, k7 in zip(first, third, fourth, fifth, sixth, ended, strict=True)
-        ]
-        stages = [first, second, third, fourth, fifth, sixth, ended]
+        start, state = begin.start, begin.state
+        written = _written_out(len(state))
+        stages, point, after, watched, errors = written(law, start, state, begin.direction, length, begin.slopes)
+        sixth, ended = stages[-2:]
         step = ExplicitStep(start, length, state, after, ended, watched, stages)
         # Shampine's measure, from the two slopes at the step's end: how much of it the quickest current would take alone.
         for number in range(2, len(state)):
@@ -85,6 +74,32 @@ class DormandPrince:
             if moved * _STABLE < length * abs(ended[number] - sixth[number]):
                 step.hurried = True
         return step, relative_error(begin, after, errors)
+
+
+@cache
+def _written_out(states: int) -> Callable[..., Any]:
+    """Return the method's stages: the slopes at each, the last point before the end, the end, what is watched there, the errors."""
+    number, slopes = range(states), [f"k{stage}_" for stage in range(len(_E))]
+
+    def ahead(weights: Sequence[float]) -> str:
+        sums = [weighted(weights, [f"{slope}{n}" for slope in slopes[: len(weights)]]) for n in number]
+        return ", ".join(f"y{n} + length * ({total})" for n, total in zip(number, sums, strict=True))
+
+    lines = [f"{numbered('y', states)} = state", f"{numbered('k0_', states)} = k0"]
+    for stage in range(1, len(_C)):
+        lines += [
+            f"point = [{ahead(_A[stage])}]",
+            f"k{stage} = law(start + {_C[stage]!r} * length, point, direction)[0]",
+            f"{numbered(slopes[stage], states)} = k{stage}",
+        ]
+    errors = ", ".join(f"length * ({weighted(_E, [f'{slope}{n}' for slope in slopes])})" for n in number)
+    lines += [
+        f"after = [{ahead(_B)}]",
+        "k6, watched, _ = law(start + length, after, direction)",
+        f"{numbered('k6_', states)} = k6",
+        f"return [k0, k1, k2, k3, k4, k5, k6], point, after, watched, [{errors}]",
+    ]
+    return compiled("stages(law, start, state, direction, length, k0)", lines)
 
 
 def rises(steps: Sequence[ExplicitStep]) -> FloatArray:

@@ -5,31 +5,34 @@ Hairer and Wanner, Solving Ordinary Differential Equations II, section IV.7; sta
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from operator import mul
+from typing import Any
 
 import numpy as np
 
 from sim_instruments.physics.circuits.windings import FloatArray
 from sim_instruments.physics.integration.integration_step import Begin, IntegrationStep, relative_error
+from sim_instruments.physics.integration.stages import compiled, numbered, weighted
 from sim_instruments.physics.integration.swing_equations import Law
 
 _GAMMA = 0.25
-_C2, _C3, _C4 = 0.386, 0.21, 0.63
-_D1, _D2, _D3, _D4 = 0.25, -0.1043, 0.1035, -0.0362
-_A21 = 1.544
-_A31, _A32 = 0.9466785280815826, 0.2557011698983284
-_A41, _A42, _A43 = 3.314825187068521, 2.896124015972201, 0.9986419139977817
-_A51, _A52, _A53, _A54 = 1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950
-_C21 = -5.6688
-_C31, _C32 = -2.430093356833875, -0.2063599157091915
-_C41, _C42, _C43 = -0.1073529058151375, -9.594562251023355, -20.47028614809616
-_C51, _C52, _C53, _C54 = 7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160
-_C61, _C62, _C63, _C64, _C65 = (
-    8.083246795921522,
-    -7.981132988064893,
-    -31.52159432874371,
-    16.31930543123136,
-    -6.058818238834054,
+_C = (0.0, 0.386, 0.21, 0.63, 1.0)
+_D = (0.25, -0.1043, 0.1035, -0.0362)
+_A = (
+    (),
+    (1.544,),
+    (0.9466785280815826, 0.2557011698983284),
+    (3.314825187068521, 2.896124015972201, 0.9986419139977817),
+    (1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950),
+)
+_B = (
+    (),
+    (-5.6688,),
+    (-2.430093356833875, -0.2063599157091915),
+    (-0.1073529058151375, -9.594562251023355, -20.47028614809616),
+    (7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160),
+    (8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054),
 )
 _DENSE = (
     (10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662),
@@ -62,78 +65,27 @@ class Rosenbrock:
 
     def __init__(self, timed: bool) -> None:
         self._timed = timed
-        self._linearised: tuple[Begin, FloatArray] | None = None
+        self._linearised: tuple[Begin, list[list[float]]] | None = None
 
     def tried(self, law: Law, begin: Begin, length: float) -> tuple[ImplicitStep, float]:
         """Return a step of a length (s), and its error relative to what is allowed."""
         start, state, direction = begin.start, begin.state, begin.direction
         if self._linearised is None or self._linearised[0] is not begin:
-            self._linearised = begin, -_jacobian(law, begin)
-        matrix = self._linearised[1].copy()
-        matrix.flat[:: len(state) + 1] += 1.0 / (_GAMMA * length)
-        inverse = np.linalg.inv(matrix).tolist()
-        drift = [0.0] * len(state)
+            self._linearised = begin, _jacobian(law, begin)
+        drift = []
         if self._timed:
             later = 1e-3 * length
             slopes = law(start + later, state, direction)[0]
             drift = [(new - old) / later * length for new, old in zip(slopes, begin.slopes, strict=True)]
-
-        def solved(right: list[float]) -> list[float]:
-            return [sum(map(mul, row, right)) for row in inverse]
-
-        rate = 1.0 / length
-        first = solved([f + _D1 * t for f, t in zip(begin.slopes, drift, strict=True)])
-        point = [y + _A21 * u1 for y, u1 in zip(state, first, strict=True)]
-        slopes = law(start + _C2 * length, point, direction)[0]
-        second = solved(
-            [f + rate * (_C21 * u1) + _D2 * t for f, u1, t in zip(slopes, first, drift, strict=True)],
-        )
-        point = [y + _A31 * u1 + _A32 * u2 for y, u1, u2 in zip(state, first, second, strict=True)]
-        slopes = law(start + _C3 * length, point, direction)[0]
-        third = solved(
-            [
-                f + rate * (_C31 * u1 + _C32 * u2) + _D3 * t
-                for f, u1, u2, t in zip(slopes, first, second, drift, strict=True)
-            ]
-        )
-        point = [
-            y + _A41 * u1 + _A42 * u2 + _A43 * u3 for y, u1, u2, u3 in zip(state, first, second, third, strict=True)
-        ]
-        slopes = law(start + _C4 * length, point, direction)[0]
-        fourth = solved(
-            [
-                f + rate * (_C41 * u1 + _C42 * u2 + _C43 * u3) + _D4 * t
-                for f, u1, u2, u3, t in zip(slopes, first, second, third, drift, strict=True)
-            ]
-        )
-        point = [
-            y + _A51 * u1 + _A52 * u2 + _A53 * u3 + _A54 * u4
-            for y, u1, u2, u3, u4 in zip(state, first, second, third, fourth, strict=True)
-        ]
-        slopes = law(start + length, point, direction)[0]
-        fifth = solved(
-            [
-                f + rate * (_C51 * u1 + _C52 * u2 + _C53 * u3 + _C54 * u4)
-                for f, u1, u2, u3, u4 in zip(slopes, first, second, third, fourth, strict=True)
-            ]
-        )
-        point = [y + u5 for y, u5 in zip(point, fifth, strict=True)]
-        slopes = law(start + length, point, direction)[0]
-        errors = solved(
-            [
-                f + rate * (_C61 * u1 + _C62 * u2 + _C63 * u3 + _C64 * u4 + _C65 * u5)
-                for f, u1, u2, u3, u4, u5 in zip(slopes, first, second, third, fourth, fifth, strict=True)
-            ]
-        )
-        after = [y + error for y, error in zip(point, errors, strict=True)]
+        written = _written_out(len(state), self._timed)
+        parts, errors, after = written(law, start, state, direction, length, begin.slopes, self._linearised[1], drift)
         relative = relative_error(begin, after, errors) / _LENIENT
         ended, watched, _ = law(start + length, after, direction)
-        parts = list(zip(first, second, third, fourth, fifth, strict=True))
         return ImplicitStep(start, length, state, after, ended, watched, parts), relative
 
 
-def _jacobian(law: Law, begin: Begin) -> FloatArray:
-    """Return the slopes' derivatives by the states (states, states)."""
+def _jacobian(law: Law, begin: Begin) -> list[list[float]]:
+    """Return the slopes' derivatives by each of the states."""
     columns = []
     for number, value in enumerate(begin.state):
         change = _CHANGE * max(abs(value), _LEAST) if number else _CHANGE
@@ -141,8 +93,50 @@ def _jacobian(law: Law, begin: Begin) -> FloatArray:
         moved[number] = value + change
         slopes = law(begin.start, moved, begin.direction)[0]
         columns.append([(new - old) / change for new, old in zip(slopes, begin.slopes, strict=True)])
-    result: FloatArray = np.array(columns).T
-    return result
+    return columns
+
+
+@cache
+def _written_out(states: int, timed: bool) -> Callable[..., Any]:
+    """Return the method's stages: each state's results, the errors, and the end."""
+    number = range(states)
+    columns = [numbered(f"m_{column}_", states) for column in number]
+    lines = [
+        f"{numbered('y', states)} = state",
+        f"{numbered('f', states)} = slopes",
+        f"{', '.join(f'({name})' for name in columns)} = jacobian",
+        f"rate, shift = 1.0 / length, 1.0 / ({_GAMMA} * length)",
+    ]
+    lines += [f"{numbered('t', states)} = drift"] * timed
+    lines += [f"m_{c}_{r} = {'shift ' * (c == r)}- m_{c}_{r}" for c in number for r in number]
+    # From the last to the first: what settles quicker has the larger pivot.
+    for last in reversed(number):
+        lines.append(f"p{last} = 1.0 / m_{last}_{last}")
+        for row in range(last):
+            lines.append(f"m_{last}_{row} *= p{last}")
+            lines += [f"m_{c}_{row} -= m_{last}_{row} * m_{c}_{last}" for c in range(last)]
+    for stage, weights in enumerate(_B):
+        results = [[f"u{k}_{n}" for k in range(stage)] for n in number]
+        if stage == len(_A):
+            lines += [f"q{n} += {results[n][-1]}" for n in number]
+        elif stage:
+            lines += [f"q{n} = y{n} + {weighted(_A[stage], results[n])}" for n in number]
+        if stage:
+            at = f"start + {_C[min(stage, len(_C) - 1)]!r} * length"
+            lines.append(f"{numbered('f', states)} = law({at}, [{numbered('q', states)}], direction)[0]")
+        for n in number:
+            push = f" + rate * ({weighted(weights, results[n])})" if stage else ""
+            late = f" + {_D[stage]!r} * t{n}" if timed and stage < len(_D) else ""
+            lines.append(f"b{n} = f{n}{push}{late}")
+        lines += [f"b{row} -= m_{last}_{row} * b{last}" for last in reversed(number) for row in range(last)]
+        for n in number:
+            known = "".join(f" - m_{c}_{n} * u{stage}_{c}" for c in range(n))
+            lines.append(f"u{stage}_{n} = (b{n}{known}) * p{n}")
+    parts = ", ".join(f"({', '.join(f'u{stage}_{n}' for stage in range(len(_A)))})" for n in number)
+    last_stage = f"u{len(_A)}_"
+    after = ", ".join(f"q{n} + u{len(_A)}_{n}" for n in number)
+    lines.append(f"return [{parts}], [{numbered(last_stage, states)}], [{after}]")
+    return compiled("stages(law, start, state, direction, length, slopes, jacobian, drift)", lines)
 
 
 def rises(steps: Sequence[ImplicitStep]) -> FloatArray:
