@@ -7,6 +7,7 @@ import threading
 import time
 import urllib.error
 import urllib.request
+import weakref
 from pathlib import Path
 
 from argon2 import PasswordHasher
@@ -35,8 +36,12 @@ class Server:
     def __init__(self, runs: Path, *options: str) -> None:
         self.runs = runs
         self.options = options
-        with socket.create_server(("127.0.0.1", 0)) as free:
-            self.port = free.getsockname()[1]
+        # Kept to the end, between two starts, too: the system gives a port that is bound to nobody else, and who names it may listen.
+        kept = socket.socket()
+        kept.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        kept.bind(("127.0.0.1", 0))
+        weakref.finalize(self, kept.close)
+        self.port = kept.getsockname()[1]
         self.url = f"http://127.0.0.1:{self.port}"
         self._process: Forked | None = None
 
