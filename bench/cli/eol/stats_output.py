@@ -36,6 +36,8 @@ from reports.tables.figures import decimals_for, figure
 if TYPE_CHECKING:
     from rich.table import Table
 
+#: Width of the column of names that long figures leave (characters).
+_LEAST_NAME = 18
 _BLOCKS = " ▁▂▃▄▅▆▇█"
 _WIDEST = 50
 #: Figures that are named beside a failure.
@@ -159,6 +161,10 @@ def _capabilities(
     table = plain_table(
         translate, text("Parameter"), Text("Cp"), Text("Cpk"), Text("Pp"), Text("Ppk"), text("Outside, %")
     )
+    # An index with its interval may be long: its lines break, and the parameter keeps its name.
+    table.columns[0].min_width = _LEAST_NAME
+    for column in table.columns[1:]:
+        column.no_wrap = False
     for name, each in parameters.items():
         table.add_row(labels[name].render(translate), *indices(each), share_outside(each, confidence))
     return table

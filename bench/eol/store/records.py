@@ -75,8 +75,12 @@ class Records:
             return {row[0]: (int(row[1]), int(row[2]), float(row[3])) for row in connection.execute(query)}
 
     def uncertainties(self, plan: str, station: str) -> dict[str, float]:
-        """Return the expanded uncertainties (95 %) of the figures that a plan's latest test at a station gave, by parameter."""
-        latest = select(MOTOR.c.id).where(MOTOR.c.plan == plan, MOTOR.c.station == station)
+        """Return the expanded uncertainties (95 %) of the figures that a plan's latest test at a station gave, by parameter.
+
+        A test that ended in an error or was aborted has none.
+        """
+        judged = MOTOR.c.verdict.in_([Verdict.PASS.value, Verdict.FAIL.value])
+        latest = select(MOTOR.c.id).where(MOTOR.c.plan == plan, MOTOR.c.station == station, judged)
         latest = latest.order_by(MOTOR.c.id.desc()).limit(1)
         with self._engine.connect() as connection:
             key = connection.execute(latest).scalar()

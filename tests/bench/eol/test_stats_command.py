@@ -262,6 +262,14 @@ def test_the_motors_behind_a_figure(capsys: pytest.CaptureFixture[str], referenc
     assert (code, "--from and --to go with --parameter" in err) == (2, True)
 
 
+def test_large_indices_leave_the_parameter_its_name(call: Call, put: Put) -> None:
+    for value in (10.000001, 10.000002, 10.0, 10.000001, 10.000003, 10.000002):
+        put(stator_resistance=value)
+    code, out, _ = call()
+    assert (code, "…]" in out, "…\n" in out) == (0, False, False)
+    assert sum(line.startswith(" Stator resistance") for line in out.splitlines()) == 2
+
+
 def test_a_figure_that_cannot_be_negative_has_no_control_limit_below_zero(call: Call, put: Put) -> None:
     for value in np.abs(np.random.default_rng(1).normal(0.9, 0.3, 40)):
         put(resistance_unbalance=float(value))
