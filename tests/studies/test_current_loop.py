@@ -3,12 +3,13 @@
 import pytest
 
 from reports.exports.current_loop import DEFAULT_BANDWIDTH
-from tests.studies.current_loop import loops_of, respond
 
 pytestmark = pytest.mark.slow
 
 
 def test_true_gains_close_the_loop_with_the_bandwidth_that_was_asked() -> None:
+    from tests.studies.current_loop import respond
+
     omega = 2.0 * 3.141592653589793 * 100.0
     loop = respond("q", (omega * 1e-3, omega * 2e-3, omega * 0.1), (0.1, 1e-3, 2e-3), 100.0, 1000)
     assert loop.bandwidth == pytest.approx(100.0, rel=0.03)
@@ -16,6 +17,8 @@ def test_true_gains_close_the_loop_with_the_bandwidth_that_was_asked() -> None:
 
 
 def test_measured_gains() -> None:
+    from tests.studies.current_loop import loops_of
+
     loops = [loop for index in range(3) for loop in loops_of(5, index, DEFAULT_BANDWIDTH, 504)]
     assert len(loops) == 6
     for loop in loops:

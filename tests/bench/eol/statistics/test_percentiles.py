@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import anderson
 
 from bench.eol.limits import ParameterLimits
 from bench.eol.statistics.association import association
@@ -21,6 +20,8 @@ def of_values(values: np.ndarray, limits: ParameterLimits, confidence: float = 0
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.filterwarnings("ignore::FutureWarning")
 def test_the_statistic_is_scipys(seed: int) -> None:
+    from scipy.stats import anderson
+
     values = np.random.default_rng(seed).gamma(3.0, size=40 + 20 * seed)
     plain = anderson(values, "norm").statistic
     corrected = plain * (1.0 + 0.75 / values.size + 2.25 / values.size**2)
