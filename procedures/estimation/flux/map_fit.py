@@ -144,7 +144,8 @@ def _round(
     whitener = _whitener(readings, surface, predicted.at, around, resistance, followed)
     # Before a first round nothing is known of the resistance but what the largest voltage has room for.
     room = 0.3 * float(np.max(np.abs(readings.voltage))) / readings.largest_current
-    prior = model.known_beforehand(scale, resistance if resistance > 0.0 else room)
+    room = resistance if resistance > 0.0 else room
+    prior = model.known_beforehand(scale, room, model.drop_size(None if known is None else unknowns, room))
     if known is not None and surface is not None:
         prior = np.vstack((prior, _smoothness(model, surface, unknowns, known)))
     data = _white(whitener, (readings.voltage - predicted.voltage)[:, None])[:, 0]

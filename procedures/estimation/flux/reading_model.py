@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.flux.drop_shapes import COUNT as DROP_SHAPES
+from procedures.estimation.flux.drop_shapes import drop_shapes
 from procedures.estimation.flux.flux_map import GainLimits
 from procedures.estimation.flux.readings import FluxReadings, Locations
 from procedures.estimation.flux.sessions import MAGNET_KNOTS, in_blocks, repeated, slow_change, splines
@@ -15,12 +17,12 @@ ComplexArray = NDArray[np.complex128]
 
 #: Between knots (s) of the winding's resistance over time.
 _RESISTANCE_KNOTS = 80.0
-#: Saturating functions of the current that dead time and drops are made of: their widths in shares of the largest current.
-_DROP_WIDTHS = (0.02, 0.08, 0.3)
 #: What is known beforehand (standard deviations): by how much the resistance bends from knot to knot, in shares of it; drops in shares of
 #: the largest voltage, angles in rad, iron's current in shares of the largest one, the magnet in shares of the largest flux linkage,
 #: the share of a read deviation that is real.
 _BEND, _DROP, _ANGLE, _IRON, _MAGNET, _FOLLOWED = 0.05, 0.2, 0.1, 0.05, 0.05, 1.0
+#: The least that is taken for what drops in all may be, in shares of the largest voltage and of what the resistance has of it.
+_LITTLE, _OF_RESISTANCE = 1e-3, 0.25
 #: Above this ratio of speeds, hysteresis and eddy currents are told apart.
 _TWO_SPEEDS = 1.2
 #: Two limits of error, rectangular, differ by so much of one (standard deviation).
@@ -84,7 +86,7 @@ class ReadingModel:
         self.locations, self.symmetric = locations, symmetric
         time, count = readings.time, readings.time.size
         self._speed = readings.electrical_speed
-        self._largest = readings.largest_current
+        self._largest, self._largest_voltage = readings.largest_current, float(np.max(np.abs(readings.voltage)))
         # Noise of a current sensor drives nothing through a switch; beside its location a current that was asked for does.
         self._places = locations.currents()
         self._at = self._places if locations.asked is None else locations.asked
@@ -97,7 +99,7 @@ class ReadingModel:
             readings.session,
             [splines(time[own], _RESISTANCE_KNOTS, int(np.count_nonzero(own))) for own in readings.sessions()],
         )
-        self._drops = np.column_stack([np.tanh(size / (width * self._largest)) for width in _DROP_WIDTHS])
+        self._drops = drop_shapes(size, self._largest)
         first, *others = readings.sessions()
         magnet = splines(np.append(time[first], reference_time), MAGNET_KNOTS, int(np.count_nonzero(first)))
         # What the splines have in common is the map itself.
@@ -120,7 +122,7 @@ class ReadingModel:
             [
                 len(points) + free_q.size,
                 self._resistance.shape[1],
-                len(_DROP_WIDTHS),
+                DROP_SHAPES,
                 1,
                 1,
                 self._iron.shape[1],
@@ -228,13 +230,24 @@ class ReadingModel:
             slopes[own, place + 1] = (1j * self._sign_q * through)[own]
         return Predicted(predicted, slopes, np.column_stack((at.real, at.imag)))
 
-    def known_beforehand(self, flux_scale: float, resistance: float) -> FloatArray:
+    def drop_size(self, unknowns: FloatArray | None, resistance: float) -> float:
+        """Return what each drop may be (V, standard deviation), by the unknowns of a fit before and the resistance (Ω).
+
+        One knee may have all of what drops, and one near the largest current looks like a resistance.
+        """
+        if unknowns is None:
+            return _DROP * self._largest_voltage
+        found = float(np.linalg.norm(unknowns[self.layout.drop]))
+        like = _OF_RESISTANCE * resistance * self._largest
+        return max(found, like, _LITTLE * self._largest_voltage) / float(np.sqrt(DROP_SHAPES))
+
+    def known_beforehand(self, flux_scale: float, resistance: float, drop: float) -> FloatArray:
         """Return what is known of the unknowns without readings: rows (r, k) whose products with them are 0 with a standard uncertainty
-        of 1.
+        of 1; each drop to `drop` (V).
         """
         layout = self.layout
         spread = np.full(layout.size, np.inf)
-        spread[layout.drop] = _DROP * float(np.max(np.abs(self._readings.voltage)))
+        spread[layout.drop] = drop
         spread[layout.angle] = _ANGLE
         spread[layout.delay] = _ANGLE / float(np.max(np.abs(self._speed)))
         spread[layout.iron] = _IRON * self._largest / flux_scale
