@@ -78,7 +78,7 @@ def test_a_warm_winding_is_no_surprise(drive, typed):
     warm = 1.0 + 0.00393 / (1.0 + 0.00393 * 5.0) * 52.0
     entered = drive.resistance * (warm if typed else 1.0)
     motor = load_motor(MOTOR)
-    with VirtualBench(motor.virtual, seed=4, six_step=drive) as bench:
+    with VirtualBench(motor.virtual, seed=4, six_step=drive, sockets=False) as bench:
         bench.world.set_ambient_temperature(77.0)
         bench.world.set_winding_temperature(77.0)
         found = measure(

@@ -76,7 +76,7 @@ class Wavering:
 )
 def test_a_reading_that_contradicts_its_line_is_said_and_the_truth_held(wrong, said):
     motor = load_motor("lg-400w")
-    with VirtualBench(motor.virtual, seed=3) as bench:
+    with VirtualBench(motor.virtual, seed=3, sockets=False) as bench:
 
         def hands(instruments, operator):
             instruments[Role.VOLTMETER] = Wavering(instruments[Role.VOLTMETER], wrong)

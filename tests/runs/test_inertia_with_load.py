@@ -12,7 +12,7 @@ from tests.runs.on_bench import measure, within
 def test_rotor_alone_and_with_its_load(load):
     motor = load_motor("lg-400w")
     stated = () if load is None else (f"load_inertia={load}", "load_inertia_uncertainty=2e-6")
-    with VirtualBench(motor.virtual, seed=6) as bench:
+    with VirtualBench(motor.virtual, seed=6, sockets=False) as bench:
         found = measure(bench, motor.nameplate, "inertia", *stated)
     alone, together = found.parameter("inertia"), found.parameter("inertia_with_load")
     assert within(alone, motor.virtual.inertia)

@@ -11,7 +11,7 @@ def test_a_zero_that_drifts_is_taken_off_and_told():
     file = load_motor("lg-400w")
     motor = file.virtual_motor()
     drift = Disturbances(sensors=ShaftSensors(torque_drift=0.02 * motor.coulomb_friction))
-    with VirtualBench(motor, seed=4, setting=BenchSetting(disturbances=drift)) as bench:
+    with VirtualBench(motor, seed=4, sockets=False, setting=BenchSetting(disturbances=drift)) as bench:
         found = measure(bench, file.nameplate, "inertia")
     for name in ("inertia", "coulomb_friction", "viscous_friction"):
         assert within(found.parameter(name), getattr(motor, name)), name

@@ -15,6 +15,8 @@ from argon2 import PasswordHasher
 from tests.bench.panel.served import serve
 from tests.studies.forked import Forked
 
+#: A server has begun, and has ended, within this time (s), however busy the machine.
+PATIENCE = 60.0
 #: Hashes that cost nothing: whoever checks a password takes time and memory from its hash.
 QUICK = PasswordHasher(time_cost=1, memory_cost=8, parallelism=1)
 #: Without a browser's own surface where that is installed: it takes a quarter less of the processor.
@@ -50,13 +52,14 @@ class Server:
         environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
         words = ("--port", str(self.port), "--runs", str(self.runs), *self.options)
         self._process = Forked(serve, *words, environment=environment)
-        deadline = time.monotonic() + 30
+        deadline = time.monotonic() + PATIENCE
         while time.monotonic() < deadline:
             if self._process.returncode is not None:
                 raise AssertionError(f"the server ended: {self._process.communicate(timeout=5)}")
             try:
                 self._ask()
-            except urllib.error.URLError:
+            # A server that accepts and is held up before it answers is no URLError.
+            except (urllib.error.URLError, TimeoutError):
                 threading.Event().wait(0.05)
             else:
                 return
@@ -72,7 +75,7 @@ class Server:
     def stop(self) -> str:
         assert self._process is not None
         self._process.send_signal(signal.SIGTERM)
-        _, message = self._process.communicate(timeout=20)
+        _, message = self._process.communicate(timeout=PATIENCE)
         self._process.close()
         return message
 
@@ -80,7 +83,7 @@ class Server:
         """End it as no program can prepare for."""
         assert self._process is not None
         self._process.send_signal(signal.SIGKILL)
-        self._process.communicate(timeout=20)
+        self._process.communicate(timeout=PATIENCE)
         self._process.close()
 
     def pass_an_hour(self) -> None:

@@ -122,10 +122,15 @@ def test_station_check_says_what_is_armed(served: Any, capsys: pytest.CaptureFix
 def test_a_driver_killed_without_any_guardian(
     fixture_bench: Served, role: str, on: Callable[..., bool], off: Callable[..., bool]
 ) -> None:
-    process = Forked(hold_driver, str(fixture_bench.station), role)
+    for last in (False, False, True):
+        process = Forked(hold_driver, str(fixture_bench.station), role)
+        if said := process.stdout.readline():
+            break
+        # On a busy machine a drive may answer later than its driver waits.
+        errors = process.communicate(timeout=PATIENCE)[1]
+        process.close()
+        assert not last, errors
     try:
-        said = process.stdout.readline()
-        assert said, process.communicate(timeout=PATIENCE)[1]
         assert on(fixture_bench.world.truth())
         process.send_signal(signal.SIGKILL)
         assert seconds_until(fixture_bench, off) < float(said) + SOON
