@@ -4,7 +4,7 @@ import codecs
 import difflib
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from bench.files.toml_slips import slip_in
-from bench.files.wanted import unit_of, wanted_by
+from bench.files.wanted import choices, unit_of, wanted_by
 from bench.i18n.errors import FileError, at
 from drivers.interfaces.text import Text, lines, reason_of, text, text_of
 
@@ -27,6 +27,8 @@ class Section(BaseModel):
 M = TypeVar("M", bound=BaseModel)
 #: No file that people write is longer (bytes).
 LONGEST = 16 * 1024 * 1024
+#: By what pydantic tells a key of a table from its value.
+_KEY = "[key]"
 #: So many letters show the encoding.
 _SHOWN = 4
 #: What pydantic says of values, by its own names for what stands in the sentence.
@@ -147,8 +149,16 @@ def explain(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], name: str, prefix: str = ""
 ) -> list[Text]:
     """Return one plain line for every fault of a validation, each once."""
-    messages = [at(name, _explain(fault, model, data, prefix)) for fault in error.errors(include_url=False)]
+    faults = error.errors(include_url=False)
+    # Of a key that is none its value is not judged.
+    keyed = {fault["loc"][:-1] for fault in faults if fault["loc"][-1:] == (_KEY,)}
+    judged = [fault for fault in faults if fault["loc"][-1:] == (_KEY,) or not _within(fault["loc"], keyed)]
+    messages = [at(name, _explain(fault, model, data, prefix)) for fault in judged]
     return list({str(line): line for line in messages}.values())
+
+
+def _within(location: tuple[int | str, ...], places: Collection[tuple[int | str, ...]]) -> bool:
+    return any(location[: len(place)] == place for place in places)
 
 
 def near(word: str, known: Sequence[str]) -> list[str]:
@@ -164,6 +174,9 @@ def nearest(word: str, known: Sequence[str], far: Text | None = None) -> Text:
 
 
 def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any], prefix: str) -> Text | str:
+    if fault["loc"][-1:] == (_KEY,):
+        table = _dotted(prefix, _real_location(fault["loc"][:-2], data))
+        return text("{table} is given for each channel by its number: write {table}.1 = …, {table}.2 = …", table=table)
     location = _real_location(fault["loc"], data)
     key = _dotted(prefix, location)
     field = _field(model, location)
@@ -191,9 +204,16 @@ def _explain(fault: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any
         "{key} = {given}; allowed is {wanted}{also}",
         key=key,
         given=_shown(given),
-        wanted=wanted_by(field),
+        wanted=wanted_by(field) if field else _wanted_in_table(model, location),
         also=_also(fault),
     )
+
+
+def _wanted_in_table(model: type[BaseModel], location: Sequence[str | int]) -> Text | str:
+    """Say what the values of a table with free keys are, of which one stands at a place."""
+    table = _field(model, location[:-1])
+    arguments = get_args(table.annotation) if table else ()
+    return choices(arguments[1]) if len(arguments) == 2 else wanted_by(None)
 
 
 def _number_in(unit: str, given: str) -> Text:

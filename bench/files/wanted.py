@@ -28,7 +28,7 @@ def wanted_by(field: FieldInfo | None) -> Text | str:
     if bounds is None:
         if field.description:
             return described
-        return text("a finite number in {unit}", unit=unit) if unit else _choices(field.annotation)
+        return text("a finite number in {unit}", unit=unit) if unit else choices(field.annotation)
     if unit:
         bounds = Text("{bounds} {unit}", {"bounds": bounds, "unit": unit})
     whole = int in (field.annotation, *get_args(field.annotation))
@@ -36,7 +36,8 @@ def wanted_by(field: FieldInfo | None) -> Text | str:
     return text("{number} ({note})", number=number, note=described) if field.description else number
 
 
-def _choices(annotation: object) -> Text | str:
+def choices(annotation: object) -> Text | str:
+    """Say what values of a type there are, or what its table holds."""
     from enum import Enum
 
     if isinstance(annotation, type) and issubclass(annotation, Enum):
@@ -50,11 +51,11 @@ def _choices(annotation: object) -> Text | str:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return text("a table with {keys}", keys=list(annotation.model_fields))
     if get_origin(annotation) is Annotated:
-        return _choices(get_args(annotation)[0])
+        return choices(get_args(annotation)[0])
     inner = [argument for argument in get_args(annotation) if argument is not type(None)]
     if inner and all(isinstance(choice, str) for choice in inner):
         return _either([repr(choice) for choice in inner])
-    return _choices(inner[0]) if len(inner) == 1 else text("a list or table as the documentation describes")
+    return choices(inner[0]) if len(inner) == 1 else text("a list or table as the documentation describes")
 
 
 def _either(choices: Sequence[str]) -> Text | str:

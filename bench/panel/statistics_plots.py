@@ -219,4 +219,5 @@ def _mark(axis: str, at: float, words: str, colour: str, *, solid: bool) -> dict
 
 
 def _lines(marks: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    return {"silent": True, "symbol": "none", "animation": False, "data": list(marks)}
+    # Without a negative precision the library draws a line where its value rounded to two decimals is.
+    return {"silent": True, "symbol": "none", "animation": False, "precision": -1, "data": list(marks)}

@@ -13,8 +13,12 @@ from bench.files.toml_file import Section, validate
 from bench.i18n.errors import FileError, at
 from drivers.catalogue import RATING_UNITS
 from drivers.interfaces import Accuracy
+from drivers.interfaces.text import text
 
 T = TypeVar("T")
+#: No instrument is that inaccurate; per cent were meant.
+_GAIN = 0.2
+_SHARE = text("a share: 0.005 is 0.5 %")
 _OTHER_UNITS = {"maximum_resistance": "Ω", "maximum_inductance": "H", "rated_torque": "N·m"}
 
 
@@ -53,6 +57,8 @@ def _field(field: "Field[Any]", hint: Any, options: type[Any]) -> Any:
         about["gt"] = 0.0
     if number and options is Accuracy:
         about["ge"] = 0.0
+    if number and field.name == "gain":
+        about |= {"lt": _GAIN, "description": _SHARE.template}
     # Defaults are checked by nobody: the dataclass fills them in itself.
     required = field.default is MISSING and field.default_factory is MISSING
     return ModelField(..., **about) if required else ModelField(None, validate_default=False, **about)

@@ -77,6 +77,8 @@ def options_of(plot: LivePlot, say: Callable[[Text], str], *, small: bool = Fals
             "symbol": ["none", "none"],
             "silent": True,
             "animation": False,
+            # The library would round where the line is to two decimals.
+            "precision": -1,
             "lineStyle": line,
             "label": label,
             "data": marks,
