@@ -39,6 +39,8 @@ class Batch:
     resonance: np.ndarray = field(init=False)
     voltage_resonance: np.ndarray = field(init=False)
     damping: np.ndarray = field(init=False)
+    divider: np.ndarray = field(init=False)
+    divider_time: np.ndarray = field(init=False)
     begin: np.ndarray = field(init=False)
     law: str = "atan"
     #: Whether the converters' last codes come with the record.
@@ -65,10 +67,11 @@ class Batch:
             "slope",
             "odd",
             "begin",
+            "divider",
         )
         for name in (*zero, "resonance", "voltage_resonance"):
             setattr(self, name, np.zeros(n))
-        self.damping = np.full(n, 0.2)
+        self.damping, self.divider_time = np.full(n, 0.2), np.ones(n)
         for name in ("knee", "closed", "limit", "cut", "voltage_cut"):
             setattr(self, name, np.full(n, np.inf))
 
@@ -177,6 +180,8 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         history = _resonant(history, step * batch.resonance, batch.damping)
     if np.any(batch.voltage_resonance):
         voltages = _resonant(voltages, step * batch.voltage_resonance, batch.damping)
+    if np.any(batch.divider):
+        voltages = voltages + batch.divider * _coupled(voltages, step / batch.divider_time)
     if np.any(batch.voltage_corner > 0.0):
         voltages = _coupled(voltages, step * batch.voltage_corner)
     samples = np.arange(fine // per + 1) * per
@@ -247,6 +252,9 @@ def row(name: str, count: int, *seed: int) -> Batch:
                 batch.corner = batch.spread(1e-4, 0.3)
             case "voltage high-pass":
                 batch.voltage_corner = batch.spread(1e-4, 3.0)
+            case "divider":
+                # What a wrong compensation passes more or less above a frequency than below.
+                batch.divider, batch.divider_time = signs * batch.spread(3e-3, 0.2), batch.spread(0.03, 3.0)
             case "clipped":
                 batch.cut, batch.known = batch.random.uniform(0.5, 1.0, count), "known" in part
             case "voltage clipped":
@@ -281,6 +289,7 @@ ROWS = (
     "slope",
     "high-pass",
     "voltage high-pass",
+    "divider",
     "clipped, codes known",
     "clipped",
     "voltage clipped, codes known",
@@ -290,6 +299,7 @@ ROWS = (
     "skew + hum",
     "saturation + high-pass",
     "pole + slope",
+    "divider + hum",
     "ringing",
     "probe rings",
     "voltage's probe rings",

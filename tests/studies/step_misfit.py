@@ -39,6 +39,7 @@ CAUSES = {
     "hum": Cause.HUM,
     "voltage hum": Cause.HUM,
     "slope": Cause.SLOPE,
+    "divider": Cause.COMPENSATION,
     "high-pass": Cause.AC_COUPLED,
     "voltage high-pass": Cause.AC_COUPLED,
     "ringing": Cause.RINGING,

@@ -55,6 +55,10 @@ _SEEN_IN_STEP = {
         "a second time constant of {time_constant:.3g} s with a coupling of {coupling:.2g}, as eddy currents in "
         "iron or magnets cause it; the inductance given is the one for slow changes"
     ),
+    Cause.COMPENSATION: text(
+        "the voltage probe shows {more:+.2%} of what changes faster than its time constant of {time_constant:.3g} s, as with a wrong "
+        "compensation, or the iron has a second time constant: compensate the probe on the oscilloscope's square wave"
+    ),
     Cause.AC_COUPLED: text(
         "the {channel} channel is AC coupled, with a corner of {corner:.3g} Hz: couple it DC, or use a probe that measures direct "
         "current. A rotor that turns during the step lowers the current in the same way: lock it"

@@ -24,6 +24,7 @@ class Cause(StrEnum):
     RINGING = "ringing"
     SATURATION = "saturation"
     SECOND_TIME_CONSTANT = "second-time-constant"
+    COMPENSATION = "probe-compensation"
     NO_BASELINE = "no-baseline"
     SWITCHING = "switching"
     PULSE_ENDS = "pulse-ends"

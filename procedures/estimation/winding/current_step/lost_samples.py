@@ -130,7 +130,7 @@ def soon_lost(step: Problem, fitted: Fitted, scale: StepScale, as_likely: float)
     There both have nearly one direction, and no search tells which it is.
     """
     record = step.record
-    others = tuple(term for term in fitted.terms if term.cause is not Cause.SECOND_TIME_CONSTANT)
+    others = tuple(term for term in fitted.terms if term.family != "eddy")
     if len(others) == len(fitted.terms) or record.noise_left is None or record.kept is not None:
         return
     if any(isinstance(term, LostSamples) for term in others):

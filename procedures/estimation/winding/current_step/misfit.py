@@ -7,6 +7,7 @@ import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, none_explains, score_test
+from procedures.estimation.winding.current_step.divider import Divider, divider_in
 from procedures.estimation.winding.current_step.fit import Fitted, Problem, fit_with
 from procedures.estimation.winding.current_step.hum import HumOfBoth, hum_of_voltage
 from procedures.estimation.winding.current_step.lost_samples import LostSamples, elsewhere, lost_in, soon_lost
@@ -23,6 +24,8 @@ _ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
 _NEAR = 10.0
 #: Families whose terms are one direction, so that each has to be fitted.
 _SEVERAL = ("skew", "saturation", "coupling")
+#: Families with terms that their direction does not stand for.
+_HIDDEN = ("saturation", Divider.family)
 #: A term is fitted where its direction is seen by so much, and by this share of what is seen best.
 _WORTH, _WORTH_SHARE = 2.0, 0.3
 #: Where rounding is not hidden by noise, the test says little; what counts is seen by so much.
@@ -235,12 +238,14 @@ def _candidates(
     for family, z in sorted(worth.items(), key=lambda each: -each[1]):
         # The instant of the step hides a delay from the test until it is gross.
         seen = z >= (_WORTH if family == "skew" else least)
-        if family in modelled or not (seen or family == "saturation"):
+        if family in modelled or not (seen or family in _HIDDEN):
             continue
         terms = [t for t in TERMS if t.family == family] if family in _SEVERAL else [first[family]]
         if not seen:
-            # An inductance that rises and falls again need not show where one that falls does.
-            terms = [t for t in terms if len(t.start) > 1]
+            # An inductance that rises and falls again need not show where one that falls does, nor a slow divider where a fast one does.
+            terms = [t for t in terms if len(t.start) > 1 and t.family == "saturation"]
+        if family == Divider.family and (divider := divider_in(step, fitted, scale)):
+            terms = [*terms, divider]
         if family in ("hum", "third"):
             terms = [t for t in TERMS if t.family == family and t in {d.term for d in named}]
             terms += hums if family == "hum" else ()
@@ -271,7 +276,9 @@ def _exchanged(step: Problem, fitted: Fitted, rounds: Sequence[Sequence[Fitted]]
         kept = [t for t in fitted.terms if t is not old]
         behind = min(f.cost for f in found) - fitted.cost + _AS_LIKELY
         near = [f.terms[-1] for f in found if f.cost - fitted.cost < _NEAR * behind]
-        models = [(*kept, t) for t in near if t.family not in modelled]
+        # What no record tells apart is tried for itself.
+        own = old.family if old.family == Divider.family else None
+        models = [(*kept, t) for t in near if t.family not in modelled or (t.family == own and t is not old)]
         yield from _possible(step, models, fitted, scale, fitted.cost + _AS_LIKELY)
 
 
@@ -320,8 +327,11 @@ def _spanned(
         low, high = np.minimum(low, theirs - reach), np.maximum(high, theirs + reach)
         turned = np.maximum(turned, theirs + reach + _turned(rival, scale, count))
         for term in rival.terms:
-            if term.family not in {t.family for t in fitted.terms}:
+            alike = [t for t in fitted.terms if t.family == term.family]
+            # Of what no record tells apart the reader is to look at both.
+            if not alike or (term.family == Divider.family and alike[0].cause is not term.cause):
                 findings.append(Finding(term.cause, Answer.WIDENED, (), 0.0, _figures(rival, term, scale)))
     more = np.maximum(turned - high, 0.0)
-    apart = np.maximum(0.25 * (high - low) - 0.5 * spread, 0.0) + 0.25 * _TWO_ENDS * more
+    ends = _TWO_ENDS if any(isinstance(t, Divider) for fit in (fitted, *rivals) for t in fit.terms) else 1.0
+    apart = np.maximum(0.25 * ends * (high - low) - 0.5 * spread, 0.0) + 0.25 * _TWO_ENDS * more
     return 0.5 * (low + high + more), apart, findings

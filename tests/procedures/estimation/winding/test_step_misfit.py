@@ -110,6 +110,17 @@ def test_eddy_currents_are_a_second_time_constant() -> None:
         assert off(fit, record, "inductance") < 4.0
 
 
+@pytest.mark.parametrize(("share", "time"), [(0.1, 0.3), (-0.1, 0.3), (-0.1, 2.0)])
+def test_a_divider_that_is_badly_compensated_is_named_and_held(share: float, time: float) -> None:
+    # What a second circuit can do as well is within the interval.
+    batch = with_("divider", share)
+    batch.divider_time[:] = time
+    for record in sampled(batch, bits=12, noise=(0.5, 2.0)):
+        fit = fitted(record)
+        assert Cause.COMPENSATION in {f.cause for f in fit.misfit.findings}
+        assert off(fit, record, "inductance") < 3.0
+
+
 def test_saturation_offers_the_smaller_step() -> None:
     (record, *_) = sampled(with_("knee", 1.5), bits=12, noise=(0.5, 2.0))
     (found,) = (f for f in fitted(record).misfit.findings if f.cause is Cause.SATURATION)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from procedures.estimation.winding.current_step import term as step_term
+from procedures.estimation.winding.current_step.divider import Divider
 from procedures.estimation.winding.current_step.record import read_step
 from procedures.estimation.winding.current_step.ringing import Resonance, RingingEdge
 from procedures.estimation.winding.current_step.term import StepModel, StepScale, Term
@@ -25,6 +26,7 @@ FIGURES = {
     "_Third": (0.01, 0.02),
     "RingingEdge": (0.01, 0.02, 0.1, -0.1),
     "Resonance": (0.1, -0.1),
+    "Divider": (0.1, 0.2),
 }
 
 
@@ -35,6 +37,7 @@ FIGURES = {
         (TERMS[2], TERMS[6], TERMS[1]),
         (TERMS[7], TERMS[3], TERMS[9]),
         (Resonance(), RingingEdge()),
+        (Divider(),),
     ],
     ids=lambda terms: "+".join(type(t).__name__ for t in terms),
 )
