@@ -298,17 +298,18 @@ class DeltaDyn200(Dynamometer):
         deadline = self._clock.now() + self._options.settle_timeout
         last: list[float] = []
         while True:
-            last = [*last, self._transducer.read().speed][-SETTLED_READINGS:]
+            found = self._transducer.read().speed
+            last = [*last, found][-SETTLED_READINGS:]
             if self._transducer.has_settled(last, speed):
-                return self._compare(last[-1], STEADY)
+                return self._compare(found, STEADY)
             if self._clock.now() >= deadline:
                 self._drive.check_fault()
-                self._compare(last[-1], CHANGING)
+                self._compare(found, CHANGING)
                 raise MeasurementError(
                     self._name,
                     text(
                         "the speed is {last:.4g} rad/s {settle_timeout:g} s after {speed:.4g} rad/s was commanded",
-                        last=last[-1],
+                        last=found,
                         settle_timeout=self._options.settle_timeout,
                         speed=speed,
                     ),
