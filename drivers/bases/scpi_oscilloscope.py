@@ -1,6 +1,5 @@
 """An oscilloscope that speaks SCPI: set points checked, one record armed, waited for and scaled, with its limits of error."""
 
-import math
 from collections.abc import Sequence
 
 from drivers.bases.oscilloscope_accuracy import trace_accuracy
@@ -66,7 +65,7 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
         self._acquisition = AcquisitionType.NORMAL
         self._trigger = Trigger(None)
         #: When (s) the record that was armed last can be complete: triggered as soon as it may be.
-        self._earliest = -math.inf
+        self._earliest = 0.0
         session.check_left_errors()
         if not guarding:
             self._take_over(self._wanted())

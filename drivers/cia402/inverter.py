@@ -69,8 +69,7 @@ class Cia402Inverter(Cia402Driver, Inverter):
                 MappedObject(STATUSWORD, 2),
                 MappedObject(self._velocity.actual, self._velocity.size, True),
                 MappedObject(ACTUAL_TORQUE, 2, True),
-            ),
-            (MappedObject(ACTUAL_CURRENT, 2, True),),
+            )
         )
         node.watch()
 

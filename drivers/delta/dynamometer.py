@@ -298,18 +298,19 @@ class DeltaDyn200(Dynamometer):
     def _settle(self, speed: float) -> None:
         latest: list[float] = []
         for last in polls(self._clock, self._options.settle_timeout, self._options.settle_interval):
-            latest = [*latest, self._transducer.read().speed][-SETTLED_READINGS:]
+            found = self._transducer.read().speed
+            latest = [*latest, found][-SETTLED_READINGS:]
             if self._transducer.has_settled(latest, speed):
-                self._compare(latest[-1], STEADY)
+                self._compare(found, STEADY)
                 return
             if last:
                 self._drive.check_fault()
-                self._compare(latest[-1], CHANGING)
+                self._compare(found, CHANGING)
                 raise MeasurementError(
                     self._name,
                     text(
                         "the speed is {last:.4g} rad/s {settle_timeout:g} s after {speed:.4g} rad/s was commanded",
-                        last=latest[-1],
+                        last=found,
                         settle_timeout=self._options.settle_timeout,
                         speed=speed,
                     ),

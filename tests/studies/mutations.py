@@ -7,6 +7,7 @@ import argparse
 import importlib
 import importlib.util
 import json
+import math
 import os
 import resource
 import sys
@@ -29,8 +30,8 @@ from tests.studies.mutants import SUPPORTING, TARGETS, Mutant, mutants, path_of
 
 _OWN = "tests.bench.testing.conformance.own_"
 
-#: A check that takes longer (s, of the processor) does not end, which is found too; several times what the longest one takes.
-_PATIENCE = 60
+#: A check of one driver that takes longer (s, of the processor) does not end, which is found too; several times the longest one.
+_PATIENCE = 120
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,8 @@ def first_failure(mutant: Mutant, drivers: Sequence[str] = ()) -> str:
     """Return the first check that a mutant fails, in this process, of the drivers made of it or of these; empty where it passes all."""
     _load(mutant)
     for driver in drivers or {**TARGETS, **SUPPORTING}[mutant.module]:
+        patience = math.ceil(time.process_time()) + _PATIENCE
+        resource.setrlimit(resource.RLIMIT_CPU, (patience, resource.RLIM_INFINITY))
         report = check_own(driver, first_only=True)
         if report.failures:
             return str(report.failures[0])
@@ -102,7 +105,6 @@ def examine(mutant: Mutant, drivers: Sequence[str] = ()) -> Outcome:
     child = os.fork()
     if child == 0:
         os.close(reading)
-        resource.setrlimit(resource.RLIMIT_CPU, (_PATIENCE, _PATIENCE))
         said = "it cannot be loaded"
         try:
             sys.stdout = sys.stderr = open(os.devnull, "w")  # noqa: SIM115  it ends with the process
@@ -131,12 +133,15 @@ def preload() -> None:
             """Opening is what imports."""
 
 
-def unchanged(modules: Iterable[str]) -> Iterator[Outcome]:
+def unchanged(modules: Iterable[str], jobs: int) -> Iterator[Outcome]:
     """Give what the kit says of drivers whose modules are loaded anew and not changed, once for each driver."""
     served = {**TARGETS, **SUPPORTING}
-    for driver, module in {driver: one for one in modules for driver in served[one]}.items():
-        nothing = Mutant(module, "nothing", 0, "nothing", path_of(module).read_text(encoding="utf-8"))
-        yield examine(nothing, (driver,))
+    drivers = {driver: one for one in modules for driver in served[one]}
+    nothing = [
+        Mutant(one, "nothing", 0, "nothing", path_of(one).read_text(encoding="utf-8")) for one in drivers.values()
+    ]
+    with ThreadPoolExecutor(jobs) as pool:
+        yield from pool.map(examine, nothing, ((driver,) for driver in drivers))
 
 
 def _study(made: Sequence[Mutant], jobs: int) -> Iterator[Outcome]:
@@ -161,7 +166,7 @@ def main() -> None:
     preload()
     modules = chosen.module or tuple(SUPPORTING if chosen.supporting else TARGETS)
     made = {seed: mutants(chosen.count, seed, modules) for seed in chosen.seed}
-    for outcome in unchanged({one.module for each in made.values() for one in each}):
+    for outcome in unchanged({one.module for each in made.values() for one in each}, chosen.jobs):
         if outcome.check:
             parser.error(f"{outcome.mutant.module} as it is does not pass: {outcome.check}")
     outcomes = []

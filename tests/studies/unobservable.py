@@ -6,8 +6,10 @@
   own returns that they call in `text(…)` only, what a method of their own is given for messages only or puts into an error that it
   returns, but not what that asks the instrument.
 - **Annotations**, decorators, imports and protocols, of which nothing is made.
-- **Pauses of a loop that looks again**: the `sleep` in a `while` loop. How often one looks changes nothing that is found.
-- **Defaults that nobody leaves out**: of a parameter that every call in the drivers' modules gives, also the `open` of a base.
+- **Pauses of a loop that looks again**: the `sleep` in a `while` loop, and a constant whose every use is in such. How often one looks
+  changes nothing that is found.
+- **Defaults that nobody leaves out**: of a parameter that every call in the drivers' modules gives, also the `open` of a base, and of
+  classes that are derived without an `__init__` of their own.
 - **Lengths of pieces**: a constant that is nothing but the step of a `range` and the end of the slices that begin there. All pieces
   together are the whole, however long each is.
 - **`strict=`** of a `zip`: it says what must be so, and changes nothing where it is; `daemon=` and `name=` of a thread that is joined
@@ -42,6 +44,11 @@ def unobservable(tree: ast.Module) -> set[int]:
     names = {part.value.func.attr for part in called} - {"sleep"}
     called += [node for node in ast_nodes(tree) if isinstance(node, ast.FunctionDef) and node.name in names]
     pauses = {id(each) for part in called for each in ast_nodes(part)}
+    assigned = (node for node in tree.body if isinstance(node, ast.Assign))
+    for name, value in (scalar for node in assigned for scalar in _scalars(node)):
+        uses = _uses(tree, name)
+        if uses and name not in _imported() and all(id(use) in pauses for use in uses):
+            pauses |= {id(each) for each in ast_nodes(value)}
     defaults = {id(each) for part in _given_defaults(tree) for each in ast_nodes(part)}
     pieces = {id(each) for part in _pieces(tree) for each in ast_nodes(part)}
     return found | messages | pauses | defaults | pieces
@@ -290,6 +297,10 @@ def _imported() -> frozenset[str]:
     return frozenset(alias.name for node in imports for alias in node.names)
 
 
+def _is_init(node: ast.AST) -> bool:
+    return isinstance(node, ast.FunctionDef) and node.name == "__init__"
+
+
 @cache
 def _calls_of(name: str) -> tuple[ast.Call, ...] | None:
     """Return the calls that make one of a class, None where it is also handed on or derived from."""
@@ -317,7 +328,9 @@ def _calls_of(name: str) -> tuple[ast.Call, ...] | None:
                 for each in ast_nodes(node)
                 if isinstance(each, ast.Call) and ast.unparse(each.func) == "super().__init__"
             ]
-            if len(made) != len(derived) or len(here) + len(derived) != len(others):
+            plain = [node for node in derived if not any(_is_init(each) for each in node.body)]
+            of_plain = [_calls_of(node.name) for node in plain]
+            if None in of_plain or len(made) + len(plain) != len(derived) or len(here) + len(derived) != len(others):
                 return None
-            calls += here + made
+            calls += here + made + [call for each in of_plain for call in each or ()]
     return tuple(calls)

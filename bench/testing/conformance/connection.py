@@ -1,5 +1,6 @@
 """Checks of a driver's connection: closed, opened again, refused if another instrument or none answers."""
 
+import errno
 import re
 from contextlib import suppress
 from typing import Any
@@ -12,6 +13,7 @@ from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
 from drivers.interfaces import IdentityError, InstrumentError
+from drivers.transport.serial.port_errors import reason_and_remedy
 from sim_instruments.faults.line_faults import Fault
 
 #: What makes another instrument of it: another line of identity, and the device type of a node of another profile (CiA 401).
@@ -25,6 +27,7 @@ def check_connection(trial: Trial) -> None:
     """Check the ways in which a connection is made, ends, and fails."""
     subject, checks = trial.subject, trial.checks
     directions: list[str] = []
+    traffic: list[str] = []
     with trial.stand() as made:
         trial.session.prepare(made)
         before = made.connections
@@ -34,13 +37,17 @@ def check_connection(trial: Trial) -> None:
         left = made.connections - before
         checks.that("close() lets go of the line", left <= 0, f"{left} connections are open", "Close the port")
         made.listen()
-        again = made.open(wire=lambda _, direction, __: directions.append(direction))
+        again = made.open(
+            wire=lambda _, direction, __: directions.append(direction), traffic=lambda *entry: traffic.append(entry[0])
+        )
         wrong = trial.wrong(made, again)
         checks.that("close() lets go: opened again, it works", not wrong, wrong, TAKE_OVER)
         again.close()
         heard = f"{len(directions)} of {len(made.messages)} messages, of which {directions.count('<')} came from it"
         whole, remedy = len(directions) >= len(made.messages) and "<" in directions, "Hand on surroundings.wire"
         checks.that("what is on its wire is told", whole, heard, remedy)
+        advice = "Hand on surroundings.traffic"
+        checks.that("what it says and hears is told", "read" in traffic, f"{len(traffic)} entries", advice)
     with trial.stand() as made:
         if made.transport == "visa":
             _waiting(made, checks, guarded=subject.role.feeds)
@@ -51,8 +58,7 @@ def check_connection(trial: Trial) -> None:
             checks.that("guarding asks nothing when it opens", not made.messages, f"{made.messages}", remedy)
     if checks.manual.local:
         _gives_the_panel_back(trial)
-    if checks.manual.port:
-        _check_port(trial)
+    check_port(trial)
     with trial.stand() as made:
         if made.transport in _OTHERS:
             made.faults.add(_OTHERS[made.transport]())
@@ -110,17 +116,24 @@ def _waiting(made: Stand, checks: Checks, *, guarded: bool) -> None:
         checks.that("an error that waits is told", not left, "nobody looked", "Look at the error queue when opening")
 
 
-def _check_port(trial: Trial) -> None:
+def check_port(trial: Trial) -> None:
     """Check how a serial port is set up, where the manual states it, and that one which cannot be opened is told."""
+    if not trial.checks.manual.port:
+        return
     found: dict[str, Any] = {}
+    for error in (serial.SerialException("there is no such port"), serial.SerialException(errno.EACCES, "not allowed")):
 
-    def opens(port: Any) -> None:
-        found.update(port.get_settings())
-        raise serial.SerialException("there is no such port")
+        def opens(port: Any, error: Exception = error) -> None:
+            found.update(port.get_settings())
+            raise error
 
-    with patch.object(serial.Serial, "open", opens), trial.stand() as made:
-        with trial.checks.refuses("a port that cannot be opened", InstrumentError, remedy="Raise CommunicationError"):
-            made.open(address="/dev/ttyS99").close()
+        _, remedy = reason_and_remedy(error)
+        advice = "Raise CommunicationError with the reason and the remedy, as port_errors.not_opened() has them"
+        with patch.object(serial.Serial, "open", opens), trial.stand() as made:
+            with trial.checks.refuses(
+                "a port that cannot be opened", InstrumentError, remedy=advice, says=(str(remedy),)
+            ):
+                made.open(address="/dev/ttyS99").close()
     for name, value in trial.checks.manual.port.items():
         wrong = f"{found.get(name)} instead of {value}"
         trial.checks.that(f"{name} of the port", found.get(name) == value, wrong, "Compare it with the manual")

@@ -49,7 +49,8 @@ def check_driver(
     `role` is for a name that has drivers of several. `options` are an instance of the driver's options, or a mapping for it.
     `found` changes the simulated instrument before the driver meets it: settings that somebody may have left. `catalogues`
     hold the plug-ins, the installed ones where they are not given. `manual` is what the maker states. `variants` are other
-    options, each beside the others, with which it is used as well; with a `manual` among them it is held to that instead.
+    options, each beside the others, with which it is used as well; with a `manual` among them it is held to that instead, and
+    with `simulated`, a SimulatedInstrument, it is used with another instrument of its family.
     `thorough` disturbs each message in every way, `first_only` ends at the first failure.
 
     Raises InputError for a driver or a simulated instrument that is not there.

@@ -118,14 +118,24 @@ def _stuck(made: Stand, instrument: Any, energise: Any, output: str, checks: Che
 
 
 def check_found(trial: Trial) -> None:
-    """Check that one opened with its output on can be made safe at once, and used after that."""
+    """Check that one opened with its output on can be made safe at once, and used after that.
+
+    One that the manual has running in another way is used at once.
+    """
     session, checks = trial.session, trial.checks
+    if (runs := checks.manual.running) is not None:
+        with trial.opened() as (made, instrument):
+            runs(made.simulated)
+            wrong = trial.wrong(made, instrument)
+            checks.that("found running: works", not wrong, wrong, TAKE_OVER)
     with trial.stand() as made:
         session.prepare(made)
         first = made.open()
         left = session.energise(made, first) if session.energise is not None else nullcontext()
         left.__enter__()
         second = made.open(elsewhere=True)
+        # Whoever has it on may have left its settings anyhow.
+        made.find()
         second.make_safe()
         checks.that("found on: make_safe", not made.energised, "it is on", _SAFE)
         wrong = trial.wrong(made, second)

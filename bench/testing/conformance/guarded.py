@@ -23,9 +23,11 @@ def check_guarded(trial: Trial) -> None:
     """
     with trial.stand() as made:
         trial.session.prepare(made)
+        made.listen()
         alone: Any = made.open(guarding=True, elsewhere=True)
         state = alone.found_state
         right = isinstance(state, tuple) and all(isinstance(one, FoundSetting) for one in state)
+        right = right and (bool(made.messages) or not state)
         trial.checks.that("found_state when guarding", right, f"{state!r}", "Give a tuple, empty for nothing looked at")
         alone.close()
     role, energise = trial.subject.role, trial.session.energise

@@ -140,7 +140,9 @@ class Manual:
     does without them, and tells where any other of its questions at opening is refused. `others` are replies to the question that it
     is recognised by, of instruments that are none of its. `trip` is a fault of its own, `stopped` what somebody else may do to it
     while it feeds, as another master that takes its enable away. `local` is the message (a regular expression) that gives the front
-    panel back, the last that close() sends.
+    panel back, the last that close() sends. `full_scale_gain` is an oscilloscope's limit of gain as a share of full scale.
+    `running` gets the simulated instrument and leaves it running, as another program has: it is then used at once, without
+    make_safe() before.
     """
 
     identity: Identity | None = None
@@ -162,3 +164,5 @@ class Manual:
     lacks: Sequence[str] | None = None
     others: Sequence[Any] = ()
     local: str = ""
+    full_scale_gain: float | None = None
+    running: Callable[[Any], None] | None = None

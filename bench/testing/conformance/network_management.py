@@ -6,10 +6,16 @@ from typing import Any
 import can
 
 from bench.testing.conformance.manual import ProtectionTrip
+from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial
 from bench.testing.conformance.stand import Stand
+from drivers.interfaces import InstrumentError
 
 _COMMAND, _HEARTBEAT = 0x000, 0x700
+_SDO_REQUEST, _SDO_REPLY, _ABORT = 0x600, 0x580, b"\x80"
+#: The transmit PDOs' parameters and mappings (CiA 301): the identifier, with a bit that says that it is not valid, and the type.
+_PDO_PARAMETERS, _PDO_MAPPINGS, _PDOS = 0x1800, 0x1A00, range(4)
+_NOT_VALID = 1 << 31
 #: States by the command specifier that leads to them and the byte by which a node reports them.
 _STATES = {"pre-operational": (0x80, 0x7F), "stopped": (0x02, 0x04), "operational": (0x01, 0x05)}
 _WORDS = {state: name for name, (_, state) in _STATES.items()}
@@ -22,7 +28,7 @@ class OtherMaster:
         address: Any = stand.bench.address(stand.subject.role.value)
         self._node = int(address["node_id"])
         self._end = stand.bench.can_bus(address["channel"])
-        self._heard = ""
+        self._heard, self._answer = "", b""
         self._end.hand_over(self._hear)
 
     def __enter__(self) -> "OtherMaster":
@@ -48,12 +54,29 @@ class OtherMaster:
         )
         return self._heard
 
+    def read(self, index: int, subindex: int) -> bytes | None:
+        """Return the bytes of an object, by SDO; None for one that the node has not, or does not let be read."""
+        return self._asked(0x40, index, subindex)
+
+    def write(self, index: int, subindex: int, data: bytes) -> None:
+        """Write an object of at most four bytes by SDO, whatever the node says of it."""
+        self._asked(0x23 | (4 - len(data)) << 2, index, subindex, data)
+
+    def _asked(self, command: int, index: int, subindex: int, data: bytes = b"") -> bytes | None:
+        self._answer = b""
+        place = index.to_bytes(2, "little") + bytes([subindex])
+        self._send(_SDO_REQUEST + self._node, bytes([command]) + place + data.ljust(4, b"\0"))
+        right = self._answer[:1] != _ABORT and self._answer[1:4] == place
+        return self._answer[4:] if right else None
+
     def _send(self, identifier: int, data: bytes) -> None:
         self._end.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
 
     def _hear(self, message: can.Message) -> None:
         if message.arbitration_id == _HEARTBEAT + self._node and message.data:
             self._heard = _WORDS.get(message.data[0] & 0x7F, "")
+        elif message.arbitration_id == _SDO_REPLY + self._node:
+            self._answer = bytes(message.data)
 
 
 def check_network_management(trial: Trial) -> None:
@@ -63,6 +86,44 @@ def check_network_management(trial: Trial) -> None:
             return
     for name in _STATES:
         _as_left(trial, name)
+
+
+def check_process_data(trial: Trial) -> None:
+    """Check a CANopen node's transmit PDOs: put back by `close()`; ones that stop meanwhile are told or done without."""
+    checks = trial.checks
+    with trial.stand() as made:
+        if made.transport != "can":
+            return
+        trial.session.prepare(made)
+        with OtherMaster(made) as other:
+            before = _pdos(other)
+            instrument = made.open()
+            used = {number: one for number, one in _pdos(other).items() if one != before[number]}
+            for number in used:
+                identifier = int.from_bytes(other.read(_PDO_PARAMETERS + number, 1) or b"", "little") | _NOT_VALID
+                other.write(_PDO_PARAMETERS + number, 1, identifier.to_bytes(4, "little"))
+            during = Checks()
+            with suppress(InstrumentError):
+                trial.session.brief(made, instrument, during)
+            remedy = "Read one by one what is not sent, or tell it"
+            checks.that("PDOs that stop never become a value", not during.wrong, during.wrong, remedy)
+            with suppress(InstrumentError):
+                instrument.make_safe()
+            instrument.close()
+            remedy = "Write back identifier, type and mapping of each PDO that was changed"
+            checks.that("PDOs: put back", _pdos(other) == before, f"{_pdos(other)} instead of {before}", remedy)
+
+
+def _pdos(other: OtherMaster) -> dict[int, tuple[bytes | None, ...]]:
+    """Return parameters and mapping of each transmit PDO: the entries that count."""
+    found: dict[int, tuple[bytes | None, ...]] = {}
+    for number in _PDOS:
+        count = other.read(_PDO_MAPPINGS + number, 0)
+        entries = range(1, 1 + (count[0] if count else 0))
+        parameters = (other.read(_PDO_PARAMETERS + number, subindex) for subindex in (1, 2))
+        mapping = (other.read(_PDO_MAPPINGS + number, subindex) for subindex in entries)
+        found[number] = (*parameters, count, *mapping)
+    return found
 
 
 def taken_out(stand: Stand) -> ProtectionTrip:

@@ -4,8 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
+from bench.testing.conformance.connection import check_port
 from bench.testing.conformance.interface import check_interface
 from bench.testing.conformance.limits import check_limits
+from bench.testing.conformance.network_management import check_process_data
 from bench.testing.conformance.replies import check_replies
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial
@@ -31,11 +33,14 @@ def check_station(trial: Trial, variants: Sequence[Mapping[str, Any]]) -> None:
             )
             trial.checks.that(f"{name} of the station", same, "no reading states it", "It replaces the maker's")
     for each in variants:
-        variant = {name: value for name, value in each.items() if name != "manual"}
+        variant = {name: value for name, value in each.items() if name not in ("manual", "simulated")}
         other, name = trial.having(**variant), f"with {variant}"
+        if "simulated" in each:
+            name = f"{name} of {each['simulated'].name}"
+            other = replace(other, subject=replace(other.subject, simulated=each["simulated"]))
         if "manual" in each:
             stated = replace(other, checks=replace(trial.checks, manual=each["manual"]))
-            for check in (check_interface, check_limits, check_replies):
+            for check in (check_interface, check_limits, check_port, check_replies):
                 check(stated)
             continue
         other = replace(other, subject=replace(other.subject, station=station_of(other.subject.options)))
@@ -44,4 +49,5 @@ def check_station(trial: Trial, variants: Sequence[Mapping[str, Any]]) -> None:
             continue
         with other.opened(listening=True) as (made, instrument):
             wrong = other.wrong(made, instrument, full=True)
+        check_process_data(other)
         trial.checks.that(f"{name}: it works", not wrong, wrong, "Take every option into account")

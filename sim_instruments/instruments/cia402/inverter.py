@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -57,7 +57,10 @@ class Cia402Inverter:
     Velocity in the unit of 60A9h (turns a minute by a power of ten; 0.001 rpm as it comes), set up with one pole pair; torque
     and current in per mille of rated torque and rated current (A, peak), which 6075h gives in mA. 2000h, the maker's, is the
     amplitude (mA, peak) of the phase current in the open-loop velocity mode. 6072h, 6073h, 607Fh and 607Eh act.
+    `modes` are the mode that turns and the one that regulates a torque.
     """
+
+    modes: ClassVar[tuple[int, int]] = (PROFILE_VELOCITY, PROFILE_TORQUE)
 
     def __init__(
         self,
@@ -72,7 +75,7 @@ class Cia402Inverter:
         self._world = world
         self._errors = errors or InverterErrors()
         self._rated_current = rated_current
-        self._power = PowerStage((PROFILE_VELOCITY, PROFILE_TORQUE))
+        self._power = PowerStage(self.modes)
         self._powered = False
         self._velocity = 0
         self._torque = 0
@@ -116,7 +119,7 @@ class Cia402Inverter:
     def entries(self) -> tuple[ObjectEntry, ...]:
         """Return the object dictionary."""
         return (
-            *standard_entries("Virtual inverter", 0x00000402, 0x0000000C),
+            *standard_entries("Virtual inverter", 0x00000402, sum(1 << mode - 1 for mode in self.modes)),
             ObjectEntry(
                 self._field.index, "Phase current amplitude", self._field.kind, "rw", subindex=self._field.subindex
             ),
@@ -138,7 +141,7 @@ class Cia402Inverter:
     def leave(self, generator: np.random.Generator) -> tuple[str, ...]:
         """Start with other settings: unit and sign of velocities, mode of operation, targets that were not reset."""
         objects = {
-            MODE: drawn(generator, (0, PROFILE_VELOCITY, PROFILE_TORQUE)),
+            MODE: drawn(generator, (0, *self.modes)),
             POLARITY: drawn(generator, (0, _VELOCITY_POLARITY)),
             TARGET_TORQUE: drawn(generator, (0, 50)),
         }
@@ -213,7 +216,7 @@ class Cia402Inverter:
             current = (
                 max(-bound, min(bound, self._torque)) * 1.0e-3 * self._rated_current * (1.0 + self._errors.current_gain)
             )
-            inverter.set_mode("current" if power.mode == PROFILE_TORQUE else "frequency")
+            inverter.set_mode("current" if power.mode == self.modes[1] else "frequency")
             inverter.command_amplitude(amplitude)
             inverter.command_frequency(0.0 if power.stopped else frequency)
             inverter.command_q_current(0.0 if power.stopped else current)
@@ -228,7 +231,7 @@ class Cia402Inverter:
         word, power, inverter = self._power.status, self._power, self._world.inverter
         if inverter.stuck_output.shown(False, inverter.enabled) and power.state is not DriveState.FAULT:
             word = word & ~power.state | DriveState.OPERATION_ENABLED
-        if power.state is DriveState.OPERATION_ENABLED and power.mode == PROFILE_VELOCITY and self._velocity:
+        if power.state is DriveState.OPERATION_ENABLED and power.mode == self.modes[0] and self._velocity:
             actual = round(self._world.inverter.output_frequency() * self._per_hertz)
             if abs(actual - self._velocity) <= 0.01 * abs(self._per_hertz):
                 word |= _TARGET_REACHED

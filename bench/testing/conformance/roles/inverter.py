@@ -11,6 +11,8 @@ from bench.testing.conformance.stand import Stand
 from drivers.interfaces import InstrumentError, InverterAbility
 
 _SETTLED = 0.1
+#: How long (s) a hand holds a shaft until it stands.
+_STOPPED = 2.0
 
 
 def _prepare(stand: Stand) -> None:
@@ -48,7 +50,14 @@ def _compare(stand: Stand, inverter: Any, checks: Checks, what: str) -> None:
 
 
 def _turn(stand: Stand, inverter: Any, checks: Checks, frequency: float, current: float) -> None:
-    with inverter.driving_frequency(frequency, current):
+    turning = stand.world.inverter
+    sampling = stand.sampling(lambda: turning.output_frequency() if turning.enabled else 0.0)
+    with sampling as shown, inverter.driving_frequency(frequency, current):
+        against, way = (
+            min(one * math.copysign(1.0, frequency) for one in shown),
+            "Command no speed before it is enabled",
+        )
+        checks.close("no turning against the command on the way", min(against, 0.0), 0.0, 1e-6, way)
         checks.that("drives in a block", stand.energised, "the drive is off", "Enable it in the block")
         found = stand.world.inverter.output_frequency()
         remedy = "Compare the command with the manual (rpm, pole pairs, scale), and wait until the ramp has ended"
@@ -91,6 +100,10 @@ def _full(stand: Stand, inverter: Any, checks: Checks) -> None:
 
 def _turn_fully(stand: Stand, inverter: Any, checks: Checks) -> None:
     for frequency in (stand.between(10.0, 20.0), -stand.between(5.0, 10.0)):
+        # From rest, as a field may begin with the rotor's own speed.
+        stand.world.hold_shaft()
+        stand.wait(_STOPPED)
+        stand.world.let_go()
         _turn(stand, inverter, checks, frequency, _current(inverter, stand.between(0.4, 0.9)))
     with inverter.driving_frequency(5.0, _current(inverter, 0.5)):
         inverter.command_zero()

@@ -15,6 +15,8 @@ from drivers.interfaces.text import text
 _SPEED = 120.0
 #: Length (s) of a record, and its least number of points.
 _RECORD, _POINTS = 0.05, 400
+#: Length (s) of one whose parts are waited for.
+_LONG = 4.0
 #: How probes are stated where there are none.
 _EXAMPLE = '{"probes": {1: Probe(ProbeKind.VOLTAGE, attenuation=10.0), 2: Probe(ProbeKind.VOLTAGE, attenuation=10.0)}}'
 
@@ -91,6 +93,11 @@ def _compare(
     right = 0.0 < accuracy.gain <= 0.1 and 0.0 < accuracy.offset <= 0.5 * actual and bool(accuracy.source)
     advice = "State it as the manual does: of the full scale, a division, or the reading"
     checks.that("waveform: accuracy", right, f"{accuracy}", advice)
+    if (stated := checks.manual.full_scale_gain) is not None:
+        lowest, highest = float(values.min()), float(values.max())
+        span = max(highest - lowest, abs(lowest), abs(highest))
+        advice = "A share of full scale is a larger one of what the trace spans"
+        checks.close("waveform: gain", accuracy.gain * span / waveform.full_scale, stated, 0.01 * stated, advice)
     steps = np.unique(np.abs(np.diff(values)))
     least = float(steps[steps > 1e-9 * actual].min())
     right = 0.2 * least <= waveform.resolution <= 5.0 * least
@@ -149,6 +156,7 @@ def _full(stand: Stand, scope: Any, checks: Checks) -> None:
         for channel in channels:
             _compare(stand, checks, found[channel], channel, "V", trigger, share, points)
     _screen(stand, scope, checks, channels[0])
+    _filled(stand, scope, checks, channels[0])
     _moved(stand, scope, checks, channels[0])
     _as_set_up(stand, scope, checks, channels[0])
     _refused(stand, scope, checks, channels[0])
@@ -159,6 +167,23 @@ def _full(stand: Stand, scope: Any, checks: Checks) -> None:
     advice = "Start at once without a channel"
     checks.that("a record without a trigger", channels[0] in found, f"{sorted(found)}", advice)
     _prepare(stand)
+
+
+def _filled(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
+    """Check a record of which the part before the trigger takes long to be filled."""
+    _show(stand, scope, channel)
+    scope.configure_acquisition(_LONG, _POINTS, 0.8)
+    scope.configure_trigger(Trigger(channel, 0.0))
+    began = stand.bench.clock.now()
+    scope.initiate()
+    took = stand.bench.clock.now() - began
+    remedy = "Wait until the part before the trigger is filled, and no longer"
+    checks.close("initiate(): time", took, 0.8 * _LONG, 0.1 * _LONG, remedy)
+    scope.fetch([channel], _LONG)
+    took = stand.bench.clock.now() - began
+    # A time base has steps: what the screen shows may be half as long again.
+    right, advice = 0.9 * _LONG <= took <= 1.7 * _LONG, "Wait for the record, and no longer"
+    checks.that("fetch(): time", right, f"{took:.3g} s for {_LONG:g} s", advice)
 
 
 def _moved(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
@@ -183,9 +208,11 @@ def _as_set_up(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
     other = stand.open()
     its = _record(stand, other, [channel], Trigger(None), 0.0)[channel]
     other.close()
+    # A gain of full scale hangs on the trace's ends, each a few steps of noise.
+    noise = 4.0 * mine.resolution / float(np.ptp(mine.values))
     same = all(
-        math.isclose(getattr(its.accuracy, part), getattr(mine.accuracy, part), rel_tol=1e-3, abs_tol=1e-12)
-        for part in ("gain", "offset", "resolution")
+        math.isclose(getattr(its.accuracy, part), getattr(mine.accuracy, part), rel_tol=allowed, abs_tol=1e-12)
+        for part, allowed in (("gain", 1e-3 + noise), ("offset", 1e-3), ("resolution", 1e-3))
     )
     wrong = f"{its.accuracy} instead of {mine.accuracy}"
     checks.that("a channel that was set up before: accuracy", same, wrong, "Ask for its range and offset")

@@ -11,6 +11,8 @@ from bench.testing.conformance.stand import Stand
 from drivers.interfaces import InstrumentError
 
 _ANGLE = math.radians(2.5)
+#: How long (s) parts and ramps may take beside a movement.
+_MOVING = 10.0
 
 
 def _prepare(_: Stand) -> None:
@@ -71,6 +73,8 @@ def _move(stand: Stand, actuator: Any, checks: Checks, angle: float) -> None:
     took = stand.bench.clock.now() - began
     least = abs(angle) / actuator.maximum_speed
     checks.that("move_by() keeps to the speed", took >= 0.9 * least, f"{took:.3g} s for {angle:.3g} rad", remedy)
+    late = took > 2.0 * least + _MOVING
+    checks.that("move_by(): in time", not late, f"{took:.3g} s for {angle:.3g} rad", "Return once it is there")
     _free(stand, checks, "after move_by()")
     _angle(stand, actuator, checks)
 

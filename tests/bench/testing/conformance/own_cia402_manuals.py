@@ -50,6 +50,8 @@ _CIA402: Sequence[Reply] = (
     Reply("read 6041H 0", _FAULT, ReportedError, says="in fault", times=1),
     Reply("read 6041H 0", _FAULT, ReportedError, says="in fault", call="make_safe", after="read 6041H 0"),
     Reply("read 6041H 0", b"\x1f\x02", ReportedError),
+    # Switch on disabled, without the voltage of the power stage.
+    Reply("read 6041H 0", b"\x40\x02", None, call="make_safe"),
     Reply("read 6041H 0", _NO_STATE, CommunicationError),
     Reply("read 1000H 0", b"\x91\x01\x02\x00", IdentityError),
 )
@@ -71,12 +73,25 @@ def _in_fault(*calls: str) -> Sequence[Reply]:
 _STOPPED = ProtectionTrip(lambda simulated: simulated.write(0x6040, 0), says="left operation")
 
 
-def _node(product: int, model: str, **stated: Any) -> Manual:
+def _running(mode: int) -> Any:
+    """Return what has another program enable a simulated drive in a mode of operation: 6, 7 and Fh are the way up."""
+
+    def run(simulated: Any) -> None:
+        for index, value in ((0x6060, mode), (0x6040, 0x06), (0x6040, 0x07), (0x6040, 0x0F)):
+            simulated.write(index, value)
+
+    return run
+
+
+def _node(model: str, mode: int, **stated: Any) -> Manual:
     return Manual(
+        running=_running(mode),
         identity=Identity("vendor 0x000002FF", model, "1", "10000"),
         not_yet=(*_power(*stated.pop("powers", ())), *stated.pop("not_yet", ())),
         trip=ProtectionTrip(
-            lambda simulated: simulated._power.trip(0x2310), says="0x2310 (continuous over-current)", within=0.3
+            lambda simulated: simulated._power.trip(0x2310),
+            says="0x2310 (continuous over-current); it sent the emergency 0x2310 (continuous over-current), 0x1001 = 03",
+            within=0.3,
         ),
         **stated,
     )
@@ -85,8 +100,8 @@ def _node(product: int, model: str, **stated: Any) -> Manual:
 _BEGINS, _AT_A_FIFTH = "driving_current begins", {"read 6077H 0": b"\xc8\0"}
 _LIMITED = {"read 6041H 0": b"\x37\x0a"}
 INVERTER = _node(
-    2,
     "Virtual inverter",
+    4,
     stopped=_STOPPED,
     accuracies={
         f"{when}: {what} reading": stated
@@ -103,8 +118,9 @@ INVERTER = _node(
         Reply("read 60A9H 0", b"\0\x47\xc0\0", ReportedError, says="velocity_unit"),
         Reply("read 607FH 0", b"\0\0\0\0", ReportedError, call="driving_frequency", says="0x607F"),
         *(
-            Reply(f"read {limit} 0", b"\1\0", ReportedError, call=_BEGINS, says=f"0x{limit[:4]} is 1")
+            Reply(f"read {limit} 0", b"\1\0", ReportedError, call=call, says=f"0x{limit[:4]} is 1")
             for limit in ("6072H", "6073H")
+            for call in (_BEGINS, "set_current")
         ),
         Reply("read 6077H 0", b"\x9c\xff", reads={"value": -1.0}, call="measure_current"),
         # Current and torque of one motor are the same thousandths, but for a tenth of full scale and of the reading: 120 at 200.
@@ -112,6 +128,8 @@ INVERTER = _node(
             Reply("read 6078H 0", counts.to_bytes(2, "little"), error, call=_BEGINS, beside=_AT_A_FIFTH)
             for counts, error in ((319, None), (321, MeasurementError), (81, None), (79, MeasurementError))
         ),
+        # A drive may show its current with a sign.
+        Reply("read 6078H 0", (-200).to_bytes(2, "little", signed=True), None, call=_BEGINS, beside=_AT_A_FIFTH),
         Reply("read 606CH 0", b"\0\0\0\0", MeasurementError, call="driving_frequency"),
         # What has settled is within a hundredth of the rated current of 2 A; 0.05 Hz beside 5 Hz is not.
         *(
@@ -145,8 +163,8 @@ INVERTER_VARIANTS = (
     },
 )
 SIX_STEP = _node(
-    3,
     "Virtual six-step drive",
+    0,
     # While it runs, a state on the way up is one that it has left operation for.
     powers=("running begins", "running ends", "make_safe"),
     stopped=_STOPPED,
@@ -155,16 +173,35 @@ SIX_STEP = _node(
         *_CIA402,
         *_in_fault("measure_bus_voltage", "measure_bus_current", "measure_frequency", "running begins", "running ends"),
         Reply("read 6061H 0", b"\0", MeasurementError),
+        # A state on the way up, or a quick stop, while it runs is one that it has left operation for.
+        *(
+            Reply(
+                "read 6041H 0",
+                word,
+                ReportedError,
+                call="measure_bus_voltage",
+                says=f"left operation by itself: {state}",
+            )
+            for word, state in ((_READY, "Ready to switch on"), (b"\x17\x02", "Quick stop active"))
+        ),
         Reply("read 6079H 0", b"\xc0\x5d\0\0", reads={"value": 24.0}),
+        # It has no sign.
+        Reply("read 6079H 0", b"\0\0\0\x80", reads={"value": 2_147_483.648}),
         Reply("read 2010H 0", b"\x18\xfc\xff\xff", reads={"value": -1.0}),
         Reply("read 606CH 0", b"\xa0\x15\xff\xff", reads={"value": -1.0}),
     ),
 )
 #: 0.15 rad/s of 65536 increments a turn; brake and clutch among the inputs.
 _CREEPING, _BRAKE, _CLUTCH, _NONE = b"\x1d\x06\0\0", b"\0\0\x01\0", b"\0\0\x02\0", b"\0\0\0\0"
+#: 0.05 rad/s, at which it stands; and 2.08 rad/s and 2.12 rad/s of the 2 rad/s that are commanded.
+_SLOW, _NEARLY, _FASTER = (round(speed / math.tau * 65_536).to_bytes(4, "little") for speed in (0.05, 2.08, 2.12))
+#: In operation, a new target taken or not, reached or not; and no more in operation.
+_NOT_TAKEN, _NOT_REACHED, _LEFT, _LEFT_AT_TARGET = b"\x37\x02", b"\x37\x12", b"\x50\x02", b"\x50\x16"
+#: The farthest that 32 bits of increments hold.
+_FARTHEST = (2**31 - 1) / 65_536 * math.tau
 ROTOR = _node(
-    4,
     "Virtual rotor actuator",
+    1,
     accuracies={"angle": Accuracy(resolution=2.0 * math.pi / 65_536)},
     replies=(
         *_CIA402,
@@ -181,11 +218,35 @@ ROTOR = _node(
         Reply("read 60FDH 0", _BRAKE, call="move_by"),
         Reply("read 60FDH 0", _NONE, ReportedError, call="couple_dynamometer"),
         Reply("read 60FDH 0", b"\0\0\x04\0", ReportedError, call="uncouple_dynamometer"),
+        *(Reply("read 606CH 0", _SLOW, None, call=call) for call in ("lock", "stop", "couple_dynamometer")),
+        Reply("read 606CH 0", _NEARLY, None, call="turn", within=2.0),
+        Reply("read 6064H 0", (-1000).to_bytes(4, "little", signed=True), reads={"value": -1000 / 65_536 * math.tau}, call="angle"),
+        # What it says while it is waited for.
+        Reply(
+            "read 6041H 0", _FAULT, ReportedError, call="turn", after="read 606CH 0", says="in fault",
+            beside={"read 606CH 0": _CREEPING}, within=2.0,
+        ),
+        Reply("read 6041H 0", _LEFT, ReportedError, call="turn", after="read 606CH 0", says="left operation"),
+        Reply("read 6041H 0", _LEFT_AT_TARGET, ReportedError, call="move_by", after="write 607AH 0", says="left operation"),
+        Reply("read 6041H 0", _NOT_TAKEN, MeasurementError, call="move_by", after="write 607AH 0", says="not taken"),
+        Reply("read 6041H 0", _NOT_REACHED, MeasurementError, call="move_by", after="write 607AH 0", says="from its target"),
     ),
+    limits=(StatedLimits("move_by", "angle", -_FARTHEST, _FARTHEST, beyond=5e-5),),
     not_yet=(
         NotYet("read 60FDH 0", _NONE, 5.0, call="turn"),
         NotYet("read 606CH 0", _CREEPING, 5.0, call="stop", between="read 6041H"),
+        NotYet("read 606CH 0", _FASTER, 5.0, call="turn", between="read 6041H"),
     ),
     # An electrical frequency says nothing of a shaft.
-    models=(Model({"^read 60A9H": None}, {"velocity_unit": "Hz"}, error=ReportedError, says="turns a shaft"),),
-)
+    models=(
+        Model({"^read 60A9H": None}, {"velocity_unit": "Hz"}, error=ReportedError, says="turns a shaft"),
+        # Units of a feed: 1:1 was never set up, the increments of a turn are no other unit.
+        *(
+            Model({"^read 6092H 1": feed.to_bytes(4, "little"), "^read 6092H 2": turns.to_bytes(4, "little")}, error=error, says=says)
+            for feed, turns, error, says in (
+                (1, 1, (), ""), (65_536, 1, (), ""), (131_072, 2, (), ""), (1000, 1, ReportedError, "(1000 in 1 turns)"),
+                (65_536, 2, ReportedError, "of a feed"), (2, 1, ReportedError, "of a feed"),
+            )
+        ),
+    ),
+)  # fmt: skip

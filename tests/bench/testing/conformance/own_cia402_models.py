@@ -60,6 +60,7 @@ _UNITS: Sequence[Model] = (
     _shows(_COUNTS, 0.5, increments_per_turn=2000),
     _shows(_COUNTS, 1000.0 / 60.0, velocity_unit="rpm"),
     _shows(_RPM, 4000.0 / 60.0, pole_pairs=4),
+    _refuses(_RPM, "State pole_pairs", pole_pairs=None),
     _refuses(_COUNTS, "0x608F"),
     _refuses(_COUNTS, "0x608F", _ratio(_ENCODER, 1, 1)),
     _refuses(None, "0x608F", velocity_unit="counts/s"),
@@ -221,6 +222,11 @@ INVERTER_MODELS: Sequence[Model] = (
 )
 #: The maker's objects as others have them: subindex, width, sign.
 SIX_STEP_MODELS: Sequence[Model] = (
+    # A fault is told at rest, too.
+    *(
+        Model({"^read 6041H": b"\x18\x02"}, refuses={reading: ReportedError}, says="in fault")
+        for reading in ("measure_bus_voltage", "measure_bus_current", "measure_frequency")
+    ),
     *(Model(options={name: None}, error=ReportedError, says=name) for name in ("mode", "bus_current", "hall_state")),
     *(
         Model({f"^read {index}H {sub}$": data}, {"bus_current": stated}, {"measure_bus_current.value": value})

@@ -20,6 +20,10 @@ def _sensor(power: int) -> bytes:
     return b"".join(one.to_bytes(4, "big", signed=True) for one in (*_SHOWN, power))
 
 
+#: The same at a tenth of the speed.
+_TENTH = b"".join(one.to_bytes(4, "big") for one in (_SHOWN[0], _SHOWN[1] // 10, 18))
+
+
 def _speed(frequency: int, says: str = "") -> Reply:
     error = MeasurementError if says else None
     return Reply("read 1 2103H 1", frequency.to_bytes(2, "big"), error, call=_BEGINS, says=says)
@@ -113,6 +117,16 @@ DELTA = Manual(
         Reply("read 1 2103H 2", bytes.fromhex("0000000b"), ReportedError, says="0.11 A"),
         Reply("read 1 2103H 2", bytes.fromhex("00640000"), ReportedError, says="1 Hz"),
         *_SCALES,
+        # A speed that is ten times too small does not settle, for a reason that is known; a fault is told where it does not.
+        Reply("read 2 0000H 6", _TENTH, MeasurementError, call=_BEGINS, says="Set speed_decimals"),
+        Reply(
+            "read 2 0000H 6",
+            bytes(12),
+            ReportedError,
+            call=_BEGINS,
+            says="49",
+            beside={"read 1 2100H 1": b"\0\x31"},
+        ),
     ),
     # 599 Hz at the most; the rated torque unless the station lowers it.
     models=(
@@ -130,6 +144,8 @@ DELTA = Manual(
             )
             for time, tenths in ((0.5, 5), (2.0, 20), (100.0, 1000))
         ),
+        # No torque is commanded once it has driven at one.
+        Model(holds={"read 1 0B22H 1": (0,)}),
         # A sensor whose decimals of speed cannot be read shows tenths of rpm.
         Model(
             {"^read 2 0020H": None, "^read 2 0000H": bytes.fromhex("000000000000002800000000")},

@@ -12,6 +12,7 @@ from bench.testing.conformance.manual import Manual, Model
 from drivers.bases.oscilloscope_data import Probe
 from drivers.interfaces import Accuracy, IdentityError, InstrumentError, ProbeKind, SetpointError
 from drivers.keysight.options import ImpedanceCalibration
+from sim_instruments.instruments.cia402.catalogue import VELOCITY_INVERTER
 from sim_instruments.world.fixture.layout import crosspoints
 from tests.bench.plugins.how_to_pages import OSCILLOSCOPE, PROBES, codes, left
 from tests.bench.testing.conformance.own_cia402_manuals import (
@@ -220,6 +221,7 @@ VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
     ),
     "keysight-34461a": ({"calibration": {10.0: _POINT}},),
     "keysight-infiniivision": ({"calibration": {1: Accuracy(gain=0.02, offset=0.1, source="calibration")}},),
+    "lutron-tachometer": ({"update_period": 0.5, "manual": Manual(port={"timeout": 1.0})},),
     "keysight-34970a": ({"crosspoints": {}}, {"fixed": ("A:channel4~", "A:voltmeter+")}),
     "delta-dyn200": (
         {"direction_from": "command"},
@@ -229,7 +231,13 @@ VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
         POWER_STATED,
         {"watchdog_time": 2.0},
     ),
-    "cia402-inverter": ({"heartbeat_time": 1.0}, {"process_data": True}, *INVERTER_VARIANTS),
+    "cia402-inverter": (
+        {"heartbeat_time": 1.0},
+        {"process_data": True},
+        # Velocity mode and cyclic torque, read one by one and by process data.
+        *({"simulated": VELOCITY_INVERTER, "process_data": by_pdo, "pole_pairs": 2} for by_pdo in (False, True)),
+        *INVERTER_VARIANTS,
+    ),
     "cia402-six-step": ({"heartbeat_time": 1.0}, {"process_data": True}),
     "cia402-rotor-actuator": ({"increments_per_turn": 65_536}, {"heartbeat_time": 1.0}, {"timeout": 0.3}),
     "gwinstek-gpt9800": ({"ramp_time": 0.5}, GPT9800_SLOW),

@@ -128,10 +128,12 @@ LEFT: Mapping[str, Sequence[Left]] = {
         Left("0x6084", lambda _: None, "1200000", now=lambda simulated: simulated.read(0x6084)),
         Left("0x6060", **_object(0x6060, 3), told=False),
         # Of what is measured together, what it lets be mapped.
-        _polled("0x6041, 0x606C, 0x6077, 0x6078"),
+        _polled("0x6041, 0x606C, 0x6077"),
     ),
     "cia402-six-step": (
         Left("0x605A", lambda _: None, "6", now=lambda _: 0),
+        # The maker's mode has a negative number.
+        Left("0x6060", **_object(0x6060, -1), told=False),
         _polled("0x6041, 0x606C, 0x6079"),
     ),
     "cia402-rotor-actuator": (Left("0x6060", **_object(0x6060, 3), told=False),),

@@ -25,6 +25,15 @@ _LCR = {
     (0.5, 5e-3, 5000.0, 0.3, Aperture.MEDIUM): ((1.570804284e-1, 2.0448748527e-3), (5e-4, 6.509005841e-8)),
     (0.0, 0.0, 100.0, 1.0, Aperture.MEDIUM): ((0.0, 1.6649110641e-3), (0.0, 2.6497882565e-6)),
     (0.0, 1e-3, 1000.0, 1.0, Aperture.MEDIUM): ((0.0, 4.821621233e-3), (5e-4, 2.67384853e-7)),
+    # A little beyond the border, from which Q and D are taken into account: 0.12.
+    (10.0, 1.909859317102744e-4, 1000.0, 1.0, Aperture.MEDIUM): (
+        (5.03587132e-4, 1.6800734350e-3),
+        (4.19655943734e-3, 2.6739199193e-7),
+    ),
+    (1.2, 1.591549430918954e-3, 1000.0, 1.0, Aperture.MEDIUM): (
+        (4.19655943734e-3, 1.6800734350e-3),
+        (5.03587132e-4, 2.6739199193e-7),
+    ),
     (1.0, 0.0, 1000.0, 1.0, Aperture.MEDIUM): ((5e-4, 8.000007239e-4), (0.0, 2.0690154124e-7)),
 }
 _STATED = {
@@ -120,6 +129,7 @@ def _preamble(points: int = 500, x: str = "+5.0E-05", reference: str = "+0", y: 
 
 
 INFINIIVISION = Manual(
+    full_scale_gain=0.02,
     identity=Identity("KEYSIGHT TECHNOLOGIES", "DSO-X 3024T", "MY60101234", "07.40.2021031200"),
     # 2 % of full scale; 0.1 division of 1 A, 2 mV at ten amperes a volt, 1 % of the offset of 1 A.
     # The gain is of full scale, so it hangs on the trace: the driver's own tests hold it.

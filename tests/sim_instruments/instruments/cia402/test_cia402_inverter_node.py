@@ -193,7 +193,7 @@ def test_what_is_measured_comes_by_process_data_and_by_sdo_where_it_does_not(
     bench, inverter = driven
     node = bench._node("inverter")._node
     row = next(one for one in inverter.found_state if one.query == "0x1800 process data")
-    assert row.found == "PDO: 0x6041, 0x606C, 0x6077, 0x6078"
+    assert row.found == "PDO: 0x6041, 0x606C, 0x6077"
     assert [node.sdo[0x1A00][entry].raw for entry in range(4)] == [3, 0x60410010, 0x606C0020, 0x60770010]
     assert (node.sdo[0x1800][1].raw, node.sdo[0x1800][2].raw) == (0x185, 1)
     with inverter.driving_current(2.0):
