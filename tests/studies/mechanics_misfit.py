@@ -19,7 +19,7 @@ import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import Cause
-from procedures.estimation.mechanics import ramp_causes, ramp_fit
+from procedures.estimation.mechanics import ramp_causes, ramp_fit, ramp_trials
 from procedures.estimation.mechanics.inertia import fit_coast_down, fit_ramps
 from tests.studies.shaft_records import Shaft, draw, move, record
 
@@ -169,8 +169,10 @@ def ramps(name: str, records: int, seed: int, *, without: Sequence[Cause] = (), 
 
 def batch(name: str, seed: int, without: tuple[Cause, ...], number: int, records: int) -> Row:
     """Return how one batch of a row's records does."""
-    known = ramp_fit.families, ramp_fit.look, ramp_fit.periodic
-    ramp_fit.families, ramp_fit.look, ramp_fit.periodic = unaware(without)
+    known = ramp_trials.families, ramp_fit.look, ramp_fit.periodic, ramp_trials.unseen
+    ramp_trials.families, ramp_fit.look, ramp_fit.periodic = unaware(without)
+    if Cause.STRIBECK in without:
+        ramp_trials.unseen = lambda *_: []
     try:
         random = np.random.default_rng([seed, sum(map(ord, name)), number])
         row = Row(by_name={estimate: Tally() for estimate in (RATES if name.startswith("bare") else NAMES)})
@@ -182,7 +184,7 @@ def batch(name: str, seed: int, without: tuple[Cause, ...], number: int, records
             judge(row, shaft, motion, random, stated=name.endswith("stated"))
         return row
     finally:
-        ramp_fit.families, ramp_fit.look, ramp_fit.periodic = known
+        ramp_trials.families, ramp_fit.look, ramp_fit.periodic, ramp_trials.unseen = known
 
 
 def unaware(without: tuple[Cause, ...]):

@@ -23,18 +23,6 @@ _FILTER_FITTED = 0.8
 _ORDERS, _CHANCE = 120, 1e-3
 #: From this order on it is cogging, below it a coupling or an encoder that runs out.
 _COGGING = 4
-#: The part of z² that chance explains where the sign is known; 1 is that of both signs.
-_ONE_SIDED = 0.65
-
-#: A coast-down alone that ends above this share of its top speed may hide friction that grows below. Of a bearing that is what its sliding
-#: friction grows by on the way from a full film to none, from a coefficient of 0.05 to 0.15, so that friction at rest is at most three
-#: times the Coulomb friction: two standard deviations. Source: SKF, Rolling bearings, "Effect of lubrication on sliding friction" (one
-#: source), where it goes with the speed as exp(−(ω/ω_s)^1.4); of the law's form also Andersson, Söderberg and Björklund, Tribology
-#: International 40 (2007) 580. By SKF's formula ω_s of small bearings is 20 to 130 rad/s, which is any share of a top speed.
-_LOW_ENOUGH, _AT_REST = 0.1, 1.0
-#: Of one that ends lower, so much stays unseen beside friction over speed and its square (standard deviation, share of the Coulomb one).
-_LITTLE = 0.02
-_HIDDEN, _LAWS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3), (1.0, 1.4, 2.0)
 
 
 @dataclass(frozen=True)
@@ -49,18 +37,13 @@ class Look:
         z = [value for name, value in zip(self.causes, self.score.z, strict=True) if cause in (None, name)]
         return float(max(z, key=abs)) if z else 0.0
 
-    def growth(self, *, but_stribeck: bool = False) -> FloatArray:
+    def growth(self) -> FloatArray:
         """Return by what each estimate's variance grows (k,) for what is not seen clearly enough to be in the model.
 
-        Of the Stribeck effect the sign is known, more friction at low speed: more of that counts, and none of the other; none at all
-        where `but_stribeck`.
+        Friction that grows at low speed is averaged over elsewhere, and adds nothing here.
         """
-        if but_stribeck:
-            seen = [k for k, cause in enumerate(self.causes) if cause is not Cause.STRIBECK]
-            return replace(self.score, z=self.score.z[seen], bias=self.score.bias[seen]).growth()
-        one_sided = np.sqrt(1.0 - _ONE_SIDED + np.maximum(self.score.z, 0.0) ** 2)
-        stribeck = np.array([cause is Cause.STRIBECK for cause in self.causes], dtype=bool)
-        return replace(self.score, z=np.where(stribeck, one_sided, self.score.z)).growth()
+        seen = [k for k, cause in enumerate(self.causes) if cause is not Cause.STRIBECK]
+        return replace(self.score, z=self.score.z[seen], bias=self.score.bias[seen]).growth()
 
 
 @dataclass(frozen=True)
@@ -109,42 +92,6 @@ def look(model: RampModel, solved: Solved) -> Look:
     # Speeds that stay in one step of the readings share its rounding error.
     coarse = max((undithered(noise_of(run), run.resolution) / noise_of(run)) ** 2 * _stay(run) for run in model.runs)
     return Look(tuple(causes), score_test(solved.residuals, solved.slopes, np.array(directions), variance=1.0 + coarse))
-
-
-def ends_early(model: RampModel) -> bool:
-    """Return whether a coast-down alone ends above speeds at which friction that grows below would show."""
-    lowest = min(float(np.min(np.abs(run.speed))) for run in model.runs)
-    return model.unit_torque and lowest >= _LOW_ENOUGH * model.top
-
-
-def hidden_below(model: RampModel, solved: Solved, shared: int) -> tuple[FloatArray, FloatArray]:
-    """Return what friction that grows at low speed is likely to take off the first `shared` estimates (k,), and how uncertain that is.
-
-    Each law is as likely as the record has it, and so is how much there is of it, which is not negative.
-    """
-    known = (_AT_REST if ends_early(model) else _LITTLE) * abs(float(solved.values[0]))
-    at = [model.trajectory(k, solved.values) for k in range(len(model.runs))]
-    likely, means, squares = [], [], []
-    for share in _HIDDEN:
-        for power in _LAWS:
-            law, direction = Stribeck(share * model.top, power), np.zeros(solved.residuals.size)
-            for k, each in enumerate(at):
-                direction[model.part(k)] = -model.caused(k, each, law.shape(each.speed)[0])
-            direction[: model.spread.size] /= model.spread
-            shift = solved.covariance @ (solved.slopes @ direction)
-            across = direction - shift @ solved.slopes
-            # What the record tells of its amount, and what is known beforehand: a normal distribution cut off at zero.
-            spread = float((known**-2.0 + across @ across) ** -0.5)
-            middle = spread * float(across @ solved.residuals)
-            logarithm = float(special.log_ndtr(middle))
-            edge = float(np.exp(-0.5 * middle**2 - logarithm)) / np.sqrt(2.0 * np.pi)
-            likely.append(np.log(spread) + 0.5 * middle**2 + logarithm)
-            means.append(-shift[:shared] * spread * (middle + edge))
-            squares.append((shift[:shared] * spread) ** 2 * (1.0 + middle**2 + middle * edge))
-    weights = np.exp(np.array(likely) - max(likely))
-    weights /= np.sum(weights)
-    mean = weights @ np.array(means)
-    return mean, np.sqrt(np.maximum(weights @ np.array(squares) - mean**2, 0.0))
 
 
 def _stay(run: Run) -> float:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,25 +11,20 @@ from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, 
 from procedures.estimation.fitting.noise import undithered
 from procedures.estimation.mechanics.coarse_speed import held_readings
 from procedures.estimation.mechanics.ramp_causes import (
-    Family,
     Look,
     Periodic,
     excess,
-    families,
-    hidden_below,
     look,
     periodic,
     scatter_of_parts,
 )
-from procedures.estimation.mechanics.ramp_model import RampModel, Solved, noise_of
-from procedures.estimation.mechanics.ramp_terms import Terms
+from procedures.estimation.mechanics.ramp_model import RampModel, noise_of
+from procedures.estimation.mechanics.ramp_trials import Fitted, averaged, fits_with_one_more
 from procedures.estimation.mechanics.turning import Run, dropouts
 
 #: A term is one where χ² falls by so much; terms within so much of the best one cannot be told from it.
 _ACCEPTED, _RIVAL = 9.0, 12.0
 _MOST_TERMS = 3
-#: How often what no parameter stands for is sought closer, and by how much.
-_REFINED, _CLOSER = 2, 0.3
 #: Sums over parts beyond what this share of clean records show are the sign of something unknown.
 _CHANCE = 3e-4
 #: By how much more than the parts of a record differ its figures may be off.
@@ -47,33 +42,21 @@ class Explained:
     misfit: Misfit
 
 
-@dataclass(frozen=True)
-class _Fitted:
-    """A fit and what its estimates move (k,) for a standard deviation of what was found by trial."""
-
-    model: RampModel
-    solved: Solved
-    moved: FloatArray
-
-    @property
-    def cost(self) -> float:
-        return self.solved.cost
-
-
 def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Explained:
     """Fit ramps, add what they show as long as it explains them, and widen what nothing explains."""
     model = RampModel(runs, unit_torque=unit_torque)
     shared = 3 if unit_torque else 4
-    best = _Fitted(model, model.solve(model.start(start)), np.zeros(shared))
+    best = Fitted(model, model.solve(model.start(start)), np.zeros(shared))
     findings: list[Finding] = []
-    rivals: list[_Fitted] = []
-    laws: list[_Fitted] = []
+    rivals: list[Fitted] = []
+    laws: list[Fitted] = []
+    sticking: list[Fitted] = []
     moved = [best.moved]
     seen, found = look(best.model, best.solved), periodic(best.model, best.solved)
     for _ in range(_MOST_TERMS):
         if not (np.any(seen.score.alarms) or found):
             break
-        tried = _tried(best, found)
+        tried = fits_with_one_more(best, found)
         if not tried:
             break
         cause, further = min(tried, key=lambda each: each[1].cost)
@@ -84,6 +67,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
         if cause is Cause.STRIBECK:
             # A real bearing follows neither law: what lies between them is as likely as either.
             laws = [each for other, each in tried if other is cause and each is not further]
+            sticking = [each for other, best_of in tried if other is cause for each in best_of.trial]
         moved.append(further.moved)
         findings.append(_finding(cause, best, further, found, seen))
         best = further
@@ -102,12 +86,10 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     if findings or unexplained:
         # What explains one record may have taken the place of what is not known here.
         covariance = _grown(covariance, _from_parts(best, shared))
-    alone = best.model.unit_torque
-    if alone:
-        likely, off = hidden_below(best.model, best.solved, shared)
-        covariance, values = _grown(covariance, off), values.copy()
-        values[:shared] += likely
-    growth = seen.growth(but_stribeck=alone)
+    likely, off = averaged(best, sticking, shared)
+    covariance, values = _grown(covariance, off), values.copy()
+    values[:shared] += likely
+    growth = seen.growth()
     scale = np.ones(values.size)
     scale[: growth.size] = np.sqrt(growth[: values.size])
     scale[shared:] = 1.0
@@ -145,75 +127,7 @@ def _brakes(model: RampModel, values: FloatArray, covariance: FloatArray) -> boo
     return float(values[at]) + 2.0 * u > 0.0 and (u < whole or not model.unit_torque)
 
 
-def _tried(best: _Fitted, found: Periodic | None) -> list[tuple[Cause, _Fitted]]:
-    """Return the best fits with one more term each, those left out that no physics makes."""
-    fits = [(family.cause, _best_of(best, family)) for family in families(best.model, found)]
-    return [(cause, each) for cause, each in fits if each is not None]
-
-
-def _best_of(best: _Fitted, family: Family) -> _Fitted | None:
-    """Return the best fit of a family; what its grid leaves open moves the estimates."""
-    shared = best.moved.size
-    last, costs, fits = best.solved.values, [], []
-    for value in family.grid:
-        fitted = _fitted(best.model, family.at(float(value)), last)
-        possible = fitted is not None and _possible(family.cause, fitted)
-        costs.append(fitted.cost if possible and fitted is not None else np.inf)
-        fits.append(fitted)
-        last = last if fitted is None else fitted.solved.values
-    place = int(np.argmin(costs))
-    chosen = fits[place]
-    if chosen is None or not np.isfinite(costs[place]):
-        return None
-    inner = 0 < place < len(costs) - 1
-    before = fits[place - 1] if place > 0 else None
-    if before is not None and place == len(costs) - 1:
-        # What lies beyond the grid may be likelier still.
-        return replace(chosen, moved=chosen.solved.values[:shared] - before.solved.values[:shared])
-    if not inner or not np.all(np.isfinite(costs[place - 1 : place + 2])):
-        return chosen
-    # A parabola through three, and once more through closer ones.
-    step, middle = float(np.log(family.grid[place + 1] / family.grid[place])), float(np.log(family.grid[place]))
-    for _ in range(_REFINED):
-        low, at, high = costs[place - 1 : place + 2]
-        middle += 0.5 * step * float(np.clip((low - high) / max(low + high - 2.0 * at, 1e-9), -1.0, 1.0))
-        step *= _CLOSER
-        near = [_fitted(best.model, family.at(float(np.exp(middle + k * step))), last) for k in (-1.0, 0.0, 1.0)]
-        if any(each is None for each in near):
-            return chosen
-        three = [each for each in near if each is not None]
-        chosen = min((chosen, *three), key=lambda each: each.cost)
-        costs, place = [each.cost for each in three], 1
-    bend = max((costs[0] + costs[2] - 2.0 * costs[1]) / step**2, 1e-9)
-    slope = (three[2].solved.values[:shared] - three[0].solved.values[:shared]) / (2.0 * step)
-    return replace(chosen, moved=slope * min(float(np.sqrt(2.0 / bend)), 1.0))
-
-
-def _fitted(model: RampModel, terms: Terms, start: FloatArray) -> _Fitted | None:
-    """Return a fit with other terms; None where the record does not determine them."""
-    further = RampModel(model.runs, unit_torque=model.unit_torque, terms=terms)
-    shared = 3 if model.unit_torque else 4
-    values = further.start(start[:shared])
-    count = shared + len(model.runs)
-    values[:count] = start[:count]
-    try:
-        return _Fitted(further, further.solve(values), np.zeros(shared))
-    except EstimationError:
-        return None
-
-
-def _possible(cause: Cause, fitted: _Fitted) -> bool:
-    """Return whether a term has the sign that its cause gives it."""
-    if cause is Cause.STRIBECK:
-        return fitted.model.amount("stribeck", fitted.solved.values) > 0.0
-    if cause is Cause.TORQUE_FILTER:
-        return fitted.model.amount("torque_filter", fitted.solved.values) > 0.0
-    if cause is Cause.SPEED_FILTER:
-        return fitted.model.lags(fitted.solved)
-    return True
-
-
-def _finding(cause: Cause, before: _Fitted, after: _Fitted, found: Periodic | None, seen: Look) -> Finding:
+def _finding(cause: Cause, before: Fitted, after: Fitted, found: Periodic | None, seen: Look) -> Finding:
     terms, values = after.model.terms, after.solved.values
     figures: dict[str, float | str] = {}
     score = seen.clearest(cause) or float(np.sqrt(max(before.cost - after.cost, 0.0)))
@@ -232,7 +146,7 @@ def _finding(cause: Cause, before: _Fitted, after: _Fitted, found: Periodic | No
     return Finding(cause, Answer.MODELLED, score=score, figures=figures)
 
 
-def _windage(best: _Fitted, covariance: FloatArray, shared: int) -> list[Finding]:
+def _windage(best: Fitted, covariance: FloatArray, shared: int) -> list[Finding]:
     """Return what is to be told of friction that grows with the square of speed; the term is in every fit."""
     place = shared - 1
     quadratic, uncertainty = float(best.solved.values[place]), float(np.sqrt(covariance[place, place]))
@@ -244,7 +158,7 @@ def _windage(best: _Fitted, covariance: FloatArray, shared: int) -> list[Finding
     return [Finding(Cause.WINDAGE, Answer.MODELLED, score=quadratic / uncertainty, figures=figures)]
 
 
-def _coarse(best: _Fitted, runs: Sequence[Run]) -> FloatArray:
+def _coarse(best: Fitted, runs: Sequence[Run]) -> FloatArray:
     """Return the covariance (k, k) that speeds leave which jump in steps larger than their noise: off for a good part of a ramp."""
     model, solved = best.model, best.solved
     gain = solved.covariance @ solved.slopes
@@ -256,7 +170,7 @@ def _coarse(best: _Fitted, runs: Sequence[Run]) -> FloatArray:
     return covariance
 
 
-def _spanned(covariance: FloatArray, best: _Fitted, rivals: Sequence[_Fitted], shared: int) -> FloatArray:
+def _spanned(covariance: FloatArray, best: Fitted, rivals: Sequence[Fitted], shared: int) -> FloatArray:
     """Return the covariance grown until the intervals hold what terms say that cannot be told from the best one."""
     own = np.sqrt(np.diag(covariance))[:shared]
     reach = 2.0 * own
@@ -278,7 +192,7 @@ def _scaled(covariance: FloatArray, factors: FloatArray) -> FloatArray:
     return np.asarray(covariance * np.outer(scale, scale))
 
 
-def _from_parts(best: _Fitted, shared: int) -> FloatArray:
+def _from_parts(best: Fitted, shared: int) -> FloatArray:
     """Return how far off the estimates (k,) may be by what they are without a fifth of each ramp."""
     values, variances = [], []
     for k in range(5):

@@ -61,7 +61,7 @@ class RampModel:
         self._first = self._shared
         at = self._errors = self._shared + len(runs)
         at += len(self._noisy)
-        self._stribeck = at
+        self.stribeck_place = at
         at += terms.stribeck is not None
         self._torque_filter = at
         at += terms.torque_filter
@@ -93,8 +93,8 @@ class RampModel:
         acting = inertia * max(float(np.ptp(run.speed) / run.time[-1]) for run in self.runs)
         scale = np.full(self.size, 0.01 * self.top)
         scale[: self._shared] = np.array([inertia, acting, acting / self.top, acting / self.top**2])[-self._shared :]
-        scale[self._errors : self._stribeck] = [self.runs[k].torque_noise for k in self._noisy]
-        scale[self._stribeck : self._torque_filter] = acting
+        scale[self._errors : self.stribeck_place] = [self.runs[k].torque_noise for k in self._noisy]
+        scale[self.stribeck_place : self._torque_filter] = acting
         scale[self._torque_filter : self._transients] = 0.01 * max(float(run.time[-1]) for run in self.runs)
         scale[self._added :] = np.median(self.spread)
         return scale
@@ -111,7 +111,7 @@ class RampModel:
             slope = viscous + 2.0 * quadratic * np.abs(speed)
             if self.terms.stribeck is not None:
                 value, change = self.terms.stribeck.shape(speed)
-                braking, slope = braking + p[self._stribeck] * value, slope + p[self._stribeck] * change
+                braking, slope = braking + p[self.stribeck_place] * value, slope + p[self.stribeck_place] * change
             acceleration, rate = (torque - braking) / inertia, slope / inertia
             if not (np.max(np.abs(speed)) < _FAR * self.top and np.max(np.abs(rate)) * run.time[-1] < _STIFF):
                 self._guess[k] = run.speed
@@ -165,7 +165,7 @@ class RampModel:
                 places.append(self._errors + self._noisy.index(k))
             if self.terms.stribeck is not None:
                 torques.append(-self.terms.stribeck.shape(at.speed)[0])
-                places.append(self._stribeck)
+                places.append(self.stribeck_place)
             torques.append(np.zeros_like(at.speed))
             places.append(self._first + k)
             starts = np.zeros(len(torques))
@@ -207,7 +207,7 @@ class RampModel:
 
     def amount(self, term: Literal["stribeck", "torque_filter"], p: FloatArray) -> float:
         """Return a term's amplitude (N·m) or time constant (s)."""
-        return float(p[self._stribeck if term == "stribeck" else self._torque_filter])
+        return float(p[self.stribeck_place if term == "stribeck" else self._torque_filter])
 
     def without(self, solved: Solved, fifth: int) -> "RampModel":
         """Return the model of the ramps without a fifth of each, and without what is added to their speeds."""

@@ -28,7 +28,8 @@ def exact(sign: float = 1.0) -> list[SpeedRamp]:
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_exact_ramps_give_exact_parameters_in_both_directions(sign: float) -> None:
     fit = fit_ramps(exact(sign))
-    assert fit.values[:3] == pytest.approx(MECHANICS, rel=1e-5)
+    # The mean over laws of friction at low speed that even these ramps do not rule out moves the viscous friction by 1e-4.
+    assert fit.values[:3] == pytest.approx(MECHANICS, rel=2e-4)
     assert fit.names[3:] == ("initial_speed_1", "initial_speed_2", "quadratic_friction")
 
 
