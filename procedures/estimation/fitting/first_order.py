@@ -2,19 +2,24 @@
 
 import math
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from functools import lru_cache
+from typing import Generic, TypeVar, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 
 #: exp(±this) is within the range of numbers, and exp(−_GONE) is nothing beside 1.
 _RANGE, _GONE = 600.0, 40.0
 _BLOCK = 128
+#: Decays of so many samples are kept: a search asks for the same ones time and again.
+_REMEMBERED = 20_000
 #: Below this rate·step the weights' series are more precise than their closed forms.
 _SHORT = 1e-3
 
 
+ComplexArray = NDArray[np.complex128]
 _Number = TypeVar("_Number", float, FloatArray)
 
 
@@ -78,8 +83,9 @@ def recursion(decay: float, gain: FloatArray) -> FloatArray:
     rate, n = -math.log(abs(decay)), len(gain)
     if decay > 0.0 and rate * n <= _RANGE:
         # In closed form: each term relative to what has decayed of it by its own time.
-        decayed = _decayed(rate, n).reshape(-1, *(1,) * (gain.ndim - 1))
-        result: FloatArray = np.cumsum(gain / decayed, axis=0)
+        decayed = decays(rate, n).reshape(-1, *(1,) * (gain.ndim - 1))
+        result: FloatArray = gain / decayed
+        np.cumsum(result, axis=0, out=result)
         result *= decayed
         return result
     # Sums over twice as many terms each time, until what is left of the first has decayed.
@@ -91,11 +97,24 @@ def recursion(decay: float, gain: FloatArray) -> FloatArray:
     return result
 
 
-def _decayed(rate: float, n: int) -> FloatArray:
-    """Return exp(−rate·k) for k = 0 … n − 1, as products of those of a block's places and of the blocks."""
+@overload
+def decays(rate: float, n: int) -> FloatArray: ...
+@overload
+def decays(rate: complex, n: int) -> ComplexArray: ...
+def decays(rate: complex, n: int) -> FloatArray | ComplexArray:
+    """Return exp(−rate·k) for k = 0 … n − 1, not to be written to."""
+    return _kept_decays(rate, n) if n <= _REMEMBERED else _decays(rate, n)
+
+
+def _decays(rate: complex, n: int) -> FloatArray | ComplexArray:
+    # As products of those of a block's places and of the blocks.
     blocks = np.exp(-rate * _BLOCK * np.arange(-(-n // _BLOCK)))
-    result: FloatArray = np.outer(blocks, np.exp(-rate * np.arange(_BLOCK))).ravel()[:n]
+    result: FloatArray | ComplexArray = np.outer(blocks, np.exp(-rate * np.arange(_BLOCK))).ravel()[:n]
+    result.flags.writeable = False
     return result
+
+
+_kept_decays = lru_cache(maxsize=4)(_decays)
 
 
 def respond_evenly(step: float, drive: FloatArray, rate: float) -> FloatArray:
@@ -104,8 +123,17 @@ def respond_evenly(step: float, drive: FloatArray, rate: float) -> FloatArray:
     `drive` (n, …) runs straight from sample to sample (first-order hold); `rate` (1/s) is not negative.
     """
     w = weights(rate * step)
-    result = np.zeros_like(drive)
-    result[1:] = recursion(w.decay, step * (w.first * drive[:-1] + w.last * drive[1:]))
+    result = np.empty_like(drive)
+    result[:1] = 0.0
+    result[1:] = recursion(w.decay, _gain(step, w, drive))
+    return result
+
+
+def _gain(step: float, w: Weights[float], drive: FloatArray) -> FloatArray:
+    """Return what each segment between samples of a drive (n, …) adds to the state, (n − 1, …)."""
+    result: FloatArray = w.first * drive[:-1]
+    result += w.last * drive[1:]
+    result *= step
     return result
 
 
@@ -123,7 +151,7 @@ def response_and_slope_evenly(step: float, drive: FloatArray, rate: float) -> tu
     """Return what `respond_evenly` does, and its derivative by the rate (s times the response's unit), for a drive (n,)."""
     w = weights(rate * step)
     response, slope = np.zeros_like(drive), np.zeros_like(drive)
-    response[1:] = recursion(w.decay, step * (w.first * drive[:-1] + w.last * drive[1:]))
+    response[1:] = recursion(w.decay, _gain(step, w, drive))
     inner = w.decay_slope * response[:-1] + step * (w.first_slope * drive[:-1] + w.last_slope * drive[1:])
     slope[1:] = recursion(w.decay, step * inner)
     return response, slope

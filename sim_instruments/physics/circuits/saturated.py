@@ -1,16 +1,18 @@
 """Currents of a held rotor whose iron saturates: the one circuit at standstill that has no closed form."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.integrate import OdeSolution, solve_ivp
 
 from sim_instruments.physics.circuits.network import Network, modes
 from sim_instruments.physics.circuits.small import solve_each, solve_small
 from sim_instruments.physics.circuits.source import Source, VoltageSource
 from sim_instruments.physics.circuits.windings import FloatArray
 from sim_instruments.physics.motor.saturation import AxisLaw
+
+if TYPE_CHECKING:
+    from scipy.integrate import OdeSolution
 
 #: After so many of its longest time constants a transient under a constant source is over.
 _SETTLED = 30.0
@@ -125,7 +127,9 @@ class SaturatedTransient:
         free = np.asarray(self._dense(np.minimum(passed, self._span)), dtype=np.float64)
         return np.where(passed > self._span, self._steady[:, np.newaxis], free)
 
-    def _integrated(self) -> OdeSolution:
+    def _integrated(self) -> "OdeSolution":
+        from scipy.integrate import solve_ivp
+
         scale = max(float(np.abs(self._begin).max()), float(np.abs(self._steady).max()), 1e-3)
         solution = solve_ivp(
             self._slopes,

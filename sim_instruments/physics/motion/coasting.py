@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from sim_instruments.physics.circuits.windings import FloatArray
@@ -54,6 +53,9 @@ class BearingDrag:
             event.terminal, event.direction = True, direction  # type: ignore[attr-defined]
         events = [falls, rises] if math.isfinite(limit) else [falls]
         scale = max(abs(speed), 1.0)
+        # Not every bench has such a shaft, and loading it takes as long as much of a bench.
+        from scipy.integrate import solve_ivp
+
         solution = solve_ivp(
             slope,
             (0.0, horizon),

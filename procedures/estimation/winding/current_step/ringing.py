@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from scipy.fft import next_fast_len
 
+from procedures.estimation.fitting.first_order import decays
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Cause
 from procedures.estimation.winding.current_step.fit import Fitted, Problem
@@ -92,11 +94,12 @@ class Resonance(Term):
     def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
         """Return what the channel makes of currents (A, shape (…, n))."""
         natural, damping = self._shape(figures)
-        size, length = current.shape[-1], 2 * current.shape[-1]
+        size = current.shape[-1]
+        length = next_fast_len(2 * size, real=True)
         # The real part of a first-order lag of a complex rate, exact for what runs straight from sample to sample.
         rate = natural * complex(damping, -math.sqrt(1.0 - damping**2))
         fall = rate * step / scale.time_constant
-        kept = np.exp(-fall * np.arange(size))
+        kept = decays(fall, size)
         end = 1.0 + (kept[1] - 1.0) / fall
         weight = natural**2 / (-1j * rate.imag * rate)
         answer = np.real(weight * end * kept)
