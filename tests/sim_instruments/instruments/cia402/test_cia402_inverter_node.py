@@ -237,7 +237,7 @@ def test_canopens_own_master_drives_it_by_process_data(master: BaseNode402) -> N
     master.nmt.state = "OPERATIONAL"
     master.network.sync.start(0.005)
     try:
-        assert status.wait_for_reception(1.0)
+        assert status.wait_for_reception(30.0)
         assert master.tpdo_values[0x6041] == 0x250
         master.state = "OPERATION ENABLED"
         assert master.tpdo_values[0x6041] == 0x237

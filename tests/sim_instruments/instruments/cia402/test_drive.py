@@ -15,7 +15,7 @@ from sim_instruments.instruments.errors import DriveErrors, Errors
 from sim_instruments.six_step.load import balance_load
 from sim_instruments.six_step.machine import virtual_motor
 from sim_instruments.six_step.state import Bridge
-from tests.sim_instruments.can_client import aborted, remote_node
+from tests.sim_instruments.can_client import aborted, remote_node, silence_of
 from tests.sim_instruments.motors import SIX_STEP
 
 EXACT = DriveErrors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -209,9 +209,8 @@ def test_errors_and_noise_of_a_unit() -> None:
 
 
 def test_faults_of_its_own_line(node: canopen.RemoteNode, bench: VirtualBench) -> None:
-    node.sdo.RESPONSE_TIMEOUT = 0.1
     bench.faults("drive").add(Fault.on("silence", "read 6041H"))
-    with pytest.raises(canopen.SdoCommunicationError):
+    with silence_of(node), pytest.raises(canopen.SdoCommunicationError):
         _ = node.sdo[0x6041].raw
     assert node.sdo[0x6041].raw == 0x250
     assert not bench.faults("inverter")

@@ -8,7 +8,7 @@ from canopen import objectdictionary as od
 from sim_instruments.bench import VirtualBench
 from sim_instruments.faults.line_faults import Fault
 from sim_instruments.physics.motor.motor import VirtualMotor
-from tests.sim_instruments.can_client import aborted, remote_node
+from tests.sim_instruments.can_client import aborted, remote_node, silence_of
 
 TYPES = {
     0x6040: od.UNSIGNED16,
@@ -146,16 +146,15 @@ def test_transfers_take_virtual_time(node: canopen.RemoteNode, bench: VirtualBen
 
 
 def test_faults_of_the_bus(node: canopen.RemoteNode, bench: VirtualBench) -> None:
-    node.sdo.RESPONSE_TIMEOUT = 0.1
     faults = bench.faults("inverter")
     faults.add(Fault.on("silence", "read 6041H"))
-    with pytest.raises(canopen.SdoCommunicationError):
+    with silence_of(node), pytest.raises(canopen.SdoCommunicationError):
         _ = node.sdo[0x6041].raw
     assert node.sdo[0x6041].raw == 0x250
     faults.add(Fault.on("replace", "write 6040H"))
     assert aborted(write(node, 0x6040, 6)) == 0x08000000
     faults.add(Fault.on("half", "read 6041H"))
-    with pytest.raises((canopen.SdoCommunicationError, canopen.SdoAbortedError)):
+    with silence_of(node), pytest.raises((canopen.SdoCommunicationError, canopen.SdoAbortedError)):
         _ = node.sdo[0x6041].raw
     before = bench.clock.now()
     faults.add(Fault.on("late", "read 6041H", delay=0.5))
