@@ -58,8 +58,9 @@ def analyze_rotor_sweep(
 ) -> dict[str, Any]:
     """Return Ld and Lq (leg of the equivalent wye) from inductance readings over angle, or over time.
 
-    The first column is the angle (rad, or degrees by its heading; mechanical unless `electrical`), or time, while the shaft was
-    turned slowly one way. `reading` says where the meter was: between two lines, or from one line to the other two joined.
+    The first column is the angle (rad, or degrees by its heading; mechanical unless the heading or `electrical` says otherwise), or
+    time, while the shaft was turned slowly one way. `reading` says where the meter was: between two lines, or from one line to the
+    other two joined.
     `pole_pairs` are searched where not given. `threshold` is the note's limit between the classes.
     `accuracy` states the errors of the meter. `column` names the inductance's column where several may be it.
     `selection` is the part of the record to take. `translate` gives sentences in the reader's language. Raises
@@ -108,6 +109,7 @@ def analyze_rotor_sweep(
         outcome.assume(text("shaft turned slowly one way, over at least one electrical turn"))
         fit = estimated(capture, lambda: fit_timed_sweep(times, inductance.values, resolution=inductance.resolution))
     else:
+        electrical = electrical or "electrical" in angle.name.lower()
         known = 1 if electrical else pole_pairs
         outcome.assume(text("angle is electrical") if electrical else text("angle is mechanical"))
         fit = estimated(

@@ -75,3 +75,15 @@ def test_a_meters_table_in_its_countrys_encoding_has_its_inductance_found_by_the
     path.write_text("L1 (uH),L2 (uH),angle (deg)\n" + "".join(f"1,2,{5 * k}\n" for k in range(72)))
     with pytest.raises(InputError, match=r"several of the columns could be the inductance: .*L2"):
         analyze_rotor_sweep(path)
+
+
+@pytest.mark.parametrize(("heading", "kind"), [("electrical angle (deg)", "electrical"), ("angle (deg)", "mechanical")])
+def test_the_heading_says_that_the_angle_is_electrical(tmp_path: Path, heading: str, kind: str) -> None:
+    angle = np.arange(0.0, 360.0, 5.0)
+    periods = 1 if kind == "electrical" else 4
+    table = np.column_stack((angle, 1.0 + 0.2 * np.cos(2.0 * periods * np.radians(angle))))
+    path = tmp_path / "sweep.csv"
+    np.savetxt(path, table, delimiter=",", header=f"{heading},inductance (mH)", comments="")
+    found = analyze_rotor_sweep(path, pole_pairs=4)
+    assert found["parameters"]["d_axis_inductance"]["value"] == pytest.approx(0.4e-3, rel=1e-6)
+    assert f"angle is {kind}" in found["assumptions"]
