@@ -133,9 +133,9 @@ def check_found(trial: Trial) -> None:
         first = made.open()
         left = session.energise(made, first) if session.energise is not None else nullcontext()
         left.__enter__()
-        second = made.open(elsewhere=True)
         # Whoever has it on may have left its settings anyhow.
         made.find()
+        second = made.open(elsewhere=True)
         second.make_safe()
         checks.that("found on: make_safe", not made.energised, "it is on", _SAFE)
         wrong = trial.wrong(made, second)
