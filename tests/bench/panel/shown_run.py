@@ -1,6 +1,8 @@
 """A run as the panel meets it, played: its journal and its line, and whatever is to be shown and asked on them."""
 
-from collections.abc import Mapping
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Self
 
@@ -60,3 +62,20 @@ class ShownRun:
     def tell(self, sources: list[Mapping[str, Any]]) -> None:
         """Say what the sources read back."""
         self._line.tell({"sources": sources})
+
+    @contextmanager
+    def reading_back(self, sources: list[Mapping[str, Any]]) -> Iterator[None]:
+        """Say it again and again for the length of the block, as a run does; what was said once grows old on a busy machine."""
+        ended = threading.Event()
+
+        def tell() -> None:
+            while not ended.wait(0.3):
+                self.tell(sources)
+
+        thread = threading.Thread(target=tell)
+        thread.start()
+        try:
+            yield
+        finally:
+            ended.set()
+            thread.join()

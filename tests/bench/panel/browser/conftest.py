@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Error, Page, expect, sync_playwright
 
+from bench.eol.store.spool import FOLDER as UNSTORED
 from bench.operators.operator_channel import FILE
 from bench.panel.launch import LINE
 from tests.bench.panel.conftest import CHROMIUM, FLAGS, Server
@@ -34,7 +35,7 @@ LEAVE = """
     location.replace("about:blank");
 }
 """
-#: A run ends within this time (s), however busy the machine.
+#: A run ends, and whatever a page is to show comes, within this time (s), however busy the machine.
 PATIENCE = 60.0
 
 
@@ -47,12 +48,12 @@ class Panel(Server):
         super().__init__(folder / "runs", "--virtual", *kept)
 
     def tidy(self) -> None:
-        """End what goes on and forget what was kept; runs that have ended stay."""
+        """End what goes on and forget what was kept, records without a database too; runs that have ended stay."""
         for announced in [*self.runs.glob(f"*/{FILE}"), *self.runs.glob(f"*/{LINE}")]:
             self._end(announced)
         for path in self.records.parent.glob(f"{self.records.name}*"):
             path.unlink()
-        for folder in (self.plans, self.motors):
+        for folder in (self.plans, self.motors, self.runs / UNSTORED):
             shutil.rmtree(folder, ignore_errors=True)
 
     def _end(self, announced: Path) -> None:
@@ -115,7 +116,7 @@ def browser() -> Iterator[Browser]:
     """Keep a browser for these tests only: its driver's event loop runs in this thread as long as it is there."""
     if CHROMIUM is None:
         pytest.skip("no Chromium on this machine (Debian: apt-get install chromium-headless-shell)")
-    expect.set_options(timeout=20_000)
+    expect.set_options(timeout=PATIENCE * 1000)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield browser
@@ -155,7 +156,7 @@ def new_page(browser: Browser, pages: list[Page], refused: list[str]) -> Iterato
         nonlocal used
         if used == len(pages):
             context = browser.new_context(viewport={"width": 1400, "height": 900})
-            context.set_default_timeout(20_000)
+            context.set_default_timeout(PATIENCE * 1000)
             context.add_init_script(STILL)
             page = context.new_page()
             page.on("console", note)

@@ -51,7 +51,10 @@ KINDS: Mapping[str, tuple[tuple[str, Mapping[str, Any]], str, str, object]] = {
 
 @pytest.fixture
 def shown(panel: Panel) -> Iterator[ShownRun]:
-    with ShownRun(panel.runs / "kinds", "stator-resistance", "3.2.2/3", "Measure the three line resistances") as run:
+    with (
+        ShownRun(panel.runs / "kinds", "stator-resistance", "3.2.2/3", "Measure the three line resistances") as run,
+        run.reading_back([OFF]),
+    ):
         yield run
     for path in (panel.runs / "kinds").iterdir():
         path.unlink()
@@ -79,7 +82,6 @@ def test_every_kind_of_step_is_answered_without_a_pointer(
     for kind, ((question, more), typed, code, answer) in KINDS.items():
         answered = len(shown.answers)
         shown.ask(question, **more)
-        shown.tell([OFF])
         expect(ready).to_be_visible()
         assert len(shown.answers) == answered, kind
         # Wherever the focus was left.
@@ -106,11 +108,9 @@ def test_every_kind_of_step_stands_after_the_page_was_loaded_anew_and_a_held_foo
     for kind, ((question, more), typed, _, answer) in KINDS.items():
         answered = len(shown.answers)
         shown.ask(question, **more)
-        shown.tell([OFF])
         expect(ready).to_be_visible()
         asked = heading.inner_text()
         page.reload()
-        shown.tell([OFF])
         expect(heading).to_have_text(asked)
         expect(page.get_by_text("You have the control")).to_be_visible()
         expect(ready).to_be_visible()
@@ -120,7 +120,6 @@ def test_every_kind_of_step_stands_after_the_page_was_loaded_anew_and_a_held_foo
         expect(page.get_by_text("Measuring …")).to_be_visible()
         # The next question comes while the foot is still on the switch.
         shown.ask(*KINDS["connect"][0][:1], **KINDS["connect"][0][1])
-        shown.tell([OFF])
         expect(ready).to_be_visible()
         for _ in range(5):
             page.keyboard.down("Enter")
@@ -141,7 +140,6 @@ def test_what_is_typed_and_not_entered_outlives_the_change_of_language(
     for kind, typed, entered in (("type", "31.8", "输入 31.8 mΩ"), ("mark", "0 90 180", "完成")):
         (question, more), _, _, _ = KINDS[kind]
         shown.ask(question, **more)
-        shown.tell([OFF])
         expect(field).to_be_focused()
         if kind == "type":
             page.get_by_role("radio", name="mΩ").click()
@@ -149,12 +147,10 @@ def test_what_is_typed_and_not_entered_outlives_the_change_of_language(
         page.get_by_role("button", name="中文").click()
         expect(page.locator("html[lang=zh]")).to_be_attached()
         expect(field).to_have_value(typed)
-        shown.tell([OFF])
         expect(page.locator("[data-done]")).to_contain_text(entered)
         page.get_by_role("button", name="English").click()
         expect(page.locator("html[lang=en]")).to_be_attached()
         expect(field).to_have_value(typed)
-        shown.tell([OFF])
         expect(page.locator("[data-done]:not([disabled], [aria-disabled])")).to_be_visible()
         page.keyboard.press("Enter")
         expect(page.get_by_text("Measuring …")).to_be_visible()
@@ -176,7 +172,6 @@ def test_the_answers_of_a_choice_fit_and_are_accessible_on_four_screens(
     page = new_page()
     come_to(page, panel)
     shown.ask("number", **CHOICE)
-    shown.tell([OFF])
     expect(page.get_by_role("radio").first).to_be_visible()
     for width, height in ((1280, 800), (1920, 1080), (800, 1280), (390, 844)):
         page.set_viewport_size({"width": width, "height": height})
