@@ -11,7 +11,7 @@ from drivers.cia402.node import Cia402Node
 from drivers.cia402.opening import Cia402Driver
 from drivers.cia402.options import ABILITIES, Cia402Options
 from drivers.cia402.power_state import INTERNAL_LIMIT, STATUSWORD, ObjectReader
-from drivers.cia402.velocity import MODES, PROFILE_VELOCITY, Velocity, open_velocity
+from drivers.cia402.velocity import MODES, TARGET_VELOCITY, VL_TARGET_VELOCITY, Velocity, open_velocity
 from drivers.interfaces import (
     Accuracy,
     Clock,
@@ -57,13 +57,10 @@ class Cia402Inverter(Cia402Driver, Inverter):
         self._name = name
         self._torque_mode: int | None = None
         if node.guarding:
-            # No more is commanded than no torque and no velocity.
-            self._commanded = Velocity(node.objects, PROFILE_VELOCITY, 1.0)
             return
         self._rated_current = read_rated_current(node.objects, options.rated_current, options.current_scale)
         node.take_over()
         self._torque_mode = node.supported(PROFILE_TORQUE, CYCLIC_TORQUE)
-        self._commanded = self._velocity
         node.poll(
             (
                 MappedObject(STATUSWORD, 2),
@@ -179,12 +176,23 @@ class Cia402Inverter(Cia402Driver, Inverter):
 
         Raises ReportedError for an SDO abort, CommunicationError where the drive does not answer.
         """
+        if self._node.guarding:
+            self._command_zero_unasked()
+            return
         try:
-            if self._node.guarding or self._torque_mode is not None:
+            if self._torque_mode is not None:
                 self._objects.write(TARGET_TORQUE, 0, 0, 2)
         finally:
-            if self._commanded.mode is not None:
-                self._commanded.command(0.0)
+            if self._velocity.mode is not None:
+                self._velocity.command(0.0)
+
+    def _command_zero_unasked(self) -> None:
+        """Command no torque and no velocity to a drive whose modes are not known: an object that it has not commands nothing."""
+        try:
+            self._objects.write_optional(TARGET_TORQUE, 0, 0, 2)
+        finally:
+            if not self._objects.write_optional(TARGET_VELOCITY, 0, 0, 4):
+                self._objects.write_optional(VL_TARGET_VELOCITY, 0, 0, 2)
 
     def make_safe(self) -> None:
         """Go to Switch on disabled and make sure of it; raises ReportedError naming a fault that was found."""

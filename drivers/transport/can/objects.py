@@ -103,6 +103,15 @@ class NodeObjects:
             raise self._failure(error, command) from error
         self.trace("read", "done")
 
+    def write_optional(self, index: int, subindex: int, value: int, size: int, *, signed: bool = False) -> bool:
+        """Write a number of `size` bytes; return False where the node has no such object. Errors as for `write`."""
+
+        def written() -> bool:
+            self.write(index, subindex, value, size, signed=signed)
+            return True
+
+        return self._where_there(written) or False
+
     def _transferred(self, transfer: Callable[[], T]) -> T:
         """Return what a transfer gives; it is made again where what came was late, for another request."""
         try:
@@ -123,9 +132,9 @@ class NodeObjects:
         if self._traffic is not None:
             self._traffic(direction, message)
 
-    def _where_there(self, read: Callable[[], T]) -> T | None:
+    def _where_there(self, transfer: Callable[[], T]) -> T | None:
         try:
-            return read()
+            return transfer()
         except ReportedError as error:
             cause = error.__cause__
             if isinstance(cause, SdoAbortedError) and cause.code in ABSENT:

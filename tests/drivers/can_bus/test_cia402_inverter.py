@@ -5,6 +5,7 @@ from typing import Any
 
 import can
 import pytest
+from canopen.objectdictionary import INTEGER16, ODVariable
 
 from drivers.catalogue import Surroundings
 from drivers.cia402.inverter import Cia402Inverter
@@ -262,6 +263,30 @@ def test_rms_drives_are_scaled_and_calibrations_used(drive: Drive, clock: Any) -
 def test_a_bus_that_cannot_be_opened(clock: Any) -> None:
     with pytest.raises(CommunicationError, match="cannot be opened at can://nothing/x"):
         Cia402Inverter.open("can://nothing/x?node=1", OPTIONS, Surroundings(clock), "inverter")
+
+
+def test_a_guardian_commands_zero_to_a_drive_that_has_the_velocity_mode_only(drive: Drive, clock: Any) -> None:
+    drive.abort |= {0x6071: 0x06020000, 0x60FF: 0x06020000}
+    drive.values |= {(0x6041, 0): 0x237, (0x6042, 0): 1500}
+    vl_target_velocity = ODVariable("vl target velocity", 0x6042)
+    vl_target_velocity.data_type = INTEGER16
+    drive.node.object_dictionary.add_object(vl_target_velocity)
+    options = Cia402Options(maximum_current=15.0, maximum_frequency=400.0)
+    guarding = Cia402Inverter.open(ADDRESS, options, Surroundings(clock, guarding=True), "inverter")
+    guarding.command_zero()
+    assert drive.values[0x6042, 0] == 0
+    guarding.close()
+
+
+@pytest.mark.parametrize("index", [0x6071, 0x60FF])
+def test_a_guardian_tells_a_target_that_the_drive_does_not_take(drive: Drive, clock: Any, index: int) -> None:
+    drive.abort[index] = 0x08000022
+    options = Cia402Options(maximum_current=15.0, maximum_frequency=400.0)
+    guarding = Cia402Inverter.open(ADDRESS, options, Surroundings(clock, guarding=True), "inverter")
+    with pytest.raises(ReportedError, match=f"0x{index:04X}"):
+        guarding.command_zero()
+    assert [written for written, _ in drive.writes if written != index] == [0x60FF if index == 0x6071 else 0x6071]
+    guarding.close()
 
 
 def test_a_guardian_commands_zero_and_switches_off_without_asking_anything_first(drive: Drive, clock: Any) -> None:
