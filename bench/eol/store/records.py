@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import CompoundSelect, Connection, Engine, Select, case, delete, func, select, union_all
+from sqlalchemy import CompoundSelect, Connection, Engine, Select, case, delete, exists, func, or_, select, union_all
 
 from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.store.batch_plans import forget_plans
@@ -75,12 +75,14 @@ class Records:
             return {row[0]: (int(row[1]), int(row[2]), float(row[3])) for row in connection.execute(query)}
 
     def uncertainties(self, plan: str, station: str) -> dict[str, float]:
-        """Return the expanded uncertainties (95 %) of the figures that a plan's latest test at a station gave, by parameter.
-
-        A test that ended in an error or was aborted has none.
-        """
-        judged = MOTOR.c.verdict.in_([Verdict.PASS.value, Verdict.FAIL.value])
-        latest = select(MOTOR.c.id).where(MOTOR.c.plan == plan, MOTOR.c.station == station, judged)
+        """Return the expanded uncertainties (95 %), by parameter, of the latest test by a plan at a station that gave any."""
+        known = or_(
+            *(
+                exists().where(table.c.motor == MOTOR.c.id, table.c.expanded.is_not(None))
+                for table in (FIGURE, FRESH_FIGURE)
+            )
+        )
+        latest = select(MOTOR.c.id).where(MOTOR.c.plan == plan, MOTOR.c.station == station, known)
         latest = latest.order_by(MOTOR.c.id.desc()).limit(1)
         with self._engine.connect() as connection:
             key = connection.execute(latest).scalar()

@@ -19,7 +19,7 @@ from procedures.estimation.mechanics.ramp_causes import (
     scatter_of_parts,
 )
 from procedures.estimation.mechanics.ramp_model import RampModel, noise_of
-from procedures.estimation.mechanics.ramp_trials import Fitted, averaged, fits_with_one_more
+from procedures.estimation.mechanics.ramp_trials import RampTrial, averaged, fits_with_one_more
 from procedures.estimation.mechanics.turning import Run, dropouts
 
 #: A term is one where χ² falls by so much; terms within so much of the best one cannot be told from it.
@@ -46,11 +46,11 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
     """Fit ramps, add what they show as long as it explains them, and widen what nothing explains."""
     model = RampModel(runs, unit_torque=unit_torque)
     shared = 3 if unit_torque else 4
-    best = Fitted(model, model.solve(model.start(start)), np.zeros(shared))
+    best = RampTrial(model, model.solve(model.start(start)), np.zeros(shared))
     findings: list[Finding] = []
-    rivals: list[Fitted] = []
-    laws: list[Fitted] = []
-    sticking: list[Fitted] = []
+    rivals: list[RampTrial] = []
+    laws: list[RampTrial] = []
+    sticking: list[RampTrial] = []
     moved = [best.moved]
     seen, found = look(best.model, best.solved), periodic(best.model, best.solved)
     for _ in range(_MOST_TERMS):
@@ -127,7 +127,7 @@ def _brakes(model: RampModel, values: FloatArray, covariance: FloatArray) -> boo
     return float(values[at]) + 2.0 * u > 0.0 and (u < whole or not model.unit_torque)
 
 
-def _finding(cause: Cause, before: Fitted, after: Fitted, found: Periodic | None, seen: Look) -> Finding:
+def _finding(cause: Cause, before: RampTrial, after: RampTrial, found: Periodic | None, seen: Look) -> Finding:
     terms, values = after.model.terms, after.solved.values
     figures: dict[str, float | str] = {}
     score = seen.clearest(cause) or float(np.sqrt(max(before.cost - after.cost, 0.0)))
@@ -146,7 +146,7 @@ def _finding(cause: Cause, before: Fitted, after: Fitted, found: Periodic | None
     return Finding(cause, Answer.MODELLED, score=score, figures=figures)
 
 
-def _windage(best: Fitted, covariance: FloatArray, shared: int) -> list[Finding]:
+def _windage(best: RampTrial, covariance: FloatArray, shared: int) -> list[Finding]:
     """Return what is to be told of friction that grows with the square of speed; the term is in every fit."""
     place = shared - 1
     quadratic, uncertainty = float(best.solved.values[place]), float(np.sqrt(covariance[place, place]))
@@ -158,7 +158,7 @@ def _windage(best: Fitted, covariance: FloatArray, shared: int) -> list[Finding]
     return [Finding(Cause.WINDAGE, Answer.MODELLED, score=quadratic / uncertainty, figures=figures)]
 
 
-def _coarse(best: Fitted, runs: Sequence[Run]) -> FloatArray:
+def _coarse(best: RampTrial, runs: Sequence[Run]) -> FloatArray:
     """Return the covariance (k, k) that speeds leave which jump in steps larger than their noise: off for a good part of a ramp."""
     model, solved = best.model, best.solved
     gain = solved.covariance @ solved.slopes
@@ -170,7 +170,7 @@ def _coarse(best: Fitted, runs: Sequence[Run]) -> FloatArray:
     return covariance
 
 
-def _spanned(covariance: FloatArray, best: Fitted, rivals: Sequence[Fitted], shared: int) -> FloatArray:
+def _spanned(covariance: FloatArray, best: RampTrial, rivals: Sequence[RampTrial], shared: int) -> FloatArray:
     """Return the covariance grown until the intervals hold what terms say that cannot be told from the best one."""
     own = np.sqrt(np.diag(covariance))[:shared]
     reach = 2.0 * own
@@ -192,7 +192,7 @@ def _scaled(covariance: FloatArray, factors: FloatArray) -> FloatArray:
     return np.asarray(covariance * np.outer(scale, scale))
 
 
-def _from_parts(best: Fitted, shared: int) -> FloatArray:
+def _from_parts(best: RampTrial, shared: int) -> FloatArray:
     """Return how far off the estimates (k,) may be by what they are without a fifth of each ramp."""
     values, variances = [], []
     for k in range(5):

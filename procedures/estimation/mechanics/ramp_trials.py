@@ -19,13 +19,13 @@ _REFINED, _CLOSER = 2, 0.3
 
 
 @dataclass(frozen=True)
-class Fitted:
+class RampTrial:
     """A fit, what its estimates move (k,) for a standard deviation of what was found by trial, and all fits of that trial."""
 
     model: RampModel
     solved: Solved
     moved: FloatArray
-    trial: tuple["Fitted", ...] = ()
+    trial: tuple["RampTrial", ...] = ()
 
     @property
     def cost(self) -> float:
@@ -33,13 +33,13 @@ class Fitted:
         return self.solved.cost
 
 
-def fits_with_one_more(best: Fitted, found: Periodic | None) -> list[tuple[Cause, Fitted]]:
+def fits_with_one_more(best: RampTrial, found: Periodic | None) -> list[tuple[Cause, RampTrial]]:
     """Return the best fits with one more term each, those left out that no physics makes."""
     fits = [(family.cause, _best_of(best, family)) for family in families(best.model, found)]
     return [(cause, each) for cause, each in fits if each is not None]
 
 
-def _best_of(best: Fitted, family: Family) -> Fitted | None:
+def _best_of(best: RampTrial, family: Family) -> RampTrial | None:
     """Return the best fit of a family; what its grid leaves open moves the estimates."""
     shared = best.moved.size
     last, costs, fits = best.solved.values, [], []
@@ -80,7 +80,7 @@ def _best_of(best: Fitted, family: Family) -> Fitted | None:
     return replace(chosen, moved=slope * min(float(np.sqrt(2.0 / bend)), 1.0), trial=tuple(tried))
 
 
-def refitted(model: RampModel, terms: Terms, start: FloatArray) -> Fitted | None:
+def refitted(model: RampModel, terms: Terms, start: FloatArray) -> RampTrial | None:
     """Return a fit with other terms; None where the record does not determine them."""
     further = RampModel(model.runs, unit_torque=model.unit_torque, terms=terms)
     shared = 3 if model.unit_torque else 4
@@ -88,12 +88,12 @@ def refitted(model: RampModel, terms: Terms, start: FloatArray) -> Fitted | None
     count = shared + len(model.runs)
     values[:count] = start[:count]
     try:
-        return Fitted(further, further.solve(values), np.zeros(shared))
+        return RampTrial(further, further.solve(values), np.zeros(shared))
     except EstimationError:
         return None
 
 
-def _possible(cause: Cause, fitted: Fitted) -> bool:
+def _possible(cause: Cause, fitted: RampTrial) -> bool:
     """Return whether a term has the sign that its cause gives it."""
     if cause is Cause.STRIBECK:
         return fitted.model.amount("stribeck", fitted.solved.values) > 0.0
@@ -104,7 +104,7 @@ def _possible(cause: Cause, fitted: Fitted) -> bool:
     return True
 
 
-def averaged(best: Fitted, tried: Sequence[Fitted], shared: int) -> tuple[FloatArray, FloatArray]:
+def averaged(best: RampTrial, tried: Sequence[RampTrial], shared: int) -> tuple[FloatArray, FloatArray]:
     """Return what the laws of friction that grows at low speed move the estimates by (k,), and how far off they may be then (k,).
 
     Where one is in the model, all that were tried count, with what else is in the model now.
@@ -124,7 +124,7 @@ def averaged(best: Fitted, tried: Sequence[Fitted], shared: int) -> tuple[FloatA
     return mean - values, np.sqrt(np.maximum(variance - np.diag(solved.covariance)[:shared], 0.0))
 
 
-def _with_widths(best: Fitted, tried: Sequence[Fitted]) -> Iterator[tuple[Fitted, float]]:
+def _with_widths(best: RampTrial, tried: Sequence[RampTrial]) -> Iterator[tuple[RampTrial, float]]:
     """Give the fits of laws that the record leaves open, and the part of the logarithm of the speeds that each stands for."""
     for power in {law.power for each in tried if (law := each.model.terms.stribeck)}:
         of_power = [(law.speed, each) for each in tried if (law := each.model.terms.stribeck) and law.power == power]

@@ -24,7 +24,7 @@ _SIZES, _AIR, _REACH = 41, 25, 5.0
 
 
 @dataclass(frozen=True)
-class Law:
+class StribeckLaw:
     """A law's friction in a fit of ramps, as a normal distribution.
 
     `amount` ± `spread` (N·m, rad/s² where torques are those over inertia); `values` (k,) of the shared estimates at that amount,
@@ -41,7 +41,7 @@ class Law:
     width: float = 1.0
 
 
-def unseen(model: RampModel, solved: Solved, shared: int) -> list[Law]:
+def unseen(model: RampModel, solved: Solved, shared: int) -> list[StribeckLaw]:
     """Return the laws of a fit without such friction, its first `shared` estimates changed by as little of it as to be linear."""
     at = [model.trajectory(k, solved.values) for k in range(len(model.runs))]
     laws = [Stribeck(share * model.top, power) for share in _SPEEDS for power in _POWERS]
@@ -56,22 +56,22 @@ def unseen(model: RampModel, solved: Solved, shared: int) -> list[Law]:
     amounts = across @ solved.residuals / seen
     values, covariance = solved.values[:shared], solved.covariance[:shared, :shared]
     return [
-        Law(a, s**-0.5, values + a * slope, slope, covariance, -s * a**2)
+        StribeckLaw(a, s**-0.5, values + a * slope, slope, covariance, -s * a**2)
         for a, s, slope in zip(amounts, seen, slopes[:, :shared], strict=True)
     ]
 
 
-def fitted(model: RampModel, solved: Solved, shared: int, width: float) -> Law:
+def fitted(model: RampModel, solved: Solved, shared: int, width: float) -> StribeckLaw:
     """Return the law of a fit with such friction in its model."""
     own = solved.covariance[model.stribeck_place]
     spread = float(np.sqrt(own[model.stribeck_place]))
     slope = own[:shared] / spread**2
     covariance = solved.covariance[:shared, :shared] - np.outer(slope, slope) * spread**2
     amount = model.amount("stribeck", solved.values)
-    return Law(amount, spread, solved.values[:shared], slope, covariance, solved.cost, width)
+    return StribeckLaw(amount, spread, solved.values[:shared], slope, covariance, solved.cost, width)
 
 
-def average(laws: Sequence[Law], coulomb: float, air: float) -> tuple[FloatArray, FloatArray]:
+def average(laws: Sequence[StribeckLaw], coulomb: float, air: float) -> tuple[FloatArray, FloatArray]:
     """Return means (k,) and variances (k,) of the shared estimates, the last of them the quadratic friction.
 
     No friction of the air drives: a law is as likely as what it leaves of quadratic friction may be one. Its size is as unknown as the

@@ -56,7 +56,7 @@ def test_a_record_comes_back_as_it_was(records: Records) -> None:
     assert records.batches() == ["B1"]
 
 
-def test_uncertainties_are_those_of_the_latest_test_that_was_judged(records: Records) -> None:
+def test_uncertainties_are_those_of_the_latest_test_that_gave_any(records: Records) -> None:
     assert records.save(record(1))
     assert records.save(record(2, verdict=Verdict.ERROR, measured=()))
     assert records.uncertainties("Pump", "S") == {"stator_resistance": 2e-5}
