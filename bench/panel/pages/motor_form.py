@@ -20,7 +20,7 @@ from bench.panel.server.sessions import Session
 from drivers.interfaces.text import Text, text, word
 from procedures.core.nameplate import WindingConnection
 
-_LABELS: Mapping[str, Text] = {
+LABELS: Mapping[str, Text] = {
     "name": text("Motor's name"),
     "connection": text("Connection of the windings"),
     "rated_current": text("Rated current (phase, peak)"),
@@ -33,7 +33,10 @@ _LABELS: Mapping[str, Text] = {
     "maximum_winding_temperature": text("Maximum winding temperature"),
     "serial_number": text("Serial number"),
     "insulation_test_voltage": text("Insulation test voltage (DC)"),
+    "hall_sensors": text("Hall sensors"),
 }
+#: Wires have fields of their own; a photo is put beside the file by who has the file.
+WITHOUT_A_FIELD = ("wire_colours", "photo")
 _TEXTS = ("name", "serial_number")
 
 
@@ -58,8 +61,7 @@ class _MotorForm:
         ui.label(say(text("New motor"))).classes("text-2xl font-bold mb-2")
         with ui.element("section").classes("mb-card grid gap-3 grid-cols-1 md-grid-cols-2 max-w-4xl"):
             for name, field in NameplateSection.model_fields.items():
-                # A photo is put beside the file by who has the file.
-                if name in ("wire_colours", "photo"):
+                if name in WITHOUT_A_FIELD:
                     continue
                 self._fields[name] = self._field(name, field)
             for terminal in ("A", "B", "C"):
@@ -71,7 +73,7 @@ class _MotorForm:
     def _field(self, name: str, field: FieldInfo) -> Any:
         say = self._reader.say
         unit = _unit(field)
-        label = say(text("{quantity}, {unit}", quantity=_LABELS[name], unit=unit) if unit else _LABELS[name])
+        label = say(text("{quantity}, {unit}", quantity=LABELS[name], unit=unit) if unit else LABELS[name])
         label += " *" if field.is_required() else ""
         if name == "connection":
             options = {
@@ -79,6 +81,10 @@ class _MotorForm:
                 WindingConnection.DELTA.value: say(text("delta")),
             }
             return ui.select(options, label=label).props("outlined dense")
+        if name == "hall_sensors":
+            return ui.select({True: say(text("yes")), False: say(text("no"))}, label=label, clearable=True).props(
+                "outlined dense"
+            )
         field_input = kept(ui.input(label).props("outlined dense"), word(name))
         if name not in _TEXTS:
             field_input.props("inputmode=decimal").props["hint"] = _range(field)
@@ -95,6 +101,9 @@ class _MotorForm:
     def _values(self) -> dict[str, Any]:
         values: dict[str, Any] = {}
         for name, field in self._fields.items():
+            if isinstance(field.value, bool):
+                values[name] = field.value
+                continue
             typed = str(field.value or "").strip()
             if typed:
                 values[name] = typed if name in (*_TEXTS, "connection") else _number(typed)

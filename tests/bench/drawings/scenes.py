@@ -47,7 +47,7 @@ def actions() -> dict[str, tuple[Action, ...]]:
     found = {}
     for name in installed().procedures:
         file = load_motor("92bl-30-25l" if name in _SIX_STEP else "lg-400w")
-        plate = replace(file.nameplate, insulation_test_voltage=500.0, pole_pairs=4)
+        plate = replace(file.nameplate, insulation_test_voltage=500.0, pole_pairs=4, hall_sensors=True)
         motor = replace(file.virtual_motor(), halls=SimulatedHallSensors())
         drive = {"six_step": file.six_step} if name in _SIX_STEP else {"fixture": True}
         noted = list[Action]()

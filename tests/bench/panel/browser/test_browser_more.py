@@ -225,10 +225,18 @@ def test_a_motor_is_entered_by_its_nameplate(panel: Panel, new_page: NewPage) ->
     expect(page.get_by_role("alert")).to_contain_text("rated_current")
     page.get_by_label("Rated current").fill("2,5")
     page.get_by_label("Colour of wire A").fill("red")
+    page.get_by_label("Hall sensors").click()
+    page.get_by_role("option", name="no").click()
     page.get_by_role("button", name="Save").click()
     page.wait_for_url("**/?motor=pump-drive-3")
     plate = tomllib.loads((panel.motors / "pump-drive-3.toml").read_text())["nameplate"]
-    assert plate == {"name": "Pump drive 3", "connection": "delta", "rated_current": 2.5, "wire_colours": {"A": "red"}}
+    assert plate == {
+        "name": "Pump drive 3",
+        "connection": "delta",
+        "rated_current": 2.5,
+        "hall_sensors": False,
+        "wire_colours": {"A": "red"},
+    }
 
 
 def test_a_nameplate_that_is_not_right_is_refused_in_the_readers_language(panel: Panel, new_page: NewPage) -> None:
