@@ -14,6 +14,8 @@ from drivers.interfaces.text import lines, reason_of, text
 
 #: Largest message (bytes) from a browser, the same that NiceGUI's pages keep to.
 _LONGEST_MESSAGE = 1_000_000
+#: How long (s) a browser may be out of reach before its page is dropped: a tablet that sleeps, a roaming between two access points.
+_LONGEST_SILENCE = 20.0
 #: Shortest idle time (min): tests and the impatient; below it nobody could log in.
 _LEAST_IDLE = 0.02
 
@@ -126,6 +128,8 @@ def serve(
         # The quicker parser takes a request's head of any length.
         http="h11",
         ws_max_size=_LONGEST_MESSAGE,
+        # A page that is dropped is loaded anew, and loses what was chosen on it.
+        reconnect_timeout=_LONGEST_SILENCE,
         server_header=False,
         # Else every program of this computer could say where it comes from.
         proxy_headers=bool(trusted_proxy),

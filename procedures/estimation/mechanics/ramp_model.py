@@ -185,13 +185,13 @@ class RampModel:
             slopes[self._added + row] = shape
         return speeds, slopes
 
-    def solve(self, start: FloatArray) -> Solved:
-        """Fit from a start. Raises EstimationError where the record does not determine the parameters apart."""
+    def solve(self, start: FloatArray, *, least: float = 1e-9, rounds: int = 100) -> Solved:
+        """Fit from a start, in no more `rounds`, until one would change χ² by `least`. Raises EstimationError where the record does not determine the parameters apart."""
         what = "inertia, Coulomb, viscous and quadratic friction"
         if self.measured.size <= self.size:
             raise EstimationError(f"{self.measured.size} speeds do not suffice; sample the ramps faster")
         scale = self.scale(start)
-        solution = minimise(self.evaluate, start, scale, least=1e-9, floor=1.0, rounds=100)
+        solution = minimise(self.evaluate, start, scale, least=least, floor=1.0, rounds=rounds)
         if not (solution.settled and np.all(np.isfinite(solution.values))):
             raise EstimationError(f"the fit of {what} does not converge; {self._suspected()}")
         residuals, slopes = self.evaluate(solution.values)

@@ -16,6 +16,9 @@ from procedures.estimation.mechanics.stribeck_laws import average, fitted, unsee
 _OPEN = 25.0
 #: How often what no parameter stands for is sought closer, and by how much.
 _REFINED, _CLOSER = 2, 0.3
+#: A trial is settled where a round would move an estimate by a thousandth of its uncertainty, and given up after so many rounds: a
+#: hundred trials of a record that no term explains would go on for long.
+_SETTLED, _ROUNDS = 1e-6, 30
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ def refitted(model: RampModel, terms: Terms, start: FloatArray) -> RampTrial | N
     count = shared + len(model.runs)
     values[:count] = start[:count]
     try:
-        return RampTrial(further, further.solve(values), np.zeros(shared))
+        return RampTrial(further, further.solve(values, least=_SETTLED, rounds=_ROUNDS), np.zeros(shared))
     except EstimationError:
         return None
 
