@@ -6,7 +6,8 @@
     const SLEPT = 10000; // ms between two looks, by a clock that goes on in a computer's sleep: what is shown is as old
     const SLOW = 1500; // ms in which a server that answers again is heard again
     const SETTLED = 6000; // ms that a page has to hear the server for the first time
-    const LOADING = 20000; // ms that a slow server has for a page that is loaded anew: asked again, it would begin again
+    const RENEWING = 5000; // ms that a slow server has for a new connection
+    const LOADING = 20000; // ms that a slow server has for a page, or for one that is loaded anew: asked again, it would begin again
     const CONFIRM = 400; // ms after a step appears, so that one press cannot confirm two
     const PAUSE = 1000; // ms after which what was typed outside of a field is no code any more
     const PUTTING = 10000; // ms after the server was first heard in which a step's parts may be made anew, and lose what was put back
@@ -17,7 +18,7 @@
     const find = (selector) => document.querySelector(selector);
     let heard = performance.now();
     const born = heard;
-    let asked = -LOADING;
+    let [asked, reloaded] = [-LOADING, -LOADING];
     let awake = heard;
     let wall = Date.now();
     let joined = 0;
@@ -57,18 +58,20 @@
         }
     }
 
-    // A server that was started anew knows this page no more: once it answers, the page is loaded anew.
-    // One that was only slow is soon heard again, and what was typed stays.
+    // Where only the connection died, a new one finds the page as it is: what was pressed and chosen stays. A server that was
+    // started anew does not know the page, and NiceGUI loads it anew. What else silences a server that answers, loading may end.
     async function comeBack() {
         const now = performance.now();
-        if (!lostNow() || now - born < SETTLED || now - asked < LOADING) return;
+        if (!lostNow() || now - born < SETTLED || now - asked < RENEWING) return;
         try {
             const answer = await fetch("/assets/page.css", { cache: "no-store" });
             await new Promise((resolve) => setTimeout(resolve, SLOW));
-            if (answer.status < 500 && lostNow() && performance.now() - asked >= LOADING) {
-                asked = performance.now();
+            if (answer.status >= 500 || !lostNow() || performance.now() - asked < RENEWING) return;
+            asked = performance.now();
+            if (asked - heard > LOADING && asked - reloaded > LOADING) {
+                reloaded = asked;
                 location.reload();
-            }
+            } else if (window.socket?.connected) window.socket.io.engine.close();
         } catch {
             // Still nobody there.
         }

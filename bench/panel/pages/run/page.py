@@ -80,6 +80,8 @@ class _RunPage:
             self._table()
             self._reading.show(plotted=self._card.plots)
             self._progress.show()
+        elif self._ended:
+            return
         elif monotonic() - self._looked < _STATE:
             self._reading.tick()
             return

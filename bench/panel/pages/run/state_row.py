@@ -46,12 +46,15 @@ class StateRow:
     def show(self, state: ShownState) -> None:
         """Show what is known now."""
         say = self._reader.say
+        before = dict(self._state.props)
         self._state.props["data-state"] = state.kind.value
         # While a procedure measures, states come and go too fast to be heard.
         quiet = state.kind is StateKind.UNREAD or (state.kind is StateKind.UNKNOWN and self._run.line.question is None)
         if not quiet:
             self._state.props["data-sound"] = state.kind.value
-        self._state.update()
+        # Whatever is updated has the browser work out every element of the page.
+        if self._state.props != before:
+            self._state.update()
         self._headline.set_text(say(state.headline))
         self._detail.set_text(say(self._refused or state.detail))
         asked = self._run.abort_asked_at
