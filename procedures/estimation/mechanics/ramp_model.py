@@ -186,7 +186,10 @@ class RampModel:
         return speeds, slopes
 
     def solve(self, start: FloatArray, *, least: float = 1e-9, rounds: int = 100) -> Solved:
-        """Fit from a start, in no more `rounds`, until one would change χ² by `least`. Raises EstimationError where the record does not determine the parameters apart."""
+        """Fit from a start, in no more `rounds`, until one would change χ² by `least`.
+
+        Raises EstimationError where the record does not determine the parameters apart.
+        """
         what = "inertia, Coulomb, viscous and quadratic friction"
         if self.measured.size <= self.size:
             raise EstimationError(f"{self.measured.size} speeds do not suffice; sample the ramps faster")
