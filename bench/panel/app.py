@@ -2,6 +2,7 @@
 
 import asyncio
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 from nicegui import app, core, ui
@@ -29,8 +30,8 @@ from bench.panel.server.sessions import Session
 from bench.panel.server.socket_guard import SocketGuard
 from drivers.interfaces.text import text
 
-#: Longest wait (s) for the words of procedures; a page that takes longer than 3 s is none.
-_WORDS = 2.0
+#: Longest wait (s) for the words of procedures, and for a page: what takes longer on a busy computer is an error to the browser.
+_WORDS, _PAGE = 2.0, 30.0
 #: Style and script of the pages, and the report's fonts.
 _ASSETS = Path(__file__).parent / "assets"
 _FONTS = Path(reports.__file__).parent / "fonts"
@@ -50,15 +51,17 @@ def build(panel: Panel, hosts: AllowedHosts) -> None:
     app.on_startup(panel.open)
     app.on_shutdown(panel.close)
 
-    @ui.page("/")
+    page = partial(ui.page, response_timeout=_PAGE)
+
+    @page("/")
     async def start(request: Request, motor: str = "", as_before: str = "") -> None:
         start_page(panel, _session(request), motor, as_before)
 
-    @ui.page("/motor")
+    @page("/motor")
     async def new_motor(request: Request) -> None:
         motor_page(panel, _session(request))
 
-    @ui.page("/runs/{name:path}")
+    @page("/runs/{name:path}")
     async def run(request: Request, name: str) -> None:
         try:
             live = await panel.follow(name)
@@ -72,11 +75,11 @@ def build(panel: Panel, hosts: AllowedHosts) -> None:
                 await panel.offer.procedures()
         run_page(panel, _session(request), live)
 
-    @ui.page("/line")
+    @page("/line")
     async def line(request: Request) -> None:
         line_page(panel, _session(request))
 
-    @ui.page("/statistics")
+    @page("/statistics")
     async def statistics(
         request: Request,
         model: str = "",
@@ -88,15 +91,15 @@ def build(panel: Panel, hosts: AllowedHosts) -> None:
         by = by if by in GROUPING_WORDS else Choice.by
         statistics_page(panel, _session(request), Choice(model, batch, parameter, serial_numbers(golden), by))
 
-    @ui.page("/motors")
+    @page("/motors")
     async def motor_tests(request: Request, serial_number: str = "") -> None:
         motor_tests_page(panel, _session(request), serial_number)
 
-    @ui.page("/history")
+    @page("/history")
     async def history(request: Request) -> None:
         history_page(panel, _session(request))
 
-    @ui.page("/compare/{first}/{second}")
+    @page("/compare/{first}/{second}")
     async def compare(request: Request, first: str, second: str) -> None:
         compare_page(panel, _session(request), first, second)
 
