@@ -20,9 +20,9 @@ def show_yields(yields: "Yield", reader: Reader) -> None:
     """Show first-pass, final and rolled yield, and how many tests came to no verdict."""
     say, motors = reader.say, yields.motors
     with ui.row().classes("gap-x-8 items-start"):
-        for key, words, share in (
-            ("first_pass", text("First pass"), motors.first_pass),
-            ("final", text("Final"), motors.final),
+        for key, words, share, of in (
+            ("first_pass", text("First pass"), motors.first_pass, text("{hits} of the {count} never judged before")),
+            ("final", text("Final"), motors.final, text("{hits} of the {count} motors judged")),
         ):
             _share(
                 reader,
@@ -30,7 +30,7 @@ def show_yields(yields: "Yield", reader: Reader) -> None:
                 words,
                 percentage(share.share),
                 text("95 % interval: {interval} %", interval=interval(share)),
-                text("{hits} of the {count} motors judged", hits=share.hits, count=share.count),
+                Text(of.template, {"hits": share.hits, "count": share.count}),
             )
         _share(
             reader,
