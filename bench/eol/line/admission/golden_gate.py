@@ -60,7 +60,7 @@ class GoldenGate:
             return None
         passed = self._passed.get(socket)
         if passed is None:
-            why = text("no golden motor has passed there with this plan yet")
+            why = text("no golden motor has passed there with this plan yet, or the last one did not pass")
         elif (start := self._shift_start(self._now())) is not None and passed < start:
             why = text("the shift began at {time}", time=start.astimezone().strftime("%H:%M"))
         elif self._now() - passed >= timedelta(hours=self._rule.every):
