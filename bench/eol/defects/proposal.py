@@ -15,7 +15,7 @@ from bench.eol.defects.findings import restated, sound_values
 from bench.eol.defects.function_cost import INSULATION, Grade
 from bench.eol.defects.trial import MotorTrial
 from bench.eol.defects.verdicts import PlanRules
-from bench.eol.limits import GuardBand, ParameterLimits
+from bench.eol.limits import GuardBand, ParameterLimits, least_ratio
 from bench.eol.line.preparation.procedure_order import by_time_over_failures
 from bench.eol.plan import Plan, load_plan
 from bench.files.new_file import write_new
@@ -136,7 +136,10 @@ def _limits(sound: Sequence[MotorTrial], name: str, rules: PlanRules) -> Paramet
     guard = {GuardBand.STRICT: expanded, GuardBand.SHARED: 0.0, GuardBand.LENIENT: -expanded}[rules.guard]
     reach = max(reach + guard, 0.0)
     if deviation or name in _ONLY_HIGH:
-        return ParameterLimits(high=_rounded(mean + reach, math.ceil))
+        # From nothing at all up to the limit it takes the whole interval, or the limit decides nothing.
+        least = least_ratio(rules.guard, rules.minimum_ratio, ParameterLimits(high=mean))
+        high = max(mean + reach, 2.0 * least * expanded * (1.0 + 1e-3))
+        return ParameterLimits(high=_rounded(high, math.ceil))
     reach = max(reach, rules.minimum_ratio * expanded * (1.0 + 1e-3))
     return ParameterLimits(_rounded(mean - reach, math.floor), _rounded(mean + reach, math.ceil))
 
