@@ -20,10 +20,14 @@ _JUDGED = (Verdict.PASS, Verdict.FAIL)
 
 @dataclass(frozen=True)
 class AdmittedTest:
-    """A motor may be tested; it is the serial number's test of this number, permitted by a person or by the plan."""
+    """A motor may be tested; it is the serial number's test of this number, permitted by a person or by the plan.
+
+    `judged_before` tells that an earlier test came to a verdict.
+    """
 
     test_number: int = 1
     again_by: str = ""
+    judged_before: bool = False
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ def decide(
     What was found good or bad stays so until the rule or a person has it tested again; a test that came to no verdict
     leaves the permission it had.
     """
-    number = len(earlier) + 1
+    number, judged = len(earlier) + 1, any(test.verdict in _JUDGED for test in earlier)
     if not earlier:
         return AdmittedTest()
     last = earlier[-1]
@@ -63,9 +67,9 @@ def decide(
         )
     forbidden = _forbidden(earlier, rule)
     if forbidden is None:
-        return AdmittedTest(number)
+        return AdmittedTest(number, judged_before=judged)
     if person:
-        return AdmittedTest(number, person)
+        return AdmittedTest(number, person, judged)
     return RefusedTest(
         lines(
             (

@@ -54,9 +54,14 @@ class Yield:
 
 @dataclass(frozen=True)
 class Golden:
-    """A golden motor's figures of one parameter: when (UTC), how much, the drift they show, and their chart (stability)."""
+    """A golden motor's figures of one parameter at one socket: when (UTC), how much, the drift they show, and their chart (stability).
+
+    Each socket has its own instruments, and drifts by itself.
+    """
 
     serial_number: str
+    station: str
+    socket: str
     times: tuple[datetime, ...]
     values: tuple[float, ...]
     drift: Drift
@@ -200,7 +205,7 @@ def _parameter(
         chart=individuals_chart(values, rules=wanted.rules, normal=not skewed, possible=possible)
         if len(values) > 1
         else None,
-        golden=tuple(_golden(serial, tests, possible, wanted.confidence) for serial, tests in golden.items()),
+        golden=tuple(_golden(*there, tests, possible, wanted.confidence) for there, tests in golden.items()),
     )
 
 
@@ -248,9 +253,14 @@ def _associations(
 
 
 def _golden(
-    serial: str, tests: Sequence[tuple[datetime, float]], possible: tuple[float, float], confidence: float
+    serial: str,
+    station: str,
+    socket: str,
+    tests: Sequence[tuple[datetime, float]],
+    possible: tuple[float, float],
+    confidence: float,
 ) -> Golden:
     times, values = [at for at, _ in tests], [value for _, value in tests]
     chart = individuals_chart(values, possible=possible) if len(values) > 1 else None
     result = drift([at.timestamp() for at in times], values, confidence)
-    return Golden(serial, tuple(times), tuple(values), result, chart)
+    return Golden(serial, station, socket, tuple(times), tuple(values), result, chart)

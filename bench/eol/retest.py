@@ -39,5 +39,7 @@ def changed_figures(before: MotorRecord, after: MotorRecord) -> Iterator[Changed
 
 def differs(before: MeasuredFigure, after: MeasuredFigure) -> bool:
     """Tell whether two figures differ by more than both expanded uncertainties."""
+    if math.isnan(before.value) and math.isnan(after.value):
+        return False
     reach = math.hypot(before.expanded, after.expanded)
     return abs(after.value - before.value) > reach if math.isfinite(reach) else before.value != after.value

@@ -22,10 +22,11 @@ if TYPE_CHECKING:
     from bench.eol.store.distribution import Histogram
 
 VERDICTS: Mapping[Verdict, Text] = {
-    Verdict.PASS: text("passed"),
-    Verdict.FAIL: text("failed"),
+    Verdict.PASS: text("pass"),
+    Verdict.FAIL: text("fail"),
     Verdict.ERROR: text("not measured"),
     Verdict.ABORTED: text("aborted"),
+    Verdict.NOT_JUDGED: text("not judged"),
 }
 GROUPING_WORDS: Mapping[str, Text] = {
     "station": text("Station"),

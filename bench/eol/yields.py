@@ -42,7 +42,7 @@ class GroupYield:
 
 @dataclass(frozen=True)
 class RolledYield:
-    """The product of the procedures' first-pass yields at a motor's first judged test; NaN where nothing was judged.
+    """The product of the procedures' first-pass yields at motors' first judged tests ever; NaN where there are none.
 
     `procedures` gives for each in how many motors it was tried, and of how many its first attempt passed.
     """
@@ -55,8 +55,8 @@ class RolledYield:
 class MotorYields:
     """Yields of motors that were judged: a motor counts once however often it was tested.
 
-    First pass: its first judged test ever is of the selection, and passed without a second attempt at anything. Final: its last
-    judged test in the selection passed. `retested` motors have more than one judged test.
+    First pass, of the motors whose first judged test ever is of the selection: it passed without a second attempt at anything.
+    Final, of all: its last judged test in the selection passed. `retested` motors have more than one judged test.
     """
 
     first_pass: Proportion
@@ -124,12 +124,13 @@ def _all_of(selection: Selection) -> list[CountedTests]:
 
 
 def _proportions(counted: Iterable[CountedTests], confidence: float) -> tuple[Proportion, Proportion]:
-    motors = first = final = 0
+    motors = final = new = at_once = 0
     for each in counted:
         motors += each.count
-        first += each.count if each.at_once else 0
         final += each.count if each.passed else 0
-    return proportion(first, motors, confidence), proportion(final, motors, confidence)
+        new += each.count if each.first_ever else 0
+        at_once += each.count if each.first_ever and each.at_once else 0
+    return proportion(at_once, new, confidence), proportion(final, motors, confidence)
 
 
 def _grouped(
@@ -139,7 +140,7 @@ def _grouped(
     for each in counted:
         groups.setdefault(name_of(each.occasion), []).append(each)
     yields = (GroupYield(name, *_proportions(groups[name], confidence)) for name in sorted(groups))
-    return tuple(group for group in yields if group.first_pass.count)
+    return tuple(group for group in yields if group.final.count)
 
 
 def _namer(grouping: Grouping, shifts: Sequence[datetime.time]) -> Callable[[Occasion], str]:

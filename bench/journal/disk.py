@@ -1,6 +1,7 @@
 """Durable files, which are on the disk when the call returns; and space reserved for the end of a run."""
 
 import errno
+import fcntl
 import os
 from pathlib import Path
 
@@ -11,6 +12,20 @@ from drivers.interfaces.text import reason_of, text
 #: Room (bytes) kept for the events of the shutdown and for the result, should the disk fill up.
 RESERVE = 512 * 1024
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS)
+
+
+def lock(file: int) -> bool:
+    """Lock an open file until its last descriptor is closed; tell whether no other process has it. Raises OSError."""
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError as error:
+        # Some network file systems know no locks: what is written there does not need one.
+        if error.errno not in _NO_LOCKS:
+            raise
+    return True
 
 
 def write_all(file: int, content: bytes) -> None:

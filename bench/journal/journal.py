@@ -1,7 +1,5 @@
 """The run's record: one file that only grows, one event a line, each chained to the line before."""
 
-import errno
-import fcntl
 import hashlib
 import os
 import threading
@@ -11,15 +9,13 @@ from pathlib import Path
 
 from bench.i18n.errors import InputError
 from bench.journal.codec import line_of
-from bench.journal.disk import Reserve, sync_folder, write_all
+from bench.journal.disk import Reserve, lock, sync_folder, write_all
 from bench.journal.errors import RecordError
 from bench.journal.events.run import ClockSetBack, RecordFailed, RunFinished
 from bench.journal.journal_file import JournalFile
 from bench.journal.wall import WallTime
 from drivers.interfaces.text import reason_of, text
 from procedures.core.events import Event
-
-_NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS)
 
 #: Takes an event after it was written.
 Listener = Callable[[Event], None]
@@ -203,13 +199,5 @@ def _check_length(file: int, path: Path, known: int) -> None:
 
 
 def _lock(file: int, path: Path) -> None:
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise InputError(
-            text("{path}: another process is writing this run; wait until it ends, or end it", path=path)
-        ) from None
-    except OSError as error:
-        # Some network file systems know no locks: the run itself does not need one.
-        if error.errno not in _NO_LOCKS:
-            raise
+    if not lock(file):
+        raise InputError(text("{path}: another process is writing this run; wait until it ends, or end it", path=path))

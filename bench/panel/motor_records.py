@@ -66,10 +66,13 @@ def motor_address(serial_number: str) -> str:
     return f"/motors?{urlencode({'serial_number': serial_number})}"
 
 
-def run_address(run: str, runs: Path) -> str | None:
+def run_address(test: "MotorRecord", runs: Path) -> str | None:
     """Return the address of a run's page; None where it is not below the panel's runs, or no longer there."""
-    folder = Path(run) if run else None
-    if folder is None or not folder.is_dir():
+    from bench.eol.archive.run_among import run_among
+
+    places = (run_among(runs, test), Path(test.run)) if test.run else ()
+    folder = next((place for place in places if place.is_dir()), None)
+    if folder is None:
         return None
     try:
         name = folder.resolve().relative_to(runs.resolve())

@@ -14,7 +14,7 @@ from reports.labels import ParameterLabels
 from reports.tables.figures import decimals_for, figure
 
 if TYPE_CHECKING:
-    from bench.eol.line_statistics import ParameterStatistics
+    from bench.eol.line_statistics import Golden, ParameterStatistics
     from bench.eol.store.tallies import Failures
 
 _BLUE, _RED, _GREY = "#1565c0", "#b3261e", "#44505c"
@@ -168,8 +168,13 @@ def control_plot(each: "ParameterStatistics", label: Text, translate: Translate)
     return plot
 
 
+def golden_names(each: "ParameterStatistics") -> dict[str, "Golden"]:
+    """Return golden motors' figures by what tells them apart: the serial number, station and socket."""
+    return {f"{golden.serial_number}, {golden.station} · {golden.socket}": golden for golden in each.golden}
+
+
 def golden_plot(each: "ParameterStatistics", label: Text, translate: Translate) -> dict[str, Any]:
-    """Return the figures of golden motors over time, one line each."""
+    """Return the figures of golden motors over time, a line for each and each socket, by `golden_names`."""
     scale = scale_for(each)
     name = label.render(translate)
     plot = _described(
@@ -182,13 +187,13 @@ def golden_plot(each: "ParameterStatistics", label: Text, translate: Translate) 
     plot["xAxis"] |= {"type": "time", "axisLabel": {"formatter": "{MM}-{dd} {HH}:{mm}", "hideOverlap": True}}
     # A time is no number: the library's own words for it stay.
     plot["tooltip"] |= {"trigger": "axis", "axisPointer": {}}
-    plot["legend"] = {"top": 4, "data": [golden.serial_number for golden in each.golden]}
-    for golden in each.golden:
+    plot["legend"] = {"top": 4, "data": list(golden_names(each))}
+    for name, golden in golden_names(each).items():
         pairs = [
             [1000.0 * at.timestamp(), float(f"{value / scale.factor:.6g}")]
             for at, value in zip(golden.times, golden.values, strict=True)
         ]
-        plot["series"].append(line(golden.serial_number, pairs, marks=True))
+        plot["series"].append(line(name, pairs, marks=True))
     return plot
 
 

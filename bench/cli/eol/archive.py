@@ -1,6 +1,8 @@
 """`motorbench eol archive` and `motorbench eol restore`: a batch in one file, and back."""
 
 import shutil
+import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -8,7 +10,8 @@ from cyclopts import Parameter
 
 from bench.cli.new_file import refuse_existing
 from bench.cli.output import print_json
-from bench.eol.archive.batch_archive import ArchiveSummary, restore_archive, write_archive
+from bench.eol.archive.batch_archive import ArchiveSummary, restore_archive, runs_elsewhere, write_archive
+from bench.eol.line.batch_log import held_batch
 from bench.eol.store.database import open_database
 from bench.eol.store.faults import StoreError
 from bench.eol.store.records import Records
@@ -54,20 +57,31 @@ def archive(
     refuse_existing(out, force=force)
     engine = open_database(records, existing=True)
     try:
-        summary = write_archive(engine, batch, runs, out)
-        if remove is not None:
-            _remove(Records(engine), batch, runs / batch, records_too=remove == "all")
+        records_there = Records(engine)
+        with held_batch(runs / batch) if remove is not None else nullcontext():
+            elsewhere = runs_elsewhere(records_there, batch, runs)
+            summary = write_archive(engine, batch, runs, out)
+            if remove is not None:
+                _remove(records_there, batch, runs / batch, records_too=remove == "all")
     except StoreError as error:
         raise InputError(text_of(error)) from None
     finally:
         engine.dispose()
     if json:
-        print_json(_plain(out, summary) | {"removed": remove})
+        print_json(_plain(out, summary) | {"removed": remove, "runs_elsewhere": elsewhere})
         return
     message = text(
         "batch {batch}, motors: {motors}, files: {files}", batch=batch, motors=summary.motors, files=summary.files
     )
-    print(at(out, message).render(translator(language_of(language))))
+    translate = translator(language_of(language))
+    print(at(out, message).render(translate))
+    if elsewhere:
+        missing = text(
+            "motors whose run is not in {runs} and so not in the archive: {count}; it is elsewhere (see --runs) or was removed",
+            runs=runs,
+            count=elsewhere,
+        )
+        print(f"motorbench: {missing.render(translate)}", file=sys.stderr)
 
 
 def restore(

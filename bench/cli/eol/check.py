@@ -159,8 +159,9 @@ def _print(console: "Console", done: DryRun, translate: Translate) -> None:
         waits=done.waits,
         overhead=100.0 * done.overhead,
     )
-    much = say(text(" (more than a tenth)")) if done.over_floor > 1.0 + _MUCH else ""
-    console.print(say(cycle) + much, markup=False)
+    console.print(say(cycle), markup=False)
+    if done.over_floor > 1.0 + _MUCH:
+        console.print(say(text("! The cycle is more than a tenth longer than the physical minimum")), markup=False)
     rate = text("Sockets: {sockets}; {rate:.0f} motors an hour", sockets=done.sockets, rate=done.per_hour)
     console.print(say(rate), markup=False)
     if done.assumed:

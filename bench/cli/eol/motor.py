@@ -1,11 +1,13 @@
 """`motorbench eol motor`: one motor's tests, and what changed from each to the next."""
 
+import math
 import sys
 from dataclasses import asdict
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from bench.cli.output import print_json
+from bench.eol.verdict import Verdict
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
 from drivers.interfaces.text import Text, Translate, text
@@ -83,13 +85,19 @@ def _print(test: "MotorRecord", changed: "tuple[ChangedFigure, ...]", translate:
 
 
 def _said(change: "ChangedFigure") -> Text:
-    scale = scale_of(change.after, change.unit)
+    from bench.eol.statistics_messages import VERDICTS
+
+    # A figure that was withheld has no value to take the scale of.
+    scale = scale_of(change.before if math.isnan(change.after) else change.after, change.unit)
+    before, after = (
+        "–" if math.isnan(value) else f"{value / scale.factor:.4g}" for value in (change.before, change.after)
+    )
+    was, now = (VERDICTS[Verdict(verdict)] for verdict in (change.verdict_before, change.verdict_after))
     return text(
-        "{name}: {before:.4g} → {after:.4g}{unit}, {was} → {now}",
+        "{name}: {before} → {after}{unit}, {verdicts}",
         name=ParameterLabels({change.parameter: change.label})[change.parameter],
-        before=change.before / scale.factor,
-        after=change.after / scale.factor,
+        before=before,
+        after=after,
         unit=f" {scale.unit}" if scale.unit else "",
-        was=change.verdict_before,
-        now=change.verdict_after,
+        verdicts=now if was == now else Text("{was} → {now}", {"was": was, "now": now}),
     )

@@ -215,6 +215,7 @@ def _summary(counts: Counts, stopped: str, wall: float) -> dict[str, Any]:
         **{verdict.value: counts.verdicts[verdict.value] for verdict in Verdict.of_motors()},
         "yield": {
             "motors": counts.by_motor.motors,
+            "new": counts.by_motor.new,
             "first_pass": counts.by_motor.first_pass,
             "final": counts.by_motor.final,
         },
@@ -250,15 +251,8 @@ def _print(console: "Console", summary: dict[str, Any], translate: Translate) ->
         ),
         text("serial numbers refused: {count}", count=summary["refused"]),
     ]
-    judged = summary["yield"]["motors"]
-    if judged:
-        share = text(
-            "motors judged: {motors}, yield {first:.1f} % at the first test, {last:.1f} % at the last",
-            motors=judged,
-            first=100.0 * summary["yield"]["first_pass"] / judged,
-            last=100.0 * summary["yield"]["final"] / judged,
-        )
-        sentences.insert(1, share)
+    if summary["yield"]["motors"]:
+        sentences.insert(1, _yield(**summary["yield"]))
     if summary["golden"]:
         passed = text(
             "golden motors: {count} tests, {passed} passed",
@@ -270,3 +264,29 @@ def _print(console: "Console", summary: dict[str, Any], translate: Translate) ->
         "{seconds:.1f} s, {rate:.2f} motors a second", seconds=summary["wall_time"], rate=summary["motors_per_second"]
     )
     console.file.write(f"{lines(sentences, between='; ').render(translate)}\n{pace.render(translate)}\n")
+
+
+def _yield(motors: int, new: int, first_pass: int, final: int) -> Text:
+    last = 100.0 * final / motors
+    if not new:
+        return text(
+            "motors judged: {motors}, all judged before in earlier tests; yield {last:.1f} % at the last test",
+            motors=motors,
+            last=last,
+        )
+    first = 100.0 * first_pass / new
+    if new < motors:
+        return text(
+            "motors judged: {motors}; yield {first:.1f} % at the first test (of the {new} that were never judged before), {last:.1f} % at "
+            "the last",
+            motors=motors,
+            new=new,
+            first=first,
+            last=last,
+        )
+    return text(
+        "motors judged: {motors}, yield {first:.1f} % at the first test, {last:.1f} % at the last",
+        motors=motors,
+        first=first,
+        last=last,
+    )

@@ -78,7 +78,8 @@ def _parameter(each: ParameterStatistics) -> dict[str, Any]:
             for serial, value in zip(each.serial_numbers, each.values, strict=True)
         ],
         "golden": [
-            {"serial_number": g.serial_number, "times": [at.isoformat() for at in g.times], "values": g.values}
+            {"serial_number": g.serial_number, "station": g.station, "socket": g.socket}
+            | {"times": [at.isoformat() for at in g.times], "values": g.values}
             | {"drift": asdict(g.drift), "chart": None if g.chart is None else asdict(g.chart)}
             for g in each.golden
         ],

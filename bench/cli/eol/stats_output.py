@@ -246,10 +246,12 @@ def _print_golden(say: Callable[[Text], None], label: Text, each: ParameterStati
         scale, found = scale_for(each), golden.drift
         say(
             text(
-                "{parameter}: golden motor {serial}: {count} ×, mean {mean}, s {s} {unit}, drift {slope} ({low} … {high}) "
-                "{unit} a day: {said}",
+                "{parameter}: golden motor {serial}, {station} · {socket}: {count} ×, mean {mean}, s {s} {unit}, drift {slope} ({low} … "
+                "{high}) {unit} a day: {said}",
                 parameter=label,
                 serial=golden.serial_number,
+                station=golden.station,
+                socket=golden.socket,
                 count=found.count,
                 unit=scale.unit,
                 **drift_figures(golden, scale),

@@ -3,8 +3,9 @@
 import hashlib
 import io
 import json
+import os
 import tarfile
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
@@ -14,11 +15,13 @@ from typing import IO, Any
 
 from sqlalchemy import Engine
 
+from bench.eol.archive.run_among import run_among
 from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import BatchPlan, keep_plan, plans_of
 from bench.eol.store.records import Records
 from bench.eol.store.spooled_form import record_content, record_of_content
 from bench.i18n.errors import FileError, InputError
+from bench.journal.disk import sync_folder, write_file
 from bench.journal.encoding import dumps, to_bytes
 from drivers.interfaces.text import reason_of, text
 
@@ -39,8 +42,16 @@ class ArchiveSummary:
     size: int
 
 
+def runs_elsewhere(records: Records, batch: str, runs: Path) -> int:
+    """Return of how many motors of a batch the run's folder is not among these runs, although they have one."""
+    return sum(bool(record.run) and not run_among(runs, record).is_dir() for record in records.read(batch))
+
+
 def write_archive(engine: Engine, batch: str, runs: Path, out: Path) -> ArchiveSummary:
-    """Write a batch into a new file, and read it again. Raises InputError where there is no batch, or it cannot be written."""
+    """Write a batch into a file that is on the disk when this returns, and read it again.
+
+    Raises InputError where there is no batch, it cannot be written, or the file holds runs that are not among these any more.
+    """
     records = Records(engine)
     if not records.count(batch):
         raise InputError(
@@ -76,7 +87,20 @@ def write_archive(engine: Engine, batch: str, runs: Path, out: Path) -> ArchiveS
         summary = ArchiveSummary(batch, motors, len(digests) - 2, size)
         if read_archive(part) != summary:
             raise InputError(text("{out}: the file that was read back differs from what was written", out=out))
+        if lost := _only_in(out, digests):
+            raise InputError(
+                text(
+                    "{out}: it holds files of runs that are no longer in {runs}, such as {names}, and it is not overwritten; "
+                    "give another file",
+                    out=out,
+                    runs=runs,
+                    names=lost[:3],
+                )
+            )
+        with part.open("rb") as written:
+            os.fsync(written.fileno())
         part.replace(out)
+        sync_folder(out.parent)
     except OSError as error:
         raise InputError(text("{out} cannot be written: {error}", out=out, error=reason_of(error))) from error
     finally:
@@ -113,6 +137,8 @@ def restore_archive(path: Path, engine: Engine, runs: Path) -> tuple[ArchiveSumm
         for member in tar:
             if member.isfile() and member.name.startswith(f"{_RUNS}/{summary.batch}/"):
                 _put_back(runs, member, _content(tar, member))
+    # The archive may be deleted once its records are back.
+    os.sync()
     restored = 0
     records = Records(engine)
     for record in _records(path):
@@ -121,6 +147,17 @@ def restore_archive(path: Path, engine: Engine, runs: Path) -> tuple[ArchiveSumm
         for plan in _plans(path):
             keep_plan(connection, plan)
     return summary, restored
+
+
+def _only_in(path: Path, files: Container[str]) -> list[str]:
+    """Return the files of runs in an archive that are not among `files`; none where it is no archive."""
+    if not path.is_file():
+        return []
+    try:
+        with _opened(path) as tar:
+            return [name for name in _manifest(path, tar)["files"] if name not in files]
+    except FileError:
+        return []
 
 
 def _put_back(runs: Path, member: tarfile.TarInfo, content: bytes) -> None:
@@ -137,7 +174,7 @@ def _put_back(runs: Path, member: tarfile.TarInfo, content: bytes) -> None:
                 )
             )
         target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(content)
+        write_file(target, content, durable=False)
     except OSError as error:
         raise InputError(text("{target} cannot be written: {error}", target=target, error=reason_of(error))) from error
 

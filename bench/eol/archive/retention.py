@@ -12,6 +12,8 @@ from typing import Any
 
 from pydantic import Field
 
+from bench.eol.archive.run_among import run_among
+from bench.eol.line.batch_log import batch_uid, record_identifier
 from bench.eol.record import MotorRecord
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
@@ -74,9 +76,16 @@ def load_rule(path: Path) -> RetentionRule:
 
 def due(records: Records, rule: RetentionRule, runs: Path, now: datetime) -> Iterator[Removal]:
     """Give what the rule has removed now, the oldest records first; only folders among the `runs` are touched."""
+    uids: dict[str, str | None] = {}
     for record in records.read():
-        folder = Path(record.run) if record.run else None
+        folder = run_among(runs, record) if record.run else None
         if folder is None or not folder.is_dir() or not folder.resolve().is_relative_to(runs.resolve()):
+            continue
+        if record.batch not in uids:
+            uids[record.batch] = batch_uid(runs / record.batch)
+        uid = uids[record.batch]
+        # A server has other stations' records, whose batches may have the same name.
+        if uid is not None and record.identifier != record_identifier(uid, record.number):
             continue
         age = now - record.ended
         for what, days in (("runs", rule.runs.of(record.verdict)), (_WAVEFORMS, rule.waveforms.of(record.verdict))):

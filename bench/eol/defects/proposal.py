@@ -15,7 +15,7 @@ from bench.eol.defects.findings import restated, sound_values
 from bench.eol.defects.function_cost import INSULATION, Grade
 from bench.eol.defects.trial import MotorTrial
 from bench.eol.defects.verdicts import PlanRules
-from bench.eol.limits import GuardBand, ParameterLimits
+from bench.eol.limits import GuardBand, ParameterLimits, least_ratio
 from bench.eol.line.preparation.procedure_order import by_time_over_failures
 from bench.eol.plan import Plan, load_plan
 from bench.files.new_file import write_new
@@ -78,16 +78,28 @@ def propose(trials: Sequence[MotorTrial], cases: Sequence[DefectCase], rules: Pl
     chosen = {name: limits for name, limits in every.items() if name in kept or name in few}
     chosen_rules = replace(rules, limits=chosen)
     by_procedure = [{catch.procedure for catch in chosen_rules.catches(trial)} for trial in matters]
-    experience = {
-        check.name: (
-            len(matters),
-            sum(check.name in some for some in by_procedure),
-            max(1e-3, sum(t.procedures[check.name].duration for t in sound if check.name in t.procedures) / len(sound)),
-        )
-        for check in rules.checks
-    }
+    experience = _experience([check.name for check in rules.checks], sound, matters, by_procedure)
     idle = tuple(check.name for check in rules.checks if not any(some == {check.name} for some in by_procedure))
     return Proposal(chosen, tuple(check.name for check in by_time_over_failures(rules.checks, experience)), idle)
+
+
+def _experience(
+    names: Sequence[str], sound: Sequence[MotorTrial], matters: Sequence[MotorTrial], caught_by: Sequence[set[str]]
+) -> dict[str, tuple[int, int, float]]:
+    """Return of each procedure in how many motors that matter it was tried, how many it found, and its mean time (s).
+
+    One of every n-th motor may have been tried in none that is sound. What was tried in none at all is taken to find nothing, and to
+    be as slow as the slowest.
+    """
+    found, times = {}, {}
+    for name in names:
+        tried = [catches for trial, catches in zip(matters, caught_by, strict=True) if name in trial.procedures]
+        found[name] = len(tried) or len(matters), sum(name in catches for catches in tried)
+        durations = [[t.procedures[name].duration for t in some if name in t.procedures] for some in (sound, matters)]
+        if of_one := durations[0] or durations[1]:
+            times[name] = max(1e-3, math.fsum(of_one) / len(of_one))
+    slowest = max(times.values(), default=1.0)
+    return {name: (*found[name], times.get(name, slowest)) for name in names}
 
 
 def _fewest(caught: Sequence[set[str]], every: Mapping[str, ParameterLimits]) -> set[str]:
@@ -124,7 +136,10 @@ def _limits(sound: Sequence[MotorTrial], name: str, rules: PlanRules) -> Paramet
     guard = {GuardBand.STRICT: expanded, GuardBand.SHARED: 0.0, GuardBand.LENIENT: -expanded}[rules.guard]
     reach = max(reach + guard, 0.0)
     if deviation or name in _ONLY_HIGH:
-        return ParameterLimits(high=_rounded(mean + reach, math.ceil))
+        # From nothing at all up to the limit it takes the whole interval, or the limit decides nothing.
+        least = least_ratio(rules.guard, rules.minimum_ratio, ParameterLimits(high=mean))
+        high = max(mean + reach, 2.0 * least * expanded * (1.0 + 1e-3))
+        return ParameterLimits(high=_rounded(high, math.ceil))
     reach = max(reach, rules.minimum_ratio * expanded * (1.0 + 1e-3))
     return ParameterLimits(_rounded(mean - reach, math.floor), _rounded(mean + reach, math.ceil))
 

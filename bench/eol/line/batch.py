@@ -283,6 +283,10 @@ class _Counting(BatchListener):
     def __init__(self, counts: Counts, outputs: RecordOutputs, again: AgainSection) -> None:
         self._counts, self._outputs, self._again = counts, outputs, again
 
+    def begun(self, motor: BatchMotor, socket: str) -> None:
+        if motor.judged_before:
+            self._counts.by_motor.judged_before(motor.serial_number)
+
     def done(self, record: MotorRecord) -> None:
         (self._counts.golden if record.golden else self._counts.verdicts)[record.verdict.value] += 1
         self._counts.by_motor.add(record)

@@ -4,12 +4,13 @@ import json
 import os
 import uuid
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from bench.i18n.errors import InputError
-from bench.journal.disk import sync_folder, write_all
+from bench.journal.disk import lock, sync_folder, write_all
 from drivers.interfaces.text import Text, reason_of, text
 
 FILE = "batch.jsonl"
@@ -28,6 +29,7 @@ class BatchMotor:
     """A motor that was begun: its number in the batch and its serial number.
 
     It is the serial number's test of this number, again by a person where one is named; a `golden` one watches the station.
+    `judged_before` tells that an earlier test of it came to a verdict.
     """
 
     number: int
@@ -35,10 +37,14 @@ class BatchMotor:
     test_number: int = 1
     again_by: str = ""
     golden: bool = False
+    judged_before: bool = False
 
 
 class BatchLog:
-    """Appends to `batch.jsonl` of the batch `name`; `uid` is its own for ever, `last` the highest number begun so far."""
+    """Appends to `batch.jsonl` of the batch `name`; `uid` is its own for ever, `last` the highest number begun so far.
+
+    Raises InputError where it cannot be written, another process measures the batch, or it is not the one that was begun.
+    """
 
     def __init__(self, folder: Path, identity: Mapping[str, Any]) -> None:
         self.name, self.path = folder.name, folder / FILE
@@ -55,7 +61,10 @@ class BatchLog:
                 )
             ) from None
         try:
-            head = self._head() if resumed else {}
+            # Two would give their motors the same numbers, and of two records of one number the database keeps the first.
+            _lock(self._file, self.path)
+            # What is there now: another process may have begun it meanwhile.
+            head = self._head()
             if head:
                 self._check(head, identity)
                 self._end_torn_line()
@@ -107,8 +116,13 @@ class BatchLog:
 
     def _head(self) -> dict[str, Any]:
         with self.path.open(encoding="utf-8") as file:
-            head = _entry(file.readline())
-        if head and "batch" not in head:
+            line = file.readline()
+        if not line.endswith("\n"):
+            # It was cut off before it was anything.
+            os.ftruncate(self._file, 0)
+            return {}
+        head = _entry(line)
+        if "batch" not in head:
             raise InputError(
                 text("{path}: this is not a batch's file; choose another --batch or --runs", path=self.path)
             )
@@ -135,6 +149,43 @@ class BatchLog:
 
     def _write(self, entry: Mapping[str, Any]) -> None:
         write_all(self._file, json.dumps(entry, ensure_ascii=False).encode("utf-8", "backslashreplace") + b"\n")
+
+
+@contextmanager
+def held_batch(folder: Path) -> Iterator[None]:
+    """Keep everybody from measuring the batch of a folder, if it is one. Raises InputError where it is being measured."""
+    path = folder / FILE
+    if not path.is_file():
+        yield
+        return
+    try:
+        file = os.open(path, os.O_RDONLY)
+    except OSError as error:
+        raise InputError(text("{folder} cannot be read: {error}", folder=path, error=reason_of(error))) from None
+    try:
+        _lock(file, path)
+        yield
+    finally:
+        os.close(file)
+
+
+def _lock(file: int, path: Path) -> None:
+    if not lock(file):
+        raise InputError(
+            text("{path}: another process is measuring this batch; wait until it ends, or end it", path=path)
+        )
+
+
+def batch_uid(folder: Path) -> str | None:
+    """Return the `uid` of a folder's batch, None where it is none. Raises InputError where that cannot be read."""
+    path = folder / FILE
+    if not path.is_file():
+        return None
+    try:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            return _entry(file.readline()).get("batch")
+    except OSError as error:
+        raise InputError(text("{folder} cannot be read: {error}", folder=path, error=reason_of(error))) from None
 
 
 def record_identifier(uid: str, number: int) -> str:

@@ -50,6 +50,8 @@ class _Counts:
         default_factory=lambda: dict.fromkeys((verdict.value for verdict in Verdict.of_motors()), 0)
     )
     motors: int = 0
+    #: Of these, those that were never judged before, and of these those that passed at once.
+    new: int = 0
     first_pass: int = 0
     final: int = 0
     golden: int = 0
@@ -99,6 +101,8 @@ class PanelChannel(BatchListener):
     def begun(self, motor: BatchMotor, socket: str) -> None:
         """Hear that a motor is measured from now on."""
         with self._lock:
+            if motor.judged_before:
+                self._yield.judged_before(motor.serial_number)
             socket_state = self._sockets[socket]
             socket_state.serial_number, socket_state.since = motor.serial_number, _now()
             self._message = {"kind": "begun", "words": motor.serial_number, "socket": socket}
@@ -188,8 +192,8 @@ class PanelChannel(BatchListener):
             return
         self._counts.verdicts[record.verdict.value] += 1
         self._yield.add(record)
-        self._counts.motors, self._counts.first_pass = self._yield.motors, self._yield.first_pass
-        self._counts.final = self._yield.final
+        self._counts.motors, self._counts.final = self._yield.motors, self._yield.final
+        self._counts.new, self._counts.first_pass = self._yield.new, self._yield.first_pass
         self._ends.append(record.ended)
         if len(self._ends) > 1:
             self._counts.pace = (max(self._ends) - min(self._ends)).total_seconds() / (len(self._ends) - 1)

@@ -32,14 +32,16 @@ def association(
     """Return the association of one failure and one parameter; None for fewer than three failed motors, or no spread at all.
 
     `failed` are the failed motors' values, `mean` and `spread` those of all motors. The interval is Student's, with the error
-    shared among `tests` (Bonferroni).
+    shared among `tests` (Bonferroni), and no narrower than by the spread of all: a few motors of one socket, whose figures its
+    instruments shift alike, would stand out.
     """
-    from scipy.special import stdtrit
+    from scipy.special import ndtri, stdtrit
 
     values = np.asarray(failed, dtype=np.float64)
     if values.size < 3 or not spread > 0.0:
         return None
     offset = (float(values.mean()) - mean) / spread
     error = (1.0 - confidence) / (2.0 * max(1, tests))
-    half = float(stdtrit(values.size - 1, 1.0 - error)) * float(values.std(ddof=1)) / math.sqrt(values.size) / spread
+    own = float(stdtrit(values.size - 1, 1.0 - error)) * float(values.std(ddof=1)) / spread
+    half = max(own, float(ndtri(1.0 - error))) / math.sqrt(values.size)
     return Association(failure, parameter, int(values.size), offset, (offset - half, offset + half))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time
 
-from sqlalchemy import ColumnElement, Engine, and_, func, select
+from sqlalchemy import ColumnElement, Engine, and_, select
 
 from bench.eol.store.records import Records, utc
 from bench.eol.store.schema import GOLDEN, MOTOR
@@ -13,17 +13,23 @@ from bench.eol.verdict import Verdict
 
 @dataclass(frozen=True)
 class GoldenTests:
-    """The passed golden tests of one plan at one station, in `engine`'s database."""
+    """The golden tests of one plan at one station, in `engine`'s database."""
 
     engine: Engine
     plan: str
     station: str
 
     def last_passed(self, socket: str) -> datetime | None:
-        """Return when (UTC) a golden motor passed last at a socket, None where none has."""
+        """Return when (UTC) a golden motor passed at a socket, None where none has, or one did not pass since."""
+        query = (
+            select(MOTOR.c.ended, MOTOR.c.verdict)
+            .where(self._tested(socket), MOTOR.c.verdict != Verdict.ABORTED.value)
+            .order_by(MOTOR.c.ended.desc())
+            .limit(1)
+        )
         with self.engine.connect() as connection:
-            found = connection.execute(select(func.max(MOTOR.c.ended)).where(self._passed(socket))).scalar()
-        return None if found is None else utc(found)
+            last = connection.execute(query).one_or_none()
+        return utc(last.ended) if last is not None and last.verdict == Verdict.PASS.value else None
 
     def history(self, socket: str, serial_number: str, tests: int, since: date | None) -> dict[str, Sequence[float]]:
         """Return the figures by parameter of the first `tests` passed tests of a golden motor at a socket `since` a day.
@@ -33,8 +39,13 @@ class GoldenTests:
         begin = datetime.combine(since, time()).astimezone(UTC) if since else datetime.min.replace(tzinfo=UTC)
         query = (
             select(MOTOR.c.identifier)
-            .where(self._passed(socket), MOTOR.c.serial_number == serial_number, MOTOR.c.started >= begin)
-            .order_by(MOTOR.c.id)
+            .where(
+                self._tested(socket),
+                MOTOR.c.verdict == Verdict.PASS.value,
+                MOTOR.c.serial_number == serial_number,
+                MOTOR.c.started >= begin,
+            )
+            .order_by(MOTOR.c.started)
             .limit(tests)
         )
         with self.engine.connect() as connection:
@@ -46,14 +57,8 @@ class GoldenTests:
         everywhere = set.intersection(*(set(each) for each in figures))
         return {name: [each[name] for each in figures] for name in sorted(everywhere)}
 
-    def _passed(self, socket: str) -> ColumnElement[bool]:
-        return and_(
-            GOLDEN,
-            MOTOR.c.plan == self.plan,
-            MOTOR.c.station == self.station,
-            MOTOR.c.socket == socket,
-            MOTOR.c.verdict == Verdict.PASS.value,
-        )
+    def _tested(self, socket: str) -> ColumnElement[bool]:
+        return and_(GOLDEN, MOTOR.c.plan == self.plan, MOTOR.c.station == self.station, MOTOR.c.socket == socket)
 
 
 def last_test_ended(engine: Engine, station: str) -> datetime | None:

@@ -23,8 +23,7 @@ _BAD = func.sum(case((CHECK.c.verdict == Verdict.PASS.value, 0), else_=1))
 class RepeatedTests:
     """The correction from counted tests to motors: each motor counts once, at its first judged test of the selection.
 
-    A motor passed at once where its first judged test ever did, and is of the selection; in the end where its last one there did.
-    `retested` motors have several judged tests there.
+    A motor passed in the end where its last judged test there did. `retested` motors have several judged tests there.
     """
 
     counted: tuple[CountedTests, ...]
@@ -35,14 +34,16 @@ def repeated_tests(connection: Connection, selection: Selection, told_apart: Col
     """Return what motors with several tests change in counts by these of `station`, `socket`, `plan` and `step`."""
     counted, again = [], 0
     for query in (_of_kept_order(selection, told_apart), _of_order_to_be_found(connection, selection, told_apart)):
-        for *known, retested, is_first, at_once, passed, motor_at_once, motor_passed, count in connection.execute(
+        for *known, retested, is_first, is_first_ever, at_once, passed, motor_passed, count in connection.execute(
             query
         ):
             occasion = occasion_of(dict(zip(told_apart, known, strict=True)))
             counted.append(CountedTests(occasion, bool(at_once), bool(passed), -count))
             again += count if retested else 0
             if is_first:
-                counted.append(CountedTests(occasion, bool(motor_at_once), bool(motor_passed), count))
+                counted.append(
+                    CountedTests(occasion, bool(at_once), bool(motor_passed), count, first_ever=bool(is_first_ever))
+                )
     return RepeatedTests(tuple(counted), again)
 
 
@@ -54,9 +55,9 @@ def _of_kept_order(selection: Selection, told_apart: Collection[str]) -> Select[
         *(tests[name] for name in told_apart),
         (first & (tests.tests > 1)).label("retested"),
         first.label("first"),
+        first.label("first_ever"),
         tests.at_once,
         tests.passed,
-        (tests.at_once & first).label("motor_at_once"),
         tests.last_passed,
     )
     return select(*columns, func.count()).where(in_order(selection)).group_by(*columns)
@@ -79,9 +80,9 @@ def _of_order_to_be_found(connection: Connection, selection: Selection, told_apa
         *(tests.c[name] for name in told_apart),
         (first & (tests.c.tests > 1)).label("retested"),
         first.label("first"),
+        (tests.c.place_ever == 1).label("first_ever"),
         tests.c.at_once,
         tests.c.passed,
-        (tests.c.at_once & (tests.c.place_ever == 1)).label("motor_at_once"),
         tests.c.last.label("motor_passed"),
     )
     return select(*columns, func.count()).where(tests.c.chosen).group_by(*columns)
@@ -96,7 +97,7 @@ def _windows(tests: Subquery, selection: Selection) -> tuple[Any, Any, Any]:
 def first_attempts(connection: Connection, selection: Selection) -> dict[str, tuple[int, int]]:
     """Return of each procedure of how many judged tests it was part, and how many did not pass its first attempt.
 
-    Tests that were not judged are left out, and of a motor that was judged more than once all but the first of the selection.
+    Tests that were not judged are left out, and of a motor that was judged more than once all but the first ever.
     """
     counts: dict[str, list[int]] = {}
 
@@ -126,8 +127,8 @@ def first_attempts(connection: Connection, selection: Selection) -> dict[str, tu
     later = select(kept.attempts, func.count()).where(in_order(selection), kept.place > 1)
     add(_of_texts(connection.execute(later.group_by(kept.attempts))), -1)
     found = not_in_order(connection, selection, ())
-    _, there, order = _windows(found, selection)
-    place = func.row_number().over(partition_by=there, order_by=order).label("place")
+    motor, _, order = _windows(found, selection)
+    place = func.row_number().over(partition_by=motor, order_by=order).label("place")
     tests = select(found.c.motor, found.c.attempts, found.c.chosen, place).subquery("ordered")
     again = tests.c.chosen & (tests.c.place > 1)
     counts_of = connection.execute(select(tests.c.attempts, func.count()).where(again).group_by(tests.c.attempts)).all()

@@ -38,12 +38,16 @@ ANY_OCCASION = Occasion()
 
 @dataclass(frozen=True)
 class CountedTests:
-    """The number of judged tests with an occasion in common, whether they passed, and whether they did at once."""
+    """The number of judged tests with an occasion in common, whether they passed, and whether they did at once.
+
+    `first_ever` tells that no earlier test of their motor was judged, in the selection or out of it.
+    """
 
     occasion: Occasion
     at_once: bool
     passed: bool
     count: int
+    first_ever: bool = True
 
 
 def step_of_start(connection: Connection) -> ColumnElement[int]:

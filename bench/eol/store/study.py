@@ -133,13 +133,13 @@ def latest_limits(connection: Connection, parameter: str, selection: Selection) 
 
 def tests_of(
     connection: Connection, parameter: str, serial_numbers: Sequence[str]
-) -> dict[str, list[tuple[datetime, float]]]:
-    """Return when (UTC) and with which value each of some motors was measured, by serial number, the earliest first.
+) -> dict[tuple[str, str, str], list[tuple[datetime, float]]]:
+    """Return when (UTC) and with which value each of some motors was measured, by serial number, station and socket, the earliest first.
 
     Of very many tests the latest 10 000.
     """
     tests = connection.execute(
-        select(MOTOR.c.id, MOTOR.c.serial_number, MOTOR.c.started)
+        select(MOTOR.c.id, MOTOR.c.serial_number, MOTOR.c.station, MOTOR.c.socket, MOTOR.c.started)
         .where(MOTOR.c.serial_number.in_(serial_numbers))
         .order_by(MOTOR.c.started.desc(), MOTOR.c.id.desc())
         .limit(_MOST)
@@ -153,8 +153,8 @@ def tests_of(
         FIGURE.c.value.is_not(None),
     )
     values = {row.motor: row.value for row in connection.execute(figures)}
-    values_by_serial: dict[str, list[tuple[datetime, float]]] = {}
-    for key, serial, started in tests:
+    values_there: dict[tuple[str, str, str], list[tuple[datetime, float]]] = {}
+    for key, serial, station, socket, started in tests:
         if key in values:
-            values_by_serial.setdefault(serial, []).append((utc(started), values[key]))
-    return values_by_serial
+            values_there.setdefault((serial, station, socket), []).append((utc(started), values[key]))
+    return dict(sorted(values_there.items()))

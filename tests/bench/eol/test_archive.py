@@ -12,6 +12,7 @@ from sqlalchemy import Engine
 
 from bench.eol.archive.batch_archive import read_archive, write_archive
 from bench.eol.archive.retention import load_rule
+from bench.eol.line.batch_log import BatchLog
 from bench.eol.store.batch_plans import BatchPlan, keep_plan, plans_of
 from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
@@ -122,6 +123,67 @@ def test_a_rule_thins_out_and_logs_it(call: Call, batches: Path, records: Record
     ]
     assert records.count() == 4
     assert json.loads(call("retain", str(rule))[1])["runs"] == 0
+
+
+def test_a_restoration_that_was_killed_is_done_again(call: Call, batches: Path, tmp_path: Path) -> None:
+    files = files_of(batches)
+    out = tmp_path / "B1.tar.gz"
+    call("archive", "B1", "--output", str(out), "--remove", "all")
+    torn = batches / "B1" / "000" / "000001-P" / ".journal.packed.part"
+    torn.parent.mkdir(parents=True)
+    torn.write_bytes(bytes(100))
+    assert call("restore", str(out))[0] == 0
+    assert files_of(batches) == files
+
+
+def test_an_archive_is_not_overwritten_by_one_with_less(call: Call, batches: Path, tmp_path: Path) -> None:
+    out = tmp_path / "B1.tar.gz"
+    call("archive", "B1", "--output", str(out))
+    (batches / "B1" / "000" / "000001-P" / "journal.packed").unlink()
+    before = out.read_bytes()
+    code, _, err = call("archive", "B1", "--output", str(out), "--force")
+    assert (code, out.read_bytes()) == (1, before)
+    assert "runs/B1/000/000001-P/journal.packed" in err
+    assert call("archive", "B2", "--output", str(tmp_path / "B2.tar.gz"))[0] == 0
+    assert call("archive", "B2", "--output", str(tmp_path / "B2.tar.gz"), "--force")[0] == 0
+
+
+def test_a_batch_that_is_being_measured_is_not_removed(
+    call: Call, batches: Path, records: Records, tmp_path: Path
+) -> None:
+    log = BatchLog(batches / "B1", {})
+    code, _, err = call("archive", "B1", "--output", str(tmp_path / "x"), "--remove", "all")
+    log.close()
+    assert code == 1
+    assert "another process is measuring this batch" in err
+    assert records.count("B1") == 3
+
+
+def test_runs_that_are_elsewhere_are_told_of(
+    reference: str, batches: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    typed = ("eol", "archive", "B1", "--output", str(tmp_path / "x"), "--records", reference, "--runs", str(tmp_path))
+    code, said, err = called(capsys, *typed)
+    assert code == 0
+    assert "files: 0" in said
+    assert "motors whose run is not in" in err
+    assert ": 3;" in err
+
+
+def test_a_rule_finds_runs_from_any_folder_and_leaves_another_station_s(
+    call: Call, batches: Path, records: Records, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rule = tmp_path / "rule.toml"
+    rule.write_text("[runs]\npassed = 0\n")
+    log = BatchLog(batches / "B3", {})
+    for number, identifier in ((1, log.identifier(1)), (2, "another station's")):
+        (batches / "B3" / "000" / f"{number:06d}-P").mkdir(parents=True)
+        run = f"runs/B3/000/{number:06d}-P"
+        records.save(motor_record(number, identifier=identifier, batch="B3", run=run, verdict=Verdict.PASS))
+    log.close()
+    monkeypatch.chdir("/")
+    assert json.loads(call("retain", str(rule))[1])["runs"] == 4
+    assert sorted(path.name for path in (batches / "B3" / "000").iterdir()) == ["000002-P"]
 
 
 @pytest.mark.parametrize("content", ["[run]\n", "[runs]\npassed = -1\n", "[runs]\ngood = 1\n", "["])

@@ -153,6 +153,32 @@ def test_limits_follow_the_spread_and_only_useful_ones_are_kept(cases: DefectCas
         propose(motors[:10], cases.cases, wide)
 
 
+def test_a_limit_on_a_deviation_is_no_nearer_than_its_uncertainty(cases: DefectCases) -> None:
+    gross = next(n for n, case in enumerate(cases.cases) if case.cost.grade is Grade.GROSS)
+
+    def unbalanced(case: int, number: int, value: float) -> MotorTrial:
+        first = Attempted({"x": FigureReading(value, 0.07, "%")}, (), 2.0)
+        return replace(trial(case, number), procedures={"first": first})
+
+    motors = [unbalanced(-1, n, 0.03 + 0.001 * (n % 5)) for n in range(40)] + [unbalanced(gross, 41, 3.0)]
+    rules = replace(RULES, checks=CHECKS[:1], limits={}, minimum_ratio=2.0)
+    assert propose(motors, cases.cases, rules).limits["x"].high == pytest.approx(0.14, rel=0.01)
+
+
+def test_a_procedure_that_no_sound_motor_had_is_not_taken_to_cost_nothing(cases: DefectCases) -> None:
+    gross = next(n for n, case in enumerate(cases.cases) if case.cost.grade is Grade.GROSS)
+    seldom = Attempted({}, (), 60.0)
+
+    def with_a_third(one: MotorTrial) -> MotorTrial:
+        return replace(one, procedures={**one.procedures, "third": seldom})
+
+    motors = [*sound(40), trial(gross, 41, x=12.0), with_a_third(trial(gross, 42, x=12.0, y=9.0))]
+    third = PlannedCheck("third", {}, 20, "stop", 1)
+    for trials in (motors, motors[:-1]):
+        proposal = propose(trials, cases.cases, replace(RULES, checks=(*CHECKS, third), limits={}))
+        assert proposal.order == ("first", "second", "third")
+
+
 def test_the_plan_with_them_is_read_again(tmp_path: Path) -> None:
     plan = load_plan(EXAMPLE / "plan.toml")
     order = tuple(reversed([check.name for check in plan.checks]))

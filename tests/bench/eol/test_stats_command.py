@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Callable
+from datetime import timedelta
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,12 @@ from scipy.special import ndtri
 from sqlalchemy import Engine
 
 from bench.cli.main import main
+from bench.eol.record import MeasuredFigure
 from bench.eol.statistics.gauge import gauge_study
+from bench.eol.store.records import Records
 from bench.eol.store.schema import FIGURE, MOTOR
-from tests.bench.eol.motor_records import motor_record
+from bench.eol.verdict import Verdict
+from tests.bench.eol.motor_records import NOON, motor_record
 from tests.command_line import Call, called
 
 Put = Callable[..., None]
@@ -55,10 +59,27 @@ def test_what_a_line_is_told(call: Call, put: Put) -> None:
         "Stator resistance",
         "Ppk",
         "the figures are not normal",
-        "GOLD: 1 ×",
+        "GOLD, S · 1: 1 ×",
     ):
         assert words in out
     assert "最终合格" in call("--language", "zh")[1]
+
+
+def test_a_golden_motor_is_followed_at_each_socket(call: Call, put: Put, records: Records) -> None:
+    put(stator_resistance=10.0)
+    for number in range(8):
+        value = (10.0 if number % 2 else 10.5) + 0.001 * (number // 2 % 2)
+        figure = MeasuredFigure("stator_resistance", value, "Ω", 0.1, 0.2, 9.0, 11.0, Verdict.PASS)
+        began = NOON + timedelta(hours=number)
+        socket = str(1 + number % 2)
+        golden = {"serial_number": "GOLD", "golden": True, "socket": socket}
+        records.save(motor_record(100 + number, started=began, measured=(figure,), **golden))
+    found = json.loads(call("--json")[1])["parameters"]["stator_resistance"]["golden"]
+    assert [(each["serial_number"], each["socket"], len(each["values"])) for each in found] == [
+        ("GOLD", "1", 4),
+        ("GOLD", "2", 4),
+    ]
+    assert all(each["drift"]["standard_deviation"] < 0.001 for each in found), "the sockets differ by their instruments"
 
 
 def test_a_gauge_study_out_of_records(call: Call, put: Put) -> None:

@@ -1,5 +1,6 @@
 """Yields by motor, held against counting one motor after the other."""
 
+import math
 from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
 
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from sqlalchemy import Engine, delete
 
 from bench.eol.record import CheckRecord
+from bench.eol.statistics.proportion import Proportion, proportion
 from bench.eol.store.records import Records
 from bench.eol.store.schema import CHECK, MOTOR
 from bench.eol.store.selection import choose, golden_motors
@@ -54,10 +56,11 @@ def yields_of(engine: Engine, batches: Sequence[str] = ()) -> MotorYields:
         assert sum(group.final.count for group in groups) == grouped.final.count
         assert sum(group.final.hits for group in groups) == grouped.final.hits
         assert sum(group.first_pass.hits for group in groups) == grouped.first_pass.hits
+        assert sum(group.first_pass.count for group in groups) == grouped.first_pass.count
     return grouped
 
 
-def counted_by_socket(tests: Sequence[Tested], batches: Sequence[str]) -> dict[str, tuple[int, int, int]]:
+def counted_by_socket(tests: Sequence[Tested], batches: Sequence[str]) -> dict[str, tuple[int, ...]]:
     """The same of the motors that were judged first at each socket."""
     first = {test[0]: test[2] for test in reversed(tests) if test[3] in JUDGED and test[1] in batches}
     return {
@@ -66,17 +69,23 @@ def counted_by_socket(tests: Sequence[Tested], batches: Sequence[str]) -> dict[s
     }
 
 
-def counted(tests: Sequence[Tested], batches: Sequence[str]) -> tuple[int, int, int]:
-    """Motors, those that passed at once, and those that passed in the end, one motor after the other."""
-    motors = first = final = 0
+def counted(tests: Sequence[Tested], batches: Sequence[str]) -> tuple[int, ...]:
+    """Motors, those that passed in the end, those never judged before, and of these those that passed at once, one after the other."""
+    motors = final = new = first = 0
     for motor in {test[0] for test in tests}:
         judged = [test for test in tests if test[0] == motor and test[3] in JUDGED]
         chosen = [test for test in judged if test[1] in batches]
         if chosen:
             motors += 1
-            first += judged[0] == chosen[0] and judged[0][3] == "pass" and judged[0][4]
             final += chosen[-1][3] == "pass"
-    return motors, first, final
+            if judged[0][1] in batches:
+                new += 1
+                first += judged[0][3] == "pass" and judged[0][4]
+    return motors, final, new, first
+
+
+def shown(final: Proportion, first_pass: Proportion) -> tuple[int, ...]:
+    return final.count, final.hits, first_pass.count, first_pass.hits
 
 
 TESTS = st.lists(
@@ -102,10 +111,10 @@ def test_they_are_those_of_motors_counted_one_by_one(engine: Engine, records: Re
     for batches in ({"B1", "B2"}, {test[1] for test in tests[:1]}):
         chosen = [batch for batch in batches if batch in {test[1] for test in tests}]
         found = yields_of(engine, chosen)
-        assert (found.final.count, found.first_pass.hits, found.final.hits) == counted(tests, chosen)
-        by_socket = {
-            each.name: (each.final.count, each.first_pass.hits, each.final.hits) for each in found.groups["socket"]
-        }
+        assert shown(found.final, found.first_pass) == counted(tests, chosen)
+        rolled = found.rolled.procedures["r"] if found.rolled.procedures else proportion(0, 0)
+        assert (rolled.count, rolled.hits) == (found.first_pass.count, found.first_pass.hits)
+        by_socket = {each.name: shown(each.final, each.first_pass) for each in found.groups["socket"]}
         assert by_socket == counted_by_socket(tests, chosen)
 
 
@@ -118,6 +127,18 @@ def test_eight_motors_of_sixteen_tests_are_eight(engine: Engine, records: Record
     assert by_socket == {"S · 1": (1, 0), "S · 2": (7, 6)}
     assert found.rolled.procedures["r"].count == 8
     assert found.rolled.procedures["r"].hits == 6
+
+
+def test_a_batch_of_motors_that_were_judged_before_has_no_first_pass(engine: Engine, records: Records) -> None:
+    keep(records, [(1, "B1", "1", "fail", False), (1, "B2", "1", "pass", True), (2, "B2", "1", "pass", True)])
+    found = yields_of(engine, ["B2"])
+    assert shown(found.final, found.first_pass) == (2, 2, 1, 1)
+    with engine.begin() as connection:
+        connection.execute(delete(MOTOR).where(MOTOR.c.serial_number == "A2"))
+    found = yields_of(engine, ["B2"])
+    assert shown(found.final, found.first_pass) == (1, 1, 0, 0)
+    assert math.isnan(found.first_pass.share)
+    assert found.rolled.procedures == {}
 
 
 def test_golden_motors_are_left_out(engine: Engine, records: Records) -> None:

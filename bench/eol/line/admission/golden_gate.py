@@ -17,7 +17,7 @@ class GoldenHistory(Protocol):
     """Golden motors in a station's records."""
 
     def last_passed(self, socket: str) -> datetime | None:
-        """Return when (UTC) one passed last at a socket."""
+        """Return when (UTC) one passed at a socket, None where none has, or one did not pass since."""
 
     def history(self, socket: str, serial_number: str, tests: int, since: date | None) -> dict[str, Sequence[float]]:
         """Return its figures by parameter in its first tests there, nothing where there are too few."""
@@ -60,7 +60,7 @@ class GoldenGate:
             return None
         passed = self._passed.get(socket)
         if passed is None:
-            why = text("no golden motor has passed there with this plan yet")
+            why = text("no golden motor has passed there with this plan yet, or the last one did not pass")
         elif (start := self._shift_start(self._now())) is not None and passed < start:
             why = text("the shift began at {time}", time=start.astimezone().strftime("%H:%M"))
         elif self._now() - passed >= timedelta(hours=self._rule.every):
@@ -84,13 +84,14 @@ class GoldenGate:
         return self._rule.serial_numbers[self._tested.get(socket, 0) % len(self._rule.serial_numbers)]
 
     def limits(self, serial_number: str, socket: str) -> Mapping[str, ParameterLimits]:
-        """Return a golden motor's limits at a socket, from its own history there where it is long enough."""
+        """Return a golden motor's limits at a socket: from its own history there where it is long enough, else the plan's."""
         try:
             history = self._history.history(socket, serial_number, self._rule.tests, self._rule.since)
         except FAULTS:
             # The plan's limits are wider, and hold for it as for any motor.
             return self._limits
-        return limits_of_history(history) or self._limits
+        # A figure that one of the tests lacks keeps the plan's.
+        return {**self._limits, **limits_of_history(history)}
 
     def done(self, record: MotorRecord) -> None:
         """Take in a record that was kept."""

@@ -112,7 +112,12 @@ class Admission:
             return RefusedSerial(motor.serial_number, decision.why, decision.by_person, decision.judged)
         self._last = max(self._last, motor.number)
         self._under_way.add(motor.serial_number)
-        return replace(motor, test_number=decision.test_number, again_by=decision.again_by)
+        return replace(
+            motor,
+            test_number=decision.test_number,
+            again_by=decision.again_by,
+            judged_before=decision.judged_before,
+        )
 
     def _golden(self, serial_number: str) -> BatchMotor:
         self._last += 1

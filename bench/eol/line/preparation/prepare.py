@@ -174,7 +174,8 @@ def calibrations_of(line: ProductionLine, roles: frozenset[Role]) -> list[Text]:
 
     Raises InputError where the station refuses what is overdue, before any motor.
     """
-    pressing: dict[Text | str, Text] = {}
+    shared = {role.value for role in line.shared}
+    pressing: dict[str, Text] = {}
     for socket in line.sockets:
         if socket.station is None:
             continue
@@ -183,7 +184,7 @@ def calibrations_of(line: ProductionLine, roles: frozenset[Role]) -> list[Text]:
         for each in calibration_list(used, wall_date()):
             if each.pressing:
                 words = text("socket {socket}: {words}", socket=socket.name, words=each.words)
-                pressing[str(each.words) if each.role in {role.value for role in line.shared} else words] = words
+                pressing[str(each.words if each.role in shared else words)] = words
     return list(pressing.values())
 
 

@@ -26,16 +26,19 @@ class Counters:
     def show(self, state: Mapping[str, Any]) -> None:
         """Show what the batch last said."""
         counts = state["counts"]
-        motors = counts.get("motors", 0)
+        motors, new = counts.get("motors", 0), counts.get("new", 0)
         self._place.clear()
         with self._place:
             self._count(text("Motors judged"), str(motors))
             for verdict, (mark, words) in VERDICTS.items():
                 self._count(words, f"{mark} {counts['verdicts'][verdict]}")
+            if new:
+                first = proportion(counts["first_pass"], new)
+                below = "95 %: {:.1f} … {:.1f} %".format(*(100.0 * end for end in first.interval))
+                if new < motors:
+                    below += f" · {self._reader.say(text('of {new} never judged before', new=new))}"
+                self._count(text("First-pass yield"), f"{100.0 * first.share:.1f} %", below)
             if motors:
-                low, high = proportion(counts["first_pass"], motors).interval
-                below = f"95 %: {100.0 * low:.1f} … {100.0 * high:.1f} %"
-                self._count(text("First-pass yield"), f"{100.0 * counts['first_pass'] / motors:.1f} %", below)
                 self._count(text("Final yield"), f"{100.0 * counts['final'] / motors:.1f} %")
             if counts.get("pace") is not None:
                 self._count(text("A motor every"), f"{counts['pace']:.1f} s")
@@ -46,9 +49,10 @@ class Counters:
             ui.label(self._reader.say(text("batch {batch}, plan {plan}, since {time}", **about))).classes("text-base")
             address = f"/statistics?{urlencode({'batch': state['batch']})}"
             ui.link(self._reader.say(text("Statistics of this batch")), address).classes("mb-link text-base")
-        self._axis.set_visibility(bool(motors))
-        if motors:
-            self._draw(low, counts["first_pass"] / motors, high)
+        self._axis.set_visibility(bool(new))
+        if new:
+            low, high = first.interval
+            self._draw(low, first.share, high)
 
     def _count(self, what: Text, number: str, below: str = "") -> None:
         with ui.element("div") as box:

@@ -1,5 +1,6 @@
 """One motor of the line: its tests, what changed since the one before, and the way to their runs."""
 
+import math
 from typing import TYPE_CHECKING
 
 from nicegui import run as background
@@ -99,7 +100,7 @@ class _Tests:
     def _run(self, test: "MotorRecord") -> None:
         if not test.run:
             return
-        address = run_address(test.run, self._panel.runs)
+        address = run_address(test, self._panel.runs)
         if address is None:
             gone = text("Its run's folder is not among the runs of this panel: {folder}", folder=test.run)
             ui.label(self._reader.say(gone)).classes("text-base break-all")
@@ -126,9 +127,9 @@ class _Tests:
 
     def _row(self, each: "MeasuredFigure") -> list[str]:
         scale, digits = _form(each)
-        limits = f"{bounds(each.low, each.high, scale, digits)} {scale.unit}".rstrip()
         label = self._reader.say(self._found.labels[each.parameter])
-        return [label, limits, _shown(each, scale, digits), self._reader.say(VERDICTS[each.verdict])]
+        verdict = self._reader.say(_verdict(each))
+        return [label, _limits(each, scale, digits), _shown(each, scale, digits), verdict]
 
     def _pair(self, pair: FigurePair) -> list[str]:
         say = self._reader.say
@@ -136,25 +137,38 @@ class _Tests:
         if newest is None:
             return []
         scale, digits = _form(newest)
-        limits = f"{bounds(newest.low, newest.high, scale, digits)} {scale.unit}".rstrip()
         change = "–"
         if pair.difference is not None:
             change = f"{pair.difference / scale.factor:+.{digits}f} {scale.unit}".rstrip().replace("-", "−")
             change = f"⚠ {change}" if pair.beyond else change
         verdict = "–" if pair.now is None else say(_verdicts(pair.before, pair.now))
         both = [_shown(each, scale, digits) for each in (pair.before, pair.now)]
-        return [say(self._found.labels[pair.parameter]), limits, *both, change, verdict]
+        return [say(self._found.labels[pair.parameter]), _limits(newest, scale, digits), *both, change, verdict]
 
 
 def _verdicts(before: "MeasuredFigure | None", now: "MeasuredFigure") -> Text:
-    if before is None or before.verdict == now.verdict:
-        return VERDICTS[now.verdict]
-    return Text("{before} → {now}", {"before": VERDICTS[before.verdict], "now": VERDICTS[now.verdict]})
+    if before is None or _verdict(before) == _verdict(now):
+        return _verdict(now)
+    return Text("{before} → {now}", {"before": _verdict(before), "now": _verdict(now)})
+
+
+def _verdict(each: "MeasuredFigure") -> Text:
+    return VERDICTS[each.verdict] if _limited(each) else Text("–")
+
+
+def _limits(each: "MeasuredFigure", scale: Scale, digits: int) -> str:
+    return f"{bounds(each.low, each.high, scale, digits)} {scale.unit}".rstrip() if _limited(each) else "–"
+
+
+def _limited(each: "MeasuredFigure") -> bool:
+    return math.isfinite(each.low) or math.isfinite(each.high)
 
 
 def _form(each: "MeasuredFigure") -> tuple[Scale, int]:
     """Return in which scale and with how many decimals a figure is shown."""
-    scale = scale_of(each.value, each.unit)
+    # One that was withheld has only its limits.
+    known = [value for value in (each.value, each.high, each.low, 0.0) if math.isfinite(value)]
+    scale = scale_of(known[0], each.unit)
     return scale, decimals_for(each.expanded / scale.factor, each.value / scale.factor)
 
 

@@ -28,7 +28,7 @@ def show_failures(statistics: "LineStatistics", labels: ParameterLabels, reader:
     by_parameter, by_procedure = statistics.by_parameter, statistics.by_procedure
     if not by_parameter and not by_procedure:
         motors = statistics.yields.motors
-        again = motors.first_pass != motors.final
+        again = motors.first_pass.hits < motors.first_pass.count
         message = text("Nothing failed in the end; some motors passed only when tried again.")
         ui.label(reader.say(message if again else text("Nothing failed."))).classes("text-base")
         return

@@ -31,7 +31,7 @@ from bench.panel.pages.statistics.failures import show_failures
 from bench.panel.pages.statistics.yields import show_grouped_yields, show_yields
 from bench.panel.panel import Panel
 from bench.panel.server.sessions import Session
-from bench.panel.statistics_plots import control_plot, golden_plot, histogram_bars, histogram_plot
+from bench.panel.statistics_plots import control_plot, golden_names, golden_plot, histogram_bars, histogram_plot
 from drivers.interfaces.text import Text, text
 from reports.labels import ParameterLabels
 from reports.tables.figures import decimals_for, figure
@@ -247,16 +247,19 @@ class _Statistics:
         name = self._labels[each.distribution.parameter]
         with self._card(text("Golden motors: {parameter}", parameter=name), "golden"):
             if each.golden:
-                plot(golden_plot(each, name, self._reader.translate), lambda serial, _: _go_to(serial))
+                names = golden_names(each)
+                drawn = golden_plot(each, name, self._reader.translate)
+                plot(drawn, lambda series, _: _go_to(names[series].serial_number))
                 rows: list[list[str | Links]] = []
-                for golden in each.golden:
+                for golden in names.values():
                     figures = drift_figures(golden, scale)
                     slope = f"{figures['slope']} [{figures['low']}, {figures['high']}]"
                     shown = [figures["mean"], figures["s"], slope, say(drift_words(golden.drift))]
-                    rows.append([_links([golden.serial_number]), str(golden.drift.count), *shown])
-                head = [text("Motor"), text("Times"), text("Mean"), Text("s")]
+                    where = f"{golden.station} · {golden.socket}"
+                    rows.append([_links([golden.serial_number]), where, str(golden.drift.count), *shown])
+                head = [text("Motor"), text("Socket"), text("Times"), text("Mean"), Text("s")]
                 head += [text("Drift a day [95 % interval]"), text("Finding")]
-                self._table(head, rows, numeric={1, 2, 3, 4})
+                self._table(head, rows, numeric={2, 3, 4, 5})
                 ui.label(say(text("Figures in {unit}.", unit=scale.unit or "1"))).classes("text-sm mt-2")
             if missing:
                 words = text("There are no figures of: {names}", names=", ".join(missing))

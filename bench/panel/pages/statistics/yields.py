@@ -24,14 +24,13 @@ def show_yields(yields: "Yield", reader: Reader) -> None:
             ("first_pass", text("First pass"), motors.first_pass),
             ("final", text("Final"), motors.final),
         ):
-            _share(
-                reader,
-                key,
-                words,
-                percentage(share.share),
-                text("95 % interval: {interval} %", interval=interval(share)),
-                text("{hits} of the {count} motors judged", hits=share.hits, count=share.count),
-            )
+            numbers = {"hits": share.hits, "count": share.count}
+            below = [text("95 % interval: {interval} %", interval=interval(share))] if share.count else []
+            if share.count == motors.final.count:
+                below.append(text("{hits} of the {count} motors judged", **numbers))
+            else:
+                below.append(text("{hits} of the {count} never judged before", **numbers))
+            _share(reader, key, words, percentage(share.share), *below)
         _share(
             reader,
             "rolled",
@@ -74,6 +73,6 @@ def _share(reader: Reader, key: str, words: Text, share: str, *below: Text) -> N
     with ui.element("div") as box:
         box.props["data-yield"] = key
         ui.label(reader.say(words)).classes("text-base")
-        ui.label(f"{share} %").classes("mb-yield")
+        ui.label("–" if share == "–" else f"{share} %").classes("mb-yield")
         for sentence in below:
             ui.label(reader.say(sentence)).classes("text-base")

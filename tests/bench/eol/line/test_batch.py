@@ -17,6 +17,7 @@ from bench.eol.line.admission.next_motor import RefusedSerial
 from bench.eol.line.batch import Counts, _Counting
 from bench.eol.line.batch_log import FILE
 from bench.eol.line.record_writer import own_records
+from bench.eol.motor_yield import MotorYield
 from bench.eol.plan_file import AgainSection
 from bench.eol.store.database import open_database
 from bench.eol.verdict import Verdict
@@ -147,6 +148,26 @@ def test_a_motor_that_was_refused_and_then_tested_is_not_missing() -> None:
     listener.refused(RefusedSerial("A3", text("it is being measured"), taken=True))
     listener.done(motor_record(serial_number="A1", verdict=Verdict.PASS))
     assert (counts.refused, counts.untested) == (3, {"A2"})
+
+
+def test_first_pass_is_of_motors_that_were_never_judged_before() -> None:
+    yields = MotorYield()
+    for serial, at_once in (("A1", True), ("A2", False), ("A3", True)):
+        if serial == "A3":
+            yields.judged_before(serial)
+        # A person had A1 tested again after an error, which was no verdict.
+        yields.add(motor_record(serial_number=serial, verdict=Verdict.PASS, first_pass=at_once, again_by="Wang"))
+    yields.add(motor_record(serial_number="A1", verdict=Verdict.FAIL))
+    assert (yields.motors, yields.new, yields.first_pass, yields.final) == (3, 2, 1, 2)
+
+
+@pytest.mark.slow
+def test_a_batch_of_motors_that_were_judged_before_gives_no_yield_at_the_first_test(bench: Any, call: Call) -> None:
+    line = ("--station", str(bench.folder / "line.toml"), "--records", bench.request.records, "--runs")
+    typed = ("eol", "run", str(bench.request.plan), *line, str(bench.request.runs), "--motors", "1", "--sockets", "1")
+    assert "yield 100.0 % at the first test, 100.0 % at the last" in call(*typed)[1]
+    again = call(*typed, "--batch", "second", "--again", "--person", "Wang")[1]
+    assert "motors judged: 1, all judged before in earlier tests; yield 100.0 % at the last test" in again
 
 
 def test_who_gave_a_batch_with_a_motor_in_error_hears_that_the_same_command_tests_it_again(

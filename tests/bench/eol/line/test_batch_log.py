@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.eol.line.batch_log import FILE, BatchLog, BatchMotor
+from bench.eol.line.batch_log import FILE, BatchLog, BatchMotor, held_batch
 from bench.eol.line.motor_record import new_folder, run_folders
 from bench.eol.line.workers.messages import Task
 from bench.i18n.errors import InputError
@@ -32,6 +32,32 @@ def test_a_batch_log_tells_what_was_cut_off_and_holds_to_its_plan(tmp_path: Path
     last.close()
     with pytest.raises(InputError, match="the plan is not the one"):
         BatchLog(tmp_path, {**IDENTITY, "plan": "other"})
+
+
+def test_no_two_processes_number_the_motors_of_one_batch(tmp_path: Path) -> None:
+    log = BatchLog(tmp_path, IDENTITY)
+    with pytest.raises(InputError, match="another process is measuring this batch"):
+        BatchLog(tmp_path, IDENTITY)
+    with pytest.raises(InputError, match="another process is measuring this batch"), held_batch(tmp_path):
+        pass
+    log.close()
+    with held_batch(tmp_path), pytest.raises(InputError, match="another process is measuring this batch"):
+        BatchLog(tmp_path, IDENTITY)
+    BatchLog(tmp_path, IDENTITY).close()
+
+
+def test_a_log_that_was_cut_off_in_its_first_line_begins_anew(tmp_path: Path) -> None:
+    (tmp_path / FILE).write_text('{"batch": "4f', encoding="utf-8")
+    log = BatchLog(tmp_path, IDENTITY)
+    uid = log.uid
+    log.begin(BatchMotor(1, "A1"), "1")
+    log.close()
+    again = BatchLog(tmp_path, IDENTITY)
+    assert (again.uid, [motor.serial_number for motor in again.begun()]) == (uid, ["A1"])
+    again.close()
+    (tmp_path / FILE).write_text("something else\n", encoding="utf-8")
+    with pytest.raises(InputError, match="this is not a batch's file"):
+        BatchLog(tmp_path, IDENTITY)
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:

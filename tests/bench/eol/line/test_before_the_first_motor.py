@@ -153,6 +153,20 @@ def test_calibrations_that_are_due_are_told_of_once(station: Callable[[str], Pat
     assert calibrations_of(line, frozenset({Role.SUPPLY})) == [], "what the plan does not use is nobody's trouble"
 
 
+def test_a_calibration_of_a_socket_s_own_instrument_is_told_of_by_socket(station: Callable[[str], Path]) -> None:
+    path = station("")
+    content = path.read_text(encoding="utf-8")
+    for number, name in enumerate(("left", "right"), 1):
+        own = calibrated(TODAY, f"K-{number}").replace("instruments.lcr", f"sockets.{name}.instruments.lcr")
+        content += own.replace("lcr_meter", "supply")
+    path.write_text(content, encoding="utf-8")
+    words = [str(each) for each in calibrations_of(load_line(str(path), None), frozenset({Role.SUPPLY}))]
+    assert [(each.split(":")[0], number in each) for each, number in zip(words, ("K-1", "K-2"), strict=True)] == [
+        ("socket left", True),
+        ("socket right", True),
+    ]
+
+
 def test_the_list_has_what_is_due_first_and_what_has_none_last(station: Callable[[str], Path]) -> None:
     line = load_line(str(station(calibrated(TODAY + timedelta(days=5), "K-1"))), None)
     entries = line.sockets[0].station

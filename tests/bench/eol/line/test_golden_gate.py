@@ -9,15 +9,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bench.eol.limits import ParameterLimits
+from bench.eol.line.admission.golden_gate import GoldenGate
 from bench.eol.line.preparation.line_file import load_line
 from bench.eol.line.record_writer import own_records
 from bench.eol.line.warm_up import WarmUp
+from bench.eol.plan import load_plan
 from bench.eol.record import MeasuredFigure
 from bench.eol.statistics.golden_limits import limits_of_history
 from bench.eol.store.database import open_database
+from bench.eol.store.golden_tests import GoldenTests
 from bench.eol.store.records import Records
 from bench.eol.verdict import Verdict
-from tests.bench.eol.line.golden import NoGoldenTests, gate_of
+from tests.bench.eol.line.golden import NoGoldenTests, gate_of, open_gate
 from tests.bench.eol.motor_records import motor_record
 
 MORNING = datetime(2026, 11, 24, 5, 30).astimezone()
@@ -85,6 +89,29 @@ def kept_golden(bench: Any, value: float) -> None:
                 )
             )
     engine.dispose()
+
+
+def test_the_records_know_a_golden_motor_that_did_not_pass_since(tmp_path: Path) -> None:
+    engine = open_database(str(tmp_path / "records.sqlite"))
+    tests = GoldenTests(engine, "Pump", "S")
+    passed: list[datetime | None] = []
+    for number, verdict in enumerate((Verdict.PASS, Verdict.ABORTED, Verdict.ERROR, Verdict.PASS, Verdict.FAIL)):
+        ended = MORNING + timedelta(minutes=number)
+        Records(engine).save(motor_record(number, golden=True, verdict=verdict, started=MORNING, ended=ended))
+        passed.append(tests.last_passed("1"))
+    engine.dispose()
+    later = MORNING + timedelta(minutes=3)
+    assert passed == [MORNING, MORNING, None, later, None]
+
+
+def test_a_figure_without_a_history_keeps_the_plan_s_limits(tmp_path: Path) -> None:
+    plan = {"pole_pairs": ParameterLimits(4, 4), "stator_resistance": ParameterLimits(0.0, 1.0)}
+    history = NoGoldenTests(figures={"stator_resistance": [0.01, 0.0101, 0.0102]})
+    open_gate(tmp_path)
+    gate = GoldenGate(load_plan(tmp_path / "gate.toml"), plan, ["1"], history)
+    limits = gate.limits("G-1", "1")
+    assert limits["pole_pairs"] == plan["pole_pairs"]
+    assert 0.0 < limits["stator_resistance"].low < 0.0101 < limits["stator_resistance"].high < 1.0
 
 
 @pytest.mark.slow

@@ -80,3 +80,12 @@ def test_motors_that_failed_stand_out() -> None:
     assert found.certain
     assert found.interval[0] < 2.0 < found.interval[1]
     assert association("f", "p", [1.0, 2.0], 0.0, 1.0, 0.95, 1) is None
+
+
+def test_three_motors_of_one_socket_do_not_stand_out() -> None:
+    # Four sockets, each with an error of its own; three of twelve motors failed, all at one socket.
+    sockets = np.repeat([1.018, 0.987, 1.016, 1.004], 3) + np.tile([0.0, 1e-4, 2e-4], 4)
+    found = association("f", "p", sockets[:3], float(sockets.mean()), float(sockets.std(ddof=1)), 0.95, 60)
+    assert found is not None
+    assert found.offset > 0.8
+    assert not found.certain

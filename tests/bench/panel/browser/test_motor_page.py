@@ -1,5 +1,6 @@
 """A motor of the line: from a point of a chart to its tests, what changed since the one before, and its run."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +11,7 @@ from playwright.sync_api import Page, expect
 from bench.cli.main import main
 from bench.eol.store.database import open_database
 from bench.eol.store.records import Records
+from bench.eol.verdict import Verdict
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_run_page import assert_accessible
 from tests.bench.panel.browser.test_statistics_page import keep, motors, part, record
@@ -52,13 +54,13 @@ def test_a_reworked_motor_says_what_changed_and_leads_to_its_run(panel: Panel, n
     expect(second.locator("[data-changed]")).to_contain_text("by more than both uncertainties: Stator resistance")
     expect(second.locator("[data-changed]")).not_to_contain_text("Cogging")
     expect(second.get_by_role("row").nth(1)).to_contain_text("⚠ −1.9")
-    expect(second.get_by_role("row").nth(1)).to_contain_text("failed → passed")
+    expect(second.get_by_role("row").nth(1)).to_contain_text("fail → pass")
     expect(second).to_contain_text("Socket: 1 → 2")
     expect(first).to_contain_text("stator_resistance too high")
     assert_accessible(page)
     page.set_viewport_size({"width": 390, "height": 844})
     # On a phone no column is out of sight.
-    for words in ("9.4000 … 10.6000 Ω", "⚠ −1.9000 Ω", "failed → passed"):
+    for words in ("9.4000 … 10.6000 Ω", "⚠ −1.9000 Ω", "fail → pass"):
         expect(second.get_by_role("cell", name=words)).to_be_in_viewport(ratio=1)
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     page.set_viewport_size({"width": 1400, "height": 900})
@@ -68,6 +70,19 @@ def test_a_reworked_motor_says_what_changed_and_leads_to_its_run(panel: Panel, n
     # It is measured again at its line only.
     expect(page.get_by_role("button", name="Report", exact=True)).to_be_visible()
     expect(page.get_by_role("button", name="Measure the next motor")).to_have_count(0)
+
+
+def test_a_figure_that_was_withheld_is_shown_without_a_value(panel: Panel, new_page: NewPage) -> None:
+    engine = open_database(str(panel.records))
+    kept = record(1, "A", "W-1", "LG-400W", {"stator_resistance": 10.0})
+    nothing = replace(kept.measured[0], value=math.nan, expanded=math.nan, verdict=Verdict.NOT_JUDGED)
+    Records(engine).save(replace(kept, verdict=Verdict.ERROR, measured=(nothing,)))
+    engine.dispose()
+    page = new_page()
+    page.goto(f"{panel.url}/motors?serial_number=W-1")
+    row = page.locator("[data-test='1']").get_by_role("row").nth(1)
+    for words in ("– Ω", "not judged", "9 … 11 Ω"):
+        expect(row).to_contain_text(words)
 
 
 def test_a_pressed_point_opens_its_motor_and_the_next_is_scanned(panel: Panel, new_page: NewPage) -> None:
@@ -91,7 +106,7 @@ def test_a_pressed_point_opens_its_motor_and_the_next_is_scanned(panel: Panel, n
     page.get_by_label("Scan a serial number").fill("P-001")
     page.keyboard.press("Enter")
     expect(page.get_by_role("heading", level=1)).to_have_text("Motor P-001")
-    expect(page.get_by_text("Test 1: passed")).to_be_visible()
+    expect(page.get_by_text("Test 1: pass")).to_be_visible()
     page.get_by_label("Scan a serial number").fill("nobody")
     page.keyboard.press("Enter")
     expect(page.get_by_role("alert")).to_contain_text("There is no record of the serial number nobody.")

@@ -1,0 +1,43 @@
+"""`motorbench eol motor`: one motor's tests, and what changed from each to the next."""
+
+import math
+from datetime import timedelta
+
+import pytest
+
+from bench.eol.record import MeasuredFigure
+from bench.eol.store.records import Records
+from bench.eol.verdict import Verdict
+from tests.bench.eol.motor_records import NOON, motor_record
+from tests.command_line import called
+
+
+def figure(name: str, value: float, verdict: Verdict) -> MeasuredFigure:
+    return MeasuredFigure(name, value, "Ω", 0.0001, 0.0002, 0.0, 0.017, verdict)
+
+
+def test_what_changed_since_is_said_in_the_reader_s_language(
+    records: Records, reference: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tests = (
+        (0.02, Verdict.FAIL),
+        (0.016, Verdict.PASS),
+        (0.0165, Verdict.PASS),
+        (math.nan, Verdict.NOT_JUDGED),
+        (math.nan, Verdict.NOT_JUDGED),
+    )
+    for number, (value, verdict) in enumerate(tests):
+        began = NOON + timedelta(hours=number)
+        measured = (figure("stator_resistance", value, verdict),)
+        records.save(motor_record(number, serial_number="R-1", started=began, ended=began, measured=measured))
+    code, out, _ = called(capsys, "eol", "motor", "R-1", "--records", reference, "--language", "en")
+    assert code == 0
+    changed = [line.strip() for line in out.splitlines() if line.startswith("    ")]
+    assert changed == [
+        "Stator resistance: 20 → 16 mΩ, fail → pass",
+        "Stator resistance: 16 → 16.5 mΩ, pass",
+        "Stator resistance: 16.5 → – mΩ, pass → not judged",
+    ], "what was withheld twice has not changed"
+    chinese = called(capsys, "eol", "motor", "R-1", "--records", reference, "--language", "zh")[1]
+    assert "不合格 → 合格" in chinese
+    assert "→ pass" not in chinese
