@@ -22,6 +22,10 @@ from procedures.plausibility.sizes import IMPLAUSIBLE, TOO_UNCERTAIN, UNUSUAL, s
 _Result = TypeVar("_Result")
 #: What rounding to the last digit leaves of a fit is smaller than that of one reading by the root of their number, rarely this much more.
 _ROUNDING_OF_A_FIT = 3.0
+#: Rounding of so many readings averages out as noise does.
+_MANY = 300
+#: Of the times alone, not of the readings' sizes; no clock is read with more digits than nine.
+_OF_TIMES, _NINTH = frozenset({"electrical_frequency"}), 1e-9
 TYPE_A_ONLY = text(
     "uncertainties are statistical (Type A), except for stated ones. The file does not contain gain and offset "
     "errors of oscilloscope, probes and sensors, so they are not included; state them with --accuracy"
@@ -41,7 +45,7 @@ class AnalysisOutcome:
         self._procedure = procedure
         self._section = section
         self._accuracy = accuracy
-        self._digit, self._readings = _digit(capture)
+        self._digits, self._readings = _digits(capture)
         self._parameters: dict[str, dict[str, Any]] = {}
         self._withheld: dict[str, dict[str, Any]] = {}
         self._misfit: list[dict[str, Any]] = []
@@ -87,7 +91,7 @@ class AnalysisOutcome:
                 name, self._procedure, self._section, reason.cause.value, sentence(reason)
             ).as_dict(self._translate)
             return
-        quantity = self._with_last_digit(quantity)
+        quantity = self._with_last_digit(quantity, self._digits["times" if name in _OF_TIMES else "readings"])
         beyond = size_beyond(name, float(quantity.x))
         if beyond is not None:
             self.withhold((name,), IMPLAUSIBLE, beyond_words(name, float(quantity.x), beyond))
@@ -114,14 +118,14 @@ class AnalysisOutcome:
             row["source"] = input_.source.render(self._translate)
         self._parameters[name] = {**told, **more}
 
-    def _with_last_digit(self, quantity: UncertainReal) -> UncertainReal:
-        """Return the quantity, where readings scatter by no more than their last digit, with that digit's own error: no noise averages
+    def _with_last_digit(self, quantity: UncertainReal, digit: float) -> UncertainReal:
+        """Return the quantity, where readings scatter by no more than their last `digit`, with that digit's own error: no noise averages
         it out.
         """
-        least = _ROUNDING_OF_A_FIT * self._digit / np.sqrt(12.0 * self._readings) * abs(float(quantity.x))
+        least = _ROUNDING_OF_A_FIT * digit / np.sqrt(12.0 * self._readings) * abs(float(quantity.x))
         if not quantity.u or self.uncertainties.scatter(quantity) >= least:
             return quantity
-        return quantity * self.uncertainties.limit(text("last digit of the record's numbers"), 1.0, 0.5 * self._digit)
+        return quantity * self.uncertainties.limit(text("last digit of the record's numbers"), 1.0, 0.5 * digit)
 
     def withhold(self, names: Iterable[str], cause: str, why: Text) -> None:
         """Give none of these parameters, whatever comes later, and warn of the reason once."""
@@ -164,14 +168,18 @@ class AnalysisOutcome:
         }
 
 
-def _digit(capture: Capture) -> tuple[float, int]:
-    """Return the last digit of the coarsest channel, share of its root mean square, and how many readings there are."""
-    shares = [0.0]
+def _digits(capture: Capture) -> tuple[dict[str, float], int]:
+    """Return the last digit of the times and of the coarsest channel's readings, as shares, and how many readings there are.
+
+    A channel of many readings whose steps are known does not count: the fit has their rounding in its own uncertainty. All times
+    together tell the interval between them far better than each is rounded.
+    """
+    digits = {"times": _NINTH, "readings": 0.0}
     for channel in capture.channels:
         size = float(np.sqrt(np.mean(channel.values**2))) if channel.values.size else 0.0
-        if size > 0.0:
-            shares.append(last_digit(channel.values) / size)
-    return max(shares), max((channel.values.size for channel in capture.channels), default=1)
+        if size > 0.0 and not (channel.resolution and channel.values.size >= _MANY):
+            digits["readings"] = max(digits["readings"], last_digit(channel.values) / size)
+    return digits, max((channel.values.size for channel in capture.channels), default=1)
 
 
 def beyond_words(name: str, value: float, sizes: tuple[float, float]) -> Text:

@@ -25,6 +25,12 @@ _SEEN_IN_EMF_MEMORY = {
         "whether this remains"
     ),
 }
+_SEEN_IN_EMF_MODULATED = {
+    Cause.MODULATED: text(
+        "the flux linkage changes by {share:.1%} along the record. The averaging of an oscilloscope at a speed that varies causes this, "
+        "or a gain or a time base that drifts, or another wave near the frequency. Record one acquisition without averaging"
+    ),
+}
 _SEEN_IN_EMF_JUMPS = {
     Cause.DROPOUTS: text(
         "the phase of the waveform jumps {count:.0f} times in all channels at once: samples are missing, although "
@@ -66,6 +72,7 @@ SENTENCES = {
     "emf": _SEEN_IN_EMF,
     "emf-dead-zone": _SEEN_IN_EMF_DEAD_ZONE,
     "emf-memory": _SEEN_IN_EMF_MEMORY,
+    "emf-modulated": _SEEN_IN_EMF_MODULATED,
     "emf-jumps": _SEEN_IN_EMF_JUMPS,
     "frequency": _SEEN_IN_FREQUENCY,
     "emf-none": _SEEN_IN_EMF_NONE,

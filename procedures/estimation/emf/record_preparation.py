@@ -12,6 +12,7 @@ from procedures.estimation.emf.even_orders import find_bend
 from procedures.estimation.emf.harmonics import HarmonicModel
 from procedures.estimation.emf.hum import find_hum, take_out
 from procedures.estimation.emf.memory import find_memory
+from procedures.estimation.emf.modulation import find_modulation
 from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
@@ -101,6 +102,8 @@ def prepare_record(
             model = refit(values)
         growth = growth * more
         findings.append(line.finding(channels))
+    share, modulation = find_modulation(t, values, orders, model, whole)
+    findings += modulation
     bent, bend = find_bend(t, orders, model, channels, shared, whole)
     findings += bend
     speed = float(model.speed(np.array([model.middle]))[0])
@@ -109,7 +112,8 @@ def prepare_record(
     findings += zone
     late, memory = find_memory(t, orders, model, channels, whole)
     findings += memory
-    beside = np.sqrt(beside**2 + bent**2 + (np.hypot(lost, late) / speed) ** 2)
+    moved = share * fundamentals / speed
+    beside = np.sqrt(beside**2 + moved**2 + bent**2 + (np.hypot(lost, late) / speed) ** 2)
     return PreparedRecord(values, kept, growth, beside, shared, tuple(findings))
 
 

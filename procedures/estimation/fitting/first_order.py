@@ -147,12 +147,18 @@ def gathered_evenly(step: float, shares: FloatArray, rate: float) -> FloatArray:
     return result
 
 
-def response_and_slope_evenly(step: float, drive: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
-    """Return what `respond_evenly` does, and its derivative by the rate (s times the response's unit), for a drive (n,)."""
+def response_and_slope_evenly(
+    step: float, drive: FloatArray, rate: float, response: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return what `respond_evenly` does, and its derivative by the rate (s times the response's unit), for a drive (n,); the `response` may
+    be known.
+    """
     w = weights(rate * step)
-    response, slope = np.zeros_like(drive), np.zeros_like(drive)
-    response[1:] = recursion(w.decay, _gain(step, w, drive))
+    if response is None:
+        response = np.zeros_like(drive)
+        response[1:] = recursion(w.decay, _gain(step, w, drive))
     inner = w.decay_slope * response[:-1] + step * (w.first_slope * drive[:-1] + w.last_slope * drive[1:])
+    slope = np.zeros_like(drive)
     slope[1:] = recursion(w.decay, step * inner)
     return response, slope
 

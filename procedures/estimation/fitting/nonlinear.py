@@ -15,6 +15,8 @@ _LAST_STEP = 3e-5
 _LEAST_DAMPING = 1e-3
 #: A fit is given up that so many times fell short by more than so many times what it promised.
 _PROSPECT, _VOTES = 5.0, 3
+#: So too is one that would not come there in the rounds that are left at so many times the pace of its last ones.
+_HASTE, _LAST_ONES = 3.0, 4
 #: Share of a normal matrix's diagonal that is rounding.
 _NOTHING = 1e-14
 
@@ -62,7 +64,13 @@ def minimise(
     values, damping, hopeless = start, 0.0, 0
     residuals, slopes = evaluate(values)
     cost = float(residuals @ residuals)
-    for _ in range(rounds):
+    costs: list[float] = []
+    for left in range(rounds, 0, -1):
+        costs.append(cost)
+        if cost > enough and len(costs) > _LAST_ONES + 1:
+            pace = (costs[-1 - _LAST_ONES] - cost) / _LAST_ONES
+            if cost - enough > _HASTE * left * pace:
+                break
         normal, gradient = scale * (slopes @ slopes.T) * scale[:, None], scale * (slopes @ residuals)
         sizes = np.diag(normal)
         step = _newton_step(normal + damping * np.diag(sizes + _NOTHING * np.sum(sizes)), gradient)

@@ -35,6 +35,35 @@ def test_more_digits_than_instruments_read_are_not_believed(tmp_path):
     assert "last digit of the record's numbers" in {row["source"] for row in found["budget"]}
 
 
+@pytest.mark.parametrize("form", ["%.1f", "%.2f"])
+def test_what_was_not_rounded_does_not_have_the_readings_digit(tmp_path, form):
+    path, frequency = tmp_path / "emf.csv", 97.31
+    time = np.arange(2500) / 1e4
+    angle = 2.0 * np.pi * frequency * time - 2.0 * np.pi / 3.0 * np.arange(3)[:, None]
+    table = np.column_stack((time, FLUX / 4.0 * 2.0 * np.pi * frequency * np.sin(angle).T))
+    np.savetxt(
+        path, table, delimiter=",", fmt=["%.4f", form, form, form], header="time (s),U (V),V (V),W (V)", comments=""
+    )
+    found = analyze_back_emf(path, connection="phase", coupling={"": "dc"})["parameters"]
+    # Half a digit of 0.1 V in 7.6 V is 0.7 %.
+    for name, true, most in (("electrical_frequency", frequency, 1e-4), ("flux_linkage", FLUX / 4.0, 3e-3)):
+        low, high = found[name]["coverage_interval"]
+        assert low <= true <= high
+        assert high - low < most * true
+
+
+def test_few_readings_of_one_decimal_are_known_to_it(tmp_path):
+    angle = np.arange(0.0, 360.0, 5.0)
+    for phase in np.linspace(0.0, 3.0, 7):
+        table = np.column_stack((angle, 1.5115 - 0.2775 * np.cos(2.0 * np.radians(angle) + phase)))
+        path = tmp_path / "sweep.csv"
+        np.savetxt(path, table, delimiter=",", fmt="%.1f", header="angle (deg),inductance (mH)", comments="")
+        found = analyze_rotor_sweep(path, electrical=True)["parameters"]
+        for name, true in (("d_axis_inductance", 0.617e-3), ("q_axis_inductance", 0.8945e-3)):
+            low, high = found[name]["coverage_interval"]
+            assert low <= true <= high
+
+
 def test_noise_averages_the_last_digit_out(tmp_path):
     found = emf(tmp_path / "emf.csv", "%.6f", noise=2e-6)["parameters"]["flux_linkage"]
     assert not any("last digit" in row["source"] for row in found["budget"])

@@ -41,12 +41,19 @@ def response(record: StepRecord, p: FloatArray) -> FloatArray:
     return result
 
 
-def response_and_slopes(record: StepRecord, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return what `response` does, and the derivatives (5, n) of the current with its offset by the parameters."""
+def response_and_slopes(
+    record: StepRecord, p: FloatArray, known: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return what `response` does, and the derivatives (5, n) of the current with its offset by the parameters; the response may be
+    `known`.
+    """
     resistance, inductance, _, _, delay = p
     rate = resistance / inductance
-    current, by_rate = response_and_slope_evenly(record.step, drive(record, p), rate)
     after, since, missing = _late(record, p)
+    if known is not None and delay:
+        known = known.copy()
+        known[after] += delay * missing
+    current, by_rate = response_and_slope_evenly(record.step, drive(record, p), rate, known)
     if delay:
         current[after] -= delay * missing
         by_rate[after] += delay * missing * since

@@ -164,9 +164,11 @@ class _Sought:
     ) -> None:
         self._step, self._base, self._sizes = step, base, sizes
         self._model, self._priors = StepModel(step.record, terms, scale), _priors(known)
+        self._free, self._count = step.free, int(np.sum(step.free))
         self._fitted = np.append(step.free, np.ones(sizes.size - int(np.sum(step.free)), dtype=bool))
         self._least = np.inf
         size = step.record.current.size + self._priors.shape[1]
+        #: Derivatives of the residuals, and where they were taken.
         self._at, self._slopes = np.full(sizes.size, np.inf), np.zeros((sizes.size, size))
         #: What flows, and its derivatives, where these were last taken.
         self._flowing: FloatArray | None = None
@@ -176,19 +178,19 @@ class _Sought:
 
     def split(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the five parameters, and the terms' figures."""
-        full, count = self._base.copy(), int(np.sum(self._step.free))
-        full[self._step.free] = p[:count]
+        full = self._base.copy()
+        full[self._free] = p[: self._count]
         full[:2] = np.maximum(full[:2], 1e-3 * self._sizes[:2])
-        return full, p[count:]
+        return full, p[self._count :]
 
     def within(self, p: FloatArray) -> bool:
         """Tell whether a fit may go there."""
-        return bool(np.all(np.isfinite(p))) and self._model.within(self.split(p)[1])
+        return bool(np.all(np.isfinite(p))) and self._model.within(p[self._count :])
 
     def evaluate(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         full, figures = self.split(p)
         if not self.within(p):
-            return np.full(self._slopes.shape[1], np.inf), -self._slopes
+            return np.full(self._slopes.shape[1], np.inf), self._slopes
         # What flows is found from what flowed nearby.
         begin = self._flowing
         if begin is not None and self._flows is not None:
@@ -203,7 +205,7 @@ class _Sought:
             self._flowing = flowing
             self._flows = self._model.flowing_slopes(flowing, full, figures, self._flows)
             rows = self._model.read_slopes(flowing, self._flows, figures)[self._fitted]
-            self._slopes = np.concatenate((self._step.white.apply(rows), self._priors), axis=1)
+            self._slopes = -np.concatenate((self._step.white.apply(rows), self._priors), axis=1)
             self._at = p.copy()
         self._least = min(self._least, cost)
-        return residuals, -self._slopes
+        return residuals, self._slopes

@@ -33,6 +33,7 @@ class HumOfBoth(Term):
 
     cause: ClassVar[Cause] = Cause.HUM
     family: ClassVar[str] = "hum"
+    straight: ClassVar[bool] = True
     #: It has two figures more than hum on the current alone.
     price: ClassVar[float] = 4.0
     frequency: float

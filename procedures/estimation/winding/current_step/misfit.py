@@ -22,6 +22,8 @@ from procedures.estimation.winding.current_step.variance import StepVariance
 _ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
 #: A term is tried again in place of an earlier one where it left no more than so many times as much unexplained in that round.
 _NEAR = 10.0
+#: A gap is sought closer where it explains this share of what the best term does.
+_HALF = 0.5
 #: Families whose terms are one direction, so that each has to be fitted.
 _SEVERAL = ("skew", "saturation", "coupling")
 #: Families with terms that their direction does not stand for.
@@ -71,19 +73,8 @@ def scale_of(record: StepRecord, fitted: Fitted) -> StepScale:
 def tested(step: Problem, fitted: Fitted, scale: StepScale) -> tuple[list[Direction], Score]:
     """Return the directions that a record was tested for, and what was seen of them."""
     record = step.record
-    if fitted.terms:
-        # Channel and circuit as they were found; what is read beside the current does not flow.
-        inside = [
-            t
-            for t in fitted.terms
-            if not isinstance(t.beside(record.time[:2], scale, np.ones(len(t.start))), np.ndarray)
-        ]
-        figures = [figures_of(fitted.terms, fitted.figures, t) for t in inside]
-        bare = fitted.full * np.array([1.0, 1.0, 0.0, 1.0, 1.0])
-        own, model = np.concatenate(figures) if figures else np.empty(0), StepModel(record, inside, scale)
-        flowing = model.read(model.flowing(bare, own), bare, own)
-    else:
-        flowing = fitted.current - fitted.full[2]
+    # Channel and circuit as they were found; what is read beside the current does not flow.
+    flowing = StepModel(record, fitted.terms, scale).unread(fitted.current, fitted.full, fitted.figures)
     named, rows = directions(record, fitted.full, flowing, scale)
     white = np.zeros((len(rows), fitted.residuals.size))
     white[:, : record.time.size] = step.white.apply(rows)
@@ -111,8 +102,11 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         if ring is None and lost is None and not any(abs(z) > alarm for z in _left(fitted, named, score)):
             break
         gaps = list(_possible(step, [(*fitted.terms, lost)] if lost else [], fitted, scale, fitted.cost + _AS_LIKELY))
-        gaps = [other for gap in gaps for other in elsewhere(step, gap, scale, _AS_LIKELY)]
-        found = [*gaps, *_candidates(step, fitted, named, score, scale, ring, hums.terms)]
+        found = list(_candidates(step, fitted, named, score, scale, ring, hums.terms))
+        least = min((f.cost for f in found), default=np.inf)
+        # Its own place is looked for where a gap explains as much as half of what something else does.
+        gaps = [gap for gap in gaps if fitted.cost - gap.cost > _HALF * (fitted.cost - least)]
+        found = [*(other for gap in gaps for other in elsewhere(step, gap, scale, _AS_LIKELY)), *found]
         rounds.append(found)
         if not found:
             break
@@ -275,7 +269,10 @@ def _exchanged(step: Problem, fitted: Fitted, rounds: Sequence[Sequence[Fitted]]
     for old, found in zip(fitted.terms[:-1], rounds, strict=False):
         kept = [t for t in fitted.terms if t is not old]
         behind = min(f.cost for f in found) - fitted.cost + _AS_LIKELY
-        near = [f.terms[-1] for f in found if f.cost - fitted.cost < _NEAR * behind]
+        near = [f.terms[-1] for f in sorted(found, key=lambda f: f.cost) if f.cost - fitted.cost < _NEAR * behind]
+        # Of all places of a gap the best one.
+        gaps = [t for t in near if isinstance(t, LostSamples)]
+        near = [t for t in near if t not in gaps[1:]]
         # What no record tells apart is tried for itself.
         own = old.family if old.family == Divider.family else None
         models = [(*kept, t) for t in near if t.family not in modelled or (t.family == own and t is not old)]

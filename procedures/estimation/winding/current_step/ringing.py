@@ -48,6 +48,15 @@ class RingingEdge(Term):
         parts = _swing(since, self.turning * math.exp(figures[2]), self.decay * math.exp(figures[3]))
         return np.asarray(scale.current * (figures[:2] @ parts))
 
+    def beside_slopes(self, time: FloatArray, scale: StepScale, figures: FloatArray) -> FloatArray:
+        """Return the derivatives (4, n) of what is read beside the current by the figures."""
+        since = np.maximum((time - self.begin) / scale.time_constant, 0.0)
+        turning, decay = self.turning * math.exp(figures[2]), self.decay * math.exp(figures[3])
+        sine, cosine = scale.current * _swing((time - self.begin) / scale.time_constant, turning, decay)
+        first, second = figures[:2]
+        turned = turning * since * (first * cosine - second * sine)
+        return np.array((sine, cosine, turned, -decay * since * (first * sine + second * cosine)))
+
     def within(self, figures: FloatArray) -> bool:
         """Tell whether a fit may go to these figures."""
         return bool(abs(figures[2]) < 1.0 and abs(figures[3]) < 3.0)

@@ -1,5 +1,6 @@
 """A disturbance of a current step as a term of its model, and the current of a circuit with such terms."""
 
+import itertools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -45,6 +46,8 @@ class Term(ABC):
     #: By how much it lowers χ² of readings that are not fitted.
     evidence: float = 0.0
     known: tuple[float, ...] = (np.inf,)
+    #: What is read beside the current goes in proportion with the figures, but for a part that does not depend on them.
+    straight: ClassVar[bool] = False
 
     @property
     def asked(self) -> float:
@@ -72,6 +75,12 @@ class Term(ABC):
     def beside(self, time: FloatArray, scale: StepScale, figures: FloatArray) -> FloatArray | float:
         """Return what is read beside the current (A)."""
         return 0.0
+
+    def beside_slopes(self, time: FloatArray, scale: StepScale, figures: FloatArray) -> FloatArray:
+        """Return the derivatives (k, n) of what is read beside the current by the figures (k,)."""
+        by = _DIFFERENCE * np.eye(figures.size)
+        pairs = [(self.beside(time, scale, figures + d), self.beside(time, scale, figures - d)) for d in by]
+        return np.array([np.subtract(above, below) for above, below in pairs]) / (2.0 * _DIFFERENCE)
 
     def within(self, figures: FloatArray) -> bool:
         """Tell whether a fit may go to these figures."""
@@ -119,34 +128,54 @@ class StepModel:
     """
 
     def __init__(self, record: StepRecord, terms: Sequence[Term], scale: StepScale) -> None:
-        self._record, self._terms, self._scale = record, terms, scale
+        self._record, self._scale = record, scale
+        ends = np.cumsum([0, *(len(t.start) for t in terms)]).tolist()
+        self._terms = [(t, slice(*e)) for t, e in zip(terms, itertools.pairwise(ends), strict=True)]
+        self._inside = [each for each in self._terms if _is(each[0].flux, Term.flux)]
+        #: What is missing does not depend on the current.
+        self._given = all(not _is(t.flux_change, Term.flux_change) for t, _ in self._inside)
+        self._channels = [each for each in self._terms if _is(each[0].channel, Term.channel)]
+        self._beside = [each for each in self._terms if _is(each[0].beside, Term.beside)]
+        self._straight: dict[int, tuple[FloatArray, FloatArray]] = {}
+        #: The parameters that a linear circuit was last evaluated for, and its current.
+        self._linear: tuple[FloatArray, FloatArray] | None = None
 
     def within(self, figures: FloatArray) -> bool:
         """Tell whether all figures are within what the terms reach to."""
-        return all(o.term.within(o.figures) for o in self._own(figures))
+        return all(term.within(figures[place]) for term, place in self._terms)
 
     def flowing(self, p: FloatArray, figures: FloatArray, begin: FloatArray | None = None) -> FloatArray:
         """Return the current (A, shape (n,)) that flows; `begin` is one nearby."""
-        linear, inside = response(self._record, p), self._inside(figures)
+        linear, inside = response(self._record, p), self._own(self._inside, figures)
+        self._linear = p.copy(), linear
         current = begin if begin is not None and inside else linear
         for _ in range(_ROUNDS if inside else 0):
             # λ' + R·i = v with λ = L·(i − missing): what is missing acts like a drive of its own, and the iteration contracts.
             further = linear + high_pass(self._missing(current, inside), self._record.step, p[0] / p[1])
             change = float(np.max(np.abs(further - current)))
             current = further
-            if not change > _PRECISION * abs(self._scale.current):
+            if self._given or not change > _PRECISION * abs(self._scale.current):
                 break
         return current
 
     def read(self, flowing: FloatArray, p: FloatArray, figures: FloatArray) -> FloatArray:
         """Return the readings (A, shape (n,)) of a current that flows, offset included."""
-        read, own = flowing, self._own(figures)
-        for term, f, _ in own:
+        read = flowing
+        for term, f, _ in self._own(self._channels, figures):
             read = term.channel(read, self._record.step, self._scale, f)
         read = read + p[2]
-        for term, f, _ in own:
-            read = read + term.beside(self._record.time, self._scale, f)
+        for own in self._own(self._beside, figures):
+            if own.term.straight:
+                none, each = self._line(own)
+                read = read + none + own.figures @ each
+            else:
+                read = read + own.term.beside(self._record.time, self._scale, own.figures)
         return np.asarray(read, dtype=np.float64)
+
+    def unread(self, read: FloatArray, p: FloatArray, figures: FloatArray) -> FloatArray:
+        """Return readings (A, shape (n,)) without offset and what is read beside the current."""
+        beside = (o.term.beside(self._record.time, self._scale, o.figures) for o in self._own(self._beside, figures))
+        return np.asarray(read - p[2] - sum(beside))
 
     def flowing_slopes(
         self, flowing: FloatArray, p: FloatArray, figures: FloatArray, begin: FloatArray | None = None
@@ -154,9 +183,10 @@ class StepModel:
         """Return the derivatives (k, n) of the current that flows by the parameters and the figures; `begin` are such nearby."""
         record, rate = self._record, p[0] / p[1]
         rows = np.zeros((p.size + figures.size, flowing.size))
-        rows[: p.size] = response_and_slopes(record, p)[1]
+        known = self._linear[1] if self._linear is not None and np.array_equal(self._linear[0], p) else None
+        rows[: p.size] = response_and_slopes(record, p, known)[1]
         rows[2] = 0.0
-        inside = self._inside(figures)
+        inside = self._own(self._inside, figures)
         if not inside:
             return rows
         answer, by_rate = response_and_slope_evenly(record.step, self._missing(flowing, inside), rate)
@@ -166,8 +196,8 @@ class StepModel:
         for each in inside:
             quotient = self._by_figures(each, lambda o: self._missing(flowing, [o]))
             rows[each.rows] = high_pass(quotient, record.step, rate)
-        slopes = rows if begin is None else begin
-        for _ in range(_ROUNDS):
+        slopes = rows if begin is None or self._given else begin
+        for _ in range(0 if self._given else _ROUNDS):
             missing = [o.term.flux_change(flowing, slopes, record.step, self._scale, o.figures) for o in inside]
             further = rows + high_pass(np.sum(missing, axis=0), record.step, rate)
             change = np.max(np.abs(further - slopes), axis=1)
@@ -179,19 +209,31 @@ class StepModel:
     def read_slopes(self, flowing: FloatArray, slopes: FloatArray, figures: FloatArray) -> FloatArray:
         """Return the derivatives (k, n) of the readings for those of the current that flows."""
         step, scale = self._record.step, self._scale
-        result = slopes
-        for own in self._own(figures):
-            term, f, rows = own
-            result = term.channel(result, step, scale, f).copy()
-            result[rows] += self._by_figures(own, partial(self._added, flowing))
-            flowing = term.channel(flowing, step, scale, f)
+        result = slopes.copy()
+        for own in self._own(self._channels, figures):
+            result = np.array(own.term.channel(result, step, scale, own.figures))
+            result[own.rows] += self._by_figures(own, partial(self._channelled, flowing))
+            flowing = self._channelled(flowing, own)
+        for own in self._own(self._beside, figures):
+            straight = own.term.straight
+            result[own.rows] += (
+                self._line(own)[1] if straight else own.term.beside_slopes(self._record.time, scale, own.figures)
+            )
         result[2] += 1.0
         return result
 
-    def _added(self, current: FloatArray, own: _Own) -> FloatArray:
-        """Return what one term's channel makes of a current (A), and what is read beside it."""
-        channel = own.term.channel(current, self._record.step, self._scale, own.figures)
-        return np.asarray(channel + own.term.beside(self._record.time, self._scale, own.figures))
+    def _channelled(self, current: FloatArray, own: _Own) -> FloatArray:
+        return own.term.channel(current, self._record.step, self._scale, own.figures)
+
+    def _line(self, own: _Own) -> tuple[FloatArray, FloatArray]:
+        """Return what is read beside the current where all figures of a term are 0 (n,), and by how much more for each (k, n)."""
+        if own.rows.start not in self._straight:
+            none, *each = (
+                own.term.beside(self._record.time, self._scale, figures)
+                for figures in np.eye(own.figures.size + 1, own.figures.size, -1)
+            )
+            self._straight[own.rows.start] = np.asarray(none), np.array(each) - none
+        return self._straight[own.rows.start]
 
     def _by_figures(self, own: _Own, made: Callable[[_Own], FloatArray]) -> FloatArray:
         """Return the difference quotients (k, n) of what is made of a term by its figures (k,)."""
@@ -200,17 +242,10 @@ class StepModel:
         above, below = ([made(own._replace(figures=own.figures + way * s)) for s in steps] for way in (1.0, -1.0))
         return (np.array(above) - np.array(below)) / (2.0 * by)
 
-    def _own(self, figures: FloatArray) -> list[_Own]:
-        parts = _split(self._terms, figures)
-        ends = len(NAMES) + np.cumsum([f.size for f in parts], dtype=int)
-        return [_Own(t, f, slice(e - f.size, e)) for t, f, e in zip(self._terms, parts, ends, strict=True)]
-
-    def _inside(self, figures: FloatArray) -> list[_Own]:
-        """Return the terms that are the circuit's own."""
-        few = np.zeros(2)
-        return [
-            o for o in self._own(figures) if o.term.flux(few, self._record.step, self._scale, o.figures) is not None
-        ]
+    @staticmethod
+    def _own(of: Sequence[tuple[Term, slice]], figures: FloatArray) -> list[_Own]:
+        count = len(NAMES)
+        return [_Own(t, figures[place], slice(count + place.start, count + place.stop)) for t, place in of]
 
     def _missing(self, current: FloatArray, inside: Sequence[_Own]) -> FloatArray:
         missing = np.zeros_like(current)
@@ -219,6 +254,11 @@ class StepModel:
             if part is not None:
                 missing += part
         return missing
+
+
+def _is(own: Callable[..., object], nothing: Callable[..., object]) -> bool:
+    """Tell whether a term's method is another than that of none."""
+    return getattr(own, "__func__", own) is not nothing
 
 
 def shares_of_currents(

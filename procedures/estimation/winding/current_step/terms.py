@@ -248,6 +248,7 @@ class _Slope(Term):
     """The current's channel drifts: by so many steps over the record."""
 
     cause, family = Cause.SLOPE, "slope"
+    straight: ClassVar[bool] = True
 
     def beside(self, time: FloatArray, scale: StepScale, figures: FloatArray) -> FloatArray | float:
         return np.asarray(float(figures[0]) * scale.current * (time - scale.begin) / scale.length)
@@ -262,6 +263,7 @@ class _Hum(Term):
 
     cause: ClassVar[Cause] = Cause.HUM
     family: ClassVar[str] = "hum"
+    straight: ClassVar[bool] = True
     frequency: float = MAINS[0]
 
     start: tuple[float, ...] = (0.0, 0.0)
