@@ -86,8 +86,14 @@ def add_translations_beside(module: Path) -> None:
         _OF_PLUGINS[language].update(templates)
 
 
-#: What the plug-ins loaded in this process brought, by language.
+def add_title(name: str, title: str) -> None:
+    """Take the English title by which readers know a procedure; ours stand in `english_names`."""
+    _TITLES[name] = title
+
+
+#: What the plug-ins loaded in this process brought, by language, and the titles of the procedures loaded by name.
 _OF_PLUGINS: dict[str, dict[str, str]] = {language: {} for language in LANGUAGES}
+_TITLES: dict[str, str] = {}
 
 
 def _templates(file: IO[bytes], language: str, *, strict: bool = False) -> dict[str, str]:
@@ -110,6 +116,8 @@ def _looked_up(templates: Mapping[str, str], of_plugins: Mapping[str, str], lang
         for known in (templates, of_plugins):
             if template in known:
                 return known[template]
+        if (title := _TITLES.get(template, template)) != template:
+            return translate(title)
         # A template without spaces is a name, which no version words anew.
         return former(language).get(template, template) if " " in template else template
 

@@ -8,7 +8,7 @@ from importlib.metadata import EntryPoint, distributions
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from bench.i18n.language import add_translations_beside
+from bench.i18n.language import add_title, add_translations_beside
 from bench.plugins.catalogue import OURS, BrokenPlugin, Catalogue, Origin, PluginFile, UnloadedDeclaration
 from bench.plugins.records import RecordOutput
 from drivers.catalogue import Driver
@@ -160,6 +160,7 @@ def accept_procedure(name: str, loaded: object) -> "type[Procedure[Any]]":
         raise ValueError(text("{name} does not define {missing}", name=loaded.__name__, missing=missing))
     _check_name(name, loaded.name)
     _check_sentences(loaded)
+    add_title(name, loaded.title)
     return loaded
 
 

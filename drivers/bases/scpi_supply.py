@@ -69,6 +69,11 @@ class ScpiSupply(ScpiDriver, Supply):
         self._protection = protection or SupplyProtection(self._channel, self._commands, name)
         if not guarding:
             session.check_left_errors()
+        if self._commands.remote:
+            session.send(self._commands.remote)
+        if self._commands.local and not guarding:
+            self._local = self._commands.local
+            self._take_over(())
 
     @property
     def maximum_voltage(self) -> float:

@@ -12,6 +12,7 @@ class SupplyCommands:
 
     `over_voltage` takes a level (V), `over_current` ON or OFF; the two that tell a trip answer 0 where there is none. An
     empty header is a protection that the supply has not. `channel` is appended to every command, as `(@1)` or `CH1` is.
+    `remote` lets a program set the supply and is sent when it is opened, `local` gives the front panel back when it is closed.
     """
 
     voltage: str = "VOLT"
@@ -25,6 +26,8 @@ class SupplyCommands:
     over_current_tripped: str = "CURR:PROT:TRIP"
     clear: str = "OUTP:PROT:CLE"
     channel: str = ""
+    remote: str = ""
+    local: str = ""
 
 
 @dataclass(frozen=True)

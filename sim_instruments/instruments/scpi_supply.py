@@ -10,7 +10,7 @@ from sim_instruments.instruments.errors import SupplyErrors
 from sim_instruments.scpi.errors import ScpiError
 from sim_instruments.scpi.instrument import ScpiInstrument
 from sim_instruments.scpi.parameters import boolean, exactly, number
-from sim_instruments.scpi.tree import Call, Handling
+from sim_instruments.scpi.tree import Call, Handling, bare
 from sim_instruments.world.machine_data import SupplyStage
 
 _MEASURING_TIME = 0.02  # one power-line cycle
@@ -46,7 +46,10 @@ class SupplyRating:
 
 @dataclass(frozen=True)
 class SupplyHeaders:
-    """Headers as the instrument knows them, in the notation of its manual; an empty one is a protection it has not."""
+    """Headers as the instrument knows them, in the notation of its manual; an empty one is a protection it has not.
+
+    A supply with a `remote` takes no setting before it, nor after `local`; an empty one takes settings at any time.
+    """
 
     voltage: str = "[SOURce]:VOLTage[:LEVel][:IMMediate][:AMPLitude]"
     current: str = "[SOURce]:CURRent[:LEVel][:IMMediate][:AMPLitude]"
@@ -58,6 +61,8 @@ class SupplyHeaders:
     over_voltage_tripped: str = "[SOURce]:VOLTage:PROTection:TRIPped"
     over_current_tripped: str = "[SOURce]:CURRent:PROTection:TRIPped"
     clear: str = "OUTPut:PROTection:CLEar"
+    remote: str = ""
+    local: str = ""
 
 
 class SimulatedScpiSupply(ScpiInstrument):
@@ -72,7 +77,9 @@ class SimulatedScpiSupply(ScpiInstrument):
         self._random = place.generator
         self._unit: SupplyErrors = place.errors or SupplyErrors()
         self._rating = rating
-        self._add_commands(headers or SupplyHeaders())
+        headers = headers or SupplyHeaders()
+        self._local = bool(headers.remote)
+        self._add_commands(headers)
         self.reset()
 
     def reset(self) -> None:
@@ -119,8 +126,20 @@ class SimulatedScpiSupply(ScpiInstrument):
                 add(header, query=partial(self._get, partial(self._tripped, quantity), "{:d}"))
         if headers.clear:
             add(headers.clear, command=self._clear)
+        for header, local in ((headers.remote, False), (headers.local, True)):
+            if header:
+                add(header, command=bare(partial(self._lock_panel, local)))
         add(headers.measure_voltage, query=partial(self._measure, "voltage"))
         add(headers.measure_current, query=partial(self._measure, "current"))
+
+    def _lock_panel(self, local: bool) -> None:
+        self._local = local
+
+    def _take(self, call: Call, elements: int) -> None:
+        """Raise ScpiError where settings are the front panel's now, or for another number of data elements."""
+        if self._local:
+            raise ScpiError(-203)
+        exactly(call.arguments, elements)
 
     def _levels_of(self, name: str) -> Callable[[], float]:
         return lambda: self._levels[name]
@@ -131,12 +150,12 @@ class SimulatedScpiSupply(ScpiInstrument):
         return form.format(value())
 
     def _set_level(self, name: str, highest: float, call: Call) -> None:
-        exactly(call.arguments, 1)
+        self._take(call, 1)
         self._levels[name] = number(call.arguments[0], 0.0, highest, default=0.0)
         self._apply()
 
     def _set_flag(self, name: str, call: Call) -> None:
-        exactly(call.arguments, 1)
+        self._take(call, 1)
         value = boolean(call.arguments[0])
         if name == "on" and value and self._supply is not None and self._supply.tripped is not None:
             # A latched protection holds the output off until it is cleared.
@@ -156,7 +175,7 @@ class SimulatedScpiSupply(ScpiInstrument):
         return self._supply is not None and self._supply.tripped == quantity
 
     def _clear(self, call: Call) -> None:
-        exactly(call.arguments, 0)
+        self._take(call, 0)
         if self._supply is not None:
             self._supply.clear_trip()
             self._apply()

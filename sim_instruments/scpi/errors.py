@@ -31,6 +31,7 @@ MESSAGES = {
     -211: "Trigger ignored",
     -213: "Init ignored",
     -214: "Trigger deadlock",
+    -203: "Command protected",
     -221: "Settings conflict",
     -222: "Data out of range",
     -223: "Too much data",

@@ -12,7 +12,7 @@ from drivers.catalogue import Surroundings
 from drivers.interfaces import Accuracy, OutputMode, Regulated, ReportedError, SetpointError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import SimulatedUnit
-from sim_instruments.instruments.scpi_supply import SupplyRating, simulated_supply
+from sim_instruments.instruments.scpi_supply import SupplyHeaders, SupplyRating, simulated_supply
 
 METER = Accuracy(offset=5e-3, source="manual")
 MODEL = ScpiSupplyModel(("Acme",), ("PS303",), SupplyData(30.0, 3.0, 33.0, METER, METER))
@@ -91,6 +91,29 @@ def test_a_supply_without_protections_is_asked_for_none(bench: VirtualBench) -> 
     supply._clear_protection()
     assert not [line for line in sent if "PROT" in line]
     supply.close()
+
+
+def test_the_front_panel_is_taken_on_opening_and_given_back_by_closing() -> None:
+    headers = SupplyHeaders(remote="SYSTem:REMote", local="SYSTem:LOCal")
+    unit = SimulatedUnit(simulated_supply("acme", "Acme,PS303,4711,1.0", SupplyRating(30.0, 3.0, 33.0), headers))
+    with VirtualBench(load_motor("lg-400w").virtual_motor(), [unit], sockets=False) as bench:
+
+        def taken(guarding: bool = False, **words: str) -> ScpiSupply:
+            model = ScpiSupplyModel(MODEL.makers, MODEL.models, MODEL.data, SupplyCommands(**words))
+            surroundings = Surroundings(bench.clock, lambda: ResourceManager(bench.visa_library), guarding=guarding)
+            return model.open(str(bench.address("supply")), ScpiSupplyOptions(), surroundings, "supply")
+
+        with pytest.raises(ReportedError, match="-203"):
+            taken().configure(1.0, 1.0)
+        used = taken(remote="SYST:REM", local="SYST:LOC")
+        guardian = taken(guarding=True, remote="SYST:REM", local="SYST:LOC")
+        # What a guardian leaves is still the run's.
+        guardian.make_safe()
+        guardian.close()
+        used.configure(1.0, 1.0)
+        used.close()
+        with pytest.raises(ReportedError, match="-203"):
+            taken().configure(1.0, 1.0)
 
 
 def test_an_output_that_stays_on_is_told(bench: VirtualBench) -> None:

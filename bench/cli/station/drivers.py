@@ -82,10 +82,10 @@ def drivers(
     print()
     for name, roles in found.items():
         for source in dict.fromkeys(source for driver in roles for source in driver.sources):
-            print(f"{name:<28}{say(text('written from {source}', source=word(source)))}")
+            print(f"{name:<28}{say(text('source: {source}', source=word(source)))}")
     for name, relay in relays.items():
         for source in relay.sources:
-            print(f"{name:<28}{say(text('written from {source}', source=word(source)))}")
+            print(f"{name:<28}{say(text('source: {source}', source=word(source)))}")
     print()
     print_catalogue(relays, lambda _: say(text("watchdog relay")))
     print()

@@ -79,6 +79,14 @@ class OtherMaster:
             self._answer = bytes(message.data)
 
 
+def state_of(stand: Stand) -> str:
+    """Return the state of a CANopen node; empty for any other instrument, and for a node that does not tell its own."""
+    if stand.transport != "can":
+        return ""
+    with OtherMaster(stand) as other:
+        return other.state()
+
+
 def check_network_management(trial: Trial) -> None:
     """Check that a CANopen node is started when it is opened, and afterwards is in the state in which it was found."""
     with trial.stand() as made:

@@ -7,6 +7,7 @@ from typing import Any
 
 from bench.station.clock import SystemClock
 from bench.testing.conformance.disturbed import LATE, LITTLE_LATE, WHAT, disturbances
+from bench.testing.conformance.network_management import state_of
 from bench.testing.conformance.played import play
 from bench.testing.conformance.report import Checks, in_words
 from bench.testing.conformance.session import Trial
@@ -18,6 +19,7 @@ from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 _ON_ITS_WAY = 0.02
 _TRIES = 3
 _HELD = "Close the connection of what does not open"
+_PUT_BACK = "Command at the end the state that the node told, not one that was only supposed"
 
 
 def check_opening(trial: Trial) -> None:
@@ -26,6 +28,8 @@ def check_opening(trial: Trial) -> None:
     Each question is also refused; and never answered, however often it is asked: each, or the last two.
     """
     messages, asked, transport = _heard(trial)
+    with trial.stand() as undisturbed:
+        left = state_of(undisturbed)
     different = {text: number for number, text in reversed(list(enumerate(messages, 1)))}
     for turn, (text, number) in enumerate(sorted(different.items(), key=lambda one: one[1])):
         kinds = disturbances(text, transport)
@@ -33,10 +37,10 @@ def check_opening(trial: Trial) -> None:
         for kind in sorted({kinds[(turn + step) % len(kinds)] for step in range(many if kinds else 0)}):
             with trial.stand() as made:
                 made.faults.add(Fault.at(kind, number, delay=LATE))
-                _opened(trial, made, f"{WHAT[kind]} when opening", text)
+                _opened(trial, made, f"{WHAT[kind]} when opening", text, left)
     with trial.stand() as made:
         made.faults.add(Fault(FaultKind.LATE, lambda count, _: count % 2 == 1, delay=LITTLE_LATE, times=None))
-        right, remedy = _opened(trial, made, "a little late", "every other message"), "Wait for the reply time"
+        right, remedy = _opened(trial, made, "a little late", "every other message", left), "Wait for the reply time"
         trial.checks.that("opening: replies that come a little late", right, "it does not open", remedy)
     _over_a_real_line(trial)
     questions = list(_questions(messages[:asked][::-1], transport))
@@ -97,8 +101,11 @@ def _questions(texts: Sequence[str], transport: str) -> Iterator[str]:
             yield text
 
 
-def _opened(trial: Trial, made: Stand, what: str, text: str) -> bool:
-    """Open with what disturbs it; return whether it opened. What did not is told, and opens once nothing disturbs it."""
+def _opened(trial: Trial, made: Stand, what: str, text: str, left: str) -> bool:
+    """Open with what disturbs it; return whether it opened. What did not is told, and opens once nothing disturbs it.
+
+    A CANopen node that did is afterwards in the state in which it was `left`.
+    """
     checks = trial.checks
     trial.session.prepare(made)
     before = made.connections
@@ -123,6 +130,8 @@ def _opened(trial: Trial, made: Stand, what: str, text: str) -> bool:
     remedy = "Ask again, or refuse to open"
     checks.that(f"{what}: never becomes a value", not during.wrong, f"'{text}': {during.wrong}", remedy)
     instrument.close()
+    wrong = f"after '{text}' it is {state_of(made)} instead of {left}"
+    checks.that(f"{what}: the node's state is put back", state_of(made) == left, wrong, _PUT_BACK)
     return True
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from tomli_w import dumps as toml_text
 
+from bench.i18n.language import translator
 from bench.journal.finished_run import read_run
 from bench.journal.guardian_record import read_guardian
 from bench.motor.motor_file import load_motor
@@ -19,6 +20,7 @@ from bench.station.station_file import load_station
 from bench.testing.conformance.kit import Conformance
 from bench.virtual.served_station import station_to_serve
 from bench.virtual.virtual_station import describe
+from drivers.interfaces.text import word
 from sim_instruments.server.served_bench import ServedBench
 from tests.bench.plugins.how_to_pages import OSCILLOSCOPE, PAGES, PROBES, codes, left
 from tests.command_line import Call
@@ -337,6 +339,7 @@ address = "TCPIP0::192.0.2.11::inst0::INSTR"
     page = codes("add-a-procedure.md")["cold_lines.py"]
     catalogue = re.findall(r"```po\n(.*?)```", (PAGES / "add-a-procedure.md").read_text(encoding="utf-8"), re.DOTALL)[0]
     (folder / "cold_lines.py").write_text(page, encoding="utf-8")
+    assert word("cold-lines").render(translator("en")) == "Line resistance as it comes"
     for language in ("en", "zh"):
         words = ("run", "cold-lines", "--station", "own.toml", "--motor", "lg-400w", "--rehearse", "--json")
         told = json.loads(call(*words, "--language", language)[1])
@@ -349,6 +352,7 @@ address = "TCPIP0::192.0.2.11::inst0::INSTR"
     (folder / "cold_lines.py").write_text(f"{page}# another content: loaded anew", encoding="utf-8")
     assert "现状线电阻" in call("parameters", "--station", "own.toml", "--language", "zh")[1]
     assert json.loads(call(*words, "--language", "zh")[1])["procedures"][0]["steps"][1]["text"] == "三个读数的平均值"
+    assert word("cold-lines").render(translator("zh")) == "现状线电阻"
     for number, (right, wrong, said) in enumerate(
         (
             ("以 {frequency:g} Hz", "以 {frequenz:g} Hz", "must have the placeholders of 'Between AB, BC and CA"),

@@ -105,11 +105,15 @@ def _turn_fully(stand: Stand, inverter: Any, checks: Checks) -> None:
         stand.wait(_STOPPED)
         stand.world.let_go()
         _turn(stand, inverter, checks, frequency, _current(inverter, stand.between(0.4, 0.9)))
-    with inverter.driving_frequency(5.0, _current(inverter, 0.5)):
-        inverter.command_zero()
-        stand.wait(2.0)
-        found = stand.world.inverter.output_frequency()
-        checks.close("command_zero(): frequency", found, 0.0, 0.1, "Command no current and no speed")
+    # By the program that drives it, and by a guardian, which knows nothing of what was set up.
+    guard: Any = stand.open(guarding=True, elsewhere=True)
+    for name, one in (("command_zero()", inverter), ("command_zero() by a second connection", guard)):
+        with inverter.driving_frequency(5.0, _current(inverter, 0.5)):
+            one.command_zero()
+            stand.wait(2.0)
+            found = stand.world.inverter.output_frequency()
+            checks.close(f"{name}: frequency", found, 0.0, 0.1, "Command no current and no speed")
+    guard.close()
     highest, current = inverter.maximum_frequency, inverter.maximum_current
     wrong = ((2.0 * highest, 1.0), (-2.0 * highest, 1.0), (math.nan, 1.0), (1.0, -1.0), (1.0, 2.0 * current))
     checks.rejects("set points that cannot be", inverter.driving_frequency, *wrong)

@@ -17,6 +17,7 @@ _SPEED = 120.0
 _RECORD, _POINTS = 0.05, 400
 #: Length (s) of one whose parts are waited for.
 _LONG = 4.0
+_OF_SPAN = "A share of full scale is a larger one of what the trace spans"
 #: How probes are stated where there are none.
 _EXAMPLE = '{"probes": {1: Probe(ProbeKind.VOLTAGE, attenuation=10.0), 2: Probe(ProbeKind.VOLTAGE, attenuation=10.0)}}'
 
@@ -96,8 +97,7 @@ def _compare(
     if (stated := checks.manual.full_scale_gain) is not None:
         lowest, highest = float(values.min()), float(values.max())
         span = max(highest - lowest, abs(lowest), abs(highest))
-        advice = "A share of full scale is a larger one of what the trace spans"
-        checks.close("waveform: gain", accuracy.gain * span / waveform.full_scale, stated, 0.01 * stated, advice)
+        checks.close("waveform: gain", accuracy.gain * span / waveform.full_scale, stated, 0.01 * stated, _OF_SPAN)
     steps = np.unique(np.abs(np.diff(values)))
     least = float(steps[steps > 1e-9 * actual].min())
     right = 0.2 * least <= waveform.resolution <= 5.0 * least
@@ -125,15 +125,21 @@ def _brief(stand: Stand, scope: Any, checks: Checks) -> None:
     checks.that("gives_waveforms", scope.gives_waveforms, "it says no", "Say so where samples can be fetched")
     amplitude = _show(stand, scope, channel)
     trigger = Trigger(channel, 0.3 * amplitude)
-    _compare(stand, checks, _record(stand, scope, [channel], trigger, 0.25)[channel], channel, "V", trigger, 0.25)
-    _screen(stand, scope, checks, channel)
+    found = _record(stand, scope, [channel], trigger, 0.25)[channel]
+    _compare(stand, checks, found, channel, "V", trigger, 0.25)
+    _screen(stand, scope, checks, found)
 
 
-def _screen(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
+def _screen(stand: Stand, scope: Any, checks: Checks, waveform: Waveform) -> None:
+    """Check the instrument's own measurements of a trace, of which a waveform was just fetched."""
+    channel = waveform.channel
     frequency = _frequency(stand)
     checks.reading("measure_frequency", scope.measure_frequency(channel), frequency, "Hz", 0.02 * frequency)
     reading = scope.measure_amplitude(channel)
     checks.reading("measure_amplitude", reading, _amplitude(stand, channel), "V", 0.02 * reading.value)
+    if (stated := checks.manual.full_scale_gain) is not None:
+        share = reading.accuracy.gain * 2.0 * reading.value / waveform.full_scale
+        checks.close("measure_amplitude: gain", share, stated, 0.01 * stated, _OF_SPAN)
 
 
 def _full(stand: Stand, scope: Any, checks: Checks) -> None:
@@ -155,11 +161,14 @@ def _full(stand: Stand, scope: Any, checks: Checks) -> None:
         checks.that("a record: in time", took <= most, f"{took:.3g} s instead of {most:.3g} s", remedy)
         for channel in channels:
             _compare(stand, checks, found[channel], channel, "V", trigger, share, points)
-    _screen(stand, scope, checks, channels[0])
+    _screen(stand, scope, checks, found[channels[0]])
     _filled(stand, scope, checks, channels[0])
     _moved(stand, scope, checks, channels[0])
     _as_set_up(stand, scope, checks, channels[0])
     _refused(stand, scope, checks, channels[0])
+    # A trace that nearly fills the screen is on it.
+    _show(stand, scope, channels[0], screens=2.4)
+    _screen(stand, scope, checks, _record(stand, scope, channels[:1], Trigger(None), 0.0)[channels[0]])
     _current(stand, scope, checks)
     # Of a shaft that stands, with nothing to trigger on.
     _turn(stand, 0.0)

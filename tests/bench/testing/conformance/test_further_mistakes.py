@@ -13,16 +13,19 @@ from bench.testing.conformance.ends import check_found
 from bench.testing.conformance.guarded import check_guarded
 from bench.testing.conformance.manual import Manual
 from bench.testing.conformance.network_management import check_process_data
+from bench.testing.conformance.opening import check_opening
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial, session_of
 from bench.testing.conformance.station import check_station
 from drivers.bases.waveform import Preamble
+from drivers.cia402.inverter import Cia402Inverter
 from drivers.cia402.node import Cia402Node
 from drivers.cia402.velocity import Velocity
 from drivers.interfaces import CommunicationError
 from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import text
 from drivers.lutron.tachometer import LutronTachometer
+from drivers.transport.can.network_management import NmtState
 from sim_instruments.instruments.cia402.catalogue import VELOCITY_INVERTER
 from tests.bench.testing.conformance.own_drivers import OPTIONS, manual_of
 
@@ -120,3 +123,24 @@ def test_a_drive_that_begins_with_an_older_command_is_found(monkeypatch: Patch) 
 
     monkeypatch.setattr(Velocity, "command", commands)
     assert "no turning against the command on the way" in failures(_full, "cia402-inverter")
+
+
+def test_a_guardian_that_leaves_a_velocity_commanded_is_found(monkeypatch: Patch) -> None:
+    monkeypatch.setattr(Cia402Inverter, "_command_zero_unasked", lambda _: None)
+    assert "command_zero() by a second connection: frequency" in failures(_full, "cia402-inverter")
+
+
+@pytest.mark.slow
+def test_a_state_that_is_put_back_though_nobody_told_it_is_found(monkeypatch: Patch) -> None:
+    identify = Cia402Node._woken
+
+    def supposes(node: Cia402Node) -> Any:
+        try:
+            return identify(node)
+        except CommunicationError:
+            node._found_nmt = NmtState.STOPPED
+            return identify(node)
+
+    monkeypatch.setattr(Cia402Node, "_woken", supposes)
+    failed = failures(check_opening, "cia402-rotor-actuator")
+    assert any(one.endswith("when opening: the node's state is put back") for one in failed)
