@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from bench.analysis.map_table import TORQUE, KnownColumn, read_table
+from bench.analysis.map_columns import AngleFrom, map_columns
 from bench.analysis.run_map import map_of_run
-from bench.analysis.table_outcome import digits_of, give, told, withheld_rows
+from bench.analysis.table_outcome import give, told, withheld_rows
 from bench.analysis.zero_current import Thinned, beyond_table, widened
 from bench.i18n.errors import InputError, at
 from drivers.interfaces.text import Translate, english, text, text_of
@@ -20,20 +20,11 @@ from procedures.estimation.flux.capability import largest_torque
 from procedures.estimation.flux.flux_map import GainLimits, MapFigure, MeasuredFluxMap
 from procedures.estimation.flux.inductances import characteristic_current
 from procedures.estimation.flux.mtpa import MtpaPoint, maximum_torque_per_ampere
-from procedures.estimation.flux.published_map import on_grid, read_map
+from procedures.estimation.flux.published_map import read_map
 from procedures.techniques.maps.ended import LEFT_OUT, broken_words
 from procedures.techniques.maps.results import AT_EDGE, at_edge, table_of
 from procedures.techniques.maps.shaft_torque import TORQUE_DIFFERS
 
-_MAP = {
-    "i_d": KnownColumn("A", ("id", "currentd", "dcurrent")),
-    "i_q": KnownColumn("A", ("iq", "currentq", "qcurrent")),
-    "psi_d": KnownColumn("V·s", ("psid", "fluxd", "phid", "dflux", "fd")),
-    "psi_q": KnownColumn("V·s", ("psiq", "fluxq", "phiq", "qflux", "fq")),
-    "u_psi_d": KnownColumn("V·s", ("upsid",)),
-    "u_psi_q": KnownColumn("V·s", ("upsiq",)),
-    "torque": KnownColumn("N·m", (*TORQUE, "tem", "te")),
-}
 #: What is said of a table without zero current.
 BEYOND_TABLE = "beyond-table"
 _SHARES = (0.25, 0.5, 0.75, 1.0)
@@ -50,34 +41,26 @@ def analyze_flux_map(
     current: float | None = None,
     resistance: float = 0.0,
     gains: GainLimits | None = None,
+    angle_from: AngleFrom | None = None,
+    flux_linkage: float | None = None,
+    u_flux_linkage: float = 0.0,
     translate: Translate = english,
 ) -> dict[str, Any]:
     """Return what follows from a table of flux linkages, in the shape of `--json`. Raises InputError for one that cannot be used."""
-    columns = read_table(path, _MAP, ("i_d", "i_q", "psi_d", "psi_q"), mapped)
-    points, flux = (np.column_stack([columns[n] for n in pair]) for pair in (("i_d", "i_q"), ("psi_d", "psi_q")))
-    spread = None
-    if {"u_psi_d", "u_psi_q"} <= set(columns):
-        spread = np.column_stack((columns["u_psi_d"], columns["u_psi_q"]))
-        for name in ("u_psi_d", "u_psi_q"):
-            if np.any(columns[name] < 0.0):
-                raise InputError(
-                    at(
-                        str(path),
-                        text(
-                            "{name} has {least:g} V·s, but an uncertainty is 0 or more; correct the column or leave it out",
-                            name=name,
-                            least=float(np.nanmin(columns[name])),
-                        ),
-                    )
-                )
+    table = map_columns(path, mapped, angle_from=angle_from, flux_linkage=flux_linkage, u_flux_linkage=u_flux_linkage)
     try:
         found = read_map(
-            points, flux, uncertainty=spread, torque=columns.get("torque"), pole_pairs=pole_pairs, gains=gains
+            table.points,
+            table.flux,
+            uncertainty=table.uncertainty,
+            torque=table.torque,
+            pole_pairs=pole_pairs,
+            gains=gains,
         )
         result = told(path, found.misfit, translate)
         details = result["details"]
         details |= {
-            "points": len(points),
+            "points": len(table.points),
             "symmetric": found.map.symmetric,
             "full_scale": found.map.full_scale,
             "turn_degrees": math.degrees(found.turn),
@@ -90,10 +73,7 @@ def analyze_flux_map(
             result["withheld"] = withheld_rows(("flux_linkage", "d_axis_inductance", "q_axis_inductance"), withheld.cause.value,
                                          sentence(withheld).render(translate), "flux-map")  # fmt: skip
             return result
-        # Set points are exact, however round; readings have their last digit's error.
-        read = ("psi_d", "psi_q") if on_grid(points) else ("psi_d", "psi_q", "i_d", "i_q")
-        digits = digits_of({name: columns[name] for name in read})
-        _of_map(found.map, result, pole_pairs, voltage, current, resistance, translate, digits)
+        _of_map(found.map, result, pole_pairs, voltage, current, resistance, translate, table.digits)
     except EstimationError as error:
         raise InputError(at(str(path), text_of(error))) from error
     result["assumptions"].append(
@@ -102,6 +82,7 @@ def analyze_flux_map(
             "this is in the table"
         ).render(translate)
     )
+    result["assumptions"] += [each.render(translate) for each in table.assumptions]
     if found.repeated:
         result["assumptions"].append(
             text(
@@ -109,7 +90,7 @@ def analyze_flux_map(
                 count=found.repeated,
             ).render(translate)
         )
-    if spread is None:
+    if table.uncertainty is None:
         result["assumptions"].append(
             text(
                 "the table states no uncertainties; the scatter about a smooth surface and the stated gain "

@@ -30,6 +30,7 @@ _UNITS = {
 #: What a refusal offers for a unit.
 _OFFERED = {
     "A": ("A", "mA", "A rms"), "V·s": ("Vs", "mVs", "Wb", "mWb"), "N·m": ("Nm", "mNm"), "W": ("W", "kW"), "rad/s": ("rpm", "rad/s"),
+    "H": ("H", "mH", "uH"), "rad": ("deg", "rad"),
 }  # fmt: skip
 _RMS = re.compile(r"[\s_,]*(?:rms|eff)(?![a-z])")
 _PEAK = re.compile(r"[\s_,]*(?:peak|pk)(?![a-z-])")
@@ -72,13 +73,15 @@ def read_table(
     mapped: Sequence[str] = (),
     *,
     instead: Mapping[str, str] | None = None,
+    unless: Mapping[str, Collection[str]] | None = None,
     rms: Collection[str] = (),
 ) -> dict[str, NDArray[np.float64]]:
     """Return the columns of a table with a heading, in SI, peak values, by our names; an empty cell is NaN.
 
     `known` are the columns by our name, `needed` those that must be there, `mapped` NAME=HEADING as typed, where a unit in brackets may
-    follow the heading; `instead` names the column that does in place of a needed one; those in `rms` are rms whether their heading says
-    so or not. Raises InputError naming file, line and column, also where a unit is left open; UsageError for a mapping that names nothing.
+    follow the heading; `instead` names the column that does in place of a needed one, `unless` those that are passed over where one is
+    there; those in `rms` are rms whether their heading says so or not. Raises InputError naming file, line and column, also where a unit
+    is left open; UsageError for a mapping that names nothing.
     """
     content = _content(path)
     numbered = [
@@ -112,6 +115,9 @@ def read_table(
             twice[ours] = -1
         elif twice.get(ours) == -1:
             twice[ours] = place
+    for name in (each for there, others in (unless or {}).items() if there in places for each in others):
+        places.pop(name, None)
+        twice.pop(name, None)
     lacking = [name for name in needed if name not in places and (instead or {}).get(name) not in places]
     if lacking:
         raise InputError(

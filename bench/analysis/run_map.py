@@ -51,7 +51,7 @@ def map_of_run(path: Path, pole_pairs: float | None = None, *, standstill: bool 
     taken = MapReadings() if standstill else _readings(run.events)
     if taken.points:
         kept, made, broken = joined(taken, symmetric=None)
-        torque = None if pairs is None else shaft_torque(made.map, kept, pairs)
+        torque = None if pairs is None else shaft_torque(made, kept, pairs)
         details = {
             "readings": made.fit.residuals.size // 2,
             "symmetric": made.symmetric,

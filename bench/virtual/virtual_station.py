@@ -4,15 +4,20 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from bench.station.station_file import VIRTUAL, Station, make_station
 from procedures.core.nameplate import Nameplate
 from sim_instruments.catalogue import DQ_INVERTER
+from sim_instruments.physics.motor.motor import VirtualMotor
 
 #: What the virtual units' individual errors are drawn from.
 _PROBE_SOURCE = "within the limits of the virtual oscilloscope"
 _UNIT_SOURCE = "specification of the virtual unit"
 #: A virtual inverter has this bus voltage (V) at least, one for d- and q-axis currents this current (A, peak).
 _LEAST_BUS, _LEAST_CURRENT = 48.0, 30.0
+#: A virtual dynamometer of the usual size holds motors of this torque (N·m); a larger one is rated for so many times the motor's.
+_USUAL_TORQUE, _ROOM = 8.0, 1.25
 #: Above this bus voltage (V) the voltage probes are those for high voltage.
 _HIGH_BUS = 300.0
 #: An address as the virtual bench gives it: text, or for a CAN node its parts.
@@ -26,10 +31,12 @@ def describe(
     watchdog_relays: Mapping[str, Mapping[str, Any]] | None = None,
     *,
     dq_inverter: Mapping[str, Any] | None = None,
+    torque: float | None = None,
 ) -> dict[str, Any]:
     """Return what the station file of a virtual bench at these addresses (by role) would hold.
 
     With `dq_inverter`, the ratings of the simulated one, d- and q-axis currents can be commanded of its inverter.
+    `torque` (N·m) is the rated one of a dynamometer that is larger than usual.
     `control` is the address of the control endpoint of a bench that another process serves, `interlocks` are where its
     safety contacts are read, `watchdog_relays` where its relays with a watchdog are reached.
     """
@@ -83,6 +90,9 @@ def describe(
             "current_accuracy": {"gain": 5.0e-3, "resolution": 1.0e-3, "source": _UNIT_SOURCE},
             "voltage_accuracy": {"gain": 3.0e-3, "resolution": 1.0e-3, "source": _UNIT_SOURCE},
         }
+    if torque is not None:
+        options["dynamometer"]["rated_torque"] = torque
+        options["dynamometer"]["torque_accuracy"]["offset"] = 1.0e-3 * torque
     if not addresses.keys() <= options.keys():
         options |= _fixture()
     # The virtual bench in process has no watch, for its process cannot leave it on; one computer that plays both is slow.
@@ -119,15 +129,29 @@ def _fixture() -> dict[str, dict[str, Any]]:
     }
 
 
-def virtual_station(addresses: Mapping[str, Address], dq_inverter: Mapping[str, Any] | None = None) -> Station:
+def virtual_station(
+    addresses: Mapping[str, Address], dq_inverter: Mapping[str, Any] | None = None, *, torque: float | None = None
+) -> Station:
     """Return the station; its identity does not depend on the addresses, which differ from start to start."""
-    fixed = json.dumps(describe(dict.fromkeys(addresses, "-"), dq_inverter=dq_inverter), sort_keys=True)
-    return make_station(describe(addresses, dq_inverter=dq_inverter), VIRTUAL, fixed.encode())
+    fixed = json.dumps(describe(dict.fromkeys(addresses, "-"), dq_inverter=dq_inverter, torque=torque), sort_keys=True)
+    return make_station(describe(addresses, dq_inverter=dq_inverter, torque=torque), VIRTUAL, fixed.encode())
 
 
 def dc_voltage_for(nameplate: Nameplate) -> float:
     """Return the DC link's voltage (V) of a virtual inverter that carries a motor."""
     return max(_LEAST_BUS, nameplate.rated_voltage or 0.0)
+
+
+def dynamometer_torque_for(motor: VirtualMotor, nameplate: Nameplate) -> float | None:
+    """Return the rated torque (N·m) of a virtual dynamometer that holds a motor at its largest current; None where the usual one does."""
+    current = nameplate.current_bound * np.exp(1j * np.linspace(0.0, np.pi, 181))
+    if motor.flux_map is not None:
+        psi_d, psi_q = motor.flux_map.flux(current.real, current.imag)
+    else:
+        psi_d = motor.flux_linkage_y + motor.d_axis_inductance_y * current.real
+        psi_q = motor.q_axis_inductance_y * current.imag
+    largest = 1.5 * motor.pole_pairs * float(np.max(psi_d * current.imag - psi_q * current.real))
+    return None if largest <= _USUAL_TORQUE else _ROOM * largest
 
 
 def dq_inverter_for(nameplate: Nameplate) -> Mapping[str, Any]:

@@ -196,7 +196,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
             if broken is not None:
                 self.notice("sessions-contradict", broken_words(broken, LEFT_OUT))
         self.tell_misfit(found.misfit)
-        fit, flux_map = found.fit, self._compare_torque(found.map, taken)
+        fit, flux_map = found.fit, self._compare_torque(found, taken)
         self.findings |= {
             "tables": {MAP_FILE: table_of(flux_map)},
             "full_scale": flux_map.full_scale,
@@ -291,12 +291,12 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         )
         report_mtpa(self, _BUDGET, flux_map, self._pairs)
 
-    def _compare_torque(self, flux_map: MeasuredFluxMap, taken: MapReadings) -> MeasuredFluxMap:
+    def _compare_torque(self, found: FluxMapEstimate, taken: MapReadings) -> MeasuredFluxMap:
         """Hold the map's torque against the shaft's, without what turns at no current too; return the map, wider where they differ."""
-        compared = shaft_torque(flux_map, taken, self._pairs)
+        compared = shaft_torque(found, taken, self._pairs)
         if compared is None:
-            return flux_map
+            return found.map
         self.findings["torque"] = compared.as_dict()
         if compared.contradiction is not None:
             self.notice(TORQUE_DIFFERS, compared.contradiction)
-        return compared.held_by(flux_map)
+        return compared.held_by(found.map)

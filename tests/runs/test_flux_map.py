@@ -102,6 +102,15 @@ def test_torque_and_its_largest_per_ampere_are_the_maps():
     )
 
 
+def test_magnets_that_have_warmed_up_are_no_contradiction_of_the_shafts_torque():
+    """The map is that of cold magnets, the shaft has the torque of warm ones: 4 % less of their flux at the end."""
+    with flux_bench(replace(made_motor(), thermal_resistance=80.0), PLATE, seed=4) as bench:
+        found = map_of(bench, PLATE, "locations=24")
+    assert found.findings["magnet_change"]["flux"][-1] < -0.03 * MAP.flux_linkage
+    assert found.findings["torque"]["ratio"] == pytest.approx(1.0, abs=3e-3)
+    assert not found.warnings
+
+
 @pytest.mark.parametrize("gain", ["current_gain", "voltage_gain"])
 def test_a_gain_beyond_its_limit_is_said_and_in_the_interval(gain):
     setting = BenchSetting(disturbances=Disturbances(inverter=CurrentLoop(**{gain: 0.1})))

@@ -1,4 +1,6 @@
-"""A motor for more than the 48 V of a small virtual inverter: the virtual bench's is as large as the motor."""
+"""A motor for more than a small virtual inverter's 48 V and a small dynamometer's 10 N·m: the virtual bench's are as large as the motor."""
+
+import pytest
 
 MOTOR = """
 [nameplate]
@@ -38,3 +40,19 @@ def test_a_rotor_that_falls_out_of_step_for_want_of_voltage_is_told_why(motorben
     status, result = _count(motorbench, tmp_path, 48.0)
     assert status != 0
     assert "the inverter's DC link may be too low" in str(result)
+
+
+def test_the_virtual_dynamometer_holds_the_motors_torque(motorbench, tmp_path):
+    """At 20 A and 41° it makes 89 N·m by its constants."""
+    file = tmp_path / "motor.toml"
+    file.write_text(MOTOR.format(voltage=600.0))
+    settings = ("flux-map.locations=12", "flux-map.d_from=0", "flux-map.d_to=0.2", "flux-map.symmetric=true")
+    status, result = motorbench(
+        "run", "pole-pairs-back-emf", "flux-map", "--station", "virtual", "--operator", "virtual", "--motor", str(file),
+        *(word for setting in settings for word in ("--set", setting)),
+    )  # fmt: skip
+    assert status == 0
+    found = result["procedures"]["flux-map"]
+    torque = found["findings"]["torque"]
+    assert max(torque["readings"]["shaft_torque"]) > 20.0
+    assert torque["ratio"] == pytest.approx(1.0, abs=0.01)

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from bench.cli.analyze.output import print_analysis, print_sentences
 from bench.cli.analyze.typed import Count
@@ -22,6 +22,9 @@ def flux_map(
     resistance: float = 0.0,
     voltage_gain: float = 0.0,
     current_gain: float = 0.0,
+    angle_from: Literal["q", "q-to-d", "d"] | None = None,
+    flux_linkage: float | None = None,
+    u_flux_linkage: float = 0.0,
     standstill: bool = False,
     output: Path | None = None,
     force: bool = False,
@@ -35,10 +38,13 @@ def flux_map(
     Parameters
     ----------
     file
-        Table with the headings id_A, iq_A, psi_d_Vs, psi_q_Vs and, if known, u_psi_d_Vs, u_psi_q_Vs, torque_Nm; peak values. Or
-        the folder of a run of flux-map or flux-map-standstill, complete or not: the map is made of the readings that it has.
+        Table with the headings id_A, iq_A, psi_d_Vs, psi_q_Vs and, if known, u_psi_d_Vs, u_psi_q_Vs, torque_Nm; peak values.
+        In place of the currents: current_A and gamma_deg. In place of the flux linkages: ld_H, lq_H, the apparent inductances,
+        and psi_m_Vs (or --flux-linkage), if known with u_ld_H, u_lq_H, u_psi_m_Vs. Or the folder of a run of flux-map or
+        flux-map-standstill, complete or not: the map is made of the readings that it has.
     column
-        A heading that differs from these, NAME=HEADING. Names: i_d, i_q, psi_d, psi_q, u_psi_d, u_psi_q, torque.
+        A heading that differs from these, NAME=HEADING. Names: i_d, i_q, psi_d, psi_q, u_psi_d, u_psi_q, torque, current, angle, l_d, l_q,
+        flux_linkage, u_l_d, u_l_q, u_flux_linkage.
     pole_pairs
         Pole pairs, for torque. Default with a run's folder: those of the run.
     voltage
@@ -51,6 +57,12 @@ def flux_map(
         Limit of error of all voltages, %, rectangular.
     current_gain
         Limit of error of all currents, %, rectangular.
+    angle_from
+        Of currents by amount and angle: q counts the angle from q towards −d, q-to-d from q towards d, d from d towards q.
+    flux_linkage
+        For a table of inductances without a column of it: the magnets' flux linkage, V·s, peak; 0 without magnets.
+    u_flux_linkage
+        Its standard uncertainty, V·s.
     standstill
         With the folder of a run that has both maps: the one of flux-map-standstill.
     output
@@ -73,10 +85,10 @@ def flux_map(
     loss = _not_negative("--resistance", resistance)
     gains = GainLimits(_percent("--voltage-gain", voltage_gain), _percent("--current-gain", current_gain))
     if file.is_dir():
-        if column or gains != GainLimits():
+        if column or gains != GainLimits() or angle_from is not None or flux_linkage is not None:
             raise UsageError(
                 text(
-                    "{path}: a run names its columns and its gains itself; leave out --column and the gains",
+                    "{path}: a run names its columns and its gains itself; leave out --column, the gains, --angle-from and --flux-linkage",
                     path=str(file),
                 )
             )
@@ -104,6 +116,9 @@ def flux_map(
             current=current,
             resistance=loss,
             gains=gains,
+            angle_from=angle_from,
+            flux_linkage=None if flux_linkage is None else _not_negative("--flux-linkage", flux_linkage),
+            u_flux_linkage=_not_negative("--u-flux-linkage", u_flux_linkage),
             translate=translate,
         )
     status = print_analysis(made, translate, json=json, budget=False)

@@ -28,6 +28,8 @@ _TURNED_FAR = 5.0
 _MOST_CURRENT, _MOST_FLUX = 1e5, 1e3
 #: Zero current is this close (share of the largest current), or among the rows.
 _NEAR_ZERO = 0.1
+#: A row this close to zero current (share of the largest) shows the magnets.
+_AT_ZERO = 0.02
 #: Currents this close (share of the largest) are the same: what lies between their flux linkages is noise, which a surface must not follow.
 _SAME = 2e-3
 #: Rows at one current that differ from their mean by more (share of the largest flux linkage) are not of one state of a motor.
@@ -247,7 +249,7 @@ def _odd_row(points: FloatArray, flux: FloatArray) -> int | None:
 def _orientation(points: FloatArray, flux: FloatArray) -> list[Finding]:
     """Return what the mean slopes and the magnet's place say of axes and signs."""
     design = np.column_stack((np.ones(len(points)), points))
-    offset, *slopes = np.linalg.lstsq(design, flux, rcond=None)[0]
+    _, *slopes = np.linalg.lstsq(design, flux, rcond=None)[0]
     inductance = np.array(slopes).T
     on_axes, across = np.abs(np.diag(inductance)), np.abs([inductance[0, 1], inductance[1, 0]])
     mean = 0.5 * (inductance + inductance.T)
@@ -268,8 +270,11 @@ def _orientation(points: FloatArray, flux: FloatArray) -> list[Finding]:
             )
         ]
     scale = float(np.max(np.hypot(*flux.T)))
-    nearest = flux[np.argmin(np.hypot(*points.T))]
-    zero = nearest if np.min(np.hypot(*points.T)) < 0.02 * np.max(np.hypot(*points.T)) else offset
+    size = np.hypot(*points.T)
+    zero = flux[np.argmin(size)]
+    if float(np.min(size)) >= _AT_ZERO * float(np.max(size)):
+        # A plane through all rows would lie beside it where q saturates and only one side of it is there.
+        zero = fit_surface(points, flux, symmetric=False)(np.zeros((1, 2)))[0]
     if np.hypot(*zero) < _NO_MAGNET * scale:
         return []
     angle = math.degrees(math.atan2(zero[1], zero[0]))

@@ -9,6 +9,7 @@ import numpy as np
 from drivers.interfaces.text import Text, text
 from procedures.core.curves import curve
 from procedures.estimation.fitting.fit import FloatArray
+from procedures.estimation.flux.estimator import FluxMapEstimate
 from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap, of_gains
 from procedures.techniques.maps.estimates import gains_of
 from procedures.techniques.maps.readings import MapReadings
@@ -82,17 +83,18 @@ class ShaftTorque:
         return replace(flux_map, shared={**flux_map.shared, **wider})
 
 
-def shaft_torque(flux_map: MeasuredFluxMap, taken: MapReadings, pole_pairs: float) -> ShaftTorque | None:
-    """Return the shaft's torque against the map's; None where too few readings have one.
+def shaft_torque(found: FluxMapEstimate, taken: MapReadings, pole_pairs: float) -> ShaftTorque | None:
+    """Return the shaft's torque against that of the map with the magnets as they were at each reading; None where too few have one.
 
     What the shaft takes at no current, friction and iron, is that of each direction by itself.
     """
-    planned, torque = taken.planned, taken.torques
+    flux_map, planned, torque = found.map, taken.planned, taken.torques
     directions = np.array([point.planned.direction for point in taken.points])
     idle = ~np.any(planned, axis=1)
     places = np.array([_place(flux_map, *each) for each in planned])
     sides = np.where(planned[:, 1] < 0.0, -1.0, 1.0) if flux_map.symmetric else np.ones(len(planned))
-    of_map = flux_map.torque(pole_pairs)[places] * sides
+    of_map = flux_map.torque(pole_pairs)[places] + _of_magnets(found, flux_map.points[places], pole_pairs)
+    of_map = of_map * sides
     of_shaft = np.full_like(of_map, np.nan)
     for direction in (1, -1):
         same = directions == direction
@@ -111,6 +113,14 @@ def shaft_torque(flux_map: MeasuredFluxMap, taken: MapReadings, pole_pairs: floa
     limits = (accuracy.gain or accuracy.offset / float(np.max(np.abs(torque))), gains.voltage, gains.current)
     spread = math.hypot(scatter, *(limit / math.sqrt(3.0) for limit in limits))
     return ShaftTorque(ratio, scatter, spread, of_map[used], of_shaft[used], gains)
+
+
+def _of_magnets(found: FluxMapEstimate, at: FloatArray, pole_pairs: float) -> FloatArray:
+    """Return by how much the torque (n,) at the readings' currents (n, 2) is other than the map's: its magnets' flux has changed since."""
+    surface = found.map.surface
+    shift = found.fit.magnet_change / float(surface.slopes(np.zeros((1, 2)))[0, 0, 0])
+    change = surface(at + np.column_stack((shift, np.zeros_like(shift)))) - surface(at)
+    return np.asarray(1.5 * pole_pairs * (change[:, 0] * at[:, 1] - change[:, 1] * at[:, 0]))
 
 
 def _place(flux_map: MeasuredFluxMap, i_d: float, i_q: float) -> int:
