@@ -9,7 +9,7 @@ from playwright.sync_api import Page, expect
 
 from bench.cli.main import main
 from bench.panel.server.access import add_person
-from tests.bench.panel.browser.conftest import Panel
+from tests.bench.panel.browser.conftest import PATIENCE, Panel
 from tests.bench.panel.browser.test_browser import answer_until_end, begin, choose
 from tests.bench.panel.conftest import QUICK, Server
 
@@ -25,6 +25,17 @@ def log_in(page: Page, name: str, password: str) -> None:
     page.get_by_label("Name").fill(name)
     page.get_by_label("Password").fill(password)
     page.get_by_role("button", name="Log in").click()
+
+
+def come_to_rest(page: Page) -> None:
+    """Wait until the server sends the page nothing but its heart-beat."""
+    page.evaluate("window.updates = 0; window.socket.on('update', () => { window.updates += 1; })")
+    for _ in range(int(PATIENCE / 2.0)):
+        before = page.evaluate("window.updates")
+        page.wait_for_timeout(2000.0)
+        if page.evaluate("window.updates") == before:
+            return
+    pytest.fail("each update has the browser work out the whole page, and they do not end")
 
 
 @pytest.fixture
@@ -111,6 +122,7 @@ def test_a_record_that_was_changed_is_said_to_be(serve: Serve, new_page: NewPage
     page.goto(f"{server.url}/runs/{run.name}")
     expect(page.get_by_role("button", name="Measure the next motor")).to_be_visible()
     expect(changed).to_have_count(0)
+    come_to_rest(page)
     journal = run / "journal.jsonl"
     whole = journal.read_bytes()
     place = whole.index(b"SN-1") + len("SN-")
