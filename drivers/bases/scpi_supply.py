@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from drivers.bases.always import always
 from drivers.bases.scpi_driver import ScpiDriver
 from drivers.bases.set_points import check_setpoint, lesser
-from drivers.bases.supply_data import ScpiSupplyLimits as ScpiSupplyLimits
 from drivers.bases.supply_data import ScpiSupplyOptions as ScpiSupplyOptions
 from drivers.bases.supply_data import SupplyCommands as SupplyCommands
 from drivers.bases.supply_data import SupplyData as SupplyData
@@ -47,7 +46,7 @@ class ScpiSupply(ScpiDriver, Supply):
         self,
         session: ScpiSession,
         clock: Clock,
-        options: ScpiSupplyLimits,
+        options: ScpiSupplyOptions,
         *,
         identity: Identity,
         data: SupplyData,

@@ -1,7 +1,6 @@
 """Data of a SCPI power supply: its commands, its ratings, and the options of a station."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
 from drivers.interfaces import Accuracy
 
@@ -39,38 +38,6 @@ class SupplyData:
     maximum_over_voltage: float
     voltage: Accuracy
     current: Accuracy
-
-
-class ScpiSupplyLimits(Protocol):
-    """Options of every supply."""
-
-    @property
-    def maximum_voltage(self) -> float | None:
-        """The station's limit (V)."""
-
-    @property
-    def maximum_current(self) -> float | None:
-        """The station's limit (A)."""
-
-    @property
-    def over_voltage_margin(self) -> float:
-        """Margin of over-voltage protection above the voltage level, relative."""
-
-    @property
-    def over_voltage_headroom(self) -> float:
-        """The same, in V, on top."""
-
-    @property
-    def trip_at_current_limit(self) -> bool:
-        """Return whether the output goes off at its current limit whatever it is to hold."""
-
-    @property
-    def voltage_accuracy(self) -> Accuracy | None:
-        """Replaces the data sheet's."""
-
-    @property
-    def current_accuracy(self) -> Accuracy | None:
-        """Replaces the data sheet's."""
 
 
 @dataclass(frozen=True)

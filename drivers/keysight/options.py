@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from drivers.bases.crosspoints import check_channels, is_fixed_point
 from drivers.bases.oscilloscope_data import OscilloscopeOptions
+from drivers.bases.supply_data import ScpiSupplyOptions
 from drivers.catalogue import Driver
 from drivers.interfaces import Accuracy, Role
 from drivers.interfaces.text import text
@@ -49,25 +50,15 @@ class E4980AOptions:
 
 
 @dataclass(frozen=True)
-class E36300Options:
+class E36300Options(ScpiSupplyOptions):
     """Settings of one output of a Keysight E36300 series supply.
 
-    `maximum_voltage` (V) and `maximum_current` (A) are the station's limits. Over-voltage protection stands
-    `over_voltage_margin` (relative) plus `over_voltage_headroom` (V) above the voltage level.
     Over-current protection switches the output off `over_current_delay` (s) after it went over to constant current, in a
     block that holds the voltage; with `trip_at_current_limit` in every block.
     """
 
     channel: int = 1
-    serial_number: str | None = None
-    maximum_voltage: float | None = None
-    maximum_current: float | None = None
-    over_voltage_margin: float = 0.1
-    over_voltage_headroom: float = 0.5
-    trip_at_current_limit: bool = False
     over_current_delay: float = 0.05
-    voltage_accuracy: Accuracy | None = None
-    current_accuracy: Accuracy | None = None
 
 
 @dataclass(frozen=True)

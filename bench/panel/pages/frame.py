@@ -8,7 +8,6 @@ from nicegui import ui
 from bench.panel.pages.lost import lost_row
 from bench.panel.pages.parts import named
 from bench.panel.pages.reader import Reader
-from bench.panel.pages.stylesheet import add_stylesheet
 from bench.panel.panel import Panel
 from bench.panel.server.gate import LOGIN
 from bench.panel.server.sessions import Session
@@ -21,6 +20,7 @@ _BEAT = 0.8
 _CHANGE_BEAT = "(beat => beat && (beat.dataset.beat = 1 - beat.dataset.beat))(document.querySelector('[data-beat]'))"
 #: What is pressed, dark enough to be read on white and to be written on in white.
 _ACT = "#0b4fa0"
+_HEAD = '<link rel="stylesheet" href="/assets/page.css"><script src="/assets/page.js"></script>'
 _PAGES = (
     ("/", text("Measure")),
     ("/line", text("Line")),
@@ -37,7 +37,7 @@ def frame(panel: Panel, session: Session, heading: Text, here: str = "", *, whol
     """
     reader = Reader(session)
     say = reader.say
-    add_stylesheet()
+    ui.add_head_html(_HEAD)
     ui.colors(primary=_ACT)
     ui.page_title(f"motorbench – {say(heading)}")
     ui.link(say(text("Skip to the content")), "#main").classes("mb-skip")

@@ -21,56 +21,6 @@ from drivers.interfaces.text import Text, text
 
 #: How often (s) a page looks whether the line has changed.
 _LOOK = 0.05
-_STYLE = """
-<style>
-  .mb-tile { border-radius: 12px; padding: 1rem 1.25rem; min-height: 15rem; border: 4px solid var(--line); background: var(--card); }
-  .mb-tile { display: flex; flex-direction: column; }
-  .mb-tile .verdict { font-size: 3.25rem; line-height: 1.15; font-weight: 800; white-space: nowrap; }
-  .mb-tile[data-state=aborted] .verdict { font-size: 2.25rem; }
-  .mb-tile-next { font-size: 1.25rem; font-weight: 700; margin-top: auto; padding-top: .5rem; }
-  .mb-tile[data-state=pass] { background: #0b5d33; border-color: #0b5d33; color: #fff; }
-  .mb-tile[data-state=fail] { border: 8px solid #b3121d; }
-  .mb-tile[data-state=fail] .verdict { background: repeating-linear-gradient(-45deg, #b3121d 0 14px, #9c0f18 14px 28px);
-    color: #fff; margin-inline: -1.25rem; padding-inline: 1.25rem; }
-  .mb-tile[data-state=empty] { border: 4px dashed #45525f; background: #fff4cf; }
-  .mb-limits { position: relative; height: 1.6rem; margin: .25rem 0 .5rem;
-    background: linear-gradient(#6b7884, #6b7884) center / 100% 2px no-repeat; }
-  .mb-limits i { position: absolute; display: block; }
-  .mb-limits-band { left: 25%; width: 50%; top: 15%; bottom: 15%; background: #e2f3e8; border: 1px dashed #0b5d33; }
-  .mb-limits-value { top: 0; bottom: 0; width: 4px; margin-left: -2px; background: #b3121d; }
-  .mb-tile[data-state=error], .mb-tile[data-state=aborted] { background: #fff; border: 8px dashed #b3261e; color: #7a130d; }
-  .mb-tile[data-state=measuring] { border-color: #1565c0; }
-  .mb-plan-card { display: block; width: 100%; text-align: left; padding: .75rem 1rem; border: 2px solid #6b7884; border-radius: 10px;
-    background: #fff; overflow-wrap: anywhere; }
-  button.mb-plan-card { cursor: pointer; } .mb-plan-card[aria-disabled=true] { border-style: dashed; background: #f4f6f8; color: #45525f; }
-  .mb-plan-card[aria-checked=true] { border: 4px solid #0b4fa0; padding: calc(.75rem - 2px) calc(1rem - 2px); background: #eef4ff; }
-  .mb-yield-axis { position: relative; height: 2.75rem; margin: 1rem 1.5rem 0; font-size: .875rem; }
-  .mb-yield-axis i, .mb-yield-axis div { position: absolute; display: block; }
-  .mb-yield-axis div { top: 1.4rem; transform: translateX(-50%); white-space: nowrap; color: var(--ink-2); }
-  .mb-yield-axis [data-mark=line] { left: 0; right: 0; top: .65rem; height: 2px; background: var(--edge); }
-  .mb-yield-axis [data-mark=tick] { top: .35rem; width: 2px; height: .7rem; margin-left: -1px; background: var(--edge); }
-  .mb-yield-axis [data-mark=range] { top: .2rem; height: 1rem; border-inline: 4px solid var(--act); min-width: 4px;
-    background: linear-gradient(var(--act), var(--act)) center / 100% 4px no-repeat; }
-  .mb-yield-axis [data-mark=point] { top: .2rem; width: 1rem; height: 1rem; margin-left: -.5rem; border-radius: 50%;
-    background: var(--act); }
-  .mb-count { font-size: 2rem; font-weight: 700; font-variant-numeric: tabular-nums; }
-  .mb-scan input { font-size: 2rem; }
-  .mb-line-head { position: sticky; top: 0; z-index: 3; background: var(--ground); padding-bottom: 2px; margin-top: -14px; }
-  @media (width <= 43.75rem) { .mb-line-head { margin-top: -8px; } }
-  .mb-line-state { position: static; padding: 8px 0; }
-  .mb-line-top { display: flex; align-items: center; gap: 16px; padding: 8px 16px; border-radius: 10px; background: #17202a; color: #fff; }
-  .mb-line-top .mb-line-said { flex: 1; min-width: 0; font-size: 1.625rem; line-height: 1.2; font-weight: 700; overflow-wrap: anywhere; }
-  .mb-line-top[data-wrong=true] { background: #fff; color: #7a130d; outline: 4px solid #b3121d; outline-offset: -4px; }
-  .mb-line-top .mb-line-said[data-said=wrong] { font-size: 1.25rem; }
-  .mb-line-top .q-field__control { background: #fff; }
-  .mb-scan { width: 22rem; max-width: 100%; }
-  .mb-line-below { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fit, minmax(min(24rem, 100%), 1fr)); align-items: start; }
-  @media (width <= 62.5rem) { .mb-line-top { flex-wrap: wrap; gap: 8px; } .mb-scan { flex: 1; }
-    .mb-line-top .mb-line-said { flex-basis: 100%; } }
-  @media (height <= 32.5rem) { .mb-line-state { padding: 4px 0; } .mb-line-top { padding: 2px 12px; flex-wrap: nowrap; }
-    .mb-line-top .mb-line-said { flex-basis: 0; font-size: 1rem; } .mb-scan { width: 14rem; flex: none; } }
-</style>
-"""
 #: The field is emptied where it is filled: a scanner is at the next number before the server has heard of this one.
 _TAKE = "(e) => { const serial = e.target.value; e.target.value = ''; e.target.dispatchEvent(new Event('input')); emit(serial); }"
 
@@ -78,7 +28,6 @@ _TAKE = "(e) => { const serial = e.target.value; e.target.value = ''; e.target.d
 def line_page(panel: Panel, session: Session) -> None:
     """Build the page."""
     with frame(panel, session, text("Line"), "/line") as reader:
-        ui.add_head_html(_STYLE)
         page = _LinePage(panel, session, reader)
         page.build()
         ui.timer(_LOOK, page.look)
