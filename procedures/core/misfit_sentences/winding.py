@@ -86,6 +86,12 @@ _SEEN_IN_STEP_BOTH = {
         "ground at one point only, and record at least 20 ms after the step"
     ),
 }
+_SEEN_IN_STEP_BEND = {
+    Cause.DISTORTION: text(
+        "the current channel may read {share:.1%} too little at the end of the step, as a probe does whose core comes near saturation, or "
+        "the inductance rises with the current. The resistance would be smaller by as much. Use a smaller step, or a probe for more current"
+    ),
+}
 _SEEN_IN_STEP_TRIED = {
     Cause.UNEXPLAINED: text(
         "current and voltage do not fit a winding, and no known cause that was tried explains it ({tried}): check "
@@ -161,6 +167,7 @@ _SEEN_IN_HAND_SWEEP = {
 SENTENCES = {
     "step": _SEEN_IN_STEP,
     "step-both": _SEEN_IN_STEP_BOTH,
+    "step-bend": _SEEN_IN_STEP_BEND,
     "step-tried": _SEEN_IN_STEP_TRIED,
     "four-wire": _SEEN_IN_FOUR_WIRE,
     "four-wire-scatter": _SEEN_IN_FOUR_WIRE_SCATTER,

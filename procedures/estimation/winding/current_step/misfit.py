@@ -14,7 +14,7 @@ from procedures.estimation.winding.current_step.lost_samples import LostSamples,
 from procedures.estimation.winding.current_step.record import StepRecord
 from procedures.estimation.winding.current_step.ringing import Resonance, RingingEdge, ringing_in
 from procedures.estimation.winding.current_step.term import StepModel, StepScale, Term, figures_of
-from procedures.estimation.winding.current_step.terms import TERMS, Direction, directions, hum_on_current
+from procedures.estimation.winding.current_step.terms import TERMS, Direction, directions, hum_on_current, rises
 from procedures.estimation.winding.current_step.unexplained import no_figure, of_parts, structured
 from procedures.estimation.winding.current_step.variance import StepVariance
 
@@ -22,7 +22,7 @@ from procedures.estimation.winding.current_step.variance import StepVariance
 _ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
 #: A term is tried again in place of an earlier one where it left no more than so many times as much unexplained in that round.
 _NEAR = 10.0
-#: A gap is sought closer where it explains this share of what the best term does.
+#: A gap is sought closer, and a bend is as likely as an inductance that rises, where it explains this share of what the best term does.
 _HALF = 0.5
 #: Families whose terms are one direction, so that each has to be fitted.
 _SEVERAL = ("skew", "saturation", "coupling")
@@ -140,6 +140,7 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         and not _held_by(f.terms, fitted.terms)
         and f.cost <= fitted.cost + _AS_LIKELY * _of_difference(step, fitted, f)
     ]
+    rivals += _bent(step, fitted, scale)
     # Of what a fast second circuit does, a gap soon after the step does the same.
     rivals += sorted(soon_lost(step, fitted, scale, _AS_LIKELY), key=lambda f: f.cost)
     values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
@@ -279,6 +280,25 @@ def _exchanged(step: Problem, fitted: Fitted, rounds: Sequence[Sequence[Fitted]]
         yield from _possible(step, models, fitted, scale, fitted.cost + _AS_LIKELY)
 
 
+def _bent(step: Problem, fitted: Fitted, scale: StepScale) -> Iterator[Fitted]:
+    """Give the fits with a current channel that bends in place of an inductance that rises with the current, and the reverse, where they
+    explain half as much.
+
+    Neither iron nor probe follows a law exactly: however much likelier one is, the other may be the cause, with another resistance.
+    """
+    term = next((t for t in fitted.terms if t.family == "saturation"), None)
+    if term is None or not rises(term, figures_of(fitted.terms, fitted.figures, term)):
+        return
+    kept = tuple(t for t in fitted.terms if t is not term)
+    others = [t for t in TERMS if t.family == term.family and t.cause is not term.cause]
+    # What else was found may have been so for want of the other cause.
+    for without in _possible(step, list(dict.fromkeys((kept, ()))), fitted, scale, np.inf):
+        half = without.cost - _HALF * (without.cost - fitted.cost)
+        found = list(_possible(step, [(*without.terms, t) for t in others], without, scale, half))
+        rising = [f for f in found if f.cost < half and rises(f.terms[-1], figures_of(f.terms, f.figures, f.terms[-1]))]
+        yield from sorted(rising, key=lambda f: f.cost)[:1]
+
+
 def _possible(
     step: Problem, models: list[tuple[Term, ...]], start: Fitted, scale: StepScale, enough: float
 ) -> Iterator[Fitted]:
@@ -326,9 +346,10 @@ def _spanned(
         for term in rival.terms:
             alike = [t for t in fitted.terms if t.family == term.family]
             # Of what no record tells apart the reader is to look at both.
-            if not alike or (term.family == Divider.family and alike[0].cause is not term.cause):
+            if not alike or (term.family in _HIDDEN and alike[0].cause is not term.cause):
                 findings.append(Finding(term.cause, Answer.WIDENED, (), 0.0, _figures(rival, term, scale)))
     more = np.maximum(turned - high, 0.0)
-    ends = _TWO_ENDS if any(isinstance(t, Divider) for fit in (fitted, *rivals) for t in fit.terms) else 1.0
+    all_terms = [t for fit in (fitted, *rivals) for t in fit.terms]
+    ends = _TWO_ENDS if any(isinstance(t, Divider) or t.cause is Cause.DISTORTION for t in all_terms) else 1.0
     apart = np.maximum(0.25 * ends * (high - low) - 0.5 * spread, 0.0) + 0.25 * _TWO_ENDS * more
     return 0.5 * (low + high + more), apart, findings

@@ -68,6 +68,12 @@ class Term(ABC):
         """Return what the current's channel makes of currents (A, shape (…, n)): each its own, and sums of sums."""
         return current
 
+    def channel_slopes(
+        self, slopes: FloatArray, current: FloatArray, step: float, scale: StepScale, figures: FloatArray
+    ) -> FloatArray:
+        """Return what the current's channel makes of small changes (A, shape (m, n)) of the current (n,)."""
+        return self.channel(slopes, step, scale, figures)
+
     def back(self, shares: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
         """Return the shares (…, n) that the currents have in readings' shares, where the channel adds up what noise drives."""
         return shares
@@ -211,7 +217,7 @@ class StepModel:
         step, scale = self._record.step, self._scale
         result = slopes.copy()
         for own in self._own(self._channels, figures):
-            result = np.array(own.term.channel(result, step, scale, own.figures))
+            result = np.array(own.term.channel_slopes(result, flowing, step, scale, own.figures))
             result[own.rows] += self._by_figures(own, partial(self._channelled, flowing))
             flowing = self._channelled(flowing, own)
         for own in self._own(self._beside, figures):

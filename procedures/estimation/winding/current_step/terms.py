@@ -18,6 +18,8 @@ MAINS = (50.0, 60.0)
 #: Currents, in steps, between which an inductance follows its law, and some of them.
 _FITTED = (-0.1, 1.2)
 _PLACES = np.linspace(*_FITTED, 14)
+#: Rounds that find the reading of a current.
+_ITERATIONS = 5
 #: Places and weights of a mean between 0 and 1.
 _NODES, _WEIGHTS = (
     0.5 * (1.0 + each) if not k else 0.5 * each for k, each in enumerate(np.polynomial.legendre.leggauss(8))
@@ -168,6 +170,46 @@ class _MagnetSaturation(_Saturation):
         return {"current": scale.current, "share": float(self.share(np.ones(1), figures)[0]), "smaller": smaller}
 
 
+class _Bend(Term):
+    """The current's channel reads less and less of a current, as a probe whose core comes near saturation: i = r·(1 + a·(r/I)²) flows
+    where it reads r.
+
+    An inductance that rises with the current makes nearly the same shape, with a resistance higher by 1 + a.
+    """
+
+    cause, family = Cause.DISTORTION, "saturation"
+    # Probes bend more rarely than iron and circuits do the same.
+    price: ClassVar[float] = 12.0
+
+    def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
+        flows, a = current / scale.current, float(figures[0])
+        read = flows / (1.0 + a * np.minimum(flows**2, 1.0))
+        for _ in range(_ITERATIONS):
+            read = read - (read * (1.0 + a * read**2) - flows) / (1.0 + 3.0 * a * read**2)
+        return np.asarray(scale.current * read)
+
+    def channel_slopes(
+        self, slopes: FloatArray, current: FloatArray, step: float, scale: StepScale, figures: FloatArray
+    ) -> FloatArray:
+        read = self.channel(current, step, scale, figures) / scale.current
+        return np.asarray(slopes / (1.0 + 3.0 * float(figures[0]) * read**2))
+
+    def within(self, figures: FloatArray) -> bool:
+        return bool(-0.2 < figures[0] < 1.0)
+
+    def possible(self, figures: FloatArray) -> bool:
+        return bool(figures[0] > 0.0)
+
+    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
+        return {"record": "step-bend", "share": float(figures[0] / (1.0 + figures[0]))}
+
+
+def rises(term: Term, figures: FloatArray) -> bool:
+    """Tell whether a term is an inductance that rises with the current, or a channel that makes nearly the same shape."""
+    law = isinstance(term, _Saturation) and float(term.share(np.ones(1), figures)[0]) > 1.0
+    return law or isinstance(term, _Bend)
+
+
 @dataclass(frozen=True)
 class _Eddy(Term):
     """A closed circuit that is coupled to the winding: k² times its time constant in `lag` of the winding's, and that one's logarithm.
@@ -298,6 +340,7 @@ TERMS: tuple[Term, ...] = (
     _FluxSaturation(),
     _BiasedSaturation(),
     _MagnetSaturation(),
+    _Bend(),
     _Eddy(),
     _Coupling(),
     _VoltageCoupling(),

@@ -123,6 +123,22 @@ def test_a_reading_that_contradicts_the_others_is_said_and_widens_or_withholds(w
     assert fit.uncertainty("resistance") > 10.0 * clean.uncertainty("resistance")
 
 
+@pytest.mark.parametrize("count", [4, 6, 8])
+def test_one_wrong_reading_of_few_is_within_the_interval(count: int) -> None:
+    random, held = np.random.default_rng(5), 0
+    amounts = np.linspace(0.25, 1.0, count // 2)
+    current = np.concatenate((amounts, -amounts))
+    for _ in range(60):
+        voltage = current + random.normal(0.0, 1e-4, count)
+        voltage[random.integers(count)] *= 1.0 + random.choice([-1.0, 1.0]) * 10.0 ** random.uniform(-3.0, 0.0)
+        fit = slope(voltage, current)
+        low, high = fit.interval("resistance")
+        held += low <= 1.0 <= high or fit.misfit.withholding("resistance") is not None
+        # None is sure and wrong.
+        assert 2.0 * low - high < 1.0 < 2.0 * high - low
+    assert held >= 55
+
+
 def test_noise_alone_hardly_ever_contradicts() -> None:
     random = np.random.default_rng(4)
     levels = np.array([1.0, 0.75, 0.5, 0.25, 1.0])

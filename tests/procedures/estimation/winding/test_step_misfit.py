@@ -1,5 +1,7 @@
 """Disturbed current steps, integrated without the estimator's model: what is said of them, and that intervals hold the truth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -71,6 +73,23 @@ def test_a_gross_disturbance_is_named_modelled_and_its_interval_holds(name: str,
         assert all(sentence(f).render() for f in fit.misfit.findings)
         for estimate in ("resistance", "inductance"):
             assert off(fit, record, estimate) < 4.0
+
+
+@pytest.mark.parametrize(
+    "law", [lambda i: 1.5 * np.tanh(i / 1.5), lambda i: i - 0.1 * i**3, lambda i: i / (1.0 + 0.1 * i**2)]
+)
+def test_a_current_probe_near_saturation_leaves_the_resistance_within_its_interval(law) -> None:
+    for record in sampled(alike(), bits=12, noise=(0.5, 2.0)):
+        step = record.current_step
+        bent = replace(record, current=np.round(law(record.current) / step) * step)
+        fit = fitted(bent)
+        if fit.misfit.withholding("resistance") is not None:
+            continue
+        told = [f for f in fit.misfit.findings if f.cause is Cause.DISTORTION]
+        assert all("probe" in sentence(f).render() for f in told)
+        assert told
+        for estimate in ("resistance", "inductance"):
+            assert off(fit, bent, estimate) < 3.0
 
 
 @pytest.mark.parametrize("on_current", [0.0, 0.03])
