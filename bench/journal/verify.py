@@ -175,7 +175,10 @@ def _unproven(events: Sequence[RecordedEvent], end: _End | None, torn: int, note
     if not events or not isinstance(events[-1].event, RunFinished):
         return text("the journal has no end: the run was cut off or still goes on, or its end was taken away")
     if end is None and not noted:
-        return text("result.json is missing, so the end of the journal cannot be verified")
+        return text(
+            "result.json is missing, so the end of the journal cannot be verified. Of a line's motor the record has the last hash: give "
+            "it with --sha256 (journal_sha256 of motorbench eol export)"
+        )
     if end is not None and end.events < len(events) and not noted:
         return text(
             "result.json was made of the first {events} events only, so the end of the journal cannot be verified",

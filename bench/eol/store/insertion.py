@@ -12,6 +12,7 @@ from sqlalchemy.exc import DBAPIError
 
 from bench.eol.record import MotorRecord
 from bench.eol.store.database import reason
+from bench.eol.store.faults import RefusedError
 from bench.eol.store.schema import CHECK, FIGURE, FRESH_FIGURE, MOTOR, PARAMETER_LABEL, SERIAL_CLAIM, WAVEFORM
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import text
@@ -25,13 +26,17 @@ _MOTOR_COLUMNS = tuple(column for column in MOTOR.columns if column.name != "id"
 
 
 def insert_record(connection: Connection, record: MotorRecord) -> bool:
-    """Insert a record within the connection's transaction; tells whether it was new."""
+    """Insert a record within the connection's transaction; tells whether it was new.
+
+    Raises RefusedError where another motor's test has its identifier.
+    """
     row = [getattr(record, column.name) for column in _MOTOR_COLUMNS]
     sql, values = _motor(connection.dialect)
     motor = connection.exec_driver_sql(sql, values(row)).scalar_one_or_none()
     # From here on the record says what became of the serial number.
     connection.exec_driver_sql(_claim_end(connection.dialect), (record.serial_number, record.identifier))
     if motor is None:
+        _check_same(connection, record)
         return False
     figures = [
         (
@@ -61,6 +66,21 @@ def insert_record(connection: Connection, record: MotorRecord) -> bool:
     if own_file and _motors_with_fresh_figures(connection) >= _TOGETHER:
         settle_within(connection)
     return True
+
+
+def _check_same(connection: Connection, record: MotorRecord) -> None:
+    """Raise RefusedError where the identifier is another record's: one of the two would be lost without a word."""
+    columns = (MOTOR.c.serial_number, MOTOR.c.verdict, MOTOR.c.journal_sha256)
+    there = connection.execute(select(*columns).where(MOTOR.c.identifier == record.identifier)).one()
+    if tuple(there) != (record.serial_number, record.verdict.value, record.journal_sha256):
+        raise RefusedError(
+            text(
+                "another test has its identifier: {serial}, {verdict}. The batch's folder was copied and measured in two places; "
+                "give one of them another --batch",
+                serial=there.serial_number,
+                verdict=there.verdict,
+            )
+        )
 
 
 def settle(engine: Engine) -> None:

@@ -12,7 +12,7 @@ from sqlalchemy import Engine, text
 
 from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
 from bench.eol.store.database import open_database
-from bench.eol.store.faults import StoreError
+from bench.eol.store.faults import RefusedError, StoreError
 from bench.eol.store.forwarding import ForwardingRecords
 from bench.eol.store.insertion import settle, settled
 from bench.eol.store.records import Records
@@ -251,6 +251,24 @@ def test_statistics_of_a_file_that_cannot_be_written_say_so(tmp_path: Path) -> N
         settle(engine)
     assert [repr(outcome) for outcome in Records(engine).read()] == [repr(kept)]
     engine.dispose()
+
+
+def test_another_motor_s_record_of_the_same_identifier_is_not_taken_for_known(
+    records: Records, engine: Engine, tmp_path: Path
+) -> None:
+    first = record()
+    assert records.save(first)
+    assert not records.save(first), "sent twice"
+    for other in (replace(first, serial_number="P-0002"), replace(first, verdict=Verdict.ERROR)):
+        with pytest.raises(RefusedError, match="another test has its identifier: P-0001, fail"):
+            records.save(other)
+    assert records.count() == 1
+    station = ForwardingRecords(open_database(str(tmp_path / "own.sqlite")), None, Spool(tmp_path / "unstored", "own"))
+    station.save(first)
+    station.save(replace(first, serial_number="P-0002"))
+    assert [str(each.named) for each in station.refused] == ["the record of motor 1 (P-0002) of batch B1"]
+    assert station.spooled() == 1, "it is kept"
+    station.close()
 
 
 def test_a_record_that_names_a_figure_twice_is_refused_whole(records: Records) -> None:
