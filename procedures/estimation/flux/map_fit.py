@@ -267,7 +267,10 @@ def _solve(
     right = np.concatenate((data, -prior @ unknowns))
     scale = np.sqrt(np.einsum("nk,nk->k", whole, whole))
     scale[scale == 0.0] = 1.0
-    q, r = linalg.qr(whole / scale, mode="economic")
+    # With the right side as a further column, Q need not be formed.
+    both = np.column_stack((whole / scale, right))
+    r = linalg.qr(both, mode="r", overwrite_a=True, check_finite=False)[0][: scale.size]
+    r, turned = r[:, :-1], r[:, -1]
     sizes = np.abs(np.diag(r))
     if r.shape[0] < r.shape[1] or not float(np.min(sizes)) > 1e-10 * float(np.max(sizes)):
         raise EstimationError(
@@ -276,7 +279,7 @@ def _solve(
         )
     inverse = linalg.solve_triangular(r, np.eye(r.shape[1]))
     covariance = inverse @ inverse.T / np.outer(scale, scale)
-    return np.asarray(inverse @ (q.T @ right) / scale), np.asarray(covariance)
+    return np.asarray(inverse @ turned / scale), np.asarray(covariance)
 
 
 def _smoothness(model: ReadingModel, surface: FluxSurface, unknowns: FloatArray, covariance: FloatArray) -> FloatArray:
