@@ -109,9 +109,9 @@ def test_what_one_station_found_the_other_knows(make_station: Callable[..., Stat
     assert "fail at station east, socket 1" in str(refused.why)
     assert "batch of east" in str(refused.why)
     west.desk.permit("A1", "Wang")
-    assert west.admit("A1") == AdmittedTest(2, "Wang")
+    assert west.admit("A1") == AdmittedTest(2, "Wang", judged_before=True)
     west.done("A1", Verdict.ABORTED, again_by="Wang")
-    assert east.admit("A1", 2) == AdmittedTest(3), "what a person had permitted was cut off"
+    assert east.admit("A1", 2) == AdmittedTest(3, judged_before=True), "what a person had permitted was cut off"
     east.done("A1", Verdict.PASS, 2)
     assert isinstance(west.admit("A1", 2), RefusedTest)
     assert isinstance(west.admit("A1", 3), RefusedTest), "a permission is for one test"

@@ -66,7 +66,7 @@ def test_motors_of_earlier_batches_are_refused_unless_a_person_answers(tmp_path:
     assert "motor 7 of batch last week" in str(first.why)
     assert first.by_person
     assert second == BatchMotor(1, "A2")
-    assert admitted(tmp_path, "A1\n", records, person="Wang") == [BatchMotor(1, "A1", 2, "Wang")]
+    assert admitted(tmp_path, "A1\n", records, person="Wang") == [BatchMotor(1, "A1", 2, "Wang", judged_before=True)]
 
 
 def test_a_resumed_batch_passes_over_what_it_has(tmp_path: Path, records: RecordWriter) -> None:

@@ -84,7 +84,8 @@ def statistics(engine: Engine, batches: Sequence[str], model: str) -> dict[str, 
         "keys": (chosen.stretches, chosen.exact, chosen.everything),
         "yields": [(each.hits, each.count) for each in (yields.motors.first_pass, yields.motors.final)],
         "rolled": {name: (each.hits, each.count) for name, each in yields.motors.rolled.procedures.items()},
-        "groups": yields.motors.groups,
+        # In words: a share of nothing is NaN, which is equal to nothing.
+        "groups": repr(yields.motors.groups),
         "retested": yields.motors.retested,
         "count": {name: each.count for name, each in figures.items()},
         "moments": {
@@ -110,7 +111,8 @@ def computed(records: Sequence[MotorRecord], batches: Sequence[str], model: str)
     plain = [each for each in records if not each.golden]
     chosen = [each for each in plain if each.model == model and (not batches or each.batch in batches)]
     judged = [each for each in chosen if each.verdict in JUDGED]
-    firsts = list({each.serial_number: each for each in reversed(judged)}.values())
+    ever = {each.serial_number: each for each in reversed(plain) if each.verdict in JUDGED}
+    firsts = [each for each in judged if ever[each.serial_number] is each]
     values = np.array([each.measured[0].value for each in chosen])
     return {
         "verdicts": {verdict: sum(each.verdict is verdict for each in chosen) for verdict in Verdict.of_motors()},
