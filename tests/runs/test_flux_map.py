@@ -111,6 +111,15 @@ def test_magnets_that_have_warmed_up_are_no_contradiction_of_the_shafts_torque()
     assert not found.warnings
 
 
+def test_iron_that_brakes_is_no_contradiction_of_the_shafts_torque():
+    """At the largest flux iron takes 2 % of the current, and the shaft lacks its torque."""
+    with flux_bench(made_motor(iron=Iron(hysteresis_loss=15.0)), PLATE, seed=4) as bench:
+        found = map_of(bench, PLATE, "locations=24")
+    assert found.findings["torque"]["ratio"] == pytest.approx(1.0, abs=3e-3)
+    assert found.findings["torque"]["scatter"] < 1e-3
+    assert not found.warnings
+
+
 @pytest.mark.parametrize("gain", ["current_gain", "voltage_gain"])
 def test_a_gain_beyond_its_limit_is_said_and_in_the_interval(gain):
     setting = BenchSetting(disturbances=Disturbances(inverter=CurrentLoop(**{gain: 0.1})))

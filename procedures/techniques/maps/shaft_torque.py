@@ -93,8 +93,9 @@ def shaft_torque(found: FluxMapEstimate, taken: MapReadings, pole_pairs: float) 
     idle = ~np.any(planned, axis=1)
     places = np.array([_place(flux_map, *each) for each in planned])
     sides = np.where(planned[:, 1] < 0.0, -1.0, 1.0) if flux_map.symmetric else np.ones(len(planned))
-    of_map = flux_map.torque(pole_pairs)[places] + _of_magnets(found, flux_map.points[places], pole_pairs)
-    of_map = of_map * sides
+    at = flux_map.points[places]
+    magnets = _of_magnets(found, at)
+    of_map = (flux_map.torque(pole_pairs)[places] + 1.5 * pole_pairs * _across(magnets, at)) * sides
     of_shaft = np.full_like(of_map, np.nan)
     for direction in (1, -1):
         same = directions == direction
@@ -103,10 +104,17 @@ def shaft_torque(found: FluxMapEstimate, taken: MapReadings, pole_pairs: float) 
     used = np.isfinite(of_shaft) & (np.abs(of_map) > _SMALL * float(np.max(np.abs(of_map))))
     if np.count_nonzero(used) < _LEAST:
         return None
-    size = float(of_map[used] @ of_map[used])
-    ratio = float(of_map[used] @ of_shaft[used]) / size
-    left = of_shaft[used] - ratio * of_map[used]
-    scatter = math.sqrt(float(left @ left) / (np.count_nonzero(used) - 1) / size)
+    # Iron takes a current across the flux, with the speed's sign: what that is in torque, beyond what it is without a current.
+    psi = flux_map.flux[places] + magnets
+    lost = np.column_stack((psi[:, 1], -psi[:, 0]))
+    less = np.einsum("nab,nb->na", flux_map.surface.slopes(at), lost)
+    by_iron = 1.5 * pole_pairs * (_across(psi, lost) + _across(less, at))
+    braking = directions * (by_iron - float(np.mean(by_iron[idle])))
+    design = np.column_stack((of_map, braking))[used]
+    (ratio, brake), *_ = np.linalg.lstsq(design, of_shaft[used], rcond=None)
+    left = of_shaft[used] - design @ (ratio, brake)
+    ratio, freedom = float(ratio), np.count_nonzero(used) - 2
+    scatter = math.sqrt(float(left @ left) / freedom * float(np.linalg.pinv(design.T @ design)[0, 0]))
     accuracy = taken.points[-1].shaft.torque_accuracy
     # Both gains go into the map's torque whole, the current's by the points' places too, whatever saturates.
     gains = gains_of(taken)
@@ -115,12 +123,15 @@ def shaft_torque(found: FluxMapEstimate, taken: MapReadings, pole_pairs: float) 
     return ShaftTorque(ratio, scatter, spread, of_map[used], of_shaft[used], gains)
 
 
-def _of_magnets(found: FluxMapEstimate, at: FloatArray, pole_pairs: float) -> FloatArray:
-    """Return by how much the torque (n,) at the readings' currents (n, 2) is other than the map's: its magnets' flux has changed since."""
+def _of_magnets(found: FluxMapEstimate, at: FloatArray) -> FloatArray:
+    """Return by how much flux linkages (n, 2) at the readings' currents (n, 2) are other than the map's: its magnets have warmed up."""
     surface = found.map.surface
     shift = found.fit.magnet_change / float(surface.slopes(np.zeros((1, 2)))[0, 0, 0])
-    change = surface(at + np.column_stack((shift, np.zeros_like(shift)))) - surface(at)
-    return np.asarray(1.5 * pole_pairs * (change[:, 0] * at[:, 1] - change[:, 1] * at[:, 0]))
+    return surface(at + np.column_stack((shift, np.zeros_like(shift)))) - surface(at)
+
+
+def _across(first: FloatArray, second: FloatArray) -> FloatArray:
+    return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
 
 
 def _place(flux_map: MeasuredFluxMap, i_d: float, i_q: float) -> int:
