@@ -103,10 +103,10 @@ def test_every_class_has_a_rule() -> None:
     sources = [path.read_text(encoding="utf-8") for path in PANEL.rglob("*.py")]
     nicegui = find_spec("nicegui")
     assert nicegui is not None
-    quasar = (Path(str(nicegui.origin)).parent / "static").glob("quasar.*.prod.css")
+    sheets = [*(Path(str(nicegui.origin)).parent / "static").glob("quasar.*.prod.css"), *PANEL.glob("assets/*.css")]
     rules = {
         name
-        for rule in [*sources, *(path.read_text(encoding="utf-8") for path in quasar)]
+        for rule in [*sources, *(path.read_text(encoding="utf-8") for path in sheets)]
         for name in re.findall(r"\.([a-z][\w-]*)(?=[^;{}]*\{)", rule)
     }
     used = {

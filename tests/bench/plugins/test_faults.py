@@ -61,7 +61,7 @@ def test_a_fault_in_a_step_names_the_plug_in(call: Call, tmp_path: Path, body: s
     assert code == 1
     told = " ".join((out + err).split())
     place = re.escape(str(tmp_path / "plugin.py"))
-    assert re.search(f"an error in procedure coil from {place}[^:]*: {said}", told), told
+    assert re.search(f"an error in procedure Coil from {place}[^:]*: {said}", told), told
 
 
 def test_a_unit_that_is_none_is_refused_where_the_plug_in_is_read(call: Call, tmp_path: Path) -> None:

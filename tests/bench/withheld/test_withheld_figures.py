@@ -33,7 +33,7 @@ def test_a_run_says_what_it_does_not_give_and_ends_with_status_1(
     assert "not given" in line
     # One sentence for what is withheld alike, and no warning that says it again.
     assert out.count("unexplained") == 2
-    assert "Stator resistance, Capacitance to the frame (withholding), unexplained: " in out
+    assert "Stator resistance, Capacitance to the frame (A fit), unexplained: " in out
     shown, out, _ = call("results", "latest", "--language", "zh")
     assert shown == 0
     assert "未给出" in out
@@ -100,7 +100,7 @@ def test_an_export_that_needs_it_is_refused_with_the_cause(
     measured("withholding")
     status, out, err = call("export", "latest", "--for", target, "--language", "en")
     assert (status, out) == (1, "")
-    assert "Stator resistance was withheld by withholding (unexplained): the record differs" in err
+    assert "Stator resistance was withheld by A fit (unexplained): the record differs" in err
     assert "stator_resistance is needed and the run has none" not in err
 
 
@@ -167,6 +167,6 @@ def test_who_needs_it_is_told_why_it_is_not_there(station: str, measured: Callab
     status, _, err = measured("withholding", "needing")
     assert status == 1
     assert (
-        "needing: run it first; Stator resistance was withheld by withholding (unexplained): the record differs"
+        "needing: run it first; Stator resistance was withheld by A fit (unexplained): the record differs"
         in " ".join(err.split())
     )
