@@ -15,7 +15,7 @@ from drivers.interfaces.text import lines, reason_of, text
 #: Largest message (bytes) from a browser, the same that NiceGUI's pages keep to.
 _LONGEST_MESSAGE = 1_000_000
 #: How long (s) a browser may be out of reach before its page is dropped: a tablet that sleeps, a roaming between two access points.
-_LONGEST_SILENCE = 20.0
+_LONGEST_SILENCE = 10.0
 #: Shortest idle time (min): tests and the impatient; below it nobody could log in.
 _LEAST_IDLE = 0.02
 

@@ -86,6 +86,11 @@ class Panel:
         """Return the runs that go on now, newest first."""
         return sorted((run for run in self._live.values() if run.running), key=lambda run: run.name, reverse=True)
 
+    def watch(self) -> None:
+        """Tell the runs that whoever has the control is there."""
+        for run in self._live.values():
+            run.line.watched = True
+
     async def start(self, order: Order) -> LiveRun:
         """Start a run. Raises InputError with what it said where it could not begin."""
         return await self._followed(await self.launcher.start(order))

@@ -50,7 +50,7 @@ class RunLine:
         self._speaking = asyncio.Lock()
         self._writer: asyncio.StreamWriter | None = None
         self._tasks: list[asyncio.Task[None]] = []
-        #: Whether somebody looks at the run at present.
+        #: Whether a page has shown the run since the run last heard so.
         self.watched = False
 
     async def connect(self) -> bool:
@@ -147,5 +147,6 @@ class RunLine:
     async def _watch(self) -> None:
         while self.alive:
             if self.watched:
+                self.watched = False
                 self._send({"watching": True, "id": "watching"})
             await asyncio.sleep(_BEAT)

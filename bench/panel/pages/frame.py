@@ -73,10 +73,13 @@ def _who(panel: Panel, reader: Reader) -> None:
     label = ui.label().classes("mb-opt text-base").props("role=status")
     button = ui.button(on_click=lambda: panel.control.take(session.token, session.person))
     button.props("flat dense color=white no-caps").set_text(say(text("Take the control")))
+    client = ui.context.client
 
     def show() -> None:
         leader = panel.control.leader
         if panel.control.holds(session.token):
+            if client.has_socket_connection:
+                panel.watch()
             label.set_text(say(text("You have the control")))
         elif leader is not None:
             label.set_text(say(text("{name} has the control", name=leader.name or text("Another browser"))))

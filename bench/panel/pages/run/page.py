@@ -72,7 +72,8 @@ class _RunPage:
     def look(self) -> None:
         """Show what has changed since the last look."""
         seen = (self._run.changes, self._panel.control.changes)
-        self._run.line.watched = True
+        # A page is kept for a while without its browser.
+        self._run.line.watched |= self._end.client.has_socket_connection
         if seen != self._seen:
             self._seen = seen
             self._show_end()

@@ -1,6 +1,8 @@
+import json
 import os
 import re
 import signal
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -8,7 +10,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Locator, Page, expect
 
-from tests.bench.panel.browser.conftest import Panel
+from tests.bench.panel.browser.conftest import PATIENCE, Panel
 from tests.bench.panel.browser.test_browser import begin
 from tests.bench.panel.browser.test_keyboard_and_scanner import scan
 from tests.bench.panel.conftest import Server
@@ -205,6 +207,21 @@ def test_a_lost_connection_is_seen_and_comes_back_by_itself(panel: Panel, new_pa
     expect(done).to_be_visible()
     expect(late).to_contain_text("'DONE' came")
     assert heading(page).inner_text() == step
+
+
+@pytest.mark.slow
+def test_a_run_ends_that_no_browser_shows_any_more(panel: Panel, new_page: NewPage) -> None:
+    page = new_page()
+    run = panel.runs / begin(page, panel, "Pole pairs by stable positions")
+    expect(page.locator("[data-done]")).to_be_visible()
+    page.goto("about:blank")
+    until = time.monotonic() + 3.0 * PATIENCE
+    while not (run / "result.json").exists():
+        assert time.monotonic() < until, "the run goes on"
+        page.wait_for_timeout(500.0)
+    result = json.loads((run / "result.json").read_text(encoding="utf-8"))
+    assert result["status"] == "aborted"
+    assert "no panel has been open" in result["cause"]
 
 
 @pytest.mark.slow
