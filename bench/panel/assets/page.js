@@ -10,7 +10,7 @@
     const LOADING = 20000; // ms that a slow server has for a page, or for one that is loaded anew: asked again, it would begin again
     const CONFIRM = 400; // ms after a step appears, so that one press cannot confirm two
     const PAUSE = 1000; // ms after which what was typed outside of a field is no code any more
-    const PUTTING = 10000; // ms after the server was first heard in which a step's parts may be made anew, and lose what was put back
+    const PUTTING = 60000; // ms after the server was first heard in which a step's parts may be made anew, and lose what was put back
     const FRESH = 30000; // ms that a code which nobody took is worth a word
     const KEPT = "motorbench_typed";
     const LATE = "motorbench_late";
