@@ -237,9 +237,9 @@ def _served(station: Station, request: RunRequest, console: "Console", interrupt
 def _virtual(request: RunRequest, console: "Console", interrupts: Interrupts) -> Iterator[RunContext]:
     from bench.operators.virtual import VirtualOperator
     from bench.virtual.virtual_station import (
+        bench_size_for,
         dc_voltage_for,
         dq_inverter_for,
-        dynamometer_torque_for,
         virtual_station,
     )
     from sim_instruments.bench import BenchSetting, VirtualBench
@@ -252,13 +252,13 @@ def _virtual(request: RunRequest, console: "Console", interrupts: Interrupts) ->
 
         setting = BenchSetting(disturbances=load_disturbances(request.disturbances))
     dq_inverter = dq_inverter_for(motor.nameplate) if _commands_dq(request) else None
-    torque = dynamometer_torque_for(truth, motor.nameplate)
+    size = bench_size_for(truth, motor.nameplate)
     units = standard_units(
         six_step=motor.six_step is not None,
         fixture=by_fixture,
         dq_inverter=dq_inverter,
         dc_voltage=dc_voltage_for(motor.nameplate),
-        torque=torque,
+        torque=size.torque,
     )
     with VirtualBench(
         truth, units, seed=request.seed, six_step=motor.six_step, sockets=False, fixture=by_fixture, setting=setting
@@ -266,7 +266,7 @@ def _virtual(request: RunRequest, console: "Console", interrupts: Interrupts) ->
         worker = VirtualOperator(bench.world, request.seed)
         inject(request.faults, bench.injector.add)
         context = RunContext(
-            virtual_station(bench.addresses(), dq_inverter, torque=torque),
+            virtual_station(bench.addresses(), dq_inverter, size=size),
             bench.clock,
             VirtualHands.of(worker),
             StationVisa(bench.visa_library),

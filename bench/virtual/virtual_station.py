@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,8 +20,22 @@ _LEAST_BUS, _LEAST_CURRENT = 48.0, 30.0
 _USUAL_TORQUE, _ROOM = 8.0, 1.25
 #: Above this bus voltage (V) the voltage probes are those for high voltage.
 _HIGH_BUS = 300.0
+#: The usual current probe (A per V) shows so much (A, peak); above it the next one is used.
+_PROBE, _PROBE_PEAK, _NEXT_PROBE = 10.0, 150.0, 100.0
 #: An address as the virtual bench gives it: text, or for a CAN node its parts.
 Address = str | Mapping[str, str | int]
+
+
+class BenchSize(NamedTuple):
+    """The size of what a virtual bench has for a motor: the rated torque (N·m) of a dynamometer that is larger than usual, and the
+    current probe (A per V).
+    """
+
+    torque: float | None = None
+    current_probe: float = _PROBE
+
+
+_USUAL = BenchSize()
 
 
 def describe(
@@ -31,20 +45,19 @@ def describe(
     watchdog_relays: Mapping[str, Mapping[str, Any]] | None = None,
     *,
     dq_inverter: Mapping[str, Any] | None = None,
-    torque: float | None = None,
+    size: BenchSize = _USUAL,
 ) -> dict[str, Any]:
     """Return what the station file of a virtual bench at these addresses (by role) would hold.
 
     With `dq_inverter`, the ratings of the simulated one, d- and q-axis currents can be commanded of its inverter.
-    `torque` (N·m) is the rated one of a dynamometer that is larger than usual.
     `control` is the address of the control endpoint of a bench that another process serves, `interlocks` are where its
     safety contacts are read, `watchdog_relays` where its relays with a watchdog are reached.
     """
-    probe = {"attenuation": 10.0, "source": _PROBE_SOURCE}
+    probe = {"source": _PROBE_SOURCE}
     # A probe of 10:1 takes 400 V; a drive's terminal reaches two thirds of its bus, either way, and rings beyond.
     high = dq_inverter is not None and dq_inverter["dc_voltage"] > _HIGH_BUS
     voltage = {"kind": "V", **probe, "attenuation": 100.0 if high else 10.0}
-    current = {"kind": "A", **probe}
+    current = {"kind": "A", **probe, "attenuation": size.current_probe}
     options: dict[str, dict[str, Any]] = {
         "supply": {"driver": "keysight-e36300", "channel": 1, "maximum_current": 10.0},
         "lcr_meter": {"driver": "keysight-e4980a"},
@@ -90,9 +103,9 @@ def describe(
             "current_accuracy": {"gain": 5.0e-3, "resolution": 1.0e-3, "source": _UNIT_SOURCE},
             "voltage_accuracy": {"gain": 3.0e-3, "resolution": 1.0e-3, "source": _UNIT_SOURCE},
         }
-    if torque is not None:
-        options["dynamometer"]["rated_torque"] = torque
-        options["dynamometer"]["torque_accuracy"]["offset"] = 1.0e-3 * torque
+    if size.torque is not None:
+        options["dynamometer"]["rated_torque"] = size.torque
+        options["dynamometer"]["torque_accuracy"]["offset"] = 1.0e-3 * size.torque
     if not addresses.keys() <= options.keys():
         options |= _fixture()
     # The virtual bench in process has no watch, for its process cannot leave it on; one computer that plays both is slow.
@@ -130,11 +143,11 @@ def _fixture() -> dict[str, dict[str, Any]]:
 
 
 def virtual_station(
-    addresses: Mapping[str, Address], dq_inverter: Mapping[str, Any] | None = None, *, torque: float | None = None
+    addresses: Mapping[str, Address], dq_inverter: Mapping[str, Any] | None = None, *, size: BenchSize = _USUAL
 ) -> Station:
     """Return the station; its identity does not depend on the addresses, which differ from start to start."""
-    fixed = json.dumps(describe(dict.fromkeys(addresses, "-"), dq_inverter=dq_inverter, torque=torque), sort_keys=True)
-    return make_station(describe(addresses, dq_inverter=dq_inverter, torque=torque), VIRTUAL, fixed.encode())
+    fixed = json.dumps(describe(dict.fromkeys(addresses, "-"), dq_inverter=dq_inverter, size=size), sort_keys=True)
+    return make_station(describe(addresses, dq_inverter=dq_inverter, size=size), VIRTUAL, fixed.encode())
 
 
 def dc_voltage_for(nameplate: Nameplate) -> float:
@@ -142,8 +155,8 @@ def dc_voltage_for(nameplate: Nameplate) -> float:
     return max(_LEAST_BUS, nameplate.rated_voltage or 0.0)
 
 
-def dynamometer_torque_for(motor: VirtualMotor, nameplate: Nameplate) -> float | None:
-    """Return the rated torque (N·m) of a virtual dynamometer that holds a motor at its largest current; None where the usual one does."""
+def bench_size_for(motor: VirtualMotor, nameplate: Nameplate) -> BenchSize:
+    """Return the size of a virtual bench that holds a motor at its largest current, and shows that current."""
     current = nameplate.current_bound * np.exp(1j * np.linspace(0.0, np.pi, 181))
     if motor.flux_map is not None:
         psi_d, psi_q = motor.flux_map.flux(current.real, current.imag)
@@ -151,7 +164,10 @@ def dynamometer_torque_for(motor: VirtualMotor, nameplate: Nameplate) -> float |
         psi_d = motor.flux_linkage_y + motor.d_axis_inductance_y * current.real
         psi_q = motor.q_axis_inductance_y * current.imag
     largest = 1.5 * motor.pole_pairs * float(np.max(psi_d * current.imag - psi_q * current.real))
-    return None if largest <= _USUAL_TORQUE else _ROOM * largest
+    return BenchSize(
+        None if largest <= _USUAL_TORQUE else _ROOM * largest,
+        _PROBE if nameplate.current_bound <= _PROBE_PEAK else _NEXT_PROBE,
+    )
 
 
 def dq_inverter_for(nameplate: Nameplate) -> Mapping[str, Any]:

@@ -18,7 +18,7 @@ from procedures.core.procedure import Procedure
 from procedures.estimation.emf.back_emf import fit_back_emf
 from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.winding.phase_power import PhasePower, phase_power
-from procedures.maps.turned_points import HeldTorque, feasible_ranges, held_torque
+from procedures.maps.turned_points import HeldTorque, held_torque
 from procedures.techniques.acquisition import ranged_record
 
 _RPM = math.pi / 30.0
@@ -133,7 +133,7 @@ class LoadRun:
         record_time = min(max(settings.periods * math.tau / (self._pairs * speed), _SHORTEST), _LONGEST)
         bench.oscilloscope.configure_acquisition(record_time, _POINTS, 0.0)
         ranges = {at: 4.0 * (self._plate.rated_voltage or 50.0), through: 3.0 * abs(level)}
-        waves = ranged_record(bench, feasible_ranges(bench, ranges), 10.0 + record_time)
+        waves = ranged_record(bench, ranges, 10.0 + record_time)
         time, voltage, current = waves[at].time, waves[at].values, waves[through].values
         told = DigitizedChannel(str(at), waves[at].resolution, waves[at].clipped, waves[at].accuracy.gain)
         frequency = fit_back_emf(time, voltage[np.newaxis, :], harmonics=(1, 5, 7), digitized=[told]).frequency

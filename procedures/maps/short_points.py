@@ -58,7 +58,8 @@ class ShortPoint:
 
 @dataclass(frozen=True)
 class ShortSweep:
-    """All speeds, the slowest first, and the slowest `again` last of all; `temperature` (°C) was the winding's before.
+    """All speeds, the slowest first (some may have been read later), and the slowest `again` last of all; `temperature` (°C) was the
+    winding's before.
 
     `shares` are mean phase current over that of A at the slowest and the fastest speed, None where nobody looked; `stopped` says what
     kept it from the highest speed: "current", "torque", or nothing.
@@ -100,7 +101,10 @@ class ShortSweep:
     def warmings(self) -> FloatArray:
         """Return by how much (relative) the resistance had risen at each point: as the heat by then, of what it rose by in all."""
         heat = self.amplitudes**2
-        result: FloatArray = max(self.rise, 0.0) * (np.cumsum(heat) - 0.5 * heat) / float(np.sum(heat))
+        order = np.argsort([each.torque.time for each in self.points])
+        before = np.empty_like(heat)
+        before[order] = np.cumsum(heat[order])
+        result: FloatArray = max(self.rise, 0.0) * (before - 0.5 * heat) / float(np.sum(heat))
         return result
 
     def torques(self) -> FloatArray:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -60,6 +61,8 @@ class ShortRun:
             self._show()
             if stopped:
                 break
+        if stopped:
+            self._fill_in()
         if len(self._points) < _FEWEST:
             raise ProcedureError(
                 text(
@@ -74,6 +77,16 @@ class ShortRun:
         shares = self._shares(others) if others else None
         line = ZeroLine(zero, read_zero(bench, settings.interval, settings.zero_rest))
         return ShortSweep(tuple(self._points), again, line, temperature or self._before.temperature, shares, stopped)
+
+    def _fill_in(self) -> None:
+        """Read at speeds between those that were read, the widest step first, where current or torque ended it after too few."""
+        while 1 < len(self._points) < _FEWEST:
+            speeds = [each.torque.speed for each in self._points]
+            steps = [after / before for before, after in pairwise(speeds)]
+            widest = int(np.argmax(steps))
+            self._points.append(self._point(math.sqrt(speeds[widest] * speeds[widest + 1]), self._probe))
+            self._points.sort(key=lambda each: each.torque.speed)
+            self._show()
 
     def warm(self, cold: ShortSweep, seconds: float) -> None:
         """Turn for a time (s) at the speed whose current is nearest to the rated one, and not above it."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from GTC.lib import UncertainReal
 
-from drivers.interfaces import Accuracy, ChannelSettings, SetpointError
+from drivers.interfaces import Accuracy
 from drivers.interfaces.text import text
 from procedures.core.bench import Bench, ProcedureError
 from procedures.core.budget import Uncertainties
@@ -103,7 +103,7 @@ def fundamentals(bench: Bench, ranges: Mapping[int, float], frequency: float, pe
     """Return the fundamentals of channels whose signals have about an electrical frequency (Hz); `ranges` are first full scales."""
     record_time = min(max(periods / frequency, _SHORTEST), _LONGEST)
     bench.oscilloscope.configure_acquisition(record_time, _POINTS, 0.0)
-    waves = ranged_record(bench, feasible_ranges(bench, ranges), 10.0 + record_time)
+    waves = ranged_record(bench, ranges, 10.0 + record_time)
     channels = list(ranges)
     told = [DigitizedChannel(str(c), waves[c].resolution, waves[c].clipped, waves[c].accuracy.gain) for c in channels]
     fit = fit_back_emf(
@@ -123,17 +123,6 @@ def fundamentals(bench: Bench, ranges: Mapping[int, float], frequency: float, pe
         tuple(waves[c].full_scale for c in channels),
         fit.misfit,
     )
-
-
-def feasible_ranges(bench: Bench, wanted: Mapping[int, float]) -> dict[int, float]:
-    """Return full scales (V or A) that the channels and their probes have, each as near to the one wanted as it goes."""
-    result = dict(wanted)
-    for channel, full_scale in wanted.items():
-        try:
-            bench.oscilloscope.configure_channel(channel, ChannelSettings(full_scale))
-        except SetpointError as refused:
-            result[channel] = min(max(full_scale, refused.low), refused.high)
-    return result
 
 
 def geometric_speeds(bench: Bench, nameplate: Nameplate, lowest: float, highest: float, count: int) -> list[float]:

@@ -10,7 +10,7 @@ from drivers.interfaces.text import text
 from procedures.core.bench import Bench, ProcedureError
 
 #: The signal fills this share of the screen, so that noise and overshoot do not clip.
-_FILL = 0.8
+FILL = 0.8
 #: A signal whose ends were seen, noise and overshoot with them, fills this share.
 _FILL_SEEN = 0.9
 _ATTEMPTS = 8
@@ -36,12 +36,11 @@ def record(
 def ranged_record(bench: Bench, start_ranges: Mapping[int, float], timeout: float) -> dict[int, Waveform]:
     """Return a free-running record of steady alternating signals, each channel's range fitted to its own signal.
 
-    `start_ranges` gives each channel's first full-scale range (V or A). Raises ProcedureError where a signal cannot be fitted.
+    `start_ranges` gives each channel's first full-scale range (V or A), or one beyond those that channel and probe have. Raises
+    ProcedureError where a signal cannot be fitted.
     """
     scope = bench.oscilloscope
-    ranges = dict(start_ranges)
-    for channel, full_scale in ranges.items():
-        scope.configure_channel(channel, ChannelSettings(full_scale))
+    ranges = {channel: set_range(scope, channel, full_scale) for channel, full_scale in start_ranges.items()}
     for _ in range(_ATTEMPTS):
         waves = record(bench, list(ranges), Trigger(None), timeout)
         if scope.read_by_hand:
@@ -53,7 +52,7 @@ def ranged_record(bench: Bench, start_ranges: Mapping[int, float], timeout: floa
             return waves
         for channel, fitted in better.items():
             if fitted is not None:
-                ranges[channel] = _set_or_nearest(scope, channel, fitted)
+                ranges[channel] = set_range(scope, channel, fitted)
         if ranges == before:
             # What is wanted is beyond what there is: as the record is, it is the best there can be.
             return waves
@@ -66,7 +65,7 @@ def ranged_record(bench: Bench, start_ranges: Mapping[int, float], timeout: floa
     )
 
 
-def configure(scope: Oscilloscope, channel: int, low: float, high: float, fill: float = _FILL) -> float:
+def configure(scope: Oscilloscope, channel: int, low: float, high: float, fill: float = FILL) -> float:
     """Set a channel's range and offset for a signal between `low` and `high` (V or A); return the range that was set.
 
     The signal takes the share `fill` of it. A small one is given the smallest range: it is coarser there, which its fit
@@ -93,8 +92,8 @@ def fill_screen(scope: Oscilloscope, seen: Waveform) -> None:
         configure(scope, seen.channel, low, high, _FILL_SEEN)
 
 
-def _set_or_nearest(scope: Oscilloscope, channel: int, full_scale: float) -> float:
-    """Set a channel's full scale (V or A), or the nearest that it has; return what was set."""
+def set_range(scope: Oscilloscope, channel: int, full_scale: float) -> float:
+    """Set a channel's full scale (V or A), or the nearest that channel and probe have; return what was set."""
     try:
         scope.configure_channel(channel, ChannelSettings(full_scale))
     except SetpointError as refused:
@@ -106,7 +105,7 @@ def _set_or_nearest(scope: Oscilloscope, channel: int, full_scale: float) -> flo
 def _better(wave: Waveform, full_scale: float) -> float | None:
     if wave.clipped:
         return 4.0 * full_scale
-    needed = 2.0 * float(np.max(np.abs(wave.values))) / _FILL
+    needed = 2.0 * float(np.max(np.abs(wave.values))) / FILL
     if 0.0 < needed < full_scale / _TOO_WIDE and needed > 8.0 * wave.resolution:
         return needed
     return None

@@ -8,7 +8,7 @@ import numpy as np
 from drivers.interfaces import Trigger, Waveform
 from procedures.core.bench import Bench
 from procedures.estimation.fitting.intervals import Interval, around
-from procedures.techniques.acquisition import configure, record
+from procedures.techniques.acquisition import FILL, configure, record, set_range
 
 #: A record (s) holds whole periods of mains hum, which falls out of its mean.
 _RECORD_TIME, _POINTS = 0.1, 500
@@ -48,9 +48,13 @@ def alternating(bench: Bench, channels: Sequence[int], span: float, record_time:
     """
     bench.oscilloscope.configure_acquisition(record_time, _ALTERNATING_POINTS)
     waves: dict[int, Waveform] = {}
+    before: list[float] = []
     for _ in range(_ATTEMPTS):
-        for channel in channels:
-            configure(bench.oscilloscope, channel, -span, span)
+        ranges = [set_range(bench.oscilloscope, channel, 2.0 * span / FILL) for channel in channels]
+        if ranges == before:
+            # Channels and probes have no range that is nearer to the one wanted.
+            break
+        before = ranges
         waves = _taken(bench, channels, record_time)
         largest = max(float(np.max(np.abs(wave.values))) for wave in waves.values())
         resolution = max(wave.resolution for wave in waves.values())

@@ -82,6 +82,28 @@ def test_it_stops_at_the_motor_s_largest_current_and_carries_nothing_on():
     assert within(result.parameter("d_axis_chord_inductance"), MOTOR.d_axis_inductance_y)
 
 
+def test_speeds_between_are_read_where_the_current_ends_it_after_too_few():
+    plate = replace(PLATE, maximum_current=28.0)
+    result = one(
+        MOTOR, "short-circuit", "phases=false", "unbalance=0.005", "speeds=5", "lowest=0.15", *QUICK, plate=plate
+    )
+    speeds = result.findings["sweeps"][0]["speed"]
+    assert len(speeds) == 5
+    assert speeds == sorted(speeds)
+    assert max(result.findings["sweeps"][0]["current"]) <= 28.0
+    assert within(result.parameter("d_axis_chord_inductance"), MOTOR.d_axis_inductance_y)
+    assert within(result.parameter("short_circuit_resistance"), MOTOR.stator_resistance_y + Leads().resistance)
+
+
+@pytest.mark.slow
+def test_a_current_that_may_be_beyond_the_probe_s_range_is_looked_at_with_its_widest():
+    """The first guess follows from the largest current of the plate, 200 A, which is 500 A of full scale."""
+    plate = replace(PLATE, maximum_current=200.0)
+    result = one(MOTOR, "short-circuit", *SHORT, plate=plate)
+    assert within(result.parameter("d_axis_chord_inductance"), MOTOR.d_axis_inductance_y)
+    assert within(result.parameter("short_circuit_current"), MOTOR.flux_linkage_y / MOTOR.d_axis_inductance_y)
+
+
 @pytest.mark.slow
 def test_speeds_follow_from_resistance_and_inductance_where_they_are_known():
     with VirtualBench(MOTOR, seed=2, sockets=False) as bench:

@@ -105,7 +105,7 @@ def serve(
     from bench.virtual.port_file import load_ports
     from bench.virtual.served_station import station_to_serve
     from bench.virtual.true_values import true_values
-    from bench.virtual.virtual_station import dc_voltage_for, describe, dynamometer_torque_for
+    from bench.virtual.virtual_station import bench_size_for, dc_voltage_for, describe
     from procedures.known_parameters import known_parameters
     from sim_instruments.bench import BenchSetting
     from sim_instruments.catalogue import standard_units
@@ -159,12 +159,12 @@ def serve(
             "watchdog_relay": watchdog_relay,
             "hostile": hostile,
         }
-        torque = dynamometer_torque_for(virtual, read.nameplate)
+        size = bench_size_for(virtual, read.nameplate)
         more["units"] = standard_units(
             six_step=read.six_step is not None,
             fixture=fixture or commands is not None,
             dc_voltage=dc_voltage_for(read.nameplate),
-            torque=torque,
+            torque=size.torque,
         )
         own = None
         if disturbances is not None:
@@ -186,7 +186,7 @@ def serve(
         with interrupts.raising(), _opened(virtual, speedup, host, seed, told, more, ports) as bench:
             inject(given, bench.bench.injector.add)
             described = describe(
-                bench.preferred(), bench.control, bench.interlocks(), bench.watchdog_relays(), torque=torque
+                bench.preferred(), bench.control, bench.interlocks(), bench.watchdog_relays(), size=size
             )
             _tell(
                 bench,

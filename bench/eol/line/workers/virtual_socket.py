@@ -19,7 +19,7 @@ from bench.run.simulation import InProcessSimulation
 from bench.station.sharing import Sharing
 from bench.station.station_file import Station
 from bench.station.visa_library import StationVisa
-from bench.virtual.virtual_station import dc_voltage_for, dynamometer_torque_for, virtual_station
+from bench.virtual.virtual_station import bench_size_for, dc_voltage_for, virtual_station
 from drivers.interfaces import Clock
 from procedures.core.bench import Role
 from sim_instruments.bench import BenchSetting, VirtualBench
@@ -74,7 +74,7 @@ class VirtualSocket:
     ) -> None:
         self._motors = motors
         self._twin = twin
-        self._torque = dynamometer_torque_for(motors.motor.virtual_motor(), motors.motor.nameplate)
+        self._size = bench_size_for(motors.motor.virtual_motor(), motors.motor.nameplate)
         self._counterparts = counterparts_of(twin) if twin else {}
         if motors.motor.six_step is None:
             self._counterparts.pop(Role.DRIVE, None)
@@ -143,7 +143,7 @@ class VirtualSocket:
                 six_step=motor.six_step is not None,
                 fixture=fixture,
                 dc_voltage=dc_voltage_for(motor.nameplate),
-                torque=self._torque,
+                torque=self._size.torque,
             )
         hands = [SimulatedUnit(find(name)) for name in FIXTURE.values()] if fixture else []
         return [*(each.unit for each in self._counterparts.values()), *hands]
@@ -153,7 +153,7 @@ class VirtualSocket:
         addresses = bench.addresses()
         key = tuple((role, str(address)) for role, address in addresses.items())
         if key not in self._stations:
-            station = virtual_station(addresses, torque=self._torque)
+            station = virtual_station(addresses, size=self._size)
             if self._twin is not None:
                 made = twin_station(self._twin, self._counterparts, bench)
                 station = replace(station, entries=made.entries, way_down=made.way_down, catalogues=made.catalogues)
