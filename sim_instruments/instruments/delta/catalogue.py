@@ -19,8 +19,15 @@ def _machine(options: Options) -> DynamometerMachine:
     usual = DynamometerMachine()
     if options.get("maximum_speed") is None and options.get("maximum_torque") is None:
         return usual
-    speed = options.get("maximum_speed") or usual.maximum_speed
-    return DynamometerMachine(maximum_speed=speed, maximum_torque=_OVERLOAD * _rated_torque(options))
+    size = max(_rated_torque(options) / _RATED_TORQUE, 1.0)
+    return DynamometerMachine(
+        # Of machines of one shape, inertia grows with the fifth power of length, torque with the third.
+        inertia=usual.inertia * size ** (5.0 / 3.0),
+        coulomb_friction=usual.coulomb_friction * size,
+        viscous_friction=usual.viscous_friction * size,
+        maximum_speed=options.get("maximum_speed") or usual.maximum_speed,
+        maximum_torque=_OVERLOAD * _rated_torque(options),
+    )
 
 
 def _dynamometer(place: BenchPlace) -> Any:
