@@ -1,6 +1,6 @@
 """Rows of a file that repeat a reading: the file was written faster than the converter samples, under an even time column."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,19 +67,20 @@ class RepeatedRows:
         return Misfit.together((misfit, Misfit((self.finding,))))
 
 
-def repeated_rows(channels: Sequence[FloatArray]) -> RepeatedRows | None:
+def repeated_rows(channels: Iterable[FloatArray]) -> RepeatedRows | None:
     """Return which rows of a record hold new readings where one of its channels (n,) is read less often than the rows are written; None
     where every row may be a reading.
 
     Of channels that are read at different rates the slowest counts, of those at one rate the one beside which the others are least late.
     """
-    found = [one for one in map(_of_channel, channels) if one is not None]
+    rows = list(channels)
+    found = [one for one in map(_of_channel, rows) if one is not None]
     if not found:
         return None
     every = max(each for each, _ in found)
     firsts = np.array([first for each, first in found if abs(each - every) < 1e-9 * every])
     late = np.max(np.mod(firsts[:, None] - firsts, every), axis=1)
-    return RepeatedRows(every, float(firsts[int(np.argmin(late))]), channels[0].size)
+    return RepeatedRows(every, float(firsts[int(np.argmin(late))]), rows[0].size)
 
 
 def _of_channel(values: FloatArray) -> tuple[float, float] | None:

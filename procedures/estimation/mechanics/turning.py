@@ -95,9 +95,9 @@ def turning(ramp: SpeedRamp, number: int) -> Run:
     repeated = repeated_rows((speed,))
     if repeated is not None:
         new = repeated.new
-        torque = ramp.torque if np.size(ramp.torque) != time.size else np.asarray(ramp.torque)[new]
+        driven = ramp.torque if np.size(ramp.torque) != time.size else np.asarray(ramp.torque)[new]
         return replace(
-            turning(replace(ramp, time=repeated.times(time), speed=speed[new], torque=torque), number),
+            turning(replace(ramp, time=repeated.times(time), speed=speed[new], torque=driven), number),
             repeated=repeated,
         )
     noise = white_noise(speed, ramp.speed_resolution)

@@ -74,17 +74,17 @@ def fit_step_response(
     Raises EstimationError where there is no step, the record is too short, or a probe is reversed, and WithheldError where nothing of it
     can be used, for want of a baseline or of range, or because the voltage switches.
     """
-    told = _Told(voltage_resolution, current_resolution, voltage_ends, current_ends, other_axis, alarm)
+    known = _Known(voltage_resolution, current_resolution, voltage_ends, current_ends, other_axis, alarm)
     v, i = series("voltage", voltage, least=20), series("current", current, least=20)
     same_length(time=series("time", time), voltage=v, current=i)
     repeated = repeated_rows((v, i))
     if repeated is None:
-        return _fit(time, v, i, told)
-    fit = _fit(repeated.times(series("time", time)), v[repeated.new], i[repeated.new], told)
+        return _fit(time, v, i, known)
+    fit = _fit(repeated.times(series("time", time)), v[repeated.new], i[repeated.new], known)
     return replace(fit, residuals=repeated.over_all(fit.residuals), misfit=repeated.beside(fit.misfit))
 
 
-class _Told(NamedTuple):
+class _Known(NamedTuple):
     """What is known of the channels, as `fit_step_response` takes it."""
 
     voltage_resolution: float
@@ -95,9 +95,9 @@ class _Told(NamedTuple):
     alarm: float
 
 
-def _fit(time: ArrayLike, voltage: FloatArray, current: FloatArray, told: _Told) -> StepFit:
+def _fit(time: ArrayLike, voltage: FloatArray, current: FloatArray, known: _Known) -> StepFit:
     """Fit a step of whose channels every row is a reading of its own."""
-    voltage_resolution, current_resolution, voltage_ends, current_ends, other_axis, alarm = told
+    voltage_resolution, current_resolution, voltage_ends, current_ends, other_axis, alarm = known
     ended = ended_from(voltage)
     if ended is not None:
         # What the current flows through afterwards is no part of the circuit, and the instant is known by single samples only.
