@@ -32,7 +32,7 @@ EMF = (
     "nothing", "60 Hz hum with its third", "aliased ripple", "missing codes", "bent converter", "clock drifts", "gain warms up",
     "speed wobbles", "dropouts at the start", "polarities unequal", "converter's segments", "second and third order",
     "dead zone", "slews", "remembers", "gaps between magnets", "odd harmonics",
-    "rows repeated", "one channel's rows repeated",
+    "rows repeated", "smoothed", "filtered", "one channel's rows repeated",
 )  # fmt: skip
 RAMPS = (
     "nothing", "a tooth is missing", "one tooth is off", "coupling with backlash", "clock drifts", "display refreshes",

@@ -111,6 +111,15 @@ def exported(name: str, random: Random, rows: FloatArray) -> FloatArray:
         late = int(random.integers(every))
         places = np.arange(rows.shape[-1])
         rows = rows[..., np.maximum((places + late) // every * every - late, 0)]
+    if name == "smoothed":
+        # As a spreadsheet does: the mean of so many readings, in full.
+        length = int(log(random, 2.0, 0.04 * rows.shape[-1]))
+        rows = np.apply_along_axis(np.convolve, -1, rows, np.full(length, 1.0 / length), "valid")
+    if name == "filtered":
+        left, out = np.exp(-1.0 / log(random, 0.5, 0.01 * rows.shape[-1])), rows.copy()
+        for k in range(1, rows.shape[-1]):
+            out[..., k] = left * out[..., k - 1] + (1.0 - left) * rows[..., k]
+        rows = out
     if name == "one channel's rows repeated":
         which, every = int(random.integers(len(rows))), int(random.choice([2, 4]))
         rows = rows.copy()
@@ -172,7 +181,9 @@ def emf(name: str, random: Random, gain_limit: float) -> tuple[FloatArray, Float
             v[:, : int(random.uniform(0.005, 0.3) * time.size)] = 0.0
     read = converter(name, random, setup.step)
     codes = read(v + setup.noise * setup.step * random.standard_normal(v.shape))
-    return time, exported(name, random, codes), setup.flux, setup.step
+    rows = exported(name, random, codes)
+    step = setup.step if name not in ("smoothed", "filtered") else 1e-6 * setup.step
+    return time[: rows.shape[-1]], rows, setup.flux, step
 
 
 def _bent_channel(name: str, random: Random, wave: FloatArray, step: float) -> FloatArray:
