@@ -10,7 +10,7 @@ from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 #: By record, then by cause.
 _OF_RECORD = winding.SENTENCES | back_emf.SENTENCES | mechanics.SENTENCES | load.SENTENCES
 #: Causes whose sentence tells what was done, too.
-_ALL_SAID = (Cause.PULSE_ENDS,)
+_ALL_SAID = (Cause.PULSE_ENDS, Cause.REPEATED_ROWS)
 _DONE = {
     Answer.MODELLED: text("the model includes it, and so does the interval of every figure that is given"),
     Answer.WIDENED: text("the interval of every figure that is given is widened by its possible effect"),

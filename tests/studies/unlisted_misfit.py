@@ -9,7 +9,7 @@ Magnitudes are log-uniform from negligible to gross; limits of gain of 0.3 % (st
 import argparse
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,20 +21,22 @@ from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics.inertia import fit_ramps
 from procedures.estimation.winding.current_step.response import fit_step_response
 from tests.studies.shaft_records import draw, move, record
-from tests.studies.unlisted_worlds import Random, converter, emf, log, step_channel, steps, turned
+from tests.studies.unlisted_worlds import Random, converter, emf, exported, log, step_channel, steps, turned
 
 STEP = (
     "nothing", "60 Hz hum with its third", "aliased ripple", "missing codes", "bent converter", "clock drifts", "winding warms",
     "magnetised probe", "probe's offset drifts", "dropouts at the start", "supply folds back", "samples lost",
+    "rows repeated", "one channel's rows repeated",
 )  # fmt: skip
 EMF = (
     "nothing", "60 Hz hum with its third", "aliased ripple", "missing codes", "bent converter", "clock drifts", "gain warms up",
     "speed wobbles", "dropouts at the start", "polarities unequal", "converter's segments", "second and third order",
     "dead zone", "slews", "remembers", "gaps between magnets", "odd harmonics",
+    "rows repeated", "smoothed", "filtered", "one channel's rows repeated",
 )  # fmt: skip
 RAMPS = (
     "nothing", "a tooth is missing", "one tooth is off", "coupling with backlash", "clock drifts", "display refreshes",
-    "tachometer's zero",
+    "tachometer's zero", "rows repeated",
 )  # fmt: skip
 STEP_GAIN, EMF_GAIN, TORQUE_GAIN = 0.003, 0.01, 0.003
 _BATCH = 100
@@ -88,6 +90,7 @@ def of_steps(name: str, records: int, random: Random) -> Row:
                 )
                 for x in (v, i)
             ]
+            read = exported(name, random, np.array(read))
             try:
                 fit = fit_step_response(at * tau, *read, voltage_resolution=code, current_resolution=code)
             except EstimationError:
@@ -131,8 +134,10 @@ def of_ramps(name: str, records: int, random: Random) -> Row:
         shafts = [draw(random) for _ in range(min(_BATCH, records - begin))]
         for shaft, motion in zip(shafts, move(shafts), strict=True):
             gain = 1.0 + random.uniform(-TORQUE_GAIN, TORQUE_GAIN)
+            ramps = record(shaft, turned(name, random, shaft, motion), random)
+            ramps = [replace(ramp, speed=exported(name, random, ramp.speed[None])[0]) for ramp in ramps]
             try:
-                fit = fit_ramps(record(shaft, turned(name, random, shaft, motion), random))
+                fit = fit_ramps(ramps)
             except EstimationError:
                 for tally in row.values():
                     tally.take(None, "", 1.0, 0.0, 0.0)

@@ -104,6 +104,29 @@ def converter(name: str, random: Random, code: float) -> Callable[[FloatArray], 
     return read
 
 
+def exported(name: str, random: Random, rows: FloatArray) -> FloatArray:
+    """Return channels (C, n) as the program that writes the file makes them of what the converter read."""
+    if name == "rows repeated":
+        every = int(random.choice([2, 3, 4, 8]))
+        late = int(random.integers(every))
+        places = np.arange(rows.shape[-1])
+        rows = rows[..., np.maximum((places + late) // every * every - late, 0)]
+    if name == "smoothed":
+        # As a spreadsheet does: the mean of so many readings, in full.
+        length = int(log(random, 2.0, 0.04 * rows.shape[-1]))
+        rows = np.apply_along_axis(np.convolve, -1, rows, np.full(length, 1.0 / length), "valid")
+    if name == "filtered":
+        left, out = np.exp(-1.0 / log(random, 0.5, 0.01 * rows.shape[-1])), rows.copy()
+        for k in range(1, rows.shape[-1]):
+            out[..., k] = left * out[..., k - 1] + (1.0 - left) * rows[..., k]
+        rows = out
+    if name == "one channel's rows repeated":
+        which, every = int(random.integers(len(rows))), int(random.choice([2, 4]))
+        rows = rows.copy()
+        rows[which] = rows[which, np.arange(rows.shape[-1]) // every * every]
+    return rows
+
+
 def emf(name: str, random: Random, gain_limit: float) -> tuple[FloatArray, FloatArray, float, float]:
     """Return time (n,), three voltages (3, n), flux linkage and a converter's step."""
     setup = drawn_setup(random, gain_limit=gain_limit)
@@ -157,7 +180,10 @@ def emf(name: str, random: Random, gain_limit: float) -> tuple[FloatArray, Float
         case "dropouts at the start":
             v[:, : int(random.uniform(0.005, 0.3) * time.size)] = 0.0
     read = converter(name, random, setup.step)
-    return time, read(v + setup.noise * setup.step * random.standard_normal(v.shape)), setup.flux, setup.step
+    codes = read(v + setup.noise * setup.step * random.standard_normal(v.shape))
+    rows = exported(name, random, codes)
+    step = setup.step if name not in ("smoothed", "filtered") else 1e-6 * setup.step
+    return time[: rows.shape[-1]], rows, setup.flux, step
 
 
 def _bent_channel(name: str, random: Random, wave: FloatArray, step: float) -> FloatArray:

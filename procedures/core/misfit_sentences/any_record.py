@@ -29,6 +29,11 @@ SENTENCES = {
         "{count:.0f} of {readings:.0f} speed readings are zero or outliers and were left out: check the sensor's "
         "cable and threshold"
     ),
+    Cause.REPEATED_ROWS: text(
+        "a reading is new only in every {every:.4g}. row, and the rows between repeat it: the file was written faster than the converter "
+        "samples. Only the rows with new readings are used, {used:.0f} of {rows:.0f}. Export at the converter's own rate, because the "
+        "instants of the readings are known no better than these rows"
+    ),
     Cause.COGGING: text(
         "the speed has a ripple of {order:.0f} periods per turn, as cogging or torque ripple causes it"
     ),

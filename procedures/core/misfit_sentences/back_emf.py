@@ -31,6 +31,12 @@ _SEEN_IN_EMF_MODULATED = {
         "or a gain or a time base that drifts, or another wave near the frequency. Record one acquisition without averaging"
     ),
 }
+_SEEN_IN_EMF_SMOOTHED = {
+    Cause.BANDWIDTH: text(
+        "the noise of the record is smooth, as a mean over about {time:.2g} s makes it (a moving average, a high-resolution mode, a "
+        "low-pass filter): the fundamental would be too small by up to {share:.2%}. Record without smoothing, or with a higher bandwidth"
+    ),
+}
 _SEEN_IN_EMF_JUMPS = {
     Cause.DROPOUTS: text(
         "the phase of the waveform jumps {count:.0f} times in all channels at once: samples are missing, although "
@@ -73,6 +79,7 @@ SENTENCES = {
     "emf-dead-zone": _SEEN_IN_EMF_DEAD_ZONE,
     "emf-memory": _SEEN_IN_EMF_MEMORY,
     "emf-modulated": _SEEN_IN_EMF_MODULATED,
+    "emf-smoothed": _SEEN_IN_EMF_SMOOTHED,
     "emf-jumps": _SEEN_IN_EMF_JUMPS,
     "frequency": _SEEN_IN_FREQUENCY,
     "emf-none": _SEEN_IN_EMF_NONE,

@@ -21,6 +21,7 @@ from procedures.estimation.emf.record_preparation import (
 )
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
+from procedures.estimation.fitting.repeated_rows import repeated_rows
 
 ComplexArray = NDArray[np.complex128]
 #: Crossings are looked for in medians, so many a period, of a middle between these shares of the readings.
@@ -115,6 +116,16 @@ def fit_back_emf(
     more is told. Raises EstimationError on a gap, a constant channel, or less than a period.
     """
     t, v = prepare(time, channels, digitized)
+    if (repeated := repeated_rows(v)) is not None:
+        fit = fit_back_emf(
+            repeated.times(t),
+            v[:, repeated.new],
+            harmonics=harmonics,
+            frequency=frequency,
+            resolution=resolution,
+            digitized=digitized,
+        )
+        return replace(fit, residuals=repeated.over_all(fit.residuals), misfit=repeated.beside(fit.misfit))
     told = channels_told(v.shape[0], digitized, resolution)
     begin = start(t, v, frequency)
     kept = usable(t, harmonics, begin)

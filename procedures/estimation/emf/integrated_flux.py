@@ -13,6 +13,7 @@ from procedures.estimation.emf.record import DigitizedChannel, channels_told, co
 from procedures.estimation.emf.record_preparation import as_recorded, prepare_record, rounding, too_coarse
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
+from procedures.estimation.fitting.repeated_rows import repeated_rows
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,17 @@ def flux_by_integration(
     record holds no whole period.
     """
     t, v = prepare(time, channels, digitized)
+    if (repeated := repeated_rows(v)) is not None:
+        of_new = flux_by_integration(
+            repeated.times(t),
+            v[:, repeated.new],
+            harmonics=harmonics,
+            frequency=frequency,
+            largest_degree=largest_degree,
+            resolution=resolution,
+            digitized=digitized,
+        )
+        return replace(of_new, misfit=repeated.beside(of_new.misfit))
     told = channels_told(v.shape[0], digitized, resolution)
     begin = start(t, v, frequency)
     kept = usable(t, harmonics, begin)

@@ -14,6 +14,7 @@ from procedures.estimation.emf.hum import find_hum, take_out
 from procedures.estimation.emf.memory import find_memory
 from procedures.estimation.emf.modulation import find_modulation
 from procedures.estimation.emf.record import DigitizedChannel
+from procedures.estimation.emf.smoothed_noise import find_smoothing
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 from procedures.estimation.fitting.noise import alike, undithered_sine, white_noise
@@ -112,7 +113,10 @@ def prepare_record(
     findings += zone
     late, memory = find_memory(t, orders, model, channels, whole)
     findings += memory
-    moved = share * fundamentals / speed
+    # Of a flux linkage that changes along the record, waves near the fundamental are left, and no noise alone.
+    smooth, smoothing = find_smoothing(t, orders, model, channels, whole & (not modulation))
+    findings += smoothing
+    moved = np.hypot(share, smooth) * fundamentals / speed
     beside = np.sqrt(beside**2 + moved**2 + bent**2 + (np.hypot(lost, late) / speed) ** 2)
     return PreparedRecord(values, kept, growth, beside, shared, tuple(findings))
 

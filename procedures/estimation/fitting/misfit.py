@@ -35,6 +35,7 @@ class Cause(StrEnum):
     TORQUE_FILTER = "torque-filter"
     TORQUE_ZERO = "torque-zero-drift"
     DROPOUTS = "dropouts"
+    REPEATED_ROWS = "repeated-rows"
     COGGING = "cogging"
     MODULATED = "modulated"
     ECCENTRICITY = "eccentricity"

@@ -1,7 +1,7 @@
 """The part of a ramp in which the shaft turns, without readings that are impossible for a shaft."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from procedures.estimation.fitting.checks import increasing, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
 from procedures.estimation.fitting.noise import white_noise
+from procedures.estimation.fitting.repeated_rows import RepeatedRows, repeated_rows
 from procedures.estimation.mechanics.ramp_torque import ramp_torque
 
 #: A reading this many standard deviations and this share of the top speed from its neighbours is none of the shaft's.
@@ -43,7 +44,7 @@ class Run:
     """The part of a ramp that turns, as if it turned forwards: `time` (s) from 0, `speed` (rad/s) and `driven` (N·m) by `sign`.
 
     `begin` (s) is where it begins in the ramp; `noise` (rad/s) one speed's, `torque_noise` (N·m) the torque's level's; `varies` where
-    the torque is more than a level; `lost` readings of `readings` were left out.
+    the torque is more than a level; `lost` readings of `readings` were left out. Of `repeated` rows the new ones are taken.
     """
 
     begin: float
@@ -59,6 +60,7 @@ class Run:
     readings: int
     speed_filter: float
     torque_filter: float
+    repeated: RepeatedRows | None = None
 
 
 def wild(speed: FloatArray, noise: float) -> NDArray[np.bool_]:
@@ -90,6 +92,14 @@ def turning(ramp: SpeedRamp, number: int) -> Run:
     speed = series(f"speed of ramp {number}", ramp.speed, least=5)
     same_length(time=time, speed=speed)
     increasing(time)
+    repeated = repeated_rows((speed,))
+    if repeated is not None:
+        new = repeated.new
+        driven = ramp.torque if np.size(ramp.torque) != time.size else np.asarray(ramp.torque)[new]
+        return replace(
+            turning(replace(ramp, time=repeated.times(time), speed=speed[new], torque=driven), number),
+            repeated=repeated,
+        )
     noise = white_noise(speed, ramp.speed_resolution)
     kept = ~wild(speed, noise)
     top = float(np.max(np.abs(speed[kept]))) if np.any(kept) else 0.0
@@ -145,9 +155,11 @@ def _longest(
 
 
 def dropouts(runs: Sequence[Run]) -> list[Finding]:
-    """Return the finding for readings that were left out."""
+    """Return the findings for readings that were left out."""
+    repeated = [run.repeated.finding for run in runs if run.repeated is not None][:1]
     lost = sum(run.lost for run in runs)
     if not lost:
-        return []
+        return repeated
     count = sum(run.readings for run in runs)
-    return [Finding(Cause.DROPOUTS, Answer.MODELLED, figures={"count": float(lost), "readings": float(count)})]
+    figures: dict[str, float | str] = {"count": float(lost), "readings": float(count)}
+    return [*repeated, Finding(Cause.DROPOUTS, Answer.MODELLED, figures=figures)]

@@ -11,6 +11,7 @@ from procedures.estimation.fitting.first_order import respond_evenly
 from procedures.estimation.fitting.fit import EstimationError, Fit, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Misfit
 from procedures.estimation.fitting.noise import undithered, white_noise
+from procedures.estimation.fitting.repeated_rows import repeated_rows
 from procedures.estimation.fitting.smoothing import components
 from procedures.estimation.winding.current_step.circuit import voltage_shares
 from procedures.estimation.winding.current_step.clipping import Ends, fit_flat_top, fit_unclipped, without_end
@@ -73,7 +74,31 @@ def fit_step_response(
     Raises EstimationError where there is no step, the record is too short, or a probe is reversed, and WithheldError where nothing of it
     can be used, for want of a baseline or of range, or because the voltage switches.
     """
-    ended = ended_from(series("voltage", voltage, least=20))
+    known = _Known(voltage_resolution, current_resolution, voltage_ends, current_ends, other_axis, alarm)
+    v, i = series("voltage", voltage, least=20), series("current", current, least=20)
+    same_length(time=series("time", time), voltage=v, current=i)
+    repeated = repeated_rows((v, i))
+    if repeated is None:
+        return _fit(time, v, i, known)
+    fit = _fit(repeated.times(series("time", time)), v[repeated.new], i[repeated.new], known)
+    return replace(fit, residuals=repeated.over_all(fit.residuals), misfit=repeated.beside(fit.misfit))
+
+
+class _Known(NamedTuple):
+    """What is known of the channels, as `fit_step_response` takes it."""
+
+    voltage_resolution: float
+    current_resolution: float
+    voltage_ends: Ends
+    current_ends: Ends
+    other_axis: float
+    alarm: float
+
+
+def _fit(time: ArrayLike, voltage: FloatArray, current: FloatArray, known: _Known) -> StepFit:
+    """Fit a step of whose channels every row is a reading of its own."""
+    voltage_resolution, current_resolution, voltage_ends, current_ends, other_axis, alarm = known
+    ended = ended_from(voltage)
     if ended is not None:
         # What the current flows through afterwards is no part of the circuit, and the instant is known by single samples only.
         time, voltage, current = (np.asarray(x, dtype=np.float64)[:ended] for x in (time, voltage, current))
