@@ -60,14 +60,14 @@ def drawn_law(random: Random) -> Law:
             return compensated
 
 
-def drawn_probe(random: Random) -> BentProbe:
-    """Draw a probe by how near a current of 1 comes to its limit; half of them are magnetised before, by up to a third of it.
+def drawn_probe(random: Random, *, magnetised: bool = False) -> BentProbe:
+    """Draw a probe by how near a current of 1 comes to its limit; one that is magnetised, which nobody degaussed, by up to a third of it.
 
     One that reads more than a quarter too little at 1 is drawn again: there anybody sees that the current does not reach its end.
     """
     while True:
         near = float(np.exp(random.uniform(np.log(0.15), np.log(1.5))))
-        before = float(random.choice([0.0, random.uniform(-0.33, 0.33)]))
+        before = float(random.uniform(-0.33, 0.33)) if magnetised else 0.0
         probe = BentProbe(drawn_law(random), near, before)
         if abs(1.0 - float(probe.read(np.array([1.0]))[0])) < 0.25:
             return probe

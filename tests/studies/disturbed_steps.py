@@ -44,7 +44,7 @@ class Batch:
     divider: np.ndarray = field(init=False)
     divider_time: np.ndarray = field(init=False)
     begin: np.ndarray = field(init=False)
-    #: 1 where the current's probe bends.
+    #: 1 where the current's probe bends, 2 where it is magnetised as well.
     bend: np.ndarray = field(init=False)
     law: str = "atan"
     #: Whether the converters' last codes come with the record.
@@ -193,7 +193,7 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     time = samples[None] * step[:, None] - (start * step)[:, None]
     currents = probed if probe else history[np.maximum(samples[:, None] - late, 0), columns]
     for k in np.flatnonzero(batch.bend):
-        currents[:, k] = drawn_probe(batch.random).read(currents[:, k])
+        currents[:, k] = drawn_probe(batch.random, magnetised=batch.bend[k] > 1.0).read(currents[:, k])
     return time, voltages[samples].T, currents.T
 
 
@@ -264,7 +264,7 @@ def row(name: str, count: int, *seed: int) -> Batch:
                 batch.divider, batch.divider_time = signs * batch.spread(3e-3, 0.2), batch.spread(0.03, 3.0)
             case "bend":
                 # Each record has a probe of its own, as near to its limit as it is drawn.
-                batch.bend = np.ones(count)
+                batch.bend = np.full(count, 2.0 if "magnetised" in part else 1.0)
             case "clipped":
                 batch.cut, batch.known = batch.random.uniform(0.5, 1.0, count), "known" in part
             case "voltage clipped":
@@ -301,6 +301,7 @@ ROWS = (
     "voltage high-pass",
     "divider",
     "bend",
+    "bend, magnetised",
     "clipped, codes known",
     "clipped",
     "voltage clipped, codes known",
