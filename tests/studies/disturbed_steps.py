@@ -4,6 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from tests.studies.bent_probes import drawn_probe
+
 Random = np.random.Generator
 BASELINE = 0.2
 
@@ -42,6 +44,8 @@ class Batch:
     divider: np.ndarray = field(init=False)
     divider_time: np.ndarray = field(init=False)
     begin: np.ndarray = field(init=False)
+    #: 1 where the current's probe bends, 2 where it is magnetised as well.
+    bend: np.ndarray = field(init=False)
     law: str = "atan"
     #: Whether the converters' last codes come with the record.
     known: bool = False
@@ -68,6 +72,7 @@ class Batch:
             "odd",
             "begin",
             "divider",
+            "bend",
         )
         for name in (*zero, "resonance", "voltage_resonance"):
             setattr(self, name, np.zeros(n))
@@ -187,6 +192,8 @@ def integrated(batch: Batch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     samples = np.arange(fine // per + 1) * per
     time = samples[None] * step[:, None] - (start * step)[:, None]
     currents = probed if probe else history[np.maximum(samples[:, None] - late, 0), columns]
+    for k in np.flatnonzero(batch.bend):
+        currents[:, k] = drawn_probe(batch.random, magnetised=batch.bend[k] > 1.0).read(currents[:, k])
     return time, voltages[samples].T, currents.T
 
 
@@ -255,6 +262,9 @@ def row(name: str, count: int, *seed: int) -> Batch:
             case "divider":
                 # What a wrong compensation passes more or less above a frequency than below.
                 batch.divider, batch.divider_time = signs * batch.spread(3e-3, 0.2), batch.spread(0.03, 3.0)
+            case "bend":
+                # Each record has a probe of its own, as near to its limit as it is drawn.
+                batch.bend = np.full(count, 2.0 if "magnetised" in part else 1.0)
             case "clipped":
                 batch.cut, batch.known = batch.random.uniform(0.5, 1.0, count), "known" in part
             case "voltage clipped":
@@ -290,6 +300,8 @@ ROWS = (
     "high-pass",
     "voltage high-pass",
     "divider",
+    "bend",
+    "bend, magnetised",
     "clipped, codes known",
     "clipped",
     "voltage clipped, codes known",
@@ -300,6 +312,7 @@ ROWS = (
     "saturation + high-pass",
     "pole + slope",
     "divider + hum",
+    "bend + hum",
     "ringing",
     "probe rings",
     "voltage's probe rings",

@@ -110,7 +110,14 @@ def judge(tally: Tally, random: np.random.Generator, setup: Setup, *, gain_limit
     tally.count(misfit, setup.flux, (low, made.value, high))
 
 
-ROWS = {"nothing": (), **{cause: (cause,) for cause in CAUSES}, **{" and ".join(pair): pair for pair in PAIRS}}
+#: Flux linkages that change along a record; last, so that the other rows draw what they drew before.
+CHANGING = ("once per turn", "part of a turn", "slow drift", "once per turn, slow drift")
+ROWS = {
+    "nothing": (),
+    **{cause: (cause,) for cause in CAUSES},
+    **{" and ".join(pair): pair for pair in PAIRS},
+    **{cause: (cause,) for cause in CHANGING},
+}
 
 
 def row(name: str, records: int, gain_limit: float, seed: int) -> Tally:

@@ -9,6 +9,29 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class Changing:
+    """A flux linkage that is not the same along a record: its mean over a turn, and over the record's time, is the setup's.
+
+    An eccentric rotor, or magnets that are not alike, change it with the shaft's angle: `orders` are order of the turn, share and angle;
+    channel k sees them `apart` (rad) times k later, as far as its coils are from each other around the stator. Magnets that warm up or
+    cool down change it by `drift` (a share) from begin to end, with a time constant of `settling` records.
+    """
+
+    pole_pairs: int = 1
+    orders: tuple[tuple[int, float, float], ...] = ()
+    apart: float = 0.0
+    drift: float = 0.0
+    settling: float = 1.0
+
+    def share(self, time: FloatArray, angle: FloatArray, channel: int) -> FloatArray:
+        """Return by what share (n,) the flux linkage differs from its mean at times and electrical angles."""
+        turn = angle / self.pole_pairs - self.apart * channel
+        with_turn = sum(size * np.cos(order * turn + shift) for order, size, shift in self.orders)
+        warmed = -np.expm1(-time / time[-1] / self.settling)
+        return with_turn + self.drift * (warmed - np.mean(warmed)) / (warmed[-1] - warmed[0])
+
+
+@dataclass(frozen=True)
 class Setup:
     """A motor (flux linkage V·s/rad, harmonics of its EMF, each share and angle), how it turns, and the scope that looks at it.
 
@@ -17,7 +40,7 @@ class Setup:
     where an amplifier bends; `flat` and `rounded` (rad) are a trapezoid's tops and corners, 0 for a sine; `frozen` readings of one channel
     from one on (channel, first, count as shares), `spikes` so many, up to 20 amplitudes; `lost` stretches (first, count) as shares of the
     record, whose samples are missing while the time goes on; `corner` (Hz) of a
-    high-pass; `hum` share of the amplitude at `mains` (Hz), a channel each.
+    high-pass; `hum` share of the amplitude at `mains` (Hz), a channel each; `changing` is what the flux linkage does along the record.
     """
 
     flux: float = 0.01
@@ -41,6 +64,7 @@ class Setup:
     frozen: tuple[int, float, float] | None = None
     spikes: int = 0
     lost: tuple[tuple[float, float], ...] = ()
+    changing: Changing | None = None
 
     @property
     def step(self) -> float:
@@ -64,7 +88,11 @@ def record(random: np.random.Generator, setup: Setup) -> tuple[FloatArray, Float
     rows = []
     for k in range(count):
         at = angle - 2.0 * np.pi / 3.0 * k
-        rows.append(_seen(setup, at, speed))
+        seen = _seen(setup, at, speed)
+        if setup.changing is not None:
+            share = setup.changing.share(time, angle, k)
+            seen = (1.0 + share) * seen + np.gradient(share, time) * _linked(setup, at)
+        rows.append(seen)
     v = np.array(rows) * np.array(setup.gains)[:, None]
     hum = amplitude * np.array(setup.hum)[:, None]
     v = v + hum * np.sin(2.0 * np.pi * setup.mains * time + phase[:, None])
@@ -107,6 +135,12 @@ def _seen(setup: Setup, angle: FloatArray, speed: FloatArray) -> FloatArray:
     return setup.flux * speed * total
 
 
+def _linked(setup: Setup, angle: FloatArray) -> FloatArray:
+    """One phase's flux linkage, whose change is its EMF."""
+    waves = ((1, 1.0, 0.0), *setup.harmonics)
+    return -setup.flux * sum(share / order * np.cos(order * angle + turned) for order, share, turned in waves)
+
+
 def _trapezoid(setup: Setup, angle: FloatArray) -> FloatArray:
     """Return a trapezoid over the angle whose corners a Gaussian rounds, of fundamental 1."""
     points = np.linspace(-np.pi, np.pi, 3600, endpoint=False)
@@ -139,6 +173,32 @@ def draw(random: np.random.Generator, *, gain_limit: float = 0.0) -> Setup:
 def large(random: np.random.Generator, low: float, high: float) -> float:
     """Return a size drawn evenly by its logarithm."""
     return float(np.exp(random.uniform(np.log(low), np.log(high))))
+
+
+def changed(random: np.random.Generator, setup: Setup, cause: str) -> Setup:
+    """Return the setup with a flux linkage that changes along the record: of an eccentric rotor, of magnets that warm up, or both.
+
+    The record holds a whole turn at least, but of "part of a turn" 0.15 to 0.95 of one.
+    """
+    periods = large(random, 2.5, 10.0) if cause == "part of a turn" else setup.periods
+    turns = random.uniform(0.15, 0.95) if cause == "part of a turn" else random.uniform(1.0, periods / 2.0)
+    pole_pairs = max(2, int(np.ceil(periods / turns) if turns < 1.0 else periods / turns))
+    size = large(random, 1e-4, 0.1)
+    # An oval rotor, or magnets that are not alike, beside the eccentric one.
+    orders = tuple(
+        (order, float(share), float(random.uniform(0.0, 2.0 * np.pi)))
+        for order, share in ((1, size), (2, size * random.uniform(0.0, 0.5)))
+    )
+    apart = float(random.choice([0.0, 2.0 * np.pi / 3.0, 2.0 * np.pi / 3.0 / pole_pairs]))
+    drift = large(random, 1e-4, 0.1) * random.choice([-1, 1])
+    changing = Changing(
+        pole_pairs,
+        orders if "turn" in cause else (),
+        apart,
+        drift if "drift" in cause else 0.0,
+        large(random, 0.2, 10.0),
+    )
+    return replace(setup, periods=periods, changing=changing)
 
 
 def spoil(random: np.random.Generator, setup: Setup, cause: str) -> Setup:
@@ -192,4 +252,6 @@ def spoil(random: np.random.Generator, setup: Setup, cause: str) -> Setup:
             one = large(random, 1e-3, 0.9) / setup.periods
             starts = random.uniform(0, 1 - one, random.integers(1, 3))
             return replace(setup, lost=tuple((float(first), one) for first in starts))
+        case "once per turn" | "part of a turn" | "slow drift" | "once per turn, slow drift":
+            return changed(random, setup, cause)
     raise ValueError(cause)

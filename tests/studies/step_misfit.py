@@ -40,6 +40,7 @@ CAUSES = {
     "voltage hum": Cause.HUM,
     "slope": Cause.SLOPE,
     "divider": Cause.COMPENSATION,
+    "bend": Cause.DISTORTION,
     "high-pass": Cause.AC_COUPLED,
     "voltage high-pass": Cause.AC_COUPLED,
     "ringing": Cause.RINGING,

@@ -13,8 +13,9 @@ from procedures.estimation.winding.current_step.hum import HumOfBoth, hum_of_vol
 from procedures.estimation.winding.current_step.lost_samples import LostSamples, elsewhere, lost_in, soon_lost
 from procedures.estimation.winding.current_step.record import StepRecord
 from procedures.estimation.winding.current_step.ringing import Resonance, RingingEdge, ringing_in
+from procedures.estimation.winding.current_step.saturation import bent, risen, rises
 from procedures.estimation.winding.current_step.term import StepModel, StepScale, Term, figures_of
-from procedures.estimation.winding.current_step.terms import TERMS, Direction, directions, hum_on_current, rises
+from procedures.estimation.winding.current_step.terms import TERMS, Direction, directions, hum_on_current
 from procedures.estimation.winding.current_step.unexplained import no_figure, of_parts, structured
 from procedures.estimation.winding.current_step.variance import StepVariance
 
@@ -38,6 +39,9 @@ _CHANCE, _CHANCE_OF_NONE = 1.0, 2.0
 #: Of two explanations that no record tells apart the truth is at one end of what they span: the interval reaches so much further, for
 #: limits of gain are added to it as a root of squares, which does not move an end by as much as they do.
 _TWO_ENDS = 1.35
+#: What a probe reads too little is at most this share of what the inductance seems to rise by: half where its gain falls in proportion to
+#: the current, and the less the later it begins to fall.
+_LOST_OF_RISE = 0.5
 #: Lateness, in the winding's time constants, from which a channel's second order may show, and the damping that is tried for it.
 _LATE, _DAMPED = 0.005, 0.6
 #: Dampings that are tried for a channel that is late and rings.
@@ -290,13 +294,15 @@ def _bent(step: Problem, fitted: Fitted, scale: StepScale) -> Iterator[Fitted]:
     if term is None or not rises(term, figures_of(fitted.terms, fitted.figures, term)):
         return
     kept = tuple(t for t in fitted.terms if t is not term)
-    others = [t for t in TERMS if t.family == term.family and t.cause is not term.cause]
+    bends = term.cause is Cause.DISTORTION
+    others = [t for t in TERMS if t.family == term.family and t is not term and (bends or t.cause is not term.cause)]
     # What else was found may have been so for want of the other cause.
     for without in _possible(step, list(dict.fromkeys((kept, ()))), fitted, scale, np.inf):
         half = without.cost - _HALF * (without.cost - fitted.cost)
         found = list(_possible(step, [(*without.terms, t) for t in others], without, scale, half))
         rising = [f for f in found if f.cost < half and rises(f.terms[-1], figures_of(f.terms, f.figures, f.terms[-1]))]
-        yield from sorted(rising, key=lambda f: f.cost)[:1]
+        for cause in (Cause.SATURATION, Cause.DISTORTION):
+            yield from sorted((f for f in rising if f.terms[-1].cause is cause), key=lambda f: f.cost)[:1]
 
 
 def _possible(
@@ -329,6 +335,17 @@ def _turned(fit: Fitted, scale: StepScale, count: int) -> FloatArray:
     return higher
 
 
+def _by_probe(fit: Fitted) -> tuple[float, float]:
+    """Return between what a resistance (Ω) lies where a fit has an inductance that rises with the current, or a channel that bends.
+
+    A probe follows no law that is known beforehand. Where h(r) flows and r is read, the inductance seems to rise with h′ and the resistance
+    with h/r, which of a gain that falls faster and faster rises by at most half as much; where it is iron, by nothing.
+    """
+    own = [(t, figures_of(fit.terms, fit.figures, t)) for t in fit.terms]
+    read = fit.full[0] * (1.0 + sum(bent(*each) for each in own))
+    return float(read / (1.0 + _LOST_OF_RISE * sum(risen(*each) for each in own))), float(read)
+
+
 def _spanned(
     step: Problem, fitted: Fitted, rivals: list[Fitted], scale: StepScale
 ) -> tuple[FloatArray, FloatArray, list[Finding]]:
@@ -348,8 +365,18 @@ def _spanned(
             # Of what no record tells apart the reader is to look at both.
             if not alike or (term.family in _HIDDEN and alike[0].cause is not term.cause):
                 findings.append(Finding(term.cause, Answer.WIDENED, (), 0.0, _figures(rival, term, scale)))
+    probes = [_by_probe(f) for f in (fitted, *rivals)]
+    of_probe = max(1.0 - least / most for least, most in probes)
+    if of_probe:
+        low[0] = min(low[0], *(least for least, _ in probes))
+        high[0] = max(high[0], *(most for _, most in probes))
+        turned[0] = max(turned[0], high[0])
+        shown: dict[str, float | str] = {"record": "step-bend", "share": of_probe}
+        if all(f.cause is not Cause.DISTORTION for f in findings):
+            findings.append(Finding(Cause.DISTORTION, Answer.WIDENED, (), 0.0, shown))
     more = np.maximum(turned - high, 0.0)
     all_terms = [t for fit in (fitted, *rivals) for t in fit.terms]
-    ends = _TWO_ENDS if any(isinstance(t, Divider) or t.cause is Cause.DISTORTION for t in all_terms) else 1.0
+    of_two = of_probe > 0.0 or any(isinstance(t, Divider) or t.cause is Cause.DISTORTION for t in all_terms)
+    ends = _TWO_ENDS if of_two else 1.0
     apart = np.maximum(0.25 * ends * (high - low) - 0.5 * spread, 0.0) + 0.25 * _TWO_ENDS * more
     return 0.5 * (low + high + more), apart, findings

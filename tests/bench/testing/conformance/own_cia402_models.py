@@ -118,6 +118,12 @@ _VELOCITY: Sequence[Model] = (
     # Of both modes, the profile's is the one that is taken.
     Model({"^read 6502H": _number(1 << 1 | 1 << 2 | 1 << 3), **_unit(_RPM)}, states={_TOLD: 1000.0 / 60.0}),
 )  # fmt: skip
+#: A drive whose unit is so fine that 32 bits hold 21.47 turns a second, and that has no limit of its own below.
+_FINE = {**_unit(_TURNS | 0xF8 << 24), "^read 607FH": None}
+TOO_FINE: Sequence[Model] = tuple(
+    Model(_FINE, {"pole_pairs": 1}, refuses={("driving_frequency", frequency, 1.0): ReportedError}, says="0x60FF")
+    for frequency in (22.0, -22.0)
+)
 _RATED: Sequence[Model] = (
     Model(options={"current_scale": None}, error=ReportedError, says="current_scale"),
     Model({"^read 6075H": None}, error=ReportedError, says="State rated_current"),
@@ -215,6 +221,7 @@ INVERTER_MODELS: Sequence[Model] = (
     *_GUARDED,
     *_UNITS,
     *_VELOCITY,
+    *TOO_FINE,
     *_RATED,
     *_IDENTITIES,
     *_WATCHES,

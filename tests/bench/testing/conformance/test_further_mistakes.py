@@ -12,6 +12,7 @@ from bench.testing.conformance.driver import subject_of
 from bench.testing.conformance.ends import check_found
 from bench.testing.conformance.guarded import check_guarded
 from bench.testing.conformance.manual import Manual
+from bench.testing.conformance.models import check_model
 from bench.testing.conformance.network_management import check_process_data
 from bench.testing.conformance.opening import check_opening
 from bench.testing.conformance.report import Checks
@@ -27,6 +28,7 @@ from drivers.interfaces.text import text
 from drivers.lutron.tachometer import LutronTachometer
 from drivers.transport.can.network_management import NmtState
 from sim_instruments.instruments.cia402.catalogue import VELOCITY_INVERTER
+from tests.bench.testing.conformance.own_cia402_models import TOO_FINE
 from tests.bench.testing.conformance.own_drivers import OPTIONS, manual_of
 
 Patch = pytest.MonkeyPatch
@@ -128,6 +130,26 @@ def test_a_drive_that_begins_with_an_older_command_is_found(monkeypatch: Patch) 
 def test_a_guardian_that_leaves_a_velocity_commanded_is_found(monkeypatch: Patch) -> None:
     monkeypatch.setattr(Cia402Inverter, "_command_zero_unasked", lambda _: None)
     assert "command_zero() by a second connection: frequency" in failures(_full, "cia402-inverter")
+
+
+@pytest.mark.parametrize("beyond", [pytest.param(1, marks=pytest.mark.slow), 4])
+def test_a_command_that_the_drives_object_does_not_hold_is_to_be_told(beyond: int, monkeypatch: Patch) -> None:
+    commands = Velocity.command
+
+    def command(velocity: Velocity, frequency: float) -> None:
+        counts = round(frequency * velocity.counts)
+        if 1 << 31 <= abs(counts) < beyond << 31:
+            return velocity.objects.write(velocity.target, 0, counts, velocity.size, signed=True)
+        return commands(velocity, frequency)
+
+    monkeypatch.setattr(Velocity, "command", command)
+
+    def check(trial: Trial) -> None:
+        for model in TOO_FINE:
+            check_model(trial, model)
+
+    failed = failures(check, "cia402-inverter")
+    assert any(one.startswith("driving_frequency with") for one in failed) is (beyond > 1)
 
 
 @pytest.mark.slow
