@@ -66,7 +66,8 @@ class DryRun:
     A procedure of every n-th motor counts with an n-th of its time. `aside` (s) is the shutdown and what else is no procedure's;
     the floor has it. Each socket's first motor does not count for the waits: all sockets begin at once then, and never again.
     `per_hour` is what the line of all sockets measures; `troubles` are causes of motors that did not pass, `differences` those
-    between the station and what stood for it, `unverified` figures that rest on records in ranges which the plan does not verify.
+    between the station and what stood for it, `unverified` figures that rest on records in ranges which the plan does not verify,
+    `notes` what of the plan is allowed and likely a mistake.
     """
 
     plan: str
@@ -83,6 +84,7 @@ class DryRun:
     assumed: tuple[str, ...] = ()
     differences: tuple[str, ...] = ()
     unverified: tuple[Text, ...] = ()
+    notes: tuple[Text, ...] = ()
     labels: ParameterLabels = field(default_factory=lambda: ParameterLabels({}))
 
     @property
@@ -106,6 +108,7 @@ class DryRun:
         del content["labels"]
         content["limits"] = [{**asdict(each), "fault": str(each.fault or "")} for each in self.limits]
         content["unverified"] = [str(each) for each in self.unverified]
+        content["notes"] = [str(each) for each in self.notes]
         content["procedures"] = [{**asdict(each), "overhead": each.overhead} for each in self.procedures]
         return content | {"overhead": self.overhead, "over_floor": self.over_floor, "good": self.good}
 
@@ -203,6 +206,7 @@ def _summary(
         assumed=assumed,
         differences=differences,
         unverified=tuple(_unverified(records)),
+        notes=prepared.notes,
         labels=prepared.labels,
     )
 

@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from bench.eol.limits import ParameterLimits
+from bench.eol.line.preparation.declared_order import order_notes, safety_tests
 from bench.eol.line.preparation.limit_notes import check_limits, limit_notes
 from bench.eol.line.preparation.line_file import ProductionLine, load_line
-from bench.eol.line.preparation.wanted_figures import late_corrections, with_wanted_before
+from bench.eol.line.preparation.wanted_figures import with_wanted_before
 from bench.eol.plan import Plan, PlannedCheck, load_plan
 from bench.eol.plans_beside import check_name
 from bench.files.toml_file import nearest, validate
@@ -57,7 +58,8 @@ class BatchRequest:
 class Prepared:
     """A plan with its motor and line, read and checked against one another; `roles` are those that its procedures use.
 
-    `notes` say what of it is allowed and likely a mistake; `parameters` are those that its procedures give.
+    `notes` say what of it is allowed and likely a mistake; `parameters` are those that its procedures give; `safety_tests` are
+    those of its procedures that come first by rule.
     """
 
     plan: Plan
@@ -67,6 +69,7 @@ class Prepared:
     roles: frozenset[Role] = frozenset()
     notes: tuple[Text, ...] = ()
     parameters: Mapping[str, ParameterDefinition] = field(default_factory=dict)
+    safety_tests: tuple[str, ...] = ()
 
     @property
     def labels(self) -> ParameterLabels:
@@ -99,10 +102,10 @@ def prepare(plan_file: Path, station: str, sockets: int | None, operator: str = 
     check_limits(plan, limits)
     notes = (
         *limit_notes(plan, limits, motor.nameplate.expected, catalogues.procedures),
-        *late_corrections(plan, planned),
+        *order_notes(plan, planned),
     )
     parameters = {name: one for each in planned for name, one in each.procedure.parameters.items()}
-    return Prepared(plan, motor, line, limits, roles, notes, parameters)
+    return Prepared(plan, motor, line, limits, roles, notes, parameters, safety_tests(planned))
 
 
 def planned_of(checks: Iterable[PlannedCheck], source: str, known: Catalogue) -> list[Planned]:
