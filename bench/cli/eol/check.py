@@ -172,4 +172,4 @@ def _print(console: "Console", done: DryRun, translate: Translate) -> None:
     for words in (*done.unverified, *done.notes):
         console.print(f"! {say(words)}", markup=False)
     for trouble in done.troubles:
-        console.print(f"✗ {trouble}", markup=False)
+        console.print(f"✗ {say(trouble)}", markup=False)

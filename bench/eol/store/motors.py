@@ -9,7 +9,9 @@ from sqlalchemy import Connection, RowMapping, Select, select, union
 from bench.eol.store.records import utc
 from bench.eol.store.schema import CHECK, FIGURE, MOTOR, NOT_PASSED
 from bench.eol.store.selection import Selection
+from bench.eol.told_causes import cause_told
 from bench.eol.verdict import Verdict
+from bench.i18n.language import translator
 
 #: Failed motors, the latest, that are compared with all.
 _FAILED = 1000
@@ -17,7 +19,10 @@ _FAILED = 1000
 
 @dataclass(frozen=True)
 class FoundMotor:
-    """A motor's test: where its record and its run are, and the value (`unit`) of the parameter that was asked for, if one was."""
+    """A motor's test: where its record and its run are, and the value (`unit`) of the parameter that was asked for, if one was.
+
+    `cause` is English, but of older records.
+    """
 
     batch: str
     number: int
@@ -105,7 +110,7 @@ def _found(get: RowMapping, value: float | None, unit: str) -> FoundMotor:
         socket=get["socket"],
         started=utc(get["started"]),
         verdict=Verdict(get["verdict"]),
-        cause=get["cause"],
+        cause=cause_told(get["told"], get["cause"]).render(translator("en")),
         run=get["run"],
         journal_sha256=get["journal_sha256"],
         value=value,

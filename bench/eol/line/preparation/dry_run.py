@@ -19,8 +19,10 @@ from bench.eol.line.preparation.procedure_times import read_times
 from bench.eol.line.workers.worker_process import ForkServer
 from bench.eol.plan_file import SpreadSection
 from bench.eol.record import MeasuredFigure, MotorRecord
+from bench.eol.told_causes import cause_of
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError, at
+from bench.i18n.language import translator
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import view_of
@@ -80,7 +82,7 @@ class DryRun:
     per_hour: float
     procedures: tuple[ProcedureTime, ...]
     limits: tuple[LimitFinding, ...]
-    troubles: tuple[str, ...] = ()
+    troubles: tuple[Text, ...] = ()
     assumed: tuple[str, ...] = ()
     differences: tuple[str, ...] = ()
     unverified: tuple[Text, ...] = ()
@@ -108,6 +110,7 @@ class DryRun:
         del content["labels"]
         content["limits"] = [{**asdict(each), "fault": str(each.fault or "")} for each in self.limits]
         content["unverified"] = [str(each) for each in self.unverified]
+        content["troubles"] = [each.render(translator("en")) for each in self.troubles]
         content["notes"] = [str(each) for each in self.notes]
         content["procedures"] = [{**asdict(each), "overhead": each.overhead} for each in self.procedures]
         return content | {"overhead": self.overhead, "over_floor": self.over_floor, "good": self.good}
@@ -202,7 +205,7 @@ def _summary(
         per_hour=3600.0 * sockets / cycle if cycle > 0.0 else 0.0,
         procedures=procedures,
         limits=tuple(_limits(prepared, records)),
-        troubles=tuple(dict.fromkeys(record.cause for record in records if record.cause)),
+        troubles=tuple({record.cause: cause_of(record) for record in records if record.cause}.values()),
         assumed=assumed,
         differences=differences,
         unverified=tuple(_unverified(records)),
