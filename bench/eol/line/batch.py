@@ -18,6 +18,7 @@ from bench.eol.line.admission.serial_numbers import QueuedSerials, ScannedSerial
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog, BatchMotor
 from bench.eol.line.brakes import AppliedBrake
+from bench.eol.line.calibration_watch import CalibrationWatch
 from bench.eol.line.coordinator import Coordinator
 from bench.eol.line.panel_channel import PanelChannel
 from bench.eol.line.preparation.decidable_limits import DecidableLimits
@@ -232,6 +233,7 @@ def _admission(
         finished=[serial for serial, verdict in finished.items() if verdict in (Verdict.PASS, Verdict.FAIL)],
         golden_by_itself=line.is_virtual and serials.listed,
         waiting=lambda: warm_up.waits and not request.warm,
+        refused=CalibrationWatch(line, prepared.roles, listener.noted, listener.trouble).refused,
     )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import date
 from pathlib import Path
 
 from bench.eol.limits import ParameterLimits
@@ -172,22 +173,24 @@ def check_station(line: ProductionLine, planned: Sequence[Planned], available: C
                 )
 
 
-def calibrations_of(line: ProductionLine, roles: frozenset[Role]) -> list[Text]:
-    """Return what of the line's calibrations is overdue or soon due, soonest first; each instrument once.
+def calibrations_of(line: ProductionLine, roles: frozenset[Role], today: date | None = None) -> list[Text]:
+    """Return what of the line's calibrations is overdue or soon due today, soonest first; each instrument once.
 
     Raises InputError where the station refuses what is overdue, before any motor.
     """
     shared = {role.value for role in line.shared}
+    today = today or wall_date()
     pressing: dict[str, Text] = {}
     for socket in line.sockets:
         if socket.station is None:
             continue
         used = [entry for role, entry in socket.station.entries.items() if role in roles]
-        socket.station.check_calibrations(wall_date(), [entry.role for entry in used])
-        for each in calibration_list(used, wall_date()):
+        socket.station.check_calibrations(today, [entry.role for entry in used])
+        for each in calibration_list(used, today):
             if each.pressing:
-                words = text("socket {socket}: {words}", socket=socket.name, words=each.words)
-                pressing[str(each.words if each.role in shared else words)] = words
+                of_one = text("socket {socket}: {words}", socket=socket.name, words=each.words)
+                words = each.words if each.role in shared else of_one
+                pressing[str(words)] = words
     return list(pressing.values())
 
 

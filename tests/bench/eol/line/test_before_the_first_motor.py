@@ -4,12 +4,17 @@ from collections.abc import Callable
 from datetime import date, timedelta
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from bench.eol.admission_rule import AdmittedTest
+from bench.eol.line.admission.next_motor import Admission
 from bench.eol.line.admission.serial_numbers import open_serials
 from bench.eol.line.admission.serial_register import SerialRegister
+from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.calibration_watch import CalibrationWatch
 from bench.eol.line.preparation.line_file import load_line
 from bench.eol.line.preparation.prepare import BatchRequest, calibrations_of
 from bench.eol.plan import Plan, load_plan
@@ -20,6 +25,7 @@ from bench.i18n.errors import InputError, UsageError
 from bench.station.calibration_list import SOON, calibration_list
 from procedures.core.bench import Role
 from tests.bench.eol.line.conftest import PLAN
+from tests.bench.eol.line.golden import open_gate
 from tests.bench.eol.motor_records import motor_record
 
 TODAY = date(2026, 11, 24)
@@ -149,8 +155,38 @@ def test_calibrations_that_are_due_are_told_of_once(station: Callable[[str], Pat
     words = [str(each) for each in calibrations_of(line, frozenset({Role.LCR_METER, Role.SUPPLY}))]
     # The meter is shared by both sockets, and the supplies have no calibration, which does not press.
     assert len(words) == bool(said)
-    assert all(said in each and "K-1" in each for each in words)
+    assert all(each.startswith("lcr_meter: calibration K-1") and said in each for each in words)
     assert calibrations_of(line, frozenset({Role.SUPPLY})) == [], "what the plan does not use is nobody's trouble"
+
+
+@pytest.mark.parametrize("refuse", [True, False])
+def test_a_calibration_that_runs_out_during_a_batch_ends_it_where_the_station_refuses(
+    bench: Any, station: Callable[[str], Path], refuse: bool
+) -> None:
+    path = station(calibrated(TODAY, "K-1"))
+    if refuse:
+        content = path.read_text(encoding="utf-8")
+        path.write_text(content.replace('name = "s"\n', 'name = "s"\noverdue = "refuse"\n'), encoding="utf-8")
+    heard, day = bench.listener, TODAY
+    roles = frozenset({Role.LCR_METER})
+    watch = CalibrationWatch(load_line(str(path), None), roles, heard.noted, heard.trouble, lambda: day)
+    serials = iter(["A1", "A2"])
+    given = SimpleNamespace(take=lambda: next(serials, None), ended=False, listed=False, descriptor=None)
+    desk = SimpleNamespace(admit=lambda *_: AdmittedTest(1, "", judged_before=False))
+    admission = Admission(given, (), desk, open_gate(bench.folder), refused=watch.refused)  # type: ignore[arg-type]
+    assert isinstance(admission.take("left"), BatchMotor)
+    assert (heard.troubles, heard.noticed) == ([], []), "of the first day the batch's beginning has told"
+    day += timedelta(days=1)
+    motor = admission.take("right")
+    assert (motor is None, admission.ended) == (refuse, refuse)
+    for _ in range(2):
+        admission.take("left")
+    if refuse:
+        assert "the line takes no more motors" in str(admission.held_up)
+        assert [str(admission.held_up)] == heard.troubles
+        assert "certificate K-1 was due on 2026-11-24 and today is 2026-11-25" in heard.troubles[0]
+    else:
+        assert heard.noticed == ["lcr_meter: calibration K-1 was due on 2026-11-24, 1 days ago"]
 
 
 def test_a_calibration_of_a_socket_s_own_instrument_is_told_of_by_socket(station: Callable[[str], Path]) -> None:
