@@ -9,6 +9,7 @@ from bench.eol.limits import ParameterLimits
 from bench.eol.line.preparation.declared_order import order_notes, safety_tests
 from bench.eol.line.preparation.limit_notes import check_limits, limit_notes
 from bench.eol.line.preparation.line_file import ProductionLine, load_line
+from bench.eol.line.preparation.stored_names import check_names
 from bench.eol.line.preparation.wanted_figures import with_wanted_before
 from bench.eol.plan import Plan, PlannedCheck, load_plan
 from bench.eol.plans_beside import check_name
@@ -91,6 +92,7 @@ def prepare(plan_file: Path, station: str, sockets: int | None, operator: str = 
         motor = load_motor(plan.motor, catalogues.procedures)
     except FileError as error:
         raise FileError(at(f"{plan.source}: plan.motor", text_of(error))) from None
+    check_names(plan, motor, line)
     planned = planned_of(plan.checks, plan.source, catalogues.procedures)
     check_parameters(plan, planned, catalogues.procedures)
     plan = with_wanted_before(plan, planned, motor.nameplate, catalogues.procedures)

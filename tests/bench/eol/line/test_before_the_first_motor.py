@@ -265,3 +265,38 @@ def test_a_person_who_says_that_it_is_warm_has_it_begin_at_once(cold: Any) -> No
     (cold.folder / "serials.txt").write_text("A3\n", encoding="utf-8")
     counts, _ = cold.run(**serials, batch="next")
     assert (counts.motors, cold.listener.troubles) == (1, [])
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "said"),
+    [
+        ("plan.toml", '"small"', f'"{"x" * 201}"', r"plan\.toml: plan\.name = .*allowed are 1 to 200 printable characters"),
+        ("plan.toml", '"small"', '"a\\u0000b"', r"plan\.name = 'a\\x00b'"),
+        ("plan.toml", '"small"', '" "', r"plan\.name = ' '"),
+        ("motor.toml", '"LG-400W"', f'"{"x" * 201}"', r"motor\.toml: nameplate\.name"),
+        ("line.toml", "[line]", f'[line]\nname = "{"x" * 201}"', r"line\.toml: line\.name"),
+    ],
+)  # fmt: skip
+def test_a_name_that_no_database_keeps_is_refused_before_the_first_motor(
+    bench: Any, file: str, old: str, new: str, said: str
+) -> None:
+    path = bench.folder / file
+    content = path.read_text(encoding="utf-8")
+    assert old in content
+    path.write_text(content.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        bench.run(batch="B1")
+    assert not (bench.folder / "runs").exists()
+
+
+def test_a_name_that_cannot_be_the_batch_s_is_the_option_s_or_the_plan_s(bench: Any) -> None:
+    with pytest.raises(UsageError, match=r"--batch 'a/b': allowed are up to 100 letters"):
+        bench.run(batch="a/b")
+    with pytest.raises(UsageError, match=r"--person 'W\\x00': allowed are 1 to 200 printable"):
+        bench.run(person="W\0")
+    path = bench.folder / "plan.toml"
+    path.write_text(path.read_text(encoding="utf-8").replace('"small"', '"a/b"'), encoding="utf-8")
+    with pytest.raises(
+        UsageError, match=r"plan\.toml: plan\.name = 'a/b' cannot be the batch's name, too.*give --batch NAME"
+    ):
+        bench.run()
