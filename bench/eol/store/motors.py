@@ -73,14 +73,23 @@ def motors_by_serial_number(connection: Connection, serial_numbers: Sequence[str
     return [_found(row, None, "") for row in connection.execute(query).mappings()]
 
 
-def figures_of_failed(connection: Connection, selection: Selection, failed_at: str) -> dict[str, list[float]]:
-    """Return by parameter the figures of the latest motors that failed at a parameter or a procedure, up to a thousand."""
+def figures_of_failed(
+    connection: Connection, selection: Selection, failed_at: str, *, of_procedure: bool
+) -> dict[str, list[float]]:
+    """Return by parameter the figures of the latest motors that failed at a parameter or a procedure, up to a thousand.
+
+    Of a procedure those are left out that failed themselves: they may be its own, and why it failed.
+    """
     keys = list(connection.execute(_failed_at(failed_at, selection, _FAILED)).scalars())
-    query = select(FIGURE.c.parameter, FIGURE.c.value).where(FIGURE.c.motor.in_(keys), FIGURE.c.value.is_not(None))
+    columns = FIGURE.c.parameter, FIGURE.c.value, FIGURE.c.verdict
+    query = select(*columns).where(FIGURE.c.motor.in_(keys), FIGURE.c.value.is_not(None))
     values: dict[str, list[float]] = {}
+    left_out = set[str]()
     for row in connection.execute(query):
         values.setdefault(row.parameter, []).append(row.value)
-    return values
+        if of_procedure and row.verdict == Verdict.FAIL.value:
+            left_out.add(row.parameter)
+    return {name: each for name, each in values.items() if name not in left_out}
 
 
 def _failed_at(name: str, selection: Selection, most: int) -> "Select[int]":
