@@ -16,7 +16,7 @@ from bench.eol.line.admission.serial_register import SerialRegister
 from bench.eol.line.batch_log import BatchMotor
 from bench.eol.line.calibration_watch import CalibrationWatch
 from bench.eol.line.preparation.line_file import load_line
-from bench.eol.line.preparation.prepare import BatchRequest, calibrations_of
+from bench.eol.line.preparation.prepare import BatchRequest, calibrations_of, prepare
 from bench.eol.plan import Plan, load_plan
 from bench.eol.plans_beside import PlanBeside, check_name, check_serial, plans_beside
 from bench.eol.store.database import open_database
@@ -24,7 +24,7 @@ from bench.eol.store.records import Records
 from bench.i18n.errors import InputError, UsageError
 from bench.station.calibration_list import SOON, calibration_list
 from procedures.core.bench import Role
-from tests.bench.eol.line.conftest import PLAN
+from tests.bench.eol.line.conftest import MOTOR, PLAN
 from tests.bench.eol.line.golden import open_gate
 from tests.bench.eol.motor_records import motor_record
 
@@ -300,3 +300,34 @@ def test_a_name_that_cannot_be_the_batch_s_is_the_option_s_or_the_plan_s(bench: 
         UsageError, match=r"plan\.toml: plan\.name = 'a/b' cannot be the batch's name, too.*give --batch NAME"
     ):
         bench.run()
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "excluded"),
+    [
+        # λ = 8.5 mV·s/rad and four pole pairs are 3.56 V/krpm, of line to line, rms, 4.36.
+        ("flux_linkage 0.0081 0.0089", "back_emf_constant_v_per_krpm 3.39 3.73", False),
+        ("flux_linkage 0.0081 0.0089", "back_emf_constant_v_per_krpm 4.15 4.57", True),
+        ("flux_linkage 0.0081 0.0089", "back_emf_constant_mechanical 0.0323 0.0357", False),
+        ("back_emf_constant_mechanical 0.0323 0.0357", "back_emf_constant_v_per_rpm 0.00415 0.00457", True),
+        ("flux_linkage 0.0081 0.0089", "back_emf_constant_v_per_rpm 0.0036 1.0", False),
+    ],
+)
+def test_limits_of_one_quantity_that_exclude_each_other_are_told_of(
+    tmp_path: Path, one: str, other: str, excluded: bool
+) -> None:
+    rows = "".join(
+        '[[limit]]\nparameter = "{}"\nlow = {}\nhigh = {}\n'.format(*limit.split()) for limit in (one, other)
+    )
+    for limit in ('[[limit]]\nparameter = "pole_pairs"\nlow = 4\nhigh = 4\n', ""):
+        path = tmp_path / "plan.toml"
+        path.write_text(
+            '[plan]\nname = "p"\nmotor = "motor.toml"\n[[procedure]]\nname = "pole-pairs-back-emf"\n[[procedure]]\n'
+            f'name = "back-emf-constant"\n{limit}{rows}',
+            encoding="utf-8",
+        )
+        # The pole pairs are those of the plan's limit, else the type's.
+        (tmp_path / "motor.toml").write_bytes(MOTOR.read_bytes())
+        told = [str(note) for note in prepare(path, "virtual", 1).notes if "exclude each other" in str(note)]
+        assert len(told) == excluded
+        assert all(f"limits on {one.split()[0]} and {other.split()[0]} exclude" in note for note in told)
