@@ -135,7 +135,7 @@ def line_statistics(engine: Engine, wanted: StatisticsRequest) -> LineStatistics
             tuple(by_parameter),
             tuple(by_procedure),
             dict(sorted(statistics.items(), key=lambda item: not _has_limits(item[1]))),
-            _associations(connection, selection, [*by_parameter, *by_procedure], statistics, wanted.confidence),
+            _associations(connection, selection, by_parameter, by_procedure, statistics, wanted.confidence),
         )
 
 
@@ -233,15 +233,20 @@ def _has_limits(each: ParameterStatistics) -> bool:
 def _associations(
     connection: Connection,
     selection: Selection,
-    failures: Sequence[Failures],
+    by_parameter: Sequence[Failures],
+    by_procedure: Sequence[Failures],
     statistics: Mapping[str, ParameterStatistics],
     confidence: float,
 ) -> tuple[Association, ...]:
     """Return in which figures the motors that failed stand out for certain, by failure, the farthest first."""
-    worst = sorted((each for each in failures if each.failed), key=lambda each: -each.failed)[:_FAILURES]
+    procedures = {each.name for each in by_procedure}
+    failed = [each for each in (*by_parameter, *by_procedure) if each.failed]
+    worst = sorted(failed, key=lambda each: -each.failed)[:_FAILURES]
     found = []
     for failure in worst:
-        for name, values in figures_of_failed(connection, selection, failure.name).items():
+        for name, values in figures_of_failed(
+            connection, selection, failure.name, of_procedure=failure.name in procedures
+        ).items():
             if name in statistics and name != failure.name:
                 figures = statistics[name].distribution
                 moments = (figures.mean, figures.standard_deviation)

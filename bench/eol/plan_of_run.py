@@ -7,7 +7,9 @@ from typing import Any
 
 from tomli_w import dumps as toml_text
 
-from bench.eol.plan import Plan, load_plan
+from bench.eol.line.preparation.declared_order import in_declared_order
+from bench.eol.line.preparation.procedure_order import as_listed
+from bench.eol.plan import Plan, PlannedCheck, load_plan
 from bench.files.new_file import write_new
 from bench.files.toml_file import parse
 from bench.i18n.errors import FileError
@@ -37,6 +39,7 @@ class MadePlan:
 def plan_of_run(folder: RunFolder, path: Path, percent: float) -> MadePlan:
     """Write a plan with those procedures of a run that knew a figure best, their settings, and limits of ± `percent` about it.
 
+    They come in the run's order, but for safety tests and what corrects an instrument: these come first.
     A limit that the run's own uncertainty could not decide is as much wider; a count must be met. The motor's file is written
     beside the plan where it is none that comes with the program.
     Raises InputError where the run measured nothing, a file is there already, or cannot be written.
@@ -52,14 +55,20 @@ def plan_of_run(folder: RunFolder, path: Path, percent: float) -> MadePlan:
     limits = {name: _limit(each, percent) for name, each in figures.items() if name not in restated}
     limited = {name: limit for name, limit in limits.items() if limit is not None}
     best = {each.procedure for each in figures.values()}
-    done = [name for name in view.planned if name in best]
     given = make_plan(view.planned, start.settings, catalogues_of_run(start.software).procedures)
-    settings = {each.name: each.settings.model_dump(mode="json", exclude_unset=True) for each in given}
+    done = [each for each in given if each.name in best]
+    checks = [
+        PlannedCheck(each.name, each.settings.model_dump(mode="json", exclude_unset=True), 1, "stop", 1)
+        for each in done
+    ]
     shipped = start.motor.source in shipped_motors()
     motor = start.motor.source if shipped else f"{path.stem}-motor.toml"
     data = {
         "plan": {"name": path.stem, "motor": motor},
-        "procedure": [{"name": name, **({"settings": settings[name]} if settings[name] else {})} for name in done],
+        "procedure": [
+            {"name": check.name, **({"settings": dict(check.settings)} if check.settings else {})}
+            for check in as_listed(in_declared_order(checks, done))
+        ],
         "limit": list(limited.values()),
         "golden": {name: figures[name].value for name, limit in limited.items() if "percent" in limit},
     }

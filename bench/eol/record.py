@@ -43,6 +43,7 @@ class MotorRecord:
     `started` and `ended` are UTC. `number` counts within the batch from 1; `first_pass` tells whether it passed with every
     check's first attempt. `run` names the run's folder, `journal_sha256` its journal's end, `waveforms` each file's SHA-256.
     Of one that failed `diagnosis` names the parts at fault with the figures behind, `rework` their codes, both the likeliest first.
+    Causes and diagnosis are in the batch's language; `told` has them for readers of any (`bench.eol.told_causes`).
     `test_number` counts the tests of the serial number as far as they were known when it was admitted; `again_by` names the
     person who had it tested again. A `golden` motor is tested to watch the station, and counts in no yield.
     """
@@ -73,6 +74,8 @@ class MotorRecord:
     test_number: int = 1
     again_by: str = ""
     golden: bool = False
+    # A record without it has the same content, and digest, as an older program's.
+    told: str = field(default="", metadata={"optional": True})
 
 
 def label_of(record: MotorRecord) -> str:

@@ -1,10 +1,11 @@
 """Errors that keep a run's record from being written."""
 
 import errno
+from collections.abc import Sequence
 from pathlib import Path
 
 from bench.i18n.errors import InputError
-from drivers.interfaces.text import Text, Translate, reason_of, text
+from drivers.interfaces.text import Text, reason_of, text
 
 _REMEDIES = {
     errno.ENOSPC: text("Make room on that disk"),
@@ -50,8 +51,18 @@ class NoRoomError(InputError):
         super().__init__(text("{brief}. {remedy}", brief=self.brief, remedy=self.remedy))
 
 
-def briefly(cause: str, unwritten: RecordError | NoRoomError | None, translate: Translate) -> str:
-    """Return a cause in the reader's language without what to do where this is what it tells of."""
+def briefly(cause: Text, unwritten: RecordError | NoRoomError | None) -> Text:
+    """Return a cause without what to do where this is what it tells of."""
     if unwritten is None:
         return cause
-    return cause.replace(unwritten.text.render(translate), unwritten.brief.render(translate))
+    if cause == unwritten.text:
+        return unwritten.brief
+    return Text(cause.template, {name: _briefly(value, unwritten) for name, value in cause.values.items()})
+
+
+def _briefly(value: object, unwritten: RecordError | NoRoomError) -> object:
+    if isinstance(value, Text):
+        return briefly(value, unwritten)
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_briefly(item, unwritten) for item in value]
+    return value

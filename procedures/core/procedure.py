@@ -18,6 +18,7 @@ from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.parameter_definition import ParameterDefinition, ParameterTable
 from procedures.core.parameters import PARAMETERS
 from procedures.core.result import Notice, Parameter, ProcedureResult, Withheld
+from procedures.core.safety_test import SafetyTest
 from procedures.core.settings import Settings
 from procedures.core.steps import Step, steps_of
 from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
@@ -51,6 +52,8 @@ class Procedure(ABC, Generic[C]):
     needs: ClassVar[Demands] = {}
     #: Whose readings in later procedures its result corrects: no order puts these before it.
     corrects: ClassVar[frozenset[Role]] = frozenset()
+    #: What it proves of the motor's safety: no order puts it after one that feeds the motor or turns its shaft.
+    safety_test: ClassVar[SafetyTest | None] = None
     parameters: ClassVar[ParameterTable]
     end_of_line: ClassVar[bool] = False
     at_load: ClassVar[bool] = False

@@ -13,6 +13,7 @@ from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.procedure_error import MotorFaultError
 from procedures.core.result import Notice
+from procedures.core.safety_test import SafetyTest
 from procedures.core.settings import Settings
 from procedures.core.steps import step
 
@@ -46,6 +47,7 @@ class InsulationResistance(Procedure[InsulationResistanceSettings]):
     section: ClassVar[str] = "L7"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.INSULATION_TESTER})
     gives: ClassVar[tuple[str, ...]] = ("insulation_resistance",)
+    safety_test: ClassVar[SafetyTest | None] = SafetyTest.INSULATION
     end_of_line: ClassVar[bool] = True
 
     @classmethod

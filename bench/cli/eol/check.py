@@ -116,7 +116,7 @@ def check(
             message = f"Limits and order by motorbench eol check of {plan}, seed {seed}."
             write_plan(proposal, checked.plan, output, message)
             if not json:
-                print_proposal(proposal, checked.labels, output, translate)
+                print_proposal(proposal, checked, output, translate)
     if json:
         print_json({**done.as_dict(), **({"defect_check": as_json(checked, proposal)} if checked else {})})
     good = checked is None or checked.findings.good
@@ -169,7 +169,7 @@ def _print(console: "Console", done: DryRun, translate: Translate) -> None:
         console.print(say(assumed), markup=False)
     for difference in done.differences:
         console.print(f"! {difference}", markup=False)
-    for words in done.unverified:
+    for words in (*done.unverified, *done.notes):
         console.print(f"! {say(words)}", markup=False)
     for trouble in done.troubles:
-        console.print(f"✗ {trouble}", markup=False)
+        console.print(f"✗ {say(trouble)}", markup=False)

@@ -62,14 +62,21 @@ def print_defects(checked: DefectCheck, translate: Translate) -> None:
     say(_scale())
 
 
-def print_proposal(proposal: Proposal, labels: ParameterLabels, path: Any, translate: Translate) -> None:
+def print_proposal(proposal: Proposal, checked: DefectCheck, path: Any, translate: Translate) -> None:
     """Print limits and order that were written."""
     console = console_on(sys.stdout)
     table = _table(translate, text("proposed limits"), text("Parameter"), text("limits"))
     for name, limits in proposal.limits.items():
-        table.add_row(labels[name].render(translate), shown_range(limits.low, limits.high))
+        table.add_row(checked.labels[name].render(translate), shown_range(limits.low, limits.high))
     console.print(table, width=_WIDTH)
     lines = [text("Order: {names}", names=[word(name) for name in proposal.order])]
+    if checked.safety_tests:
+        lines.append(
+            text(
+                "Safety tests, before everything that energises the motor whatever they find: {names}",
+                names=[word(name) for name in checked.safety_tests],
+            )
+        )
     if proposal.idle:
         lines.append(
             text(
@@ -112,6 +119,7 @@ def as_json(checked: DefectCheck, proposal: Proposal | None) -> Mapping[str, Any
                 for name, limits in proposal.limits.items()
             },
             "order": list(proposal.order),
+            "safety_tests": list(checked.safety_tests),
             "idle": list(proposal.idle),
         }
     return result

@@ -10,7 +10,7 @@ from bench.cli.output import print_json
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import UsageError
 from bench.i18n.language import language_of, translator
-from drivers.interfaces.text import Text, Translate, text
+from drivers.interfaces.text import Text, Translate, lines, text
 from reports.labels import ParameterLabels
 from reports.tables.figures import scale_of
 
@@ -61,6 +61,9 @@ def motor(serial_number: str, *, records: str = "records.sqlite", json: bool = F
 
 
 def _about(test: "MotorRecord") -> dict[str, object]:
+    from bench.eol.told_causes import cause_of, diagnosis_of
+
+    english = translator("en")
     return {
         "batch": test.batch,
         "number": test.number,
@@ -69,19 +72,20 @@ def _about(test: "MotorRecord") -> dict[str, object]:
         "ended": test.ended.isoformat(),
         "verdict": test.verdict.value,
         "rework": test.rework,
-        "diagnosis": test.diagnosis,
-        "cause": test.cause,
+        "diagnosis": lines(diagnosis_of(test), "; ").render(english),
+        "cause": cause_of(test).render(english),
     }
 
 
 def _print(test: "MotorRecord", changed: "tuple[ChangedFigure, ...]", translate: Translate) -> None:
     from bench.eol.record import label_of
+    from bench.eol.told_causes import cause_of, diagnosis_of
 
-    lines = [label_of(test)]
-    if test.diagnosis or test.cause:
-        lines.append(f"    {test.diagnosis or test.cause}")
-    lines += [f"    {_said(change).render(translate)}" for change in changed]
-    sys.stdout.write("\n".join(lines) + "\n")
+    printed = [label_of(test)]
+    if words := (lines(diagnosis_of(test), "; ") if test.diagnosis else cause_of(test)).render(translate):
+        printed.append(f"    {words}")
+    printed += [f"    {_said(change).render(translate)}" for change in changed]
+    sys.stdout.write("\n".join(printed) + "\n")
 
 
 def _said(change: "ChangedFigure") -> Text:

@@ -38,7 +38,10 @@ class DefectRequest:
 
 @dataclass(frozen=True)
 class DefectCheck:
-    """The findings, and the population that the motors were drawn from; a proposal can be made of it."""
+    """The findings, and the population that the motors were drawn from; a proposal can be made of it.
+
+    `safety_tests` are the procedures that come first in every order that is proposed.
+    """
 
     plan: Plan
     cases: DefectCases
@@ -47,6 +50,7 @@ class DefectCheck:
     campaign: Campaign
     findings: Findings
     labels: ParameterLabels
+    safety_tests: tuple[str, ...] = ()
 
     @property
     def unmodelled(self) -> Mapping[str, tuple[str, int]]:
@@ -94,7 +98,8 @@ def check_defects(request: BatchRequest, wanted: DefectRequest) -> DefectCheck:
     tasks = tasks_of(cases, wanted.each, wanted.sound)
     campaign = measure_all(setup, tasks, wanted.workforce, lambda done: wanted.progress(done, len(tasks)))
     rules = PlanRules.of(plan, prepared.limits)
-    return DefectCheck(plan, cases, said, rules, campaign, findings(campaign, cases.cases, rules), prepared.labels)
+    found = findings(campaign, cases.cases, rules)
+    return DefectCheck(plan, cases, said, rules, campaign, found, prepared.labels, prepared.safety_tests)
 
 
 def _spread(plan: Plan) -> tuple[SpreadSection, Text]:

@@ -15,7 +15,7 @@ from bench.plugins.records import RecordOutput
 
 def motor_as_dict(record: MotorRecord) -> dict[str, Any]:
     """Return a record in JSON's types, as outputs take it."""
-    return {"kind": "motor", **_plain(asdict(record))}
+    return {"kind": "motor", **_as_dict(record)}
 
 
 def append(record: Mapping[str, Any], folder: Path) -> None:
@@ -33,10 +33,17 @@ def write_json_lines(records: Iterable[MotorRecord], file: IO[bytes]) -> int:
     """Write records; return how many."""
     count = 0
     for record in records:
-        line = json.dumps(_plain(asdict(record)), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        line = json.dumps(_as_dict(record), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
         file.write(line.encode("utf-8") + b"\n")
         count += 1
     return count
+
+
+def _as_dict(record: MotorRecord) -> dict[str, Any]:
+    content: dict[str, Any] = _plain(asdict(record))
+    # The same again, for who reads it in another language.
+    del content["told"]
+    return content
 
 
 def _plain(value: Any) -> Any:

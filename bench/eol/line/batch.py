@@ -1,6 +1,5 @@
 """One batch, from its request to its counts."""
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, nullcontext
@@ -18,6 +17,7 @@ from bench.eol.line.admission.serial_numbers import QueuedSerials, ScannedSerial
 from bench.eol.line.batch_listener import BatchListener
 from bench.eol.line.batch_log import BatchLog, BatchMotor
 from bench.eol.line.brakes import AppliedBrake
+from bench.eol.line.calibration_watch import CalibrationWatch
 from bench.eol.line.coordinator import Coordinator
 from bench.eol.line.panel_channel import PanelChannel
 from bench.eol.line.preparation.decidable_limits import DecidableLimits
@@ -30,6 +30,7 @@ from bench.eol.line.preparation.prepare import (
     prepare,
 )
 from bench.eol.line.preparation.procedure_order import by_time_over_failures
+from bench.eol.line.preparation.stored_names import check_batch_name, check_person
 from bench.eol.line.record_writer import RecordWriter, open_record_writer
 from bench.eol.line.warm_up import WarmUp
 from bench.eol.line.workers.messages import Batch
@@ -48,8 +49,6 @@ from bench.plugins.records import RecordOutputs
 from bench.safety.ownership.owner import Owner
 from bench.safety.ownership.stations import owning_stations
 from drivers.interfaces.text import Text, text
-
-_BATCH_NAME = re.compile(r"[\w][\w.-]{0,99}")
 
 
 @dataclass
@@ -105,12 +104,10 @@ def run_prepared(
     """Measure a batch whose plan, motor and line were read already; otherwise as `run_batch`."""
     line = prepared.line
     name = request.batch or prepared.plan.name
-    if _BATCH_NAME.fullmatch(name) is None:
-        raise UsageError(
-            text("--batch {name!r}: allowed are up to 100 letters, digits, dots, hyphens and underscores", name=name)
-        )
+    check_batch_name(request.batch, prepared.plan)
     check_operator(request, line)
     person = request.person.strip()
+    check_person(request.person)
     for flag, given in (("--again", request.again), ("--warm", request.warm)):
         if given and not person:
             raise UsageError(
@@ -232,6 +229,7 @@ def _admission(
         finished=[serial for serial, verdict in finished.items() if verdict in (Verdict.PASS, Verdict.FAIL)],
         golden_by_itself=line.is_virtual and serials.listed,
         waiting=lambda: warm_up.waits and not request.warm,
+        refused=CalibrationWatch(line, prepared.roles, listener.noted, listener.trouble).refused,
     )
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from bench.eol.plan_file import BrakeSection
 from bench.eol.record import MotorRecord
+from bench.eol.told_causes import cause_of
 from bench.eol.verdict import Verdict
 from drivers.interfaces.text import Text, text
 
@@ -67,7 +68,7 @@ class Brakes:
                     socket=record.socket,
                     count=_GOLDEN_TESTS,
                     serial=record.serial_number,
-                    cause=record.cause,
+                    cause=cause_of(record),
                 ),
             )
 
@@ -79,12 +80,12 @@ def _words(where: str, record: MotorRecord, happened: Text) -> Text:
             socket=where,
             happened=happened,
             serial=record.serial_number,
-            cause=record.cause,
+            cause=cause_of(record),
         )
     return text(
         "the line takes no more motors: {happened}, the last one was {serial} at socket {socket}: {cause}",
         happened=happened,
         serial=record.serial_number,
         socket=record.socket,
-        cause=record.cause,
+        cause=cause_of(record),
     )

@@ -7,6 +7,7 @@ from bench.eol.limits import GuardBand, ParameterLimits, judge, least_ratio
 from bench.eol.plan import PlannedCheck
 from bench.eol.record import CheckRecord, MeasuredFigure
 from bench.eol.verdict import Verdict, together
+from bench.i18n.errors import NOTHING
 from bench.run.retry_policy import Attempt, Next
 from drivers.interfaces.text import Text, Translate, english, lines, text, word
 from procedures.core.parameter_set import ParameterSet
@@ -22,7 +23,7 @@ _NO_LIMITS = ParameterLimits()
 class MotorJudge:
     """Judges one motor by the limits of its plan; `minimum_ratio` is the least tolerance over the 95 % interval's width.
 
-    Why it does not pass is written in the batch's language.
+    Why it does not pass is written in the batch's language, and kept for readers of any.
     """
 
     def __init__(
@@ -39,6 +40,7 @@ class MotorJudge:
         self._guard = guard
         self._minimum_ratio = minimum_ratio
         self._attempts: list[CheckRecord] = []
+        self._causes: dict[tuple[str, int], Text] = {}
         #: By procedure: parameters for the want of which alone its last attempt was an error.
         self._withheld: dict[str, frozenset[str]] = {}
         self._errors: dict[str, Exception | SystemExit | None] = {}
@@ -59,6 +61,11 @@ class MotorJudge:
         """Every attempt so far."""
         return tuple(self._attempts)
 
+    @property
+    def causes(self) -> Mapping[tuple[str, int], Text]:
+        """Why attempts did not pass, by procedure and number, for readers of any language."""
+        return self._causes
+
     def after(self, attempt: Attempt) -> Next:
         """Judge an attempt, keep it, and say what the plan has follow."""
         check = self._checks[attempt.planned.name]
@@ -66,7 +73,10 @@ class MotorJudge:
         self._errors[check.name] = attempt.error
         verdict, cause = self._verdict(attempt)
         number = 1 + sum(kept.procedure == check.name for kept in self._attempts)
-        self._attempts.append(CheckRecord(check.name, number, verdict, attempt.ended - attempt.started, cause))
+        words = cause.render(self._translate)
+        self._attempts.append(CheckRecord(check.name, number, verdict, attempt.ended - attempt.started, words))
+        if words:
+            self._causes[check.name, number] = cause
         if verdict is Verdict.PASS or check.on_failure == "go_on":
             return Next.GO_ON
         if check.on_failure == "retry" and number <= check.retries:
@@ -144,14 +154,14 @@ class MotorJudge:
     def _beyond(self, error: OnlyBoundedError) -> bool:
         return error.low > self._limits.get(error.parameter, _NO_LIMITS).high
 
-    def _verdict(self, attempt: Attempt) -> tuple[Verdict, str]:
+    def _verdict(self, attempt: Attempt) -> tuple[Verdict, Text]:
         if attempt.result is None:
             # Where the connections are made by machine, terminals that do not conduct as they should are the motor's, and so is
             # a part that is missing or dead, and a figure that is beyond its limit however large it is.
             error = attempt.error
             motors = isinstance(error, WiringError | MotorFaultError)
             motors |= isinstance(error, OnlyBoundedError) and self._beyond(error)
-            return (Verdict.FAIL if motors else Verdict.ERROR), attempt.cause
+            return (Verdict.FAIL if motors else Verdict.ERROR), attempt.told
         figures = [self.measured(parameter) for parameter in attempt.result.parameters]
         bad = [figure for figure in figures if figure.verdict is not Verdict.PASS and figure.parameter in self._limits]
         missing = (set(attempt.planned.procedure.parameters) & set(self._limits)) - {
@@ -168,7 +178,7 @@ class MotorJudge:
             causes.append(text("missing or dead: {part}", part=word(str(absent))))
         verdict = together(verdicts)
         causes += [self._lacking(name, reasons.get(name)) for name in sorted(missing)]
-        return verdict, lines(causes, "; ").render(self._translate)
+        return verdict, lines(causes, "; ") if causes else NOTHING
 
     def _lacking(self, name: str, reason: Withheld | None) -> Text:
         if reason is None:

@@ -14,8 +14,9 @@ from bench.eol.line.judging import MotorJudge, described
 from bench.eol.line.workers.messages import Batch, Task
 from bench.eol.plan_file import KeepWaveforms
 from bench.eol.record import MeasuredFigure, MotorRecord
+from bench.eol.told_causes import told_causes
 from bench.eol.verdict import Verdict
-from bench.i18n.errors import InputError
+from bench.i18n.errors import NOTHING, InputError
 from bench.i18n.language import translator
 from bench.journal.errors import NoRoomError, RecordError, briefly
 from bench.journal.events.instruments import WaveformsTaken
@@ -25,7 +26,7 @@ from bench.journal.recording import WaveformSink
 from bench.journal.run_folder import RunFolder
 from bench.journal.waveforms import LateWaveforms, NoWaveforms, WaveformFolder
 from bench.run.request import Finished
-from drivers.interfaces.text import Text, Translate, lines, text, word
+from drivers.interfaces.text import Text, lines, text, word
 from procedures.core.events import Event, StepStarted
 
 _UNSAFE_IN_NAMES = re.compile(r"[^\w.-]+")
@@ -76,7 +77,7 @@ class UnitTest:
     started: datetime
     folder: RunFolder | None = None
     finished: Finished | None = None
-    cause: str = ""
+    cause: Text = NOTHING
     unwritten: RecordError | NoRoomError | None = None
 
 
@@ -88,7 +89,7 @@ def record_of(test: UnitTest, batch: Batch, socket: str) -> MotorRecord:
     if finished is not None:
         figures = judge.figures(finished.view.parameters())
         bench_time, aborted = finished.view.bench_time, finished.view.status == "aborted"
-        cause = cause or finished.view.cause
+        cause = cause if cause.render() else finished.view.told
         test.unwritten = test.unwritten or finished.unwritten
     verdict = judge.verdict(figures, aborted=aborted, planned=len(task.checks))
     if verdict is Verdict.PASS and (finished is None or finished.view.status != "completed"):
@@ -98,25 +99,28 @@ def record_of(test: UnitTest, batch: Batch, socket: str) -> MotorRecord:
     try:
         waveforms = test.waveforms.files(verdict)
     except RecordError as error:
-        waveforms, cause = {}, "; ".join(words for words in (cause, error.brief.render(translate)) if words)
+        waveforms, cause = {}, lines([cause, error.brief], "; ") if cause.render() else error.brief
         test.unwritten = test.unwritten or error
         verdict = Verdict.ERROR if verdict is Verdict.PASS else verdict
-    cause = briefly(cause, test.unwritten, translate)
+    cause = briefly(cause, test.unwritten)
     diagnoses: tuple[Diagnosis, ...] = ()
     if verdict is Verdict.FAIL and finished is not None:
         found = {name: result.findings for name, result in finished.view.finished.items()}
         diagnoses = diagnose(found, figures, judge.errors, batch.motor.nameplate.expected)
+    why = NOTHING if verdict is Verdict.PASS else _cause(judge, figures, cause)
+    faults = [each.words for each in diagnoses]
     return replace(
         _ended_now(batch, socket, task, test.started, verdict, bench_time),
         first_pass=judge.first_pass(verdict),
         measured=figures,
         checks=judge.attempts,
-        cause="" if verdict is Verdict.PASS else _cause(judge, figures, cause, translate),
+        cause=why.render(translate),
         run=str(test.folder.path) if test.folder else "",
         journal_sha256=finished.journal_sha256 if finished else "",
-        diagnosis="; ".join(each.words.render(translate) for each in diagnoses),
+        diagnosis="; ".join(each.render(translate) for each in faults),
         rework=" ".join(dict.fromkeys(each.code for each in diagnoses)),
         waveforms=waveforms,
+        told=told_causes(why, faults, judge.causes),
     )
 
 
@@ -134,6 +138,7 @@ def cut_off_record(batch: Batch, socket: str, task: Task, started: datetime, how
     return replace(
         _ended_now(batch, socket, task, started, verdict, bench_time),
         cause=cause.render(translator(batch.request.language)),
+        told=told_causes(cause, (), {}),
         run=str(folders[-1]) if folders else "",
         journal_sha256=journal.last_hash if journal else "",
     )
@@ -190,13 +195,13 @@ def _ended_now(
     )
 
 
-def _cause(judge: MotorJudge, figures: Sequence[MeasuredFigure], cause: str, translate: Translate) -> str:
+def _cause(judge: MotorJudge, figures: Sequence[MeasuredFigure], cause: Text) -> Text:
     """Return why a motor did not pass: the causes of its last attempts, else its figures, else what ended the run."""
-    last = {attempt.procedure: attempt.cause for attempt in judge.attempts}
+    last = {attempt.procedure: judge.causes.get((attempt.procedure, attempt.attempt)) for attempt in judge.attempts}
     causes = [
         text("{what}: {cause}", what=word(procedure), cause=reason) for procedure, reason in last.items() if reason
     ] or [described(figure) for figure in figures if figure.verdict is not Verdict.PASS]
-    return lines(causes, "; ").render(translate) or cause
+    return lines(causes, "; ") if causes else cause
 
 
 def _journal(folder: Path) -> JournalFile | None:

@@ -17,6 +17,7 @@ from bench.eol.line.tile_figures import tile_figures
 from bench.eol.motor_yield import MotorYield
 from bench.eol.record import MotorRecord, label_of
 from bench.eol.store.waiting import Waiting
+from bench.eol.told_causes import cause_of, diagnosis_of, last_causes
 from bench.eol.verdict import Verdict
 from bench.journal.stored_result import store_text
 from bench.operators.operator_channel import OperatorLine
@@ -116,9 +117,9 @@ class PanelChannel(BatchListener):
             socket_state.last = {
                 "serial_number": record.serial_number,
                 "verdict": record.verdict.value,
-                "cause": record.cause,
-                "causes": _causes(record),
-                "diagnosis": record.diagnosis,
+                "cause": store_text(cause_of(record)),
+                "causes": [(procedure, store_text(cause)) for procedure, cause in last_causes(record).items()],
+                "diagnosis": [store_text(each) for each in diagnosis_of(record)],
                 "rework": record.rework,
                 "golden": record.golden,
                 "label": label_of(record),
@@ -248,9 +249,3 @@ def _waiting(waiting: Waiting) -> dict[str, Any]:
 
 def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
-
-
-def _causes(record: MotorRecord) -> list[tuple[str, str]]:
-    """Return the procedures that did not end, and why the last attempt at each did not."""
-    last = {attempt.procedure: attempt.cause for attempt in record.checks}
-    return [(procedure, cause) for procedure, cause in last.items() if cause]

@@ -105,7 +105,7 @@ class RecordWriter:
 
     def golden_tests(self, plan: str, station: str) -> GoldenTests:
         """Return the golden motors' tests of a plan at a station."""
-        return GoldenTests(self._own, plan, station)
+        return GoldenTests(self._own, plan, station, self.register.ask_server)
 
     def last_test_ended(self, station: str) -> datetime | None:
         """Return when (UTC) a station's latest test ended, None where it has none. Raises StoreError."""

@@ -1,11 +1,12 @@
 """Golden motors' tests in a station's records: when one passed last at a socket, and what was measured of it there."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time
 
 from sqlalchemy import ColumnElement, Engine, and_, select
 
+from bench.eol.record import MotorRecord
 from bench.eol.store.records import Records, utc
 from bench.eol.store.schema import GOLDEN, MOTOR
 from bench.eol.verdict import Verdict
@@ -13,11 +14,15 @@ from bench.eol.verdict import Verdict
 
 @dataclass(frozen=True)
 class GoldenTests:
-    """The golden tests of one plan at one station, in `engine`'s database."""
+    """The golden tests of one plan at one station, in `engine`'s database.
+
+    `ask_server` has a question answered by the database that holds what the station has forwarded, None where there is none now.
+    """
 
     engine: Engine
     plan: str
     station: str
+    ask_server: Callable[[Callable[[Engine], list[MotorRecord]]], list[MotorRecord] | None] = lambda _question: None
 
     def last_passed(self, socket: str) -> datetime | None:
         """Return when (UTC) a golden motor passed at a socket, None where none has, or one did not pass since."""
@@ -34,7 +39,8 @@ class GoldenTests:
     def history(self, socket: str, serial_number: str, tests: int, since: date | None) -> dict[str, Sequence[float]]:
         """Return the figures by parameter of the first `tests` passed tests of a golden motor at a socket `since` a day.
 
-        Nothing where there are fewer; parameters that one of them lacks are left out.
+        Nothing where there are fewer; parameters that one of them lacks are left out. Where the station's own database has too few,
+        for it was put away or began anew, those that it forwarded count.
         """
         begin = datetime.combine(since, time()).astimezone(UTC) if since else datetime.min.replace(tzinfo=UTC)
         query = (
@@ -48,9 +54,16 @@ class GoldenTests:
             .order_by(MOTOR.c.started)
             .limit(tests)
         )
-        with self.engine.connect() as connection:
-            identifiers = connection.execute(query).scalars().all()
-        records = [record for record in map(Records(self.engine).find, identifiers) if record is not None]
+
+        def found(engine: Engine) -> list[MotorRecord]:
+            with engine.connect() as connection:
+                identifiers = connection.execute(query).scalars().all()
+            return [record for record in map(Records(engine).find, identifiers) if record is not None]
+
+        records = found(self.engine)
+        if len(records) < tests and (forwarded := self.ask_server(found)):
+            each = {record.identifier: record for record in (*forwarded, *records)}
+            records = sorted(each.values(), key=lambda record: record.started)[:tests]
         if len(records) < tests:
             return {}
         figures = [{figure.parameter: figure.value for figure in record.measured} for record in records]

@@ -9,7 +9,9 @@ from sqlalchemy import Connection, RowMapping, Select, select, union
 from bench.eol.store.records import utc
 from bench.eol.store.schema import CHECK, FIGURE, MOTOR, NOT_PASSED
 from bench.eol.store.selection import Selection
+from bench.eol.told_causes import cause_told
 from bench.eol.verdict import Verdict
+from bench.i18n.language import translator
 
 #: Failed motors, the latest, that are compared with all.
 _FAILED = 1000
@@ -17,7 +19,10 @@ _FAILED = 1000
 
 @dataclass(frozen=True)
 class FoundMotor:
-    """A motor's test: where its record and its run are, and the value (`unit`) of the parameter that was asked for, if one was."""
+    """A motor's test: where its record and its run are, and the value (`unit`) of the parameter that was asked for, if one was.
+
+    `cause` is English, but of older records.
+    """
 
     batch: str
     number: int
@@ -68,14 +73,23 @@ def motors_by_serial_number(connection: Connection, serial_numbers: Sequence[str
     return [_found(row, None, "") for row in connection.execute(query).mappings()]
 
 
-def figures_of_failed(connection: Connection, selection: Selection, failed_at: str) -> dict[str, list[float]]:
-    """Return by parameter the figures of the latest motors that failed at a parameter or a procedure, up to a thousand."""
+def figures_of_failed(
+    connection: Connection, selection: Selection, failed_at: str, *, of_procedure: bool
+) -> dict[str, list[float]]:
+    """Return by parameter the figures of the latest motors that failed at a parameter or a procedure, up to a thousand.
+
+    Of a procedure those are left out that failed themselves: they may be its own, and why it failed.
+    """
     keys = list(connection.execute(_failed_at(failed_at, selection, _FAILED)).scalars())
-    query = select(FIGURE.c.parameter, FIGURE.c.value).where(FIGURE.c.motor.in_(keys), FIGURE.c.value.is_not(None))
+    columns = FIGURE.c.parameter, FIGURE.c.value, FIGURE.c.verdict
+    query = select(*columns).where(FIGURE.c.motor.in_(keys), FIGURE.c.value.is_not(None))
     values: dict[str, list[float]] = {}
+    left_out = set[str]()
     for row in connection.execute(query):
         values.setdefault(row.parameter, []).append(row.value)
-    return values
+        if of_procedure and row.verdict == Verdict.FAIL.value:
+            left_out.add(row.parameter)
+    return {name: each for name, each in values.items() if name not in left_out}
 
 
 def _failed_at(name: str, selection: Selection, most: int) -> "Select[int]":
@@ -105,7 +119,7 @@ def _found(get: RowMapping, value: float | None, unit: str) -> FoundMotor:
         socket=get["socket"],
         started=utc(get["started"]),
         verdict=Verdict(get["verdict"]),
-        cause=get["cause"],
+        cause=cause_told(get["told"], get["cause"]).render(translator("en")),
         run=get["run"],
         journal_sha256=get["journal_sha256"],
         value=value,

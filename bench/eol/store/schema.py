@@ -50,6 +50,8 @@ MOTOR = Table(
     Column("test_number", Integer, nullable=False, server_default="1"),
     Column("again_by", String(200), nullable=False, server_default=""),
     Column("golden", Boolean, nullable=False, server_default=false()),
+    #: What its causes and its diagnosis say, for readers of any language; empty of a motor that passed, and of older records.
+    Column("told", Text, nullable=False, server_default=""),
     Index("motor_by_batch", "batch", "model", "verdict", "first_pass", "id"),
     Index("motor_in_batch", "batch", "id"),
     Index("motor_by_serial_number", "serial_number"),

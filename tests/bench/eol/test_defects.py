@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.cli.eol.defects_output import as_json, print_defects
+from bench.cli.eol.defects_output import as_json, print_defects, print_proposal
 from bench.distribution.workforce import Workforce
 from bench.eol.defects.campaign import Campaign, measure_all, tasks_of
 from bench.eol.defects.cases import DefectCases, defect_cases
@@ -215,6 +215,17 @@ def test_what_is_printed_has_80_columns_and_says_that_it_is_partial(
     out = capsys.readouterr().out
     assert max(cell_len(line) for line in out.splitlines()) <= 80
     assert ("Partial" if language == "en" else "部分") in out
+
+
+def test_an_order_says_which_procedures_are_first_by_rule(
+    cases: DefectCases, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = replace(checked(cases, [trial(-1, 1, x=10.0)], 1), safety_tests=("insulation-resistance",))
+    proposal = Proposal({}, ("insulation-resistance", "winding-balance"), ("insulation-resistance",))
+    print_proposal(proposal, done, "made.toml", translator("en"))
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Safety tests, before everything that energises the motor whatever they find: Insulation resistance" in said
+    assert as_json(done, proposal)["proposal"]["safety_tests"] == ["insulation-resistance"]
 
 
 def test_json_has_no_number_that_json_has_not(cases: DefectCases) -> None:

@@ -7,6 +7,8 @@ from bench.cli.main import main
 from bench.eol.plan import load_plan
 from bench.eol.plan_name import plan_name
 
+MOTOR = Path(__file__).parents[3] / "docs" / "examples" / "eol" / "motor.toml"
+
 
 def call(*arguments: str) -> int:
     with pytest.raises(SystemExit) as ended:
@@ -41,6 +43,14 @@ def test_limits_stand_about_what_was_found_and_no_narrower_than_it_was_known(
     assert call(*plan) == 1
     assert "already exists" in capsys.readouterr().err
     assert call(*plan, "--percent", "0") == 2
+
+
+def test_a_safety_test_comes_first_whenever_the_run_had_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    runs, path = tmp_path / "runs", tmp_path / "plan.toml"
+    run = ("run", "pole-pairs-static", "insulation-resistance", "--station", "virtual", "--motor", str(MOTOR))
+    assert call(*run, "--operator", "fixture", "--runs", str(runs)) == 0
+    assert call("eol", "plan", "--runs", str(runs), "--output", str(path)) == 0
+    assert [check.name for check in load_plan(path).checks] == ["insulation-resistance", "pole-pairs-static"]
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,8 @@ class Admission:
     """Gives the batch's motors one by one; numbers go on after `last`.
 
     Serial numbers of a list that are `finished` already, or were cut off, are passed over where it begins anew. With
-    `golden_by_itself`, golden motors come when they are due without being scanned. While `waiting` gives a reason, none comes.
+    `golden_by_itself`, golden motors come when they are due without being scanned. While it is `waiting`, none comes, and none at
+    all once `refused` gives a reason.
     """
 
     def __init__(
@@ -43,6 +44,7 @@ class Admission:
         finished: Collection[str] = (),
         golden_by_itself: bool = False,
         waiting: Callable[[], bool] = lambda: False,
+        refused: Callable[[], Text | None] = lambda: None,
     ) -> None:
         self._serials = serials
         # A golden motor that was cut off is due all the same.
@@ -50,7 +52,7 @@ class Admission:
         self._desk, self.gate = desk, gate
         self._passed_over = {*finished, *(motor.serial_number for motor in self._cut_off)} if serials.listed else set()
         self._golden_by_itself = golden_by_itself
-        self._waiting = waiting
+        self._waiting, self._refused = waiting, refused
         self._last = last
         self._next: str | None = None
         self._under_way: set[str] = set()
@@ -75,6 +77,9 @@ class Admission:
     def take(self, socket: str) -> BatchMotor | RefusedSerial | None:
         """Return the next motor for a socket, or a serial number that is refused; None where there is none for it now."""
         if self._waiting() or socket in self._closed or self.ended:
+            return None
+        if (why := self._refused()) is not None:
+            self.held_up = why
             return None
         due = self.gate.due(socket)
         if due is not None and self._golden_by_itself:

@@ -110,6 +110,15 @@ class SerialRegister:
                 batch=last.batch,
             )
 
+    def ask_server(self, question: Callable[[Engine], _Answer]) -> _Answer | None:
+        """Return the server's answer, None where there is no server or it does not answer now."""
+        if not self._address:
+            return None
+        try:
+            return self._ask("server", question)
+        except StoreError:
+            return None
+
     def close(self) -> None:
         """Close the connection to the server, with a question that it has not answered."""
         with self._lock:

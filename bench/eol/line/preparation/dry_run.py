@@ -19,8 +19,10 @@ from bench.eol.line.preparation.procedure_times import read_times
 from bench.eol.line.workers.worker_process import ForkServer
 from bench.eol.plan_file import SpreadSection
 from bench.eol.record import MeasuredFigure, MotorRecord
+from bench.eol.told_causes import cause_of
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError, at
+from bench.i18n.language import translator
 from bench.journal.journal_file import read_journal
 from bench.journal.run_folder import RunFolder
 from bench.journal.run_view import view_of
@@ -66,7 +68,8 @@ class DryRun:
     A procedure of every n-th motor counts with an n-th of its time. `aside` (s) is the shutdown and what else is no procedure's;
     the floor has it. Each socket's first motor does not count for the waits: all sockets begin at once then, and never again.
     `per_hour` is what the line of all sockets measures; `troubles` are causes of motors that did not pass, `differences` those
-    between the station and what stood for it, `unverified` figures that rest on records in ranges which the plan does not verify.
+    between the station and what stood for it, `unverified` figures that rest on records in ranges which the plan does not verify,
+    `notes` what of the plan is allowed and likely a mistake.
     """
 
     plan: str
@@ -79,10 +82,11 @@ class DryRun:
     per_hour: float
     procedures: tuple[ProcedureTime, ...]
     limits: tuple[LimitFinding, ...]
-    troubles: tuple[str, ...] = ()
+    troubles: tuple[Text, ...] = ()
     assumed: tuple[str, ...] = ()
     differences: tuple[str, ...] = ()
     unverified: tuple[Text, ...] = ()
+    notes: tuple[Text, ...] = ()
     labels: ParameterLabels = field(default_factory=lambda: ParameterLabels({}))
 
     @property
@@ -106,6 +110,8 @@ class DryRun:
         del content["labels"]
         content["limits"] = [{**asdict(each), "fault": str(each.fault or "")} for each in self.limits]
         content["unverified"] = [str(each) for each in self.unverified]
+        content["troubles"] = [each.render(translator("en")) for each in self.troubles]
+        content["notes"] = [str(each) for each in self.notes]
         content["procedures"] = [{**asdict(each), "overhead": each.overhead} for each in self.procedures]
         return content | {"overhead": self.overhead, "over_floor": self.over_floor, "good": self.good}
 
@@ -199,10 +205,11 @@ def _summary(
         per_hour=3600.0 * sockets / cycle if cycle > 0.0 else 0.0,
         procedures=procedures,
         limits=tuple(_limits(prepared, records)),
-        troubles=tuple(dict.fromkeys(record.cause for record in records if record.cause)),
+        troubles=tuple({record.cause: cause_of(record) for record in records if record.cause}.values()),
         assumed=assumed,
         differences=differences,
         unverified=tuple(_unverified(records)),
+        notes=prepared.notes,
         labels=prepared.labels,
     )
 

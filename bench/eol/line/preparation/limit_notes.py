@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from itertools import combinations
 
 from bench.eol.limits import ParameterLimits, judge, least_ratio
 from bench.eol.plan import Plan
@@ -15,6 +16,13 @@ from procedures.core.parameter_definition import ParameterDefinition
 COUNTS = frozenset({"pole_pairs", "phase_order", "hall_faults"})
 #: What is measured of the station, for the figures after it.
 _OF_STATION = frozenset(f"channel_{number}_gain" for number in range(1, 9))
+#: Parameters that are the flux linkage times a factor and a power of the pole pairs.
+_PER_FLUX: Mapping[str, tuple[float, int]] = {
+    "flux_linkage": (1.0, 0),
+    "back_emf_constant_mechanical": (1.0, 1),
+    "back_emf_constant_v_per_krpm": (1000.0 * math.pi / 30.0, 1),
+    "back_emf_constant_v_per_rpm": (math.pi / 30.0, 1),
+}
 
 
 def check_limits(plan: Plan, limits: Mapping[str, ParameterLimits]) -> None:
@@ -42,7 +50,9 @@ def check_limits(plan: Plan, limits: Mapping[str, ParameterLimits]) -> None:
 def limit_notes(
     plan: Plan, limits: Mapping[str, ParameterLimits], expected: Mapping[str, float], known: Catalogue
 ) -> Iterator[Text]:
-    """Give what of a plan's limits is likely a mistake: the type itself outside, procedures of which nothing has a limit."""
+    """Give what of a plan's limits is likely a mistake: the type itself outside, limits of one quantity that exclude each other, and
+    procedures of which nothing has a limit.
+    """
     for parameter, bounds in limits.items():
         value = expected.get(parameter)
         if value is not None and not bounds.low <= value <= bounds.high:
@@ -56,6 +66,7 @@ def limit_notes(
                 low=bounds.low,
                 high=bounds.high,
             )
+    yield from _contradictions(plan, limits, expected)
     if not limits:
         yield text("{source}: there is no [[limit]]: every motor that can be measured passes", source=plan.source)
         return
@@ -67,6 +78,37 @@ def limit_notes(
             source=plan.source,
             names=idle,
         )
+
+
+def _contradictions(plan: Plan, limits: Mapping[str, ParameterLimits], expected: Mapping[str, float]) -> Iterator[Text]:
+    """Give limits of the flux linkage in two forms that no motor of the type's pole pairs can keep both."""
+    counted = limits.get("pole_pairs", ParameterLimits())
+    pairs = counted.low if counted.tolerance == 0.0 else expected.get("pole_pairs")
+    if not pairs:
+        return
+    as_flux = {
+        name: ParameterLimits(limits[name].low / (factor * pairs**power), limits[name].high / (factor * pairs**power))
+        for name, (factor, power) in _PER_FLUX.items()
+        if name in limits
+    }
+    for (one, first), (other, second) in combinations(as_flux.items(), 2):
+        if max(first.low, second.low) > min(first.high, second.high):
+            yield text(
+                "{source}: limits on {one} and {other} exclude each other, and no motor passes: with {pairs:g} pole pairs the one "
+                "is a flux linkage of {first} V·s/rad, the other of {second}. EMF constants are peak phase values here; one of "
+                "line to line, rms, is √1.5 times as large",
+                source=plan.source,
+                one=one,
+                other=other,
+                pairs=pairs,
+                first=_range(first),
+                second=_range(second),
+            )
+
+
+def _range(limits: ParameterLimits) -> str:
+    low, high = (f"{side:.4g}" if math.isfinite(side) else "–" for side in (limits.low, limits.high))
+    return f"{low} … {high}"
 
 
 def undecidable(

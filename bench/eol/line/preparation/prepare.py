@@ -2,12 +2,15 @@
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import date
 from pathlib import Path
 
 from bench.eol.limits import ParameterLimits
+from bench.eol.line.preparation.declared_order import order_notes, safety_tests
 from bench.eol.line.preparation.limit_notes import check_limits, limit_notes
 from bench.eol.line.preparation.line_file import ProductionLine, load_line
-from bench.eol.line.preparation.wanted_figures import late_corrections, with_wanted_before
+from bench.eol.line.preparation.stored_names import check_names
+from bench.eol.line.preparation.wanted_figures import with_wanted_before
 from bench.eol.plan import Plan, PlannedCheck, load_plan
 from bench.eol.plans_beside import check_name
 from bench.files.toml_file import nearest, validate
@@ -57,7 +60,8 @@ class BatchRequest:
 class Prepared:
     """A plan with its motor and line, read and checked against one another; `roles` are those that its procedures use.
 
-    `notes` say what of it is allowed and likely a mistake; `parameters` are those that its procedures give.
+    `notes` say what of it is allowed and likely a mistake; `parameters` are those that its procedures give; `safety_tests` are
+    those of its procedures that come first by rule.
     """
 
     plan: Plan
@@ -67,6 +71,7 @@ class Prepared:
     roles: frozenset[Role] = frozenset()
     notes: tuple[Text, ...] = ()
     parameters: Mapping[str, ParameterDefinition] = field(default_factory=dict)
+    safety_tests: tuple[str, ...] = ()
 
     @property
     def labels(self) -> ParameterLabels:
@@ -87,6 +92,7 @@ def prepare(plan_file: Path, station: str, sockets: int | None, operator: str = 
         motor = load_motor(plan.motor, catalogues.procedures)
     except FileError as error:
         raise FileError(at(f"{plan.source}: plan.motor", text_of(error))) from None
+    check_names(plan, motor, line)
     planned = planned_of(plan.checks, plan.source, catalogues.procedures)
     check_parameters(plan, planned, catalogues.procedures)
     plan = with_wanted_before(plan, planned, motor.nameplate, catalogues.procedures)
@@ -99,10 +105,10 @@ def prepare(plan_file: Path, station: str, sockets: int | None, operator: str = 
     check_limits(plan, limits)
     notes = (
         *limit_notes(plan, limits, motor.nameplate.expected, catalogues.procedures),
-        *late_corrections(plan, planned),
+        *order_notes(plan, planned),
     )
     parameters = {name: one for each in planned for name, one in each.procedure.parameters.items()}
-    return Prepared(plan, motor, line, limits, roles, notes, parameters)
+    return Prepared(plan, motor, line, limits, roles, notes, parameters, safety_tests(planned))
 
 
 def planned_of(checks: Iterable[PlannedCheck], source: str, known: Catalogue) -> list[Planned]:
@@ -169,22 +175,24 @@ def check_station(line: ProductionLine, planned: Sequence[Planned], available: C
                 )
 
 
-def calibrations_of(line: ProductionLine, roles: frozenset[Role]) -> list[Text]:
-    """Return what of the line's calibrations is overdue or soon due, soonest first; each instrument once.
+def calibrations_of(line: ProductionLine, roles: frozenset[Role], today: date | None = None) -> list[Text]:
+    """Return what of the line's calibrations is overdue or soon due today, soonest first; each instrument once.
 
     Raises InputError where the station refuses what is overdue, before any motor.
     """
     shared = {role.value for role in line.shared}
+    today = today or wall_date()
     pressing: dict[str, Text] = {}
     for socket in line.sockets:
         if socket.station is None:
             continue
         used = [entry for role, entry in socket.station.entries.items() if role in roles]
-        socket.station.check_calibrations(wall_date(), [entry.role for entry in used])
-        for each in calibration_list(used, wall_date()):
+        socket.station.check_calibrations(today, [entry.role for entry in used])
+        for each in calibration_list(used, today):
             if each.pressing:
-                words = text("socket {socket}: {words}", socket=socket.name, words=each.words)
-                pressing[str(each.words if each.role in shared else words)] = words
+                of_one = text("socket {socket}: {words}", socket=socket.name, words=each.words)
+                words = each.words if each.role in shared else of_one
+                pressing[str(words)] = words
     return list(pressing.values())
 
 

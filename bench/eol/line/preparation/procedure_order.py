@@ -17,13 +17,13 @@ def by_time_over_failures(
 
     `experience` gives by procedure how many attempts were made, how many did not pass, and their mean time (s). The rate is
     estimated by (failures + 1)/(attempts + 2) (Laplace's rule of succession), so that few motors decide little.
-    Where one procedure has no experience the listed order stays, for nothing can be compared.
+    Where one procedure has no experience nothing can be compared: the listed order stays, as far as nothing comes too early in it.
     Source: W. E. Smith, Naval Research Logistics Quarterly 3 (1956) 59: for independent tests that end with the first
     failure, the order by time over failure probability has the least expected time. With what comes after others a slow procedure
     may be worth its time for those behind it (M. R. Garey, Operations Research 21 (1973) 46), so that whole orders are compared.
     """
     if any(check.name not in experience for check in checks):
-        return tuple(checks)
+        return as_listed(checks)
     tests = [_test(experience[check.name], _before(check, checks)) for check in checks]
     order = _best(_with_ranks(tests))
     return tuple(checks[number] for number in (order if order is not None else _built_up(tests)))
@@ -32,6 +32,16 @@ def by_time_over_failures(
 def sampled(checks: Sequence[PlannedCheck], number: int) -> tuple[PlannedCheck, ...]:
     """Return the checks that a batch's motor of this number (from 1) has: those of every n-th begin with the first."""
     return tuple(check for check in checks if (number - 1) % check.every == 0)
+
+
+def as_listed(checks: Sequence[PlannedCheck]) -> tuple[PlannedCheck, ...]:
+    """Return the checks as they are listed, but for those that come after others: these go before them."""
+    order: list[int] = []
+    for number, check in enumerate(checks):
+        before = [(len(_before(checks[n], checks)), n) for n in _before(check, checks)]
+        order += [n for _, n in sorted(before) if n not in order]
+        order += [number] if number not in order else []
+    return tuple(checks[number] for number in order)
 
 
 @dataclass(frozen=True)

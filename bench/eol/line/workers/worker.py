@@ -35,7 +35,7 @@ from bench.eol.line.workers.messages import (
 from bench.eol.line.workers.virtual_socket import SocketMotors, VirtualSocket, seed_of
 from bench.eol.line.workers.worker_status import WorkerStatus, give_heartbeats
 from bench.eol.record import MotorRecord
-from bench.i18n.errors import FileError, InputError, message
+from bench.i18n.errors import FileError, InputError, at, told
 from bench.i18n.language import translator
 from bench.journal.disk import StandingReserve
 from bench.journal.errors import NoRoomError, RecordError
@@ -203,10 +203,10 @@ class Worker:
         try:
             self._run(test)
         except (InputError, OSError) as error:
-            test.cause = message(error, translate)
+            test.cause = told(error)
             test.unwritten = error if isinstance(error, RecordError | NoRoomError) else None
         except Exception as error:  # noqa: BLE001  one motor's trouble must not end the line
-            test.cause = f"{type(error).__name__}: {error}"
+            test.cause = at(type(error).__name__, text_of(error))
         finally:
             self._testing = False
         record = record_of(test, batch, self._setup.name)

@@ -7,6 +7,7 @@ from nicegui import run as background
 from nicegui import ui
 
 from bench.eol.statistics_messages import VERDICTS, bounds
+from bench.eol.told_causes import cause_of, diagnosis_of
 from bench.panel.motor_records import (
     FigurePair,
     MotorTests,
@@ -86,7 +87,8 @@ class _Tests:
                 plan=test.plan,
             )
             ui.label(say(place)).classes("text-base")
-            for words in (test.cause, test.diagnosis, f"→ {test.rework}" if test.rework else ""):
+            faults = "\n".join(say(each) for each in diagnosis_of(test))
+            for words in (say(cause_of(test)), faults, f"→ {test.rework}" if test.rework else ""):
                 if words:
                     ui.label(words).classes("text-base whitespace-pre-line")
             self._run(test)

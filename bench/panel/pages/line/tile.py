@@ -55,7 +55,7 @@ class Tile:
         last = socket["last"]
         self._since = socket["since"]
         self._figures.clear()
-        self._diagnosis.set_text(_diagnosis(last) if last is not None and not socket["serial_number"] else "")
+        self._diagnosis.set_text(self._faults(last) if last is not None and not socket["serial_number"] else "")
         if socket["serial_number"]:
             self._set("measuring", "…", socket["serial_number"])
             self.tick()
@@ -91,8 +91,15 @@ class Tile:
     def _cause(self, last: Mapping[str, Any]) -> str:
         """Return why it was not judged, by the titles of what did not end."""
         title = self._title
-        causes = [text("{what}: {cause}", what=title(name), cause=why) for name, why in last.get("causes", ())]
-        return "\n".join(map(self._reader.say, causes)) or str(last["cause"])
+        causes = [
+            text("{what}: {cause}", what=title(name), cause=restore_text(why)) for name, why in last.get("causes", ())
+        ]
+        return "\n".join(map(self._reader.say, causes)) or self._reader.say(restore_text(last["cause"]))
+
+    def _faults(self, last: Mapping[str, Any]) -> str:
+        """Return the parts at fault, a line each, and what the rework place's list calls them."""
+        lines = [self._reader.say(restore_text(each)) for each in last.get("diagnosis", ())]
+        return "\n".join([*lines, *((f"→ {last['rework']}",) if last.get("rework") else ())])
 
     def _inside(self, last: Mapping[str, Any]) -> str:
         say, closest = self._reader.say, last["closest"]
@@ -122,9 +129,3 @@ class Tile:
         self._verdict.set_text(verdict)
         self._serial.set_text(serial)
         self._next.set_text(self._reader.say(_NEXT[state]))
-
-
-def _diagnosis(last: Mapping[str, Any]) -> str:
-    """Return the parts at fault, a line each, and what the rework place's list calls them."""
-    lines = [line for line in last.get("diagnosis", "").split("; ") if line]
-    return "\n".join([*lines, *((f"→ {last['rework']}",) if last.get("rework") else ())])

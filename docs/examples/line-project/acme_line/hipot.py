@@ -11,6 +11,7 @@ from procedures.core.bench import Role
 from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.procedure import Procedure
 from procedures.core.procedure_error import MotorFaultError
+from procedures.core.safety_test import SafetyTest
 from procedures.core.settings import Settings
 from procedures.core.steps import step
 
@@ -34,6 +35,7 @@ class Hipot(Procedure[HipotSettings]):
     section: ClassVar[str] = "acme"
     roles: ClassVar[frozenset[Role]] = frozenset({Role.INSULATION_TESTER})
     gives: ClassVar[tuple[str | ParameterDefinition, ...]] = (LEAKAGE,)
+    safety_test: ClassVar[SafetyTest | None] = SafetyTest.VOLTAGE
     end_of_line: ClassVar[bool] = True
 
     def measure(self) -> None:

@@ -4,14 +4,19 @@ from collections.abc import Callable
 from datetime import date, timedelta
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from bench.eol.admission_rule import AdmittedTest
+from bench.eol.line.admission.next_motor import Admission
 from bench.eol.line.admission.serial_numbers import open_serials
 from bench.eol.line.admission.serial_register import SerialRegister
+from bench.eol.line.batch_log import BatchMotor
+from bench.eol.line.calibration_watch import CalibrationWatch
 from bench.eol.line.preparation.line_file import load_line
-from bench.eol.line.preparation.prepare import BatchRequest, calibrations_of
+from bench.eol.line.preparation.prepare import BatchRequest, calibrations_of, prepare
 from bench.eol.plan import Plan, load_plan
 from bench.eol.plans_beside import PlanBeside, check_name, check_serial, plans_beside
 from bench.eol.store.database import open_database
@@ -19,7 +24,8 @@ from bench.eol.store.records import Records
 from bench.i18n.errors import InputError, UsageError
 from bench.station.calibration_list import SOON, calibration_list
 from procedures.core.bench import Role
-from tests.bench.eol.line.conftest import PLAN
+from tests.bench.eol.line.conftest import MOTOR, PLAN
+from tests.bench.eol.line.golden import open_gate
 from tests.bench.eol.motor_records import motor_record
 
 TODAY = date(2026, 11, 24)
@@ -149,8 +155,38 @@ def test_calibrations_that_are_due_are_told_of_once(station: Callable[[str], Pat
     words = [str(each) for each in calibrations_of(line, frozenset({Role.LCR_METER, Role.SUPPLY}))]
     # The meter is shared by both sockets, and the supplies have no calibration, which does not press.
     assert len(words) == bool(said)
-    assert all(said in each and "K-1" in each for each in words)
+    assert all(each.startswith("lcr_meter: calibration K-1") and said in each for each in words)
     assert calibrations_of(line, frozenset({Role.SUPPLY})) == [], "what the plan does not use is nobody's trouble"
+
+
+@pytest.mark.parametrize("refuse", [True, False])
+def test_a_calibration_that_runs_out_during_a_batch_ends_it_where_the_station_refuses(
+    bench: Any, station: Callable[[str], Path], refuse: bool
+) -> None:
+    path = station(calibrated(TODAY, "K-1"))
+    if refuse:
+        content = path.read_text(encoding="utf-8")
+        path.write_text(content.replace('name = "s"\n', 'name = "s"\noverdue = "refuse"\n'), encoding="utf-8")
+    heard, day = bench.listener, TODAY
+    roles = frozenset({Role.LCR_METER})
+    watch = CalibrationWatch(load_line(str(path), None), roles, heard.noted, heard.trouble, lambda: day)
+    serials = iter(["A1", "A2"])
+    given = SimpleNamespace(take=lambda: next(serials, None), ended=False, listed=False, descriptor=None)
+    desk = SimpleNamespace(admit=lambda *_: AdmittedTest(1, "", judged_before=False))
+    admission = Admission(given, (), desk, open_gate(bench.folder), refused=watch.refused)  # type: ignore[arg-type]
+    assert isinstance(admission.take("left"), BatchMotor)
+    assert (heard.troubles, heard.noticed) == ([], []), "of the first day the batch's beginning has told"
+    day += timedelta(days=1)
+    motor = admission.take("right")
+    assert (motor is None, admission.ended) == (refuse, refuse)
+    for _ in range(2):
+        admission.take("left")
+    if refuse:
+        assert "the line takes no more motors" in str(admission.held_up)
+        assert [str(admission.held_up)] == heard.troubles
+        assert "certificate K-1 was due on 2026-11-24 and today is 2026-11-25" in heard.troubles[0]
+    else:
+        assert heard.noticed == ["lcr_meter: calibration K-1 was due on 2026-11-24, 1 days ago"]
 
 
 def test_a_calibration_of_a_socket_s_own_instrument_is_told_of_by_socket(station: Callable[[str], Path]) -> None:
@@ -229,3 +265,69 @@ def test_a_person_who_says_that_it_is_warm_has_it_begin_at_once(cold: Any) -> No
     (cold.folder / "serials.txt").write_text("A3\n", encoding="utf-8")
     counts, _ = cold.run(**serials, batch="next")
     assert (counts.motors, cold.listener.troubles) == (1, [])
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "said"),
+    [
+        ("plan.toml", '"small"', f'"{"x" * 201}"', r"plan\.toml: plan\.name = .*allowed are 1 to 200 printable characters"),
+        ("plan.toml", '"small"', '"a\\u0000b"', r"plan\.name = 'a\\x00b'"),
+        ("plan.toml", '"small"', '" "', r"plan\.name = ' '"),
+        ("motor.toml", '"LG-400W"', f'"{"x" * 201}"', r"motor\.toml: nameplate\.name"),
+        ("line.toml", "[line]", f'[line]\nname = "{"x" * 201}"', r"line\.toml: line\.name"),
+    ],
+)  # fmt: skip
+def test_a_name_that_no_database_keeps_is_refused_before_the_first_motor(
+    bench: Any, file: str, old: str, new: str, said: str
+) -> None:
+    path = bench.folder / file
+    content = path.read_text(encoding="utf-8")
+    assert old in content
+    path.write_text(content.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        bench.run(batch="B1")
+    assert not (bench.folder / "runs").exists()
+
+
+def test_a_name_that_cannot_be_the_batch_s_is_the_option_s_or_the_plan_s(bench: Any) -> None:
+    with pytest.raises(UsageError, match=r"--batch 'a/b': allowed are up to 100 letters"):
+        bench.run(batch="a/b")
+    with pytest.raises(UsageError, match=r"--person 'W\\x00': allowed are 1 to 200 printable"):
+        bench.run(person="W\0")
+    path = bench.folder / "plan.toml"
+    path.write_text(path.read_text(encoding="utf-8").replace('"small"', '"a/b"'), encoding="utf-8")
+    with pytest.raises(
+        UsageError, match=r"plan\.toml: plan\.name = 'a/b' cannot be the batch's name, too.*give --batch NAME"
+    ):
+        bench.run()
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "excluded"),
+    [
+        # λ = 8.5 mV·s/rad and four pole pairs are 3.56 V/krpm, of line to line, rms, 4.36.
+        ("flux_linkage 0.0081 0.0089", "back_emf_constant_v_per_krpm 3.39 3.73", False),
+        ("flux_linkage 0.0081 0.0089", "back_emf_constant_v_per_krpm 4.15 4.57", True),
+        ("flux_linkage 0.0081 0.0089", "back_emf_constant_mechanical 0.0323 0.0357", False),
+        ("back_emf_constant_mechanical 0.0323 0.0357", "back_emf_constant_v_per_rpm 0.00415 0.00457", True),
+        ("flux_linkage 0.0081 0.0089", "back_emf_constant_v_per_rpm 0.0036 1.0", False),
+    ],
+)
+def test_limits_of_one_quantity_that_exclude_each_other_are_told_of(
+    tmp_path: Path, one: str, other: str, excluded: bool
+) -> None:
+    rows = "".join(
+        '[[limit]]\nparameter = "{}"\nlow = {}\nhigh = {}\n'.format(*limit.split()) for limit in (one, other)
+    )
+    for limit in ('[[limit]]\nparameter = "pole_pairs"\nlow = 4\nhigh = 4\n', ""):
+        path = tmp_path / "plan.toml"
+        path.write_text(
+            '[plan]\nname = "p"\nmotor = "motor.toml"\n[[procedure]]\nname = "pole-pairs-back-emf"\n[[procedure]]\n'
+            f'name = "back-emf-constant"\n{limit}{rows}',
+            encoding="utf-8",
+        )
+        # The pole pairs are those of the plan's limit, else the type's.
+        (tmp_path / "motor.toml").write_bytes(MOTOR.read_bytes())
+        told = [str(note) for note in prepare(path, "virtual", 1).notes if "exclude each other" in str(note)]
+        assert len(told) == excluded
+        assert all(f"limits on {one.split()[0]} and {other.split()[0]} exclude" in note for note in told)

@@ -33,7 +33,7 @@ def test_a_bound_beyond_the_limit_rejects_and_no_other(high: float | None, verdi
     judge = MotorJudge((CHECK,), limits, GuardBand.STRICT, 1.0)
     error = OnlyBoundedError(text("too uneven"), "no_load_current", 1.1)
     attempt = SimpleNamespace(
-        planned=SimpleNamespace(name="no-load-current"), result=None, error=error, cause="too uneven", started=0.0, ended=1.0
+        planned=SimpleNamespace(name="no-load-current"), result=None, error=error, told=text("too uneven"), started=0.0, ended=1.0
     )  # fmt: skip
     assert judge.after(attempt) is Next.STOP  # type: ignore[arg-type]
     assert judge.verdict((), aborted=False, planned=1) is verdict

@@ -1,6 +1,7 @@
 """Golden motors at the start of a shift and every few hours, limits from their history, warm-up."""
 
 import math
+from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -12,7 +13,7 @@ import pytest
 from bench.eol.limits import ParameterLimits
 from bench.eol.line.admission.golden_gate import GoldenGate
 from bench.eol.line.preparation.line_file import load_line
-from bench.eol.line.record_writer import own_records
+from bench.eol.line.record_writer import open_record_writer, own_records
 from bench.eol.line.warm_up import WarmUp
 from bench.eol.plan import load_plan
 from bench.eol.record import MeasuredFigure
@@ -102,6 +103,30 @@ def test_the_records_know_a_golden_motor_that_did_not_pass_since(tmp_path: Path)
     engine.dispose()
     later = MORNING + timedelta(minutes=3)
     assert passed == [MORNING, MORNING, None, later, None]
+
+
+def test_a_station_whose_file_began_anew_has_its_golden_history_from_the_server(tmp_path: Path, server: str) -> None:
+    """Its own file has the latest two of six tests; the server has all but the very last, which waits there."""
+    address, figure = str(tmp_path / "records.sqlite"), MeasuredFigure("r", 1.0, "Ω", 0.1, 0.2, 0.0, 9.0, Verdict.PASS)
+    for reference, numbers in ((server, range(1, 6)), (address, (5, 6))):
+        engine = open_database(reference)
+        for number in numbers:
+            began = MORNING + timedelta(hours=number)
+            golden = motor_record(
+                number, serial_number="G-1", golden=True, verdict=Verdict.PASS, started=began, ended=began,
+                measured=(replace(figure, value=float(number)),),
+            )  # fmt: skip
+            Records(engine).save(golden)
+            other = replace(golden, identifier=f"other {number}", station="T", measured=(replace(figure, value=100.0),))
+            Records(engine).save(other)
+        engine.dispose()
+    with closing(open_record_writer(server, tmp_path)) as writer:
+        tests = writer.golden_tests("Pump", "S")
+        assert tests.history("1", "G-1", 6, None) == {"r": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]}
+        assert tests.history("1", "G-1", 2, None) == {"r": [5.0, 6.0]}, "enough of its own"
+        assert tests.history("1", "G-1", 7, None) == {}
+    with closing(open_record_writer("postgresql://nobody@127.0.0.1:9/none", tmp_path)) as away:
+        assert away.golden_tests("Pump", "S").history("1", "G-1", 6, None) == {}
 
 
 def test_a_figure_without_a_history_keeps_the_plan_s_limits(tmp_path: Path) -> None:

@@ -271,9 +271,7 @@ def test_what_a_full_disk_keeps_out_of_a_record_is_named_and_what_to_do_left_to_
         request=SimpleNamespace(language=language, person=""),
         motor=SimpleNamespace(nameplate=SimpleNamespace(name="m")),
     )
-    test = UnitTest(
-        Task(1, "A1", (), 0.0), judge, Full("all"), NOON, cause=journal.text.render(translate), unwritten=journal
-    )
+    test = UnitTest(Task(1, "A1", (), 0.0), judge, Full("all"), NOON, cause=journal.text, unwritten=journal)
     cause = record_of(test, batch, "1").cause  # type: ignore[arg-type]
     assert (cause.count("journal.jsonl"), cause.count("0001.h5")) == (1, 1)
     assert journal.remedy.render(translate) not in cause

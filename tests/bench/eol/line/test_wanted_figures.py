@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.eol.line.preparation.prepare import prepare
+from bench.eol.line.preparation.prepare import Prepared, prepare
 from bench.eol.line.preparation.procedure_order import by_time_over_failures
 from bench.i18n.errors import InputError
 
@@ -112,3 +112,77 @@ def test_a_correction_that_is_listed_too_late_is_told_of(
         told = [str(note) for note in prepare(path, "virtual", 1).notes if "probe-verification corrects" in str(note)]
         assert len(told) == (bool(late) and order == "listed")
         assert all(f"is listed after {late}, which read" in note for note in told)
+
+
+SAFETY = ("no-load-current", "winding-balance", "insulation-resistance")
+HIPOT = Path(__file__).parents[4] / "docs" / "examples" / "line-project" / "acme_line" / "hipot.py"
+
+
+def prepared_in(folder: Path, names: tuple[str, ...], extra: str = "", before: str = "") -> Prepared:
+    path = folder / "plan.toml"
+    listed = "".join(PROCEDURE.format(name=name) for name in names)
+    path.write_text(f'[plan]\nname = "p"\nmotor = "lg-400w"\n{before}{listed}{extra}', encoding="utf-8")
+    return prepare(path, "virtual", 1)
+
+
+def finding_all_but(*slow: str, names: tuple[str, ...]) -> dict[str, tuple[int, int, float]]:
+    """Return experience by which some find nothing in a long time, so that alone they would come last."""
+    return dict.fromkeys(names, (100, 50, 1.0)) | dict.fromkeys(slow, (100, 0, 600.0))
+
+
+def test_a_safety_test_comes_before_what_energises_however_little_it_finds(tmp_path: Path) -> None:
+    done = prepared_in(tmp_path, SAFETY)
+    slow = finding_all_but("insulation-resistance", names=SAFETY)
+    order = [check.name for check in by_time_over_failures(done.plan.checks, slow)]
+    # A bridge feeds the motor nothing.
+    assert order == ["winding-balance", "insulation-resistance", "no-load-current"]
+    assert done.safety_tests == ("insulation-resistance",)
+
+
+def test_without_records_the_order_to_be_computed_begins_with_safety_all_the_same(tmp_path: Path) -> None:
+    done = prepared_in(tmp_path, SAFETY, before='order = "time over failure rate"\n')
+    assert not any("safety" in str(note) for note in done.notes)
+    assert [check.name for check in by_time_over_failures(done.plan.checks, {})] == [
+        "insulation-resistance",
+        "no-load-current",
+        "winding-balance",
+    ]
+
+
+def test_a_plug_ins_voltage_test_comes_behind_the_insulation_and_before_what_energises(tmp_path: Path) -> None:
+    names = ("cogging-torque", "hipot", "insulation-resistance")
+    done = prepared_in(tmp_path, names, before=f'[plugins]\nfiles = ["{HIPOT}"]\n')
+    slow = finding_all_but("insulation-resistance", names=names)
+    assert [check.name for check in by_time_over_failures(done.plan.checks, slow)] == list(reversed(names))
+    assert done.safety_tests == ("insulation-resistance", "hipot")
+
+
+def test_a_safety_test_waits_for_what_the_plan_says_and_for_nothing_else(tmp_path: Path) -> None:
+    names = ("no-load-current", "cogging-torque", "insulation-resistance")
+    done = prepared_in(tmp_path, names, 'after = ["cogging-torque"]\n')
+    slow = finding_all_but("insulation-resistance", names=names)
+    order = [check.name for check in by_time_over_failures(done.plan.checks, slow)]
+    assert order == ["cogging-torque", "insulation-resistance", "no-load-current"]
+    # Of what it waits for by the plan nothing is complained of.
+    (said,) = [str(note) for note in done.notes if "is a safety test" in str(note)]
+    assert "is listed after no-load-current, which energise" in said
+
+
+@pytest.mark.parametrize(
+    ("names", "before", "said"),
+    [
+        (SAFETY, "", "insulation-resistance is a safety test and is listed after no-load-current, which"),
+        (SAFETY[1:], "", ""),
+        (SAFETY[::-1], "", ""),
+        (SAFETY[::-1], 'on_failure = "go_on"\n', "a safety test is energised all the same: on_failure is go_on for insulation-resistance"),
+        (SAFETY[1:], 'on_failure = "go_on"\n', ""),
+    ],
+)  # fmt: skip
+def test_a_listed_order_that_energises_first_is_warned_of_and_not_refused(
+    tmp_path: Path, names: tuple[str, ...], before: str, said: str
+) -> None:
+    done = prepared_in(tmp_path, names, before=before)
+    assert [check.name for check in done.plan.checks] == list(names)
+    notes = [str(note) for note in done.notes if "safety test" in str(note)]
+    assert len(notes) == bool(said)
+    assert all(said in note for note in notes)

@@ -22,8 +22,8 @@ from bench.i18n.errors import InputError
 from tests.bench.eol.motor_records import NOON, motor_record
 from tests.command_line import called
 
-OLDER = ("0001", "0002", "0003", "0004", "0005", "0006", "0007", "0008", "0009")
-NEWEST = "0010"
+OLDER = ("0001", "0002", "0003", "0004", "0005", "0006", "0007", "0008", "0009", "0010")
+NEWEST = "0011"
 MOTORS = 5
 
 

@@ -89,7 +89,7 @@ def test_a_hostile_runs_name_does_nothing(serve: Serve, new_page: NewPage, finis
 def test_hostile_sockets_serial_numbers_and_plans_do_nothing(serve: Serve, new_page: NewPage, tmp_path: Path) -> None:
     (tmp_path / "runs" / "batch").mkdir(parents=True)
     now = datetime.now(UTC).isoformat()
-    ended = {"verdict": "fail", "serial_number": HOSTILE, "cause": HOSTILE}
+    ended = {"verdict": "fail", "serial_number": HOSTILE, "cause": store_text(word(HOSTILE))}
     ended |= {"inside": 0, "limited": 1, "closest": None}
     ended["outside"] = [
         {"label": store_text(word(HOSTILE)), "value": HOSTILE, "unit": HOSTILE, "low": "", "high": "", "place": None}
