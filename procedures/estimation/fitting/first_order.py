@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Generic, TypeVar, overload
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,31 +17,38 @@ _BLOCK = 128
 _REMEMBERED = 20_000
 #: Below this rate·step the weights' series are more precise than their closed forms.
 _SHORT = 1e-3
+#: Below this one a series of so many terms is as precise as the closed form, and made faster: Σ (−x)^k/(k + 2)!.
+_NEARLY_SHORT = 0.02
+_SERIES = tuple((-1.0) ** k / math.factorial(k + 2) for k in range(7))
+#: Decays of so much are made in closed form, which is as precise as there is little growth in it.
+_BLOCK_OF_DECAY = 20.0
 
 
 ComplexArray = NDArray[np.complex128]
-_Number = TypeVar("_Number", float, FloatArray)
 
 
 @dataclass(frozen=True)
-class Weights(Generic[_Number]):
+class Weights:
     """Over one segment between samples: `decay` of the state, and how much of the segment's length times the input's
     `first` and `last` sample comes to it; each with its derivative by rate·step.
     """
 
-    decay: _Number
-    first: _Number
-    last: _Number
-    decay_slope: _Number
-    first_slope: _Number
-    last_slope: _Number
+    decay: float
+    first: float
+    last: float
+    decay_slope: float
+    first_slope: float
+    last_slope: float
 
 
-def weights(x: float) -> Weights[float]:
+def weights(x: float) -> Weights:
     """Return the weights of a segment of x = rate·step."""
     decay = math.exp(-x)
     if abs(x) < _SHORT:
-        mean, last, mean_slope, last_slope = _short(x)
+        mean = 1 - x / 2 + x**2 / 6 - x**3 / 24
+        last = 0.5 - x / 6 + x**2 / 24 - x**3 / 120
+        mean_slope = -0.5 + x / 3 - x**2 / 8
+        last_slope = -1 / 6 + x / 12 - x**2 / 40
     else:
         mean = -math.expm1(-x) / x
         last = (1 - mean) / x
@@ -50,27 +57,23 @@ def weights(x: float) -> Weights[float]:
     return Weights(decay, mean - last, last, -decay, mean_slope - last_slope, last_slope)
 
 
-def segment_weights(x: FloatArray) -> Weights[FloatArray]:
-    """Return the weights of segments of x (n,)."""
-    decay, short = np.exp(-x), np.abs(x) < _SHORT
-    safe = np.where(short, 1.0, x)
-    mean = -np.expm1(-safe) / safe
-    last = (1 - mean) / safe
-    mean_slope = (np.exp(-safe) - mean) / safe
-    last_slope = -(mean_slope + last) / safe
-    for exact, series in zip((mean, last, mean_slope, last_slope), _short(x[short]), strict=True):
-        exact[short] = series
-    return Weights(decay, mean - last, last, -decay, mean_slope - last_slope, last_slope)
-
-
-def _short(x: _Number) -> tuple[_Number, _Number, _Number, _Number]:
-    """Return for a short segment the mean decay and the last sample's weight, and the slopes of both."""
-    return (
-        1 - x / 2 + x**2 / 6 - x**3 / 24,
-        0.5 - x / 6 + x**2 / 24 - x**3 / 120,
-        -0.5 + x / 3 - x**2 / 8,
-        -1 / 6 + x / 12 - x**2 / 40,
-    )
+def _uneven_weights(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the weights of the first and the last sample of segments of x (n,)."""
+    short = np.abs(x) < _NEARLY_SHORT
+    all_short = bool(np.all(short))
+    series = x if all_short else x[short]
+    of_last = np.full_like(series, _SERIES[-1])
+    for factor in _SERIES[-2::-1]:
+        of_last *= series
+        of_last += factor
+    if all_short:
+        last, mean = of_last, 1.0 - x * of_last
+    else:
+        safe = np.where(short, 1.0, x)
+        mean = -np.expm1(-safe) / safe
+        last = (1.0 - mean) / safe
+        last[short], mean[short] = of_last, 1.0 - series * of_last
+    return mean - last, last
 
 
 def recursion(decay: float, gain: FloatArray) -> FloatArray:
@@ -129,7 +132,7 @@ def respond_evenly(step: float, drive: FloatArray, rate: float) -> FloatArray:
     return result
 
 
-def _gain(step: float, w: Weights[float], drive: FloatArray) -> FloatArray:
+def _gain(step: float, w: Weights, drive: FloatArray) -> FloatArray:
     """Return what each segment between samples of a drive (n, …) adds to the state, (n − 1, …)."""
     result: FloatArray = w.first * drive[:-1]
     result += w.last * drive[1:]
@@ -173,27 +176,46 @@ def respond(time: FloatArray, drive: FloatArray, rate: float, start: float = 0.0
     if rate >= 0.0 and np.all(np.abs(steps - step) < 1e-6 * step):
         result = respond_evenly(step, drive, rate)
         return result + start * np.exp(-rate * (time - time[0])) if start else result
-    w = segment_weights(rate * steps)
-    return recursion_unevenly(rate * steps, steps * (w.first * drive[:-1] + w.last * drive[1:]), start)
+    return Decay(steps, rate * steps).respond(drive, start)
 
 
-def recursion_unevenly(x: FloatArray, gain: FloatArray, start: FloatArray | float) -> FloatArray:
-    """Return y (…, n + 1) of y[k + 1] = exp(−x[k])·y[k] + gain[k] for x (n,) and gain (…, n), from y[0] = `start` (…)."""
-    result = np.empty((*gain.shape[:-1], x.size + 1))
-    result[..., 0] = start
-    age = np.concatenate(((0.0,), np.cumsum(np.abs(x))))
-    begin = 0
-    while begin < x.size:
-        # Blocks short enough that the growing exponential of the closed form keeps its precision.
-        end = max(int(np.searchsorted(age, age[begin] + 20.0)) - 1, begin + 1)
-        decayed = np.exp(-np.cumsum(x[begin:end]))
-        if end == begin + 1:
-            result[..., end] = decayed[0] * result[..., begin] + gain[..., begin]
-        else:
-            summed = np.cumsum(gain[..., begin:end] / decayed, axis=-1)
-            result[..., begin + 1 : end + 1] = decayed * (result[..., begin, None] + summed)
-        begin = end
-    return result
+class Decay:
+    """y' = drive − rate·y between uneven samples, made ready for several drives: `steps` (n,) are the times (s) between them, `x` (n,)
+    the rate there times the step.
+    """
+
+    def __init__(self, steps: FloatArray, x: FloatArray) -> None:
+        age = np.zeros(x.size + 1)
+        np.cumsum(np.abs(x), out=age[1:])
+        self._blocks: list[tuple[int, int]] = []
+        #: What is left of a block's begin, and by what each gain has to be larger to have been there.
+        self._decayed, grown = np.empty_like(x), np.empty_like(x)
+        begin = 0
+        while begin < x.size:
+            end = max(int(np.searchsorted(age, age[begin] + _BLOCK_OF_DECAY)) - 1, begin + 1)
+            self._blocks.append((begin, end))
+            self._decayed[begin:end] = np.exp(-np.cumsum(x[begin:end]))
+            grown[begin:end] = 1.0 / self._decayed[begin:end] if end > begin + 1 else 1.0
+            begin = end
+        grown *= steps
+        first, last = _uneven_weights(x)
+        self._first, self._last = grown * first, grown * last
+
+    def respond(self, drive: FloatArray, start: FloatArray | float = 0.0) -> FloatArray:
+        """Return y (…, n + 1) for a drive (…, n + 1) that runs straight from sample to sample, from `start` (…)."""
+        gain = self._first * drive[..., :-1]
+        gain += self._last * drive[..., 1:]
+        result = np.empty(drive.shape)
+        result[..., 0] = start
+        for begin, end in self._blocks:
+            part = result[..., begin + 1 : end + 1]
+            if end == begin + 1:
+                part[..., 0] = self._decayed[begin] * result[..., begin] + gain[..., begin]
+                continue
+            np.cumsum(gain[..., begin:end], axis=-1, out=part)
+            part += result[..., begin, None]
+            part *= self._decayed[begin:end]
+        return result
 
 
 def time_constant_of_ramp(crossing: float, rise: float) -> float:

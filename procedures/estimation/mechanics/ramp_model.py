@@ -2,38 +2,23 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
-from procedures.estimation.fitting.first_order import recursion_unevenly, respond, segment_weights
+from procedures.estimation.fitting.first_order import Decay
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.nonlinear import minimise
+from procedures.estimation.mechanics.ramp_motion import Motion, TooFarError, Trajectory
 from procedures.estimation.mechanics.ramp_terms import Terms
 from procedures.estimation.mechanics.turning import Run
 
-_SETTLED, _ROUNDS = 1e-12, 12
 #: Speeds count as no better than this share of the top one, which is what integration and files leave.
 _EXACT = 1e-6
 #: A transient of the speed's filter is no larger than so many times what the change of acceleration leaves it behind by.
 _BEHIND = 2.0
-
-
-#: Speeds and rates of decay that no fit needs, and what stands for the speeds there.
-_FAR, _STIFF, _NOWHERE = 30.0, 300.0, 1e100
-
-
-class _TooFarError(Exception):
-    """Parameters at which there is no motion to speak of."""
-
-
-class Trajectory(NamedTuple):
-    """One ramp at some parameters: `speed` (n,), `rate` of decay (n,) (1/s), `acceleration` (n,), and the speed's filter's `read`."""
-
-    speed: FloatArray
-    rate: FloatArray
-    acceleration: FloatArray
-    read: FloatArray
+#: What stands for the speeds where there is no motion.
+_NOWHERE = 1e100
 
 
 @dataclass(frozen=True)
@@ -74,7 +59,16 @@ class RampModel:
         self.measured = np.concatenate([run.speed for run in runs])
         self.spread = np.concatenate([np.full(run.speed.size, noise_of(run)) for run in runs])
         self.top = max(float(np.max(np.abs(run.speed))) for run in runs)
-        self._guess = [run.speed for run in runs]
+        self._motions = [Motion(run, self.top) for run in runs]
+        #: By ramp, what its motion changes by with the parameters where it was found last: their values, their places, and the change.
+        self._last: list[tuple[FloatArray, list[int], FloatArray] | None] = [None] * len(runs)
+        self._known = np.zeros((self.size, len(self._noisy) + len(self._filtered)))
+        for row, k in enumerate(self._noisy):
+            self._known[self._errors + row, row] = 1.0 / runs[k].torque_noise
+        for row, k in enumerate(self._filtered):
+            self._known[self._transients + row, len(self._noisy) + row] = 1.0 / self._largest_transient(k)
+        self._fading = {k: np.exp(-runs[k].time / self._filter_time(k)) for k in self._filtered}
+        self._filters = {k: self._filter_of(k) for k in self._filtered}
 
     def part(self, k: int) -> slice:
         """Return where a ramp's readings stand among all."""
@@ -86,6 +80,13 @@ class RampModel:
         values[: shared.size] = shared
         values[self._first : self._errors] = [run.speed[0] for run in self.runs]
         return values
+
+    def with_terms(self, terms: Terms) -> "RampModel":
+        """Return the model of the same ramps with other terms, its speeds sought from these."""
+        further = RampModel(self.runs, unit_torque=self.unit_torque, terms=terms)
+        for own, motion in zip(further._motions, self._motions, strict=True):
+            own.near = motion.near
+        return further
 
     def scale(self, start: FloatArray) -> FloatArray:
         """Return a typical change of each parameter (k,)."""
@@ -100,62 +101,49 @@ class RampModel:
         return scale
 
     def trajectory(self, k: int, p: FloatArray) -> Trajectory:
-        """Return a ramp's speed by Newton's method on the integral equation, which takes a few rounds for all times at once."""
-        run, steps = self.runs[k], np.diff(self.runs[k].time)
+        """Return a ramp's speed, shaft's and as read."""
+        run = self.runs[k]
         inertia, (coulomb, viscous, quadratic) = self._friction(p)
-        extra = self._extra(k, p)
         torque = run.driven + (p[self._errors + self._noisy.index(k)] if k in self._noisy else 0.0)
-        speed, first = self._guess[k], p[self._first + k]
-        for _ in range(_ROUNDS):
-            braking = coulomb + speed * (viscous + quadratic * np.abs(speed))
-            slope = viscous + 2.0 * quadratic * np.abs(speed)
-            if self.terms.stribeck is not None:
-                value, change = self.terms.stribeck.shape(speed)
-                braking, slope = braking + p[self.stribeck_place] * value, slope + p[self.stribeck_place] * change
-            acceleration, rate = (torque - braking) / inertia, slope / inertia
-            if not (np.max(np.abs(speed)) < _FAR * self.top and np.max(np.abs(rate)) * run.time[-1] < _STIFF):
-                self._guess[k] = run.speed
-                raise _TooFarError
-            bend = -rate * acceleration
-            gone = 0.5 * steps * (acceleration[1:] + acceleration[:-1]) + steps**2 / 12.0 * (bend[:-1] - bend[1:])
-            left = first + np.append(0.0, np.cumsum(gone)) + extra - speed
-            correction = left + _settle(steps, rate, left)
-            speed = speed + correction
-            if np.max(np.abs(correction)) < _SETTLED * self.top:
-                break
-        self._guess[k] = speed
-        return Trajectory(speed, rate, acceleration, self._read(k, speed, float(acceleration[0]), p))
+        law, amount = self.terms.stribeck, p[self.stribeck_place] if self.terms.stribeck else 0.0
 
-    def caused(self, k: int, at: Trajectory, torque: FloatArray) -> FloatArray:
-        """Return what small torques over J (…, n) (rad/s²) do to a ramp's speed."""
-        return _driven(np.diff(self.runs[k].time), at.rate, torque)
+        def accelerating(speed: FloatArray) -> tuple[FloatArray, FloatArray]:
+            square = quadratic * np.abs(speed)
+            braking, slope = coulomb + speed * (viscous + square), viscous + 2.0 * square
+            if law is not None:
+                value, change = law.shape(speed)
+                braking, slope = braking + amount * value, slope + amount * change
+            return (torque - braking) / inertia, slope / inertia
+
+        last, change = self._last[k], None
+        if last is not None:
+            values, places, moved = last
+            change = (p[places] - values) @ moved
+        self._last[k] = None
+        at = self._motions[k].trajectory(accelerating, float(p[self._first + k]), self._extra(k, p), change)
+        return at._replace(read=self._read(k, at.speed, float(at.acceleration[0]), p))
 
     def later(self, k: int, at: Trajectory, inertia: float) -> FloatArray:
         """Return by how much a ramp's speed grows (n,) for each second that the torque's reading is behind."""
         risen = (self.runs[k].driven - self.runs[k].driven[0]) / inertia
-        return np.asarray(risen + _settle(np.diff(self.runs[k].time), at.rate, risen))
+        return np.asarray(risen + at.caused(-at.rate * risen))
 
     def evaluate(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return whitened residuals and their derivatives (k, n) by the parameters, the rows of what is known last."""
         try:
             speeds, slopes = self.model(p)
-        except _TooFarError:
+        except TooFarError:
             speeds, slopes = np.full(self.measured.size, _NOWHERE), np.zeros((p.size, self.measured.size))
-        known = np.zeros((p.size, len(self._noisy) + len(self._filtered)))
-        for row, k in enumerate(self._noisy):
-            known[self._errors + row, row] = 1.0 / self.runs[k].torque_noise
-        for row, k in enumerate(self._filtered):
-            known[self._transients + row, len(self._noisy) + row] = 1.0 / self._largest_transient(k)
         return (
-            np.append((self.measured - speeds) / self.spread, -(p @ known)),
-            np.hstack((-slopes / self.spread, -known)),
+            np.append((self.measured - speeds) / self.spread, -(p @ self._known)),
+            np.hstack((slopes / -self.spread, -self._known)),
         )
 
     def model(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the speeds (n,) of all ramps as read, and their derivatives (k, n) by the parameters."""
         speeds, slopes = np.empty(self.measured.size), np.zeros((p.size, self.measured.size))
         inertia, _ = self._friction(p)
-        for k, run in enumerate(self.runs):
+        for k in range(len(self.runs)):
             part, at = self.part(k), self.trajectory(k, p)
             speeds[part] = at.read
             torques = [-at.acceleration, -np.ones_like(at.speed), -at.speed, -at.speed * np.abs(at.speed)]
@@ -171,14 +159,15 @@ class RampModel:
             starts = np.zeros(len(torques))
             starts[-1] = 1.0
             driving = np.array(torques) / inertia
-            moved = _driven(np.diff(run.time), at.rate, driving, starts)
+            moved = at.caused(driving, starts)
             if self.terms.torque_filter:
                 more = self.later(k, at, inertia)
                 moved, places = np.vstack((moved, more)), [*places, self._torque_filter]
                 driving, starts = np.vstack((driving, np.zeros_like(more))), np.append(starts, 0.0)
+            self._last[k] = p[places], places, moved
             if k in self._filtered:
                 moved = self._filter(k, moved, driving[:, 0] - at.rate[0] * starts)
-                slopes[self._transients + self._filtered.index(k), part] = self._fading(k)
+                slopes[self._transients + self._filtered.index(k), part] = self._fading[k]
             slopes[places, part] = moved
         for row, shape in enumerate(self.terms.added):
             speeds += p[self._added + row] * shape
@@ -198,7 +187,7 @@ class RampModel:
         if not (solution.settled and np.all(np.isfinite(solution.values))):
             raise EstimationError(f"the fit of {what} does not converge; {self._suspected()}")
         residuals, slopes = self.evaluate(solution.values)
-        _, r = np.linalg.qr((slopes * scale[:, None]).T)
+        r = np.linalg.qr((slopes * scale[:, None]).T, mode="r")
         sizes = np.linalg.svd(r, compute_uv=False)
         if not sizes[-1] > 1e-9 * sizes[0]:
             raise EstimationError(f"the record does not determine {what} apart; take a longer or livelier one")
@@ -262,9 +251,6 @@ class RampModel:
     def _filter_time(self, k: int) -> float:
         return self.runs[k].speed_filter or self.terms.speed_filter
 
-    def _fading(self, k: int) -> FloatArray:
-        return np.asarray(np.exp(-self.runs[k].time / self._filter_time(k)))
-
     def _largest_transient(self, k: int) -> float:
         run = self.runs[k]
         rates = [abs(float(each.speed[-1] - each.speed[0])) / float(each.time[-1]) for each in self.runs]
@@ -274,31 +260,18 @@ class RampModel:
         if k not in self._filtered:
             return speed
         read = self._filter(k, speed, np.asarray(acceleration))
-        return np.asarray(read + p[self._transients + self._filtered.index(k)] * self._fading(k))
+        return np.asarray(read + p[self._transients + self._filtered.index(k)] * self._fading[k])
 
     def _filter(self, k: int, values: FloatArray, rising: FloatArray) -> FloatArray:
         """Return values (…, n) behind the filter, which has followed them as they rose at first."""
-        tau, time = self._filter_time(k), self.runs[k].time
-        starts = np.atleast_1d(values[..., 0] - tau * rising)
-        rows = [
-            respond(time, row / tau, 1.0 / tau, start) for row, start in zip(np.atleast_2d(values), starts, strict=True)
-        ]
-        return np.array(rows).reshape(values.shape)
+        tau = self._filter_time(k)
+        return self._filters[k].respond(values / tau, values[..., 0] - tau * rising)
+
+    def _filter_of(self, k: int) -> Decay:
+        steps = np.diff(self.runs[k].time)
+        return Decay(steps, steps / self._filter_time(k))
 
 
 def noise_of(run: Run) -> float:
     """Return the standard deviation (rad/s) that a ramp's speeds count with."""
     return max(run.noise, _EXACT * float(np.max(np.abs(run.speed))))
-
-
-def _driven(steps: FloatArray, rate: FloatArray, drive: FloatArray, start: FloatArray | float = 0.0) -> FloatArray:
-    """Return y (…, n) of y' = drive − rate·y, the rate (n,) being that between the readings."""
-    x = 0.5 * steps * (rate[1:] + rate[:-1])
-    w = segment_weights(x)
-    gain = steps * (w.first * drive[..., :-1] + w.last * drive[..., 1:])
-    return recursion_unevenly(x, gain, start)
-
-
-def _settle(steps: FloatArray, rate: FloatArray, left: FloatArray) -> FloatArray:
-    """Return y (n,) of y' = −rate·(y + left) with y = 0 at first."""
-    return _driven(steps, rate, -rate * left)

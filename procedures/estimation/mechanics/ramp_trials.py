@@ -47,7 +47,7 @@ def _best_of(best: RampTrial, family: Family) -> RampTrial | None:
     shared = best.moved.size
     last, costs, fits = best.solved.values, [], []
     for value in family.grid:
-        fitted = refitted(best.model, family.at(float(value)), last)
+        fitted = refitted(best, family.at(float(value)), last)
         possible = fitted is not None and _possible(family.cause, fitted)
         costs.append(fitted.cost if possible and fitted is not None else np.inf)
         fits.append(fitted)
@@ -71,7 +71,8 @@ def _best_of(best: RampTrial, family: Family) -> RampTrial | None:
         low, at, high = costs[place - 1 : place + 2]
         middle += 0.5 * step * float(np.clip((low - high) / max(low + high - 2.0 * at, 1e-9), -1.0, 1.0))
         step *= _CLOSER
-        near = [refitted(best.model, family.at(float(np.exp(middle + k * step))), last) for k in (-1.0, 0.0, 1.0)]
+        three_near = np.exp(middle + step * np.array((-1.0, 0.0, 1.0)))
+        near = [refitted(best, family.at(float(value)), last) for value in three_near]
         if any(each is None for each in near):
             return replace(chosen, trial=tuple(tried))
         three = [each for each in near if each is not None]
@@ -83,17 +84,18 @@ def _best_of(best: RampTrial, family: Family) -> RampTrial | None:
     return replace(chosen, moved=slope * min(float(np.sqrt(2.0 / bend)), 1.0), trial=tuple(tried))
 
 
-def refitted(model: RampModel, terms: Terms, start: FloatArray) -> RampTrial | None:
+def refitted(best: RampTrial, terms: Terms, start: FloatArray) -> RampTrial | None:
     """Return a fit with other terms; None where the record does not determine them."""
-    further = RampModel(model.runs, unit_torque=model.unit_torque, terms=terms)
-    shared = 3 if model.unit_torque else 4
+    further = best.model.with_terms(terms)
+    shared = best.moved.size
     values = further.start(start[:shared])
-    count = shared + len(model.runs)
+    count = shared + len(best.model.runs)
     values[:count] = start[:count]
     try:
-        return RampTrial(further, further.solve(values, least=_SETTLED, rounds=_ROUNDS), np.zeros(shared))
+        solved = further.solve(values, least=_SETTLED, rounds=_ROUNDS)
     except EstimationError:
         return None
+    return RampTrial(further, solved, np.zeros(shared))
 
 
 def _possible(cause: Cause, fitted: RampTrial) -> bool:
@@ -140,6 +142,6 @@ def _with_widths(best: RampTrial, tried: Sequence[RampTrial]) -> Iterator[tuple[
                 continue
             terms = replace(best.model.terms, stribeck=each.model.terms.stribeck)
             same = best.model.size == each.model.size and terms == each.model.terms
-            again = each if same else refitted(best.model, terms, best.solved.values)
+            again = each if same else refitted(best, terms, best.solved.values)
             if again is not None:
                 yield again, float(width)

@@ -48,7 +48,7 @@ def unseen(model: RampModel, solved: Solved, shared: int) -> list[StribeckLaw]:
     directions = np.zeros((len(laws), solved.residuals.size))
     for k, each in enumerate(at):
         torques = np.array([law.shape(each.speed)[0] for law in laws])
-        directions[:, model.part(k)] = -model.caused(k, each, torques / model.inertia(solved.values))
+        directions[:, model.part(k)] = -each.caused(torques / model.inertia(solved.values))
     directions[:, : model.spread.size] /= model.spread
     slopes = -directions @ solved.slopes.T @ solved.covariance
     across = directions + slopes @ solved.slopes

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_banded
 
 from procedures.estimation.fitting.first_order import (
+    Decay,
     gathered_evenly,
     recursion,
     respond,
@@ -73,3 +74,16 @@ def test_the_weights_of_a_constant_input_are_its_whole_response(x: float) -> Non
     w = weights(x)
     assert w.first + w.last == pytest.approx(-math.expm1(-x) / x)
     assert w.decay + x * (w.first + w.last) == pytest.approx(1.0)
+
+
+@given(st.lists(st.floats(-10.0, 2.0), min_size=1, max_size=60), st.integers(0, 99))
+def test_several_drives_between_uneven_samples_follow_the_weights_of_each_segment(logs: list[float], seed: int) -> None:
+    x, random = 10.0 ** np.array(logs), np.random.default_rng(seed)
+    steps, drives = random.uniform(0.1, 2.0, x.size), random.normal(size=(3, x.size + 1))
+    one_by_one = [np.array([1.0, 0.0, -2.0])]
+    for k, each in enumerate(x):
+        w = weights(float(each))
+        gain = steps[k] * (w.first * drives[:, k] + w.last * drives[:, k + 1])
+        one_by_one.append(w.decay * one_by_one[-1] + gain)
+    found = Decay(steps, x).respond(drives, one_by_one[0])
+    assert found == pytest.approx(np.array(one_by_one).T, rel=1e-9, abs=1e-9)
