@@ -30,7 +30,7 @@ SENTENCES = {
         "cable and threshold"
     ),
     Cause.REPEATED_ROWS: text(
-        "a reading is new only in every {every:.4g}. row, and the rows between repeat it: the file was written faster than the converter "
+        "only one row in {every:.4g} holds a new reading, and the rows between repeat it: the file was written faster than the converter "
         "samples. Only the rows with new readings are used, {used:.0f} of {rows:.0f}. Export at the converter's own rate, because the "
         "instants of the readings are known no better than these rows"
     ),
