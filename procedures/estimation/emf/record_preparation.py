@@ -113,8 +113,7 @@ def prepare_record(
     findings += zone
     late, memory = find_memory(t, orders, model, channels, whole)
     findings += memory
-    # Of a flux linkage that changes along the record, waves near the fundamental are left, and no noise alone.
-    smooth, smoothing = find_smoothing(t, orders, model, channels, whole & (not modulation))
+    smooth, smoothing = find_smoothing(t, orders, model, channels, whole, modulated=bool(modulation))
     findings += smoothing
     moved = np.hypot(share, smooth) * fundamentals / speed
     beside = np.sqrt(beside**2 + moved**2 + bent**2 + (np.hypot(lost, late) / speed) ** 2)

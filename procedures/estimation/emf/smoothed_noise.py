@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from procedures.estimation.emf.further_orders import further_orders
-from procedures.estimation.emf.harmonics import HarmonicModel
+from procedures.estimation.emf.harmonics import HarmonicModel, waveform_basis
 from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
@@ -33,6 +33,8 @@ _EXPLAINS, _LEAVES = 25.0, 5.0
 _WORTH = 15.0
 #: Shapes that are within this of χ², in units of what the best one leaves, may be the true one.
 _RIVALS = 4.0
+#: Degree up to which waves change along a record that is modulated.
+_COURSES = 8
 #: Below so many of a converter's steps the residual is the steps' own.
 _COARSE = 0.4
 #: Told from this share of the fundamental on; the truth is at one of the ends, this many standard uncertainties from the figure.
@@ -67,17 +69,21 @@ def find_smoothing(
     model: HarmonicModel,
     channels: Sequence[DigitizedChannel],
     whole: NDArray[np.bool_],
+    *,
+    modulated: bool,
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
     """Return the standard uncertainty, as a share (C,), of fundamentals that a smoothing of the record took away, and the finding.
 
     A moving average, or a filter, shapes a channel's white noise as it does the fundamental: where the noise ends far below half the
-    sampling rate, the fundamental is smaller by what that shape has lost at its frequency.
+    sampling rate, the fundamental is smaller by what that shape has lost at its frequency. Of a `modulated` record, waves that change are
+    no noise.
     """
     lost = np.zeros(len(channels))
     interval = float(t[1] - t[0])
     period = 2.0 * model.half * np.pi / float(model.course[1]) / interval
     lengths = np.exp(np.linspace(np.log(1.5), np.log(max(_LONGEST * period, 3.0)), _LENGTHS))
-    _, residuals = further_orders(t, model.residuals, model, orders)
+    residuals = _steady(t, orders, model) if modulated else model.residuals
+    _, residuals = further_orders(t, residuals, model, orders)
     noisy = [np.std(row) > _COARSE * each.resolution for row, each in zip(residuals, channels, strict=True)]
     seen = {c: _compared(residuals[c], lengths) for c in np.flatnonzero(whole & np.array(noisy))}
     shapes = {c: one for c, one in seen.items() if one is not None}
@@ -96,6 +102,17 @@ def find_smoothing(
         "time": float(np.sqrt(6.0 * lost[worst]) / np.pi * period * interval),
     }
     return lost / _WITHIN, (Finding(Cause.BANDWIDTH, Answer.WIDENED, ("flux_linkage",), 0.0, figures),)
+
+
+def _steady(t: FloatArray, orders: Sequence[int], model: HarmonicModel) -> FloatArray:
+    """Return the residuals (C, n) without a slow change of the waves, which is no noise."""
+    place = model.place(t)
+    wave = waveform_basis(model, orders, t)
+    courses = np.polynomial.legendre.legvander(place, _COURSES).T
+    columns = (courses[:, None, :] * wave[None]).reshape(-1, t.size)
+    columns /= np.sqrt(np.mean(columns**2, axis=1, keepdims=True))
+    values = model.residuals @ columns.T @ np.linalg.pinv(columns @ columns.T, hermitian=True)
+    return np.asarray(model.residuals - values @ columns)
 
 
 class _Compared(NamedTuple):

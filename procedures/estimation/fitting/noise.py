@@ -7,6 +7,9 @@ from procedures.estimation.fitting.fit import FloatArray
 
 #: Noise makes runs of so many equal readings side by side in phase in no record.
 _ALL_ALIKE = 8.0
+#: A step of rounding shows in so many levels, the nearest of which are up to so many steps apart; levels are off it by this share of it,
+#: and the same from this share of the largest down.
+_LEAST_LEVELS, _MOST_STEPS, _OFF_STEP, _SAME = 15, 2000, 1e-3, 1e-11
 
 
 def white_noise(values: FloatArray, resolution: float = 0.0, among: NDArray[np.bool_] | None = None) -> float:
@@ -71,3 +74,26 @@ def alike(phase: FloatArray, values: FloatArray, course: FloatArray, noise: floa
     own = max(noise**2 / resolution**2, 1.0 / 12.0)
     share = np.exp(-4.0 * np.pi**2 * (own - 1.0 / 12.0)) / (12.0 * own)
     return float(1.0 + share * (run - 1.0))
+
+
+def rounded_to(values: FloatArray) -> float:
+    """Return the step (unit of the values) to which readings (n,) were rounded, 0 where they were not or too few show it.
+
+    All differences are multiples of one step.
+    """
+    levels = np.unique(values)
+    differences = np.diff(levels)
+    # Equal numbers in other units differ by the last digits of a float.
+    differences = differences[differences > _SAME * max(abs(float(levels[0])), abs(float(levels[-1])))]
+    if differences.size < _LEAST_LEVELS:
+        return 0.0
+    offsets = levels - levels[0]
+    smallest = float(np.min(differences))
+    parts = np.arange(1.0, _MOST_STEPS + 1.0)
+    few = differences[:_LEAST_LEVELS, None] * parts / smallest
+    for part in parts[np.max(np.abs(few - np.rint(few)), axis=0) < _OFF_STEP * 10.0]:
+        # The smallest difference carries a float's error, the span of all steps hardly.
+        step = float(offsets[-1] / np.rint(offsets[-1] * part / smallest))
+        if np.max(np.abs(offsets / step - np.rint(offsets / step))) < _OFF_STEP:
+            return step
+    return 0.0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from procedures.estimation.fitting.checks import increasing, same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
-from procedures.estimation.fitting.noise import white_noise
+from procedures.estimation.fitting.noise import rounded_to, white_noise
 from procedures.estimation.fitting.repeated_rows import RepeatedRows, repeated_rows
 from procedures.estimation.mechanics.ramp_torque import ramp_torque
 
@@ -100,10 +100,12 @@ def turning(ramp: SpeedRamp, number: int) -> Run:
             turning(replace(ramp, time=repeated.times(time), speed=speed[new], torque=driven), number),
             repeated=repeated,
         )
-    noise = white_noise(speed, ramp.speed_resolution)
+    # A speed column of few digits says by itself to what it was rounded.
+    resolution = ramp.speed_resolution or rounded_to(speed)
+    noise = white_noise(speed, resolution)
     kept = ~wild(speed, noise)
     top = float(np.max(np.abs(speed[kept]))) if np.any(kept) else 0.0
-    if top == 0 or np.ptp(speed[kept]) <= max(3 * ramp.speed_resolution, 1e-9 * top):
+    if top == 0 or np.ptp(speed[kept]) <= max(3 * resolution, 1e-9 * top):
         raise EstimationError(f"the speed of ramp {number} does not change; record while it accelerates or coasts")
     sign = float(np.sign(speed[kept][np.argmax(np.abs(speed[kept]))]))
     part, kept = _longest(sign * speed, kept, top, noise)
@@ -125,7 +127,7 @@ def turning(ramp: SpeedRamp, number: int) -> Run:
     torque = ramp_torque(given, time[part], turned, number)
     return Run(
         begin, time[part][inside] - begin, sign * speed[part][inside], sign * torque.values[inside], sign, noise, torque.noise,
-        ramp.speed_resolution, torque.varies, lost, int(inside.size), ramp.speed_filter, ramp.torque_filter,
+        resolution, torque.varies, lost, int(inside.size), ramp.speed_filter, ramp.torque_filter,
     )  # fmt: skip
 
 
