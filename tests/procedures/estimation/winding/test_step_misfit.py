@@ -76,7 +76,13 @@ def test_a_gross_disturbance_is_named_modelled_and_its_interval_holds(name: str,
 
 
 @pytest.mark.parametrize(
-    "law", [lambda i: 1.5 * np.tanh(i / 1.5), lambda i: i - 0.1 * i**3, lambda i: i / (1.0 + 0.1 * i**2)]
+    "law",
+    [
+        lambda i: 1.5 * np.tanh(i / 1.5),
+        lambda i: i - 0.1 * i**3,
+        lambda i: i / (1.0 + 0.1 * i**2),
+        lambda i: i / (1.0 + np.abs(0.85 * i) ** 6) ** (1.0 / 6.0),
+    ],
 )
 def test_a_current_probe_near_saturation_leaves_the_resistance_within_its_interval(law) -> None:
     for record in sampled(alike(), bits=12, noise=(0.5, 2.0)):
