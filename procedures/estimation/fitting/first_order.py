@@ -76,28 +76,32 @@ def _uneven_weights(x: FloatArray) -> tuple[FloatArray, FloatArray]:
     return mean - last, last
 
 
-def recursion(decay: float, gain: FloatArray) -> FloatArray:
+def recursion(decay: float, gain: FloatArray, out: FloatArray | None = None) -> FloatArray:
     """Return y (shape of `gain`, (n, …)) of y[k] = decay·y[k − 1] + gain[k], nothing being there before.
 
-    `decay` within −1 … 1.
+    `decay` within −1 … 1. It may be written `out`, which is not the gain.
     """
+    if out is None:
+        out = np.empty_like(gain)
     if decay == 0.0:
-        return gain.copy()
+        out[...] = gain
+        return out
     rate, n = -math.log(abs(decay)), len(gain)
     if decay > 0.0 and rate * n <= _RANGE:
         # In closed form: each term relative to what has decayed of it by its own time.
         decayed = decays(rate, n).reshape(-1, *(1,) * (gain.ndim - 1))
-        result: FloatArray = gain / decayed
-        np.cumsum(result, axis=0, out=result)
-        result *= decayed
-        return result
+        np.divide(gain, decayed, out=out)
+        np.cumsum(out, axis=0, out=out)
+        out *= decayed
+        return out
     # Sums over twice as many terms each time, until what is left of the first has decayed.
-    result, reach, share = gain.copy(), 1, decay
+    out[...] = gain
+    reach, share = 1, decay
     while reach < n and reach * rate < _GONE:
-        earlier = result[:-reach] * share
-        result[reach:] += earlier
+        earlier = out[:-reach] * share
+        out[reach:] += earlier
         reach, share = 2 * reach, share * share
-    return result
+    return out
 
 
 @overload
@@ -128,15 +132,14 @@ def respond_evenly(step: float, drive: FloatArray, rate: float) -> FloatArray:
     w = weights(rate * step)
     result = np.empty_like(drive)
     result[:1] = 0.0
-    result[1:] = recursion(w.decay, _gain(step, w, drive))
+    recursion(w.decay, _gain(step, w, drive), out=result[1:])
     return result
 
 
 def _gain(step: float, w: Weights, drive: FloatArray) -> FloatArray:
     """Return what each segment between samples of a drive (n, …) adds to the state, (n − 1, …)."""
-    result: FloatArray = w.first * drive[:-1]
-    result += w.last * drive[1:]
-    result *= step
+    result: FloatArray = step * w.first * drive[:-1]
+    result += step * w.last * drive[1:]
     return result
 
 
@@ -159,10 +162,11 @@ def response_and_slope_evenly(
     w = weights(rate * step)
     if response is None:
         response = np.zeros_like(drive)
-        response[1:] = recursion(w.decay, _gain(step, w, drive))
+        recursion(w.decay, _gain(step, w, drive), out=response[1:])
     inner = w.decay_slope * response[:-1] + step * (w.first_slope * drive[:-1] + w.last_slope * drive[1:])
     slope = np.zeros_like(drive)
-    slope[1:] = recursion(w.decay, step * inner)
+    inner *= step
+    recursion(w.decay, inner, out=slope[1:])
     return response, slope
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.winding.current_step.fit import Fitted, Problem, fit_with
+from procedures.estimation.winding.current_step.share_and_lag import by_share_and_lag
 from procedures.estimation.winding.current_step.term import StepScale, Term, high_pass
 
 #: Time constants that are tried first, in those of the winding.
@@ -37,6 +38,12 @@ class Divider(Term):
         """Return what the channel makes of currents (A, shape (…, n)): the voltage drives the circuit, so both commute."""
         rate = 1.0 / (self._lag(figures) * scale.time_constant)
         return np.asarray(current + self._share(figures) * high_pass(current, step, rate))
+
+    def channel_by_figures(
+        self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray
+    ) -> FloatArray | None:
+        """Return the derivatives (k, n) of what the channel makes of a current (n,) by the figures (k,)."""
+        return by_share_and_lag(current, step, self._lag(figures) * scale.time_constant, self._share(figures), figures)
 
     def possible(self, figures: FloatArray) -> bool:
         """Tell whether a divider can be off by as much."""
@@ -73,7 +80,7 @@ def divider_in(step: Problem, fitted: Fitted, scale: StepScale) -> Divider | Non
     best, found = np.inf, None
     for lag in _LAGS:
         try:
-            fit = fit_with(step, (*fitted.terms, Divider(lag).at_start()), fitted, scale)
+            fit = fit_with(step, (*fitted.terms, Divider(lag).at_start()), fitted, scale, best)
         except EstimationError:
             continue
         if fit.cost < best:

@@ -74,6 +74,18 @@ class Term(ABC):
         """Return what the current's channel makes of small changes (A, shape (m, n)) of the current (n,)."""
         return self.channel(slopes, step, scale, figures)
 
+    def channel_by_figures(
+        self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray
+    ) -> FloatArray | None:
+        """Return the derivatives (k, n) of what the channel makes of a current (n,) by the figures (k,); None for difference quotients."""
+        return None
+
+    def flux_by_figures(
+        self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray
+    ) -> FloatArray | None:
+        """Return the derivatives (k, n) of `flux` for a current (n,) by the figures (k,); None for difference quotients."""
+        return None
+
     def back(self, shares: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
         """Return the shares (…, n) that the currents have in readings' shares, where the channel adds up what noise drives."""
         return shares
@@ -200,7 +212,9 @@ class StepModel:
         rows[0] -= by_rate
         rows[1] += rate * by_rate
         for each in inside:
-            quotient = self._by_figures(each, lambda o: self._missing(flowing, [o]))
+            quotient = each.term.flux_by_figures(flowing, record.step, self._scale, each.figures)
+            if quotient is None:
+                quotient = self._by_figures(each, lambda o: self._missing(flowing, [o]))
             rows[each.rows] = high_pass(quotient, record.step, rate)
         slopes = rows if begin is None or self._given else begin
         for _ in range(0 if self._given else _ROUNDS):
@@ -218,7 +232,10 @@ class StepModel:
         result = slopes.copy()
         for own in self._own(self._channels, figures):
             result = np.array(own.term.channel_slopes(result, flowing, step, scale, own.figures))
-            result[own.rows] += self._by_figures(own, partial(self._channelled, flowing))
+            by_figures = own.term.channel_by_figures(flowing, step, scale, own.figures)
+            if by_figures is None:
+                by_figures = self._by_figures(own, partial(self._channelled, flowing))
+            result[own.rows] += by_figures
             flowing = self._channelled(flowing, own)
         for own in self._own(self._beside, figures):
             straight = own.term.straight

@@ -11,6 +11,7 @@ from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.winding.current_step.closed_circuits import closed_circuits
 from procedures.estimation.winding.current_step.record import StepRecord
 from procedures.estimation.winding.current_step.saturation import LAWS
+from procedures.estimation.winding.current_step.share_and_lag import by_share_and_lag
 from procedures.estimation.winding.current_step.term import StepScale, Term, high_pass, read_at
 
 #: Time constants of eddy currents that are looked for, in those of the winding.
@@ -83,6 +84,12 @@ class _Eddy(Term):
         self, current: FloatArray, change: FloatArray, step: float, scale: StepScale, figures: FloatArray
     ) -> FloatArray:
         return np.asarray(self.flux(change, step, scale, figures))
+
+    def flux_by_figures(
+        self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray
+    ) -> FloatArray | None:
+        lag = self._lag(figures) * scale.time_constant
+        return by_share_and_lag(current, step, lag, self._coupling(figures), figures)
 
     def possible(self, figures: FloatArray) -> bool:
         return bool(figures[0] >= 0.0)
