@@ -11,7 +11,7 @@ from motorbench import shadowed
 
 if TYPE_CHECKING:
     from bench.motor.motor_file import MotorFile
-    from bench.testing import PlanUnderTest, Ran
+    from bench.testing import MeasuredRun, PlanUnderTest
     from bench.testing.benches import BenchUnderTest
     from bench.testing.conformance.kit import Conformance
     from sim_instruments.server.served_bench import ServedBench
@@ -74,13 +74,13 @@ def served_bench(own_packages: None) -> "Iterator[Callable[..., ServedBench]]":
 
 
 @pytest.fixture
-def run_procedure(own_packages: None, tmp_path: Path) -> "Callable[..., Ran]":
+def run_procedure(own_packages: None, tmp_path: Path) -> "Callable[..., MeasuredRun]":
     """Measure a virtual motor: `run_procedure("back-emf-constant", motor=…, seed=1, faults=[…], settings={"repeats": 3})`.
 
     `fixture=True` has relays and an actuator work in place of hands, `station="bench.toml"` that file's drivers with their
     simulated instruments, `disturbances="dirt.toml"` a bench that something disturbs, `drawn_errors=True` instruments that err.
     """
-    from bench.testing import BenchAsked, run_procedures
+    from bench.testing import RequestedBench, run_procedures
     from bench.testing import virtual_motor as motor_of
 
     def run(
@@ -93,10 +93,10 @@ def run_procedure(own_packages: None, tmp_path: Path) -> "Callable[..., Ran]":
         station: Path | str = "virtual",
         disturbances: Path | str | None = None,
         drawn_errors: bool = False,
-    ) -> "Ran":
+    ) -> "MeasuredRun":
         made = motor_of(motor) if isinstance(motor, str) else motor
         dirt = None if disturbances is None else Path(disturbances)
-        bench = BenchAsked(str(station), "fixture" if fixture else "virtual", dirt, drawn_errors)
+        bench = RequestedBench(str(station), "fixture" if fixture else "virtual", dirt, drawn_errors)
         return run_procedures(
             names, made, tmp_path / "runs", seed=seed, settings=settings or {}, faults=faults, bench=bench
         )

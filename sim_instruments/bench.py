@@ -14,7 +14,7 @@ from sim_instruments.clock.virtual_clock import BenchClock, VirtualClock
 from sim_instruments.disturbances.bench import Disturbances
 from sim_instruments.faults.injector import Injector
 from sim_instruments.faults.line_faults import Faults
-from sim_instruments.found_state import Leavable
+from sim_instruments.found_state import HasFoundState
 from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.six_step.drive import SixStepDrive
@@ -336,7 +336,7 @@ class VirtualBench:
         if self._hostile is None:
             return
         generator = np.random.default_rng((self._hostile, *key.encode()))
-        told = [word for part in parts if isinstance(part, Leavable) for word in part.leave(generator)]
+        told = [word for part in parts if isinstance(part, HasFoundState) for word in part.leave(generator)]
         self.left[key] = (*self.left.get(key, ()), *told)
 
     def _generator(self, key: str) -> np.random.Generator:

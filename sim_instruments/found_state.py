@@ -11,7 +11,7 @@ Leftovers = tuple[tuple[str, ...], ...]
 
 
 @runtime_checkable
-class Leavable(Protocol):
+class HasFoundState(Protocol):
     """An instrument that has a table of what a last user may have left."""
 
     def leave(self, generator: np.random.Generator) -> tuple[str, ...]:

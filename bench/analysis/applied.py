@@ -61,7 +61,7 @@ class ErrorInput:
         return f"{self.kind}, {'gain' if self.gain else 'offset'} ±{max(self.limits.values()):g}"
 
 
-class Applied:
+class AppliedAccuracy:
     """The accuracy stated for the channels that one analysis uses.
 
     The channels of a kind share one gain and one offset error, as those of one scope do, unless a file names other

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.analysis.applied import Applied
+from bench.analysis.applied import AppliedAccuracy
 from bench.analysis.outcome import estimated
 from bench.analysis.statements import Statement
 from bench.captures import Capture, CaptureError, CapturePart, ProbeFactor, read_captures
@@ -33,7 +33,7 @@ class BackEmfRecord:
     """A capture (V) of one speed with its stated accuracy, and its two estimates."""
 
     capture: Capture
-    applied: Applied
+    applied: AppliedAccuracy
     values: NDArray[np.float64]
     fit: BackEmfFit
     integrated: FluxEstimate
@@ -119,7 +119,7 @@ def read_record(
                 ),
             )
     names = [channel.name for channel in capture.channels]
-    applied = Applied(accuracy, {"voltage": names, "time": ("time",)}, (capture,))
+    applied = AppliedAccuracy(accuracy, {"voltage": names, "time": ("time",)}, (capture,))
     values = np.vstack([channel.values for channel in capture.channels])
     told = [
         DigitizedChannel(c.name, c.resolution, c.clipped, applied.gain("voltage", c.name)) for c in capture.channels

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from GTC.lib import UncertainReal
 
-from bench.analysis.applied import Applied, ErrorInput
+from bench.analysis.applied import AppliedAccuracy, ErrorInput
 from bench.analysis.outcome import (
     AnalysisOutcome,
     estimated,
@@ -97,7 +97,7 @@ def analyze_coast_down(
             record, notes = coasting(record)
             assumed += notes
         records.append(record)
-    applied = Applied(accuracy, _uses(records), captures)
+    applied = AppliedAccuracy(accuracy, _uses(records), captures)
     outcome = AnalysisOutcome("inertia", "3.5", captures[0], applied, translate)
     outcome.assume(*assumed)
     parts = [part for record in records for part in split(record.ramp())]

@@ -11,7 +11,7 @@ import numpy as np
 from bench.analysis.map_columns import AngleFrom, map_columns
 from bench.analysis.run_map import map_of_run
 from bench.analysis.table_outcome import give, told, withheld_rows
-from bench.analysis.zero_current import Thinned, beyond_table, widened
+from bench.analysis.zero_current import ThinnedMap, beyond_table, widened
 from bench.i18n.errors import InputError, at
 from drivers.interfaces.text import Translate, english, text, text_of
 from procedures.core.misfit_text import sentence
@@ -156,7 +156,7 @@ def _of_map(
     digits: float = 0.0,
 ) -> None:
     poles = 1.0 if pole_pairs is None else pole_pairs
-    thinned = Thinned(measured)
+    thinned = ThinnedMap(measured)
     zero = thinned.inductances(0.0, 0.0)
     surface, at_zero = measured.surface, np.zeros((1, 2))
     between = float(surface.spread(at_zero, np.array([[1.0, 0.0]]), np.zeros((1, 2, 2)))[0])

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 import numpy as np
 from GTC.lib import UncertainReal
 
-from bench.analysis.applied import Applied
+from bench.analysis.applied import AppliedAccuracy
 from bench.captures import Capture, CaptureChannel, CaptureError, ProbeFactor
 from bench.captures.capture import FloatArray, last_digit
 from drivers.interfaces.text import Text, Translate, english, text, text_of, word
@@ -38,7 +38,7 @@ class AnalysisOutcome:
     """
 
     def __init__(
-        self, procedure: str, section: str, capture: Capture, accuracy: Applied, translate: Translate = english
+        self, procedure: str, section: str, capture: Capture, accuracy: AppliedAccuracy, translate: Translate = english
     ) -> None:
         self.uncertainties = Uncertainties()
         self._translate = translate

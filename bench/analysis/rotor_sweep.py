@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from bench.analysis.applied import Applied
+from bench.analysis.applied import AppliedAccuracy
 from bench.analysis.outcome import AnalysisOutcome, estimated, named, open_unit, pick, refuse_over_range
 from bench.analysis.statements import Statement
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, ProbeFactor, read_capture
@@ -102,7 +102,7 @@ def analyze_rotor_sweep(
     if not inductance.unit:
         raise open_unit(capture, inductance.name, "inductance", ("uH", "mH", "H"))
     _check_readings(capture, inductance)
-    applied = Applied(accuracy, {"inductance": (inductance.name,)}, (capture,))
+    applied = AppliedAccuracy(accuracy, {"inductance": (inductance.name,)}, (capture,))
     outcome = AnalysisOutcome("dq_inductance_extremes", "3.3.2", capture, applied, translate)
     if capture.time is not None:
         times = capture.time

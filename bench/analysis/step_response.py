@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from GTC.lib import UncertainReal
 
-from bench.analysis.applied import Applied
+from bench.analysis.applied import AppliedAccuracy
 from bench.analysis.outcome import AnalysisOutcome, estimated, named, paths_of, pick
 from bench.analysis.record_sizes import warn_of_current
 from bench.analysis.sensitivity import half_differences
@@ -97,7 +97,7 @@ def analyze_step_response(
     v = pick(capture, voltage, ("V",), "voltage", _VOLTAGE_WORDS, "--voltage")
     i = pick(capture, current, ("A",), "current", _CURRENT_WORDS, "--current")
     _check_two(capture, v.name, i.name)
-    applied = Applied(accuracy, {"voltage": (v.name,), "current": (i.name,), "time": ("time",)}, (capture,))
+    applied = AppliedAccuracy(accuracy, {"voltage": (v.name,), "current": (i.name,), "time": ("time",)}, (capture,))
     time = capture.times()
     outcome = AnalysisOutcome("dq_inductance_time_constant", "3.3.1", capture, applied, translate)
     name = f"{axis}_axis_inductance" if axis else "inductance"

@@ -21,7 +21,7 @@ _OF_CHANGE = 0.77
 _LEAST = 8
 
 
-class Thinned:
+class ThinnedMap:
     """A map and what its table says with rows left out: twice the distance between rows shows what that distance costs."""
 
     def __init__(self, measured: MeasuredFluxMap) -> None:

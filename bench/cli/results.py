@@ -11,7 +11,7 @@ from bench.cli.output import padded, print_end, print_json, print_summary
 from bench.files.toml_file import nearest
 from bench.i18n.errors import FileError, UsageError
 from bench.i18n.language import language_of, translator
-from bench.journal.events.safety import GuardianTook
+from bench.journal.events.safety import GuardianTakesOver
 from bench.journal.guardian_record import read_guardian
 from bench.journal.journal_file import read_journal
 from bench.journal.overview import overview
@@ -112,7 +112,9 @@ def list_runs(*, json: bool = False, language: str = "auto", runs: Path = _RUNS)
 def _acts(folder: RunFolder) -> list[tuple[str, str]]:
     """Return when (ISO 8601, UTC) and why the guardian carried out the shutdown; empty where it never had to."""
     found = read_guardian(folder.path)
-    return [(recorded.wall, recorded.event.cause) for recorded in found if isinstance(recorded.event, GuardianTook)]
+    return [
+        (recorded.wall, recorded.event.cause) for recorded in found if isinstance(recorded.event, GuardianTakesOver)
+    ]
 
 
 def _print_budgets(view: RunView, names: tuple[str, ...], translate: Translate) -> None:

@@ -68,7 +68,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Unlooked:
+class NotScanned:
     """A place that was not looked at, and why."""
 
     where: str
@@ -81,7 +81,7 @@ class ScanReport:
 
     found: list[FoundInstrument] = field(default_factory=list)
     asked: list[Question] = field(default_factory=list)
-    unlooked: list[Unlooked] = field(default_factory=list)
+    unlooked: list[NotScanned] = field(default_factory=list)
     interrupted: bool = False
 
     def as_dict(self, translate: Translate = english) -> dict[str, Any]:

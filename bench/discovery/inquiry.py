@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection
 from typing import TypeVar
 
-from bench.discovery.findings import FoundInstrument, Question, ScanReport, Unlooked
+from bench.discovery.findings import FoundInstrument, NotScanned, Question, ScanReport
 from bench.discovery.matching import KnownInstruments
 from bench.discovery.time_bound import TimeBound
 from bench.safety.ownership.claims import Claim
@@ -72,7 +72,7 @@ class Inquiry:
 
     def skip(self, where: str, why: Text) -> None:
         """Put down what was not looked at."""
-        self.report.unlooked.append(Unlooked(where, why))
+        self.report.unlooked.append(NotScanned(where, why))
 
     def add(self, finding: FoundInstrument) -> None:
         """Put down what was found."""

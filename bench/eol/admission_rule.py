@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from bench.eol.plan_file import AgainSection
+from bench.eol.plan_file import RetestSection
 from bench.eol.store.claims import STALE_BY_PERSON, SerialClaim
 from bench.eol.store.earlier_tests import EarlierTest
 from bench.eol.verdict import Verdict
@@ -43,7 +43,7 @@ class RefusedTest:
 
 
 def decide(
-    serial_number: str, model: str, earlier: Sequence[EarlierTest], rule: AgainSection, person: str = ""
+    serial_number: str, model: str, earlier: Sequence[EarlierTest], rule: RetestSection, person: str = ""
 ) -> AdmittedTest | RefusedTest:
     """Decide on a serial number with the `earlier` tests, in their order; `person` is who answers for one that the rule refuses.
 
@@ -83,7 +83,7 @@ def decide(
     )
 
 
-def takes_again(verdict: Verdict, test_number: int, rule: AgainSection) -> bool:
+def takes_again(verdict: Verdict, test_number: int, rule: RetestSection) -> bool:
     """Tell whether a test came to no verdict on the motor, and the rule takes it again by itself."""
     if verdict in _JUDGED or verdict.value not in rule.verdicts:
         return False
@@ -106,7 +106,7 @@ def under_test(claim: SerialClaim) -> Text:
     )
 
 
-def _forbidden(earlier: Sequence[EarlierTest], rule: AgainSection) -> Text | None:
+def _forbidden(earlier: Sequence[EarlierTest], rule: RetestSection) -> Text | None:
     """Return why the rule does not take a motor again, None where it does."""
     counted = sum(test.verdict is not Verdict.ABORTED for test in earlier)
     if counted >= rule.most_tests:
@@ -121,7 +121,7 @@ def _forbidden(earlier: Sequence[EarlierTest], rule: AgainSection) -> Text | Non
     return None if permitted else _not_after(closed_by, rule)
 
 
-def _not_after(verdict: Verdict, rule: AgainSection) -> Text:
+def _not_after(verdict: Verdict, rule: RetestSection) -> Text:
     allowed = ", ".join(sorted(rule.verdicts)) or "–"
     return text(
         "after the verdict {verdict} the plan does not test a motor again (again.verdicts: {allowed})",

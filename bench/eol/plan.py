@@ -11,7 +11,6 @@ from typing import Any
 
 from bench.eol.limits import GuardBand, ParameterLimits
 from bench.eol.plan_file import (
-    AgainSection,
     BrakeSection,
     Figure,
     GoldenTestSection,
@@ -19,6 +18,7 @@ from bench.eol.plan_file import (
     LimitSection,
     OnFailure,
     PlanFile,
+    RetestSection,
     SpreadSection,
 )
 from bench.files.toml_file import read, validate
@@ -64,7 +64,7 @@ class Plan:
     spread: SpreadSection = field(default_factory=SpreadSection)
     plugins: PluginsSection = field(default_factory=PluginsSection)
     brakes: BrakeSection = field(default_factory=BrakeSection)
-    again: AgainSection = field(default_factory=AgainSection)
+    again: RetestSection = field(default_factory=RetestSection)
     golden_test: GoldenTestSection = field(default_factory=GoldenTestSection)
 
     def catalogues(self, base: Catalogues | None = None) -> Catalogues:

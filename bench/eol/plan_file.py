@@ -141,7 +141,7 @@ class BrakeSection(Section):
     )  # fmt: skip
 
 
-class AgainSection(Section):
+class RetestSection(Section):
     """`[again]`: which motors that were tested before are taken again without asking anybody."""
 
     verdicts: frozenset[Literal["pass", "fail", "error", "aborted"]] = Field(
@@ -190,7 +190,7 @@ class PlanFile(Section):
     limit: list[LimitSection] = Field(default_factory=list)
     golden: dict[str, Figure] = Field(default_factory=dict, description="figures of a golden motor by parameter")
     brakes: BrakeSection = Field(default_factory=BrakeSection)
-    again: AgainSection = Field(default_factory=AgainSection)
+    again: RetestSection = Field(default_factory=RetestSection)
     golden_test: GoldenTestSection = Field(default_factory=GoldenTestSection)
     virtual: SpreadSection = Field(default_factory=SpreadSection)
     plugins: PluginsSection = Field(default_factory=PluginsSection)

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from bench.journal.stored_result import restore_text, store_text
-from procedures.core.axes import Axes, FloatArray, Manner, PlotCurve
-from procedures.core.live_plot import Coming, Gauge, LivePlot
+from procedures.core.axes import Axes, CurveStyle, FloatArray, PlotCurve
+from procedures.core.live_plot import ComingReadings, Gauge, LivePlot
 from reports.plots.envelope import envelope
 
 #: Points of a curve, and significant digits of a number: more than a screen shows.
@@ -34,7 +34,7 @@ def restore_plot(data: Mapping[str, Any]) -> LivePlot:
         _restore_axes(data["upper"]),
         _restore_axes(data["lower"]) if data["lower"] else None,
         tuple(restore_text(sentence) for sentence in data["said"]),
-        Coming(**data["coming"]) if data["coming"] else None,
+        ComingReadings(**data["coming"]) if data["coming"] else None,
         Gauge(**{**gauge, "quantity": restore_text(gauge["quantity"])}) if gauge else None,
     )
 
@@ -60,7 +60,7 @@ def _rounded(values: FloatArray) -> list[float]:
 
 def _restore_axes(data: Mapping[str, Any]) -> Axes:
     curves = tuple(
-        PlotCurve(restore_text(each["name"]), np.array(each["x"]), np.array(each["y"]), Manner(each["manner"]))
+        PlotCurve(restore_text(each["name"]), np.array(each["x"]), np.array(each["y"]), CurveStyle(each["manner"]))
         for each in data["curves"]
     )
     words = {name: restore_text(data[name]) for name in ("x_label", "y_label")}

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from bench.journal.waveforms import StoredWaveform
 from drivers.interfaces.text import Text
-from procedures.core.axes import Axes, Manner
+from procedures.core.axes import Axes, CurveStyle
 from reports.plots.envelope import extremes
 from reports.tables.figures import Scale, scale_of
 
@@ -19,21 +19,21 @@ _FIT_POINTS = 400
 #: A legend's row and the mark of an entry, a letter at most, and the room of the smallest plot (px).
 _LEGEND_ROW, _LEGEND_ENTRY, _LETTER, _LEGEND_WIDTH = 20, 50.0, 6.2, 330.0
 #: Colour, kind and width of a curve: told apart by more than the colour.
-_LINES: Mapping[Manner, tuple[str, str, float]] = {
-    Manner.READING: ("#17202a", "solid", 0.0),
-    Manner.TO_COME: ("#9aa5b1", "solid", 0.0),
-    Manner.RECORD: ("#b4bec8", "solid", 4.0),
-    Manner.BROAD: ("#b4bec8", "solid", 4.0),
-    Manner.FIT: ("#0b4fa0", "solid", 2.0),
-    Manner.SECOND: ("#855c00", "dashed", 2.0),
-    Manner.THIRD: ("#1b6e3c", "dotted", 2.5),
-    Manner.RESIDUAL: ("#45525f", "solid", 1.0),
-    Manner.BARS: ("#0b4fa0", "solid", 1.0),
+_LINES: Mapping[CurveStyle, tuple[str, str, float]] = {
+    CurveStyle.READING: ("#17202a", "solid", 0.0),
+    CurveStyle.TO_COME: ("#9aa5b1", "solid", 0.0),
+    CurveStyle.RECORD: ("#b4bec8", "solid", 4.0),
+    CurveStyle.BROAD: ("#b4bec8", "solid", 4.0),
+    CurveStyle.FIT: ("#0b4fa0", "solid", 2.0),
+    CurveStyle.SECOND: ("#855c00", "dashed", 2.0),
+    CurveStyle.THIRD: ("#1b6e3c", "dotted", 2.5),
+    CurveStyle.RESIDUAL: ("#45525f", "solid", 1.0),
+    CurveStyle.BARS: ("#0b4fa0", "solid", 1.0),
 }
 #: Curves that are marks, not lines.
-_MARKS = (Manner.READING, Manner.TO_COME)
+_MARKS = (CurveStyle.READING, CurveStyle.TO_COME)
 #: Curves that are drawn over the readings that they are fitted to.
-_OVER = (Manner.FIT, Manner.SECOND, Manner.THIRD)
+_OVER = (CurveStyle.FIT, CurveStyle.SECOND, CurveStyle.THIRD)
 _COLOURS = ("#1565c0", "#b3261e", "#0b6b3a", "#7b1fa2")
 _GRID = {"left": 70, "right": 24, "top": 36, "bottom": 48}
 #: Numbers as the rest of the page has them: no commas between thousands, and a minus. A formatter of the browser's, for the
@@ -232,7 +232,7 @@ def _legend_rows(names: Sequence[str]) -> int:
     return rows
 
 
-def _series(name: str, x: ArrayLike, y: ArrayLike, manner: Manner) -> dict[str, Any]:
+def _series(name: str, x: ArrayLike, y: ArrayLike, manner: CurveStyle) -> dict[str, Any]:
     colour, kind, width = _LINES[manner]
     points = thinned(x, y, _FIT_POINTS)
     marks = manner in _MARKS
@@ -241,9 +241,9 @@ def _series(name: str, x: ArrayLike, y: ArrayLike, manner: Manner) -> dict[str, 
     if not marks:
         # A fit is seen also where its readings lie close.
         series |= {"symbol": "none", "z": 3 if manner in _OVER else 2}
-    elif manner is Manner.READING:
+    elif manner is CurveStyle.READING:
         # What was read is filled, what is to come a ring.
         series |= {"symbol": "circle", "symbolSize": 5}
-    if manner is Manner.BARS:
+    if manner is CurveStyle.BARS:
         series |= {"type": "bar", "barWidth": 18}
     return series

@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 
 from bench.files.toml_file import nearest
 from bench.i18n.errors import InputError
-from drivers.interfaces.strangers_code import LeftError, strangers_code
+from drivers.interfaces.strangers_code import ExitAttemptError, strangers_code
 from drivers.interfaces.text import Text, lines, text, text_of
 
 T = TypeVar("T")
@@ -223,7 +223,7 @@ def placed_reason(error: BaseException, module: str) -> Text:
     A syntax error names its own.
     """
     # Where somebody wanted to end the program, that is what he did.
-    where = error.__cause__ if isinstance(error, LeftError) and error.__cause__ else error
+    where = error.__cause__ if isinstance(error, ExitAttemptError) and error.__cause__ else error
     place = None if isinstance(where, SyntaxError) else place_in(where, module)
     said = reason(error)
     return said if place is None else text("{error} ({file}, line {line})", error=said, file=place[0], line=place[1])

@@ -23,7 +23,7 @@ from bench.safety.interrupts import Interrupts
 from bench.safety.ownership.owner import Ownership, Unowned
 from bench.safety.ownership.stations import owning_stations
 from bench.station.clock import ReplayClock, SystemClock
-from bench.station.sharing import Alone, Sharing
+from bench.station.sharing import NotShared, Sharing
 from bench.station.station_file import VIRTUAL, Station, load_station
 from bench.station.visa_library import StationVisa
 from bench.virtual.fault_hooks import inject
@@ -52,7 +52,7 @@ class RunContext:
     operator: RunOperator
     visa: StationVisa
     simulation: Simulation = field(default_factory=Simulation)
-    sharing: Sharing = field(default_factory=Alone)
+    sharing: Sharing = field(default_factory=NotShared)
     owner: Ownership = field(default_factory=Unowned)
 
 

@@ -19,7 +19,7 @@ Key = tuple[Any, ...]
 
 
 @dataclass
-class Given:
+class GivenReply:
     """Reply to one call; `skipped` where the procedure need not ask for it again, `remake` asks the driver anew with what was typed."""
 
     key: Key
@@ -30,7 +30,7 @@ class Given:
     remake: Callable[[], Any] | None = None
 
 
-def remade(given: Given, typed: Sequence[TypedReading], entry: TypedEntry) -> Any:
+def remade(given: GivenReply, typed: Sequence[TypedReading], entry: TypedEntry) -> Any:
     """Return what a call would have given with these values typed for it. Raises what its driver has against them."""
     if given.remake is None:
         return typed[0].value

@@ -10,10 +10,10 @@ from bench.run.context import RunContext
 from bench.safety.calls import CallWatches
 from bench.safety.guardian.guarded_instruments import needs_guardian
 from bench.safety.guardian.link import Guard, GuardianLink, Unguarded
-from bench.safety.guardian.protocol import Charge
+from bench.safety.guardian.protocol import GuardianTask
 from bench.safety.guardian.scope import guardian_scope
 from bench.safety.interrupts import Interrupts
-from bench.safety.liveness import SignsOfLife, Waits, WatchedClock, WatchedOperator, WatchedSharing, watched_prompts
+from bench.safety.liveness import ProgressStamps, Waits, WatchedClock, WatchedOperator, WatchedSharing, watched_prompts
 from bench.station.station_file import VIRTUAL
 from procedures.core.bench import Role
 
@@ -36,7 +36,7 @@ def guarded(
     with the process, and what a person sets is the person's to switch off. `lifelines` are file descriptors that it keeps open.
     """
     station, operator = context.station, context.operator
-    life = SignsOfLife()
+    life = ProgressStamps()
     waits = Waits(interrupts, life, interruptible=context.simulation.in_process is None)
     watched = replace(
         context,
@@ -51,7 +51,7 @@ def guarded(
     if not wanted or station.source == VIRTUAL or not needs_guardian(station, roles):
         yield watched, Unguarded()
         return
-    charge = Charge(
+    charge = GuardianTask(
         str(Path(station.source).resolve()),
         station.content,
         tuple(sorted(role.value for role in roles)),

@@ -47,7 +47,7 @@ from bench.safety.watchdog_relays import relays_ready
 from bench.safety.watchdogs import planned_watchdogs
 from bench.station.clock import wall_date
 from bench.station.library_logs import quieten_libraries
-from bench.station.shutdown_sequence import OFF_BY, Do
+from bench.station.shutdown_sequence import OFF_BY, ShutdownAction
 from bench.station.station_file import VIRTUAL, Station
 from bench.traffic.growing_file import GrowingFile
 from bench.traffic.recorder import TrafficRecorder
@@ -184,7 +184,7 @@ def carry_out(
         journal = Journal(
             folder.journal, context.clock.now, durable=options.durable, previous=previous, reserve=reserve
         )
-        braked = {item.role for item in context.station.way_down.items if item.do is Do.BRAKE}
+        braked = {item.role for item in context.station.way_down.items if item.do is ShutdownAction.BRAKE}
         guard = relays.beside(guard, braked, journal, interrupts)
         journal.listen(view.apply)
         journal.listen(calls.hear)

@@ -12,7 +12,7 @@ from bench.safety.station_instruments import Prompts
 from drivers.interfaces import Instrument
 from procedures.core.bench import Operator, Recorder, Role
 from procedures.core.events import Event
-from procedures.core.live_plot import NoOnlooker, Onlooker
+from procedures.core.live_plot import NoObserver, RunObserver
 
 if TYPE_CHECKING:
     from bench.operators.answers import Answers
@@ -39,9 +39,9 @@ class RunOperator:
         return 0.0
 
     @property
-    def onlooker(self) -> Onlooker:
+    def onlooker(self) -> RunObserver:
         """Observer of the run."""
-        return NoOnlooker()
+        return NoObserver()
 
     @property
     def typing(self) -> TypedEntry | None:
@@ -135,7 +135,7 @@ class PanelHands(RunOperator):
         return self.behind.hand_time if self.behind else 0.0
 
     @property
-    def onlooker(self) -> Onlooker:
+    def onlooker(self) -> RunObserver:
         """Observer at the panels."""
         return self.person
 

@@ -33,14 +33,14 @@ from bench.run.taped import taped_bench
 from bench.safety.guardian.link import SWITCHED_OFF, Guard, Unguarded
 from bench.safety.interrupts import Interrupted, Interrupts
 from bench.safety.shutdown import failures, shut_down
-from bench.station.sharing import Alone, Sharing
+from bench.station.sharing import NotShared, Sharing
 from bench.station.shutdown_sequence import OFF_BY, ShutdownSequence
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from drivers.interfaces.text import Text, Translate, lines, text, word
 from procedures.core.bench import Bench, Operator, ProcedureError, Role
 from procedures.core.earlier_call import EarlierAttempt
 from procedures.core.events import Event
-from procedures.core.live_plot import NoOnlooker, Onlooker
+from procedures.core.live_plot import NoObserver, RunObserver
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.procedure_error import RepeatRequestedError
@@ -91,14 +91,14 @@ class Runner:
     way_down: ShutdownSequence = field(default_factory=ShutdownSequence)
     interrupts: Interrupts = field(default_factory=Interrupts)
     guard: Guard = field(default_factory=Unguarded)
-    sharing: Sharing = field(default_factory=Alone)
+    sharing: Sharing = field(default_factory=NotShared)
     verified_channels: VerifiedChannels = field(default_factory=VerifiedChannels)
     stated_probes: StatedProbes = field(default_factory=StatedProbes)
     #: Keeps what procedures are given, where readings are typed.
     tape: Tape | None = None
     #: Bench time (s) of hand work so far, where it is known.
     hand_time: Callable[[], float] = lambda: 0.0
-    onlooker: Onlooker = field(default_factory=NoOnlooker)
+    onlooker: RunObserver = field(default_factory=NoObserver)
     #: Raises where a virtual bench was brought, since a bench time (s), where its physics does not follow.
     check_modelled: Callable[[float], None] = lambda _: None
     partial: PartialResults = field(default_factory=PartialResults)

@@ -8,7 +8,7 @@ from typing import Any
 
 from bench.journal.encoding import plain
 from bench.operators.entry import TypedEntry, TypedReading
-from bench.run.given import Given, Key, captured, remade, restore, said
+from bench.run.given import GivenReply, Key, captured, remade, restore, said
 from drivers.interfaces import Waveform
 from drivers.interfaces.text import Text, text, text_of
 from procedures.core.bench import Bench, Recorder
@@ -55,7 +55,7 @@ class Tape:
         self._entry = entry
         self._make: Callable[[], Procedure[Any]]
         self.mode = Mode.THROUGH
-        self._given: list[Given] = []
+        self._given: list[GivenReply] = []
         self._position = 0
         self._events: list[Event] = []
         self._open: list[AbstractContextManager[Any]] = []
@@ -150,7 +150,7 @@ class Tape:
                     raise found.error
                 return found.result
             self._go_beyond(skipped=skipped)
-        return self._live(Given(key, skipped=skipped, remake=remake), act)
+        return self._live(GivenReply(key, skipped=skipped, remake=remake), act)
 
     def left(self, key: Key, block: AbstractContextManager[Any], error: BaseException | None) -> Any:
         """Leave a block that is on."""
@@ -184,7 +184,7 @@ class Tape:
         if self.mode is not Mode.LEFT:
             self._last = clock()
         if self.mode is Mode.LIVE:
-            self._keep(Given(_NOW, self._last, skipped=True))
+            self._keep(GivenReply(_NOW, self._last, skipped=True))
         return self._last
 
     def record(self, event: Event) -> None:
@@ -205,7 +205,7 @@ class Tape:
             self._events.append(event)
         self._recorder.record(event)
 
-    def _find(self, key: Key) -> Given | None:
+    def _find(self, key: Key) -> GivenReply | None:
         for at in range(self._position, len(self._given)):
             result = self._given[at]
             if result.key == key:
@@ -231,7 +231,7 @@ class Tape:
             self._recorder.record(self._repeat)
         self._told = False
 
-    def _live(self, given: Given, act: Callable[[], Any]) -> Any:
+    def _live(self, given: GivenReply, act: Callable[[], Any]) -> Any:
         self._entry.taken = []
         try:
             given.result = act()
@@ -246,7 +246,7 @@ class Tape:
         self._keep(given)
         return given.result
 
-    def _keep(self, given: Given) -> None:
+    def _keep(self, given: GivenReply) -> None:
         if self._repeat is not None and self._repeat.again and given.typed:
             for earlier in self._given:
                 if earlier.key == given.key:

@@ -12,7 +12,7 @@ from drivers.interfaces import Clock, Instrument, Role
 from drivers.interfaces.declarations import Effect, Lasting, declarations
 from procedures.core.actions import DoubtReading, EnterReading, HandWork
 from procedures.core.bench import Bench, Feeding, Operator
-from procedures.core.live_plot import Onlooker
+from procedures.core.live_plot import RunObserver
 
 #: What a driver answers by itself, and the end of a connection.
 _PASSED = (Effect.QUESTION, Effect.DISCONNECTS)
@@ -26,7 +26,7 @@ def taped_bench(
     tape: Tape,
     session: int,
     feeding: Feeding,
-    onlooker: Onlooker,
+    onlooker: RunObserver,
 ) -> Bench:
     """Return a bench behind a tape; `unrecorded` gives the instrument of a role without the journal."""
     taped = {

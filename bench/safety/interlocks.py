@@ -125,7 +125,7 @@ class Interlocks:
             self._stopping.wait(_POLL)
 
 
-class Watched:
+class WatchedInterlocks:
     """The interlocks of a station that may start, and where a trip is kept."""
 
     def __init__(self, interlocks: Interlocks, latch: Latch) -> None:
@@ -195,7 +195,7 @@ def cause(name: str, how: Text) -> Text:
 
 
 @contextmanager
-def ready(station: Station, state: StateFolder | None) -> Iterator[Watched | Uninterlocked]:
+def ready(station: Station, state: StateFolder | None) -> Iterator[WatchedInterlocks | Uninterlocked]:
     """Give the interlocks of a station that may start; trips are kept in `state`, None for a bench in this process.
 
     Raises InputError where one is open or silent, which is a trip too, or has been open and nobody has reset it.
@@ -232,7 +232,7 @@ def ready(station: Station, state: StateFolder | None) -> Iterator[Watched | Uni
                     said=_all(found),
                 )
             )
-        yield Watched(interlocks, latch)
+        yield WatchedInterlocks(interlocks, latch)
 
 
 @contextmanager

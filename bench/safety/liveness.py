@@ -13,7 +13,7 @@ from procedures.core.actions import HandWork
 from procedures.core.bench import Operator, Role
 
 
-class SignsOfLife:
+class ProgressStamps:
     """Time stamps of the progress of the run's own thread, which others read."""
 
     def __init__(self, now: Callable[[], float] = monotonic) -> None:
@@ -46,7 +46,7 @@ class Waits:
     An `interruptible` wait is also ended by one, which the bench's clock must bear.
     """
 
-    def __init__(self, interrupts: Interrupts, life: SignsOfLife, *, interruptible: bool) -> None:
+    def __init__(self, interrupts: Interrupts, life: ProgressStamps, *, interruptible: bool) -> None:
         self._interrupts = interrupts
         self._life = life
         self._interruptible = interruptible

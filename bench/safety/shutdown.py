@@ -12,7 +12,7 @@ from bench.journal.events.safety import MadeSafe
 from bench.safety.instrument_threads import InstrumentThreads, ThreadCall
 from bench.safety.interrupts import Flag
 from bench.safety.shutdown_items import Hurry, Measured, NotReachedError, perform
-from bench.station.shutdown_sequence import Do, Item, ShutdownSequence
+from bench.station.shutdown_sequence import Item, ShutdownAction, ShutdownSequence
 from drivers.interfaces import Clock, Instrument, InstrumentError
 from procedures.core.bench import Recorder, Role
 
@@ -86,7 +86,7 @@ def _silent_last(items: Sequence[Item], silent: Collection[Role]) -> list[Item]:
     """Put what is done to roles that do not answer behind the last command to another; contacts part at their place."""
 
     def commands(item: Item) -> bool:
-        return not item.measures and item.do is not Do.OPEN
+        return not item.measures and item.do is not ShutdownAction.OPEN
 
     end = max((n for n, item in enumerate(items, 1) if commands(item) and item.role not in silent), default=0)
     answering = [item for item in items[:end] if item.role not in silent]

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from bench.safety.limits.units import unit_check
-from bench.station.shutdown_sequence import Do, Item, method_of
+from bench.station.shutdown_sequence import Item, ShutdownAction, method_of
 from drivers.interfaces import Clock, OverloadError, Reading, Role, SetpointError
 from drivers.interfaces.declarations import declarations
 
-_WHAT: Mapping[Do, str] = {
-    Do.VOLTAGE_DECAYED: "the voltage",
-    Do.CURRENT_ZERO: "the current",
-    Do.SPEED_ZERO: "the speed",
+_WHAT: Mapping[ShutdownAction, str] = {
+    ShutdownAction.VOLTAGE_DECAYED: "the voltage",
+    ShutdownAction.CURRENT_ZERO: "the current",
+    ShutdownAction.SPEED_ZERO: "the speed",
 }
 #: How often (s) a measuring item looks.
 _LOOK = 0.05
@@ -58,11 +58,11 @@ def perform(one: Item, instrument: Any, clock: Clock, hurry: Hurry) -> Measured 
 
 def measured(one: Item, instrument: Any) -> Measured:
     """Measure once what a measuring item looks at. Raises what the driver raises, InstrumentError for another unit than is declared."""
-    if one.do is Do.VOLTAGE_DECAYED:
+    if one.do is ShutdownAction.VOLTAGE_DECAYED:
         if one.role is Role.VOLTMETER:
             _widest_range(instrument, one.below)
         return Measured(_read(one.role, instrument, "measure_voltage"), "V")
-    if one.do is Do.CURRENT_ZERO:
+    if one.do is ShutdownAction.CURRENT_ZERO:
         return Measured(_read(one.role, instrument, "measure_current"), "A")
     if one.role is Role.DYNAMOMETER:
         return Measured(abs(instrument.measure().speed), "rad/s")

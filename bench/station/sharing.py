@@ -23,7 +23,7 @@ class Sharing(Protocol):
         """Give back what there is to give back."""
 
 
-class Alone:
+class NotShared:
     """Nobody else uses this station."""
 
     roles: frozenset[Role] = frozenset()

@@ -14,7 +14,7 @@ from drivers.interfaces.role import ROLES
 from drivers.interfaces.text import text, text_of
 
 
-class Do(StrEnum):
+class ShutdownAction(StrEnum):
     """The action of an item, as a station file writes it."""
 
     COMMAND_ZERO = "command_zero"
@@ -28,36 +28,46 @@ class Do(StrEnum):
     OPEN = "open"
 
 
-_MEASURING: Mapping[Do, tuple[Role, ...]] = {
-    Do.VOLTAGE_DECAYED: (Role.SUPPLY, Role.VOLTMETER),
-    Do.CURRENT_ZERO: (Role.SUPPLY,),
-    Do.SPEED_ZERO: (Role.DYNAMOMETER, Role.DRIVE, Role.INVERTER, Role.TACHOMETER),
+_MEASURING: Mapping[ShutdownAction, tuple[Role, ...]] = {
+    ShutdownAction.VOLTAGE_DECAYED: (Role.SUPPLY, Role.VOLTMETER),
+    ShutdownAction.CURRENT_ZERO: (Role.SUPPLY,),
+    ShutdownAction.SPEED_ZERO: (Role.DYNAMOMETER, Role.DRIVE, Role.INVERTER, Role.TACHOMETER),
 }
 
 
-def method_of(do: Do, role: Role) -> str:
+def method_of(do: ShutdownAction, role: Role) -> str:
     """Return the method that does a commanding item to the instrument of a role, nothing where it cannot be done."""
     own = next((name for name, one in declarations(role.interface).items() if one.item == do.value), "")
     return own or ("make_safe" if ROLES[role].off_by == do.value else "")
 
 
 #: Roles that each item can be done to.
-ROLES_OF: Mapping[Do, tuple[Role, ...]] = {
-    do: _MEASURING.get(do) or tuple(role for role in ROLES if method_of(do, role)) for do in Do
+ROLES_OF: Mapping[ShutdownAction, tuple[Role, ...]] = {
+    do: _MEASURING.get(do) or tuple(role for role in ROLES if method_of(do, role)) for do in ShutdownAction
 }
 #: What takes the energy away from each role that can feed some.
-OFF_BY: Mapping[Role, Do] = {role: Do(spec.off_by) for role, spec in ROLES.items() if role.feeds}
+OFF_BY: Mapping[Role, ShutdownAction] = {
+    role: ShutdownAction(spec.off_by) for role, spec in ROLES.items() if role.feeds
+}
 #: What the measuring items ask for unless the station says otherwise: below (V; A; rad/s) and within (s).
 # Through a few milliohms tens of amperes flow below a volt, so that an output that stays on shows in the current alone.
-BELOW: Mapping[Do, float] = {Do.VOLTAGE_DECAYED: 1.0, Do.CURRENT_ZERO: 0.05, Do.SPEED_ZERO: 1.0}
-WITHIN: Mapping[Do, float] = {Do.VOLTAGE_DECAYED: 5.0, Do.CURRENT_ZERO: 5.0, Do.SPEED_ZERO: 60.0}
+BELOW: Mapping[ShutdownAction, float] = {
+    ShutdownAction.VOLTAGE_DECAYED: 1.0,
+    ShutdownAction.CURRENT_ZERO: 0.05,
+    ShutdownAction.SPEED_ZERO: 1.0,
+}
+WITHIN: Mapping[ShutdownAction, float] = {
+    ShutdownAction.VOLTAGE_DECAYED: 5.0,
+    ShutdownAction.CURRENT_ZERO: 5.0,
+    ShutdownAction.SPEED_ZERO: 60.0,
+}
 
 
 @dataclass(frozen=True)
 class Item:
     """One item; `below` (V; A; rad/s, electrical where a drive measures it) and `within` (s) are 0 but for those that measure."""
 
-    do: Do
+    do: ShutdownAction
     role: Role
     below: float = 0.0
     within: float = 0.0
@@ -68,7 +78,7 @@ class Item:
         return self.do in BELOW
 
 
-def item(do: Do, role: Role, below: float | None = None, within: float | None = None) -> Item:
+def item(do: ShutdownAction, role: Role, below: float | None = None, within: float | None = None) -> Item:
     """Return an item with what is not given filled in. Raises ValueError where the role cannot do it."""
     if role not in ROLES_OF[do]:
         allowed = ", ".join(one.value for one in ROLES_OF[do])
@@ -85,25 +95,27 @@ def item(do: Do, role: Role, below: float | None = None, within: float | None = 
 def default_items(by_hand: Iterable[Role] = ()) -> tuple[Item, ...]:
     """Return the list of a station that gives none; a person (`by_hand`) is asked for one thing an instrument."""
     manual = set(by_hand)
-    commands = [item(Do.COMMAND_ZERO, role) for role in ROLES_OF[Do.COMMAND_ZERO] if role not in manual]
-    high_voltage = item(Do.OUTPUT_OFF, Role.INSULATION_TESTER)
-    off = [item(Do.DISABLE, role) for role in ROLES_OF[Do.DISABLE]]
-    quiet = [item(Do.SILENCE, role) for role in ROLES_OF[Do.SILENCE]]
+    commands = [
+        item(ShutdownAction.COMMAND_ZERO, role) for role in ROLES_OF[ShutdownAction.COMMAND_ZERO] if role not in manual
+    ]
+    high_voltage = item(ShutdownAction.OUTPUT_OFF, Role.INSULATION_TESTER)
+    off = [item(ShutdownAction.DISABLE, role) for role in ROLES_OF[ShutdownAction.DISABLE]]
+    quiet = [item(ShutdownAction.SILENCE, role) for role in ROLES_OF[ShutdownAction.SILENCE]]
     measured = [
         item(do, role)
         for do, role in (
-            (Do.VOLTAGE_DECAYED, Role.SUPPLY),
-            (Do.CURRENT_ZERO, Role.SUPPLY),
-            (Do.SPEED_ZERO, Role.DYNAMOMETER),
-            (Do.SPEED_ZERO, Role.DRIVE),
+            (ShutdownAction.VOLTAGE_DECAYED, Role.SUPPLY),
+            (ShutdownAction.CURRENT_ZERO, Role.SUPPLY),
+            (ShutdownAction.SPEED_ZERO, Role.DYNAMOMETER),
+            (ShutdownAction.SPEED_ZERO, Role.DRIVE),
             # Of a drive that is on and says it is not, the shaft tells.
-            (Do.SPEED_ZERO, Role.TACHOMETER),
+            (ShutdownAction.SPEED_ZERO, Role.TACHOMETER),
         )
         if role not in manual
     ]
     # Contacts that part under current burn, so they are the last, whatever became of the rest.
-    relays = item(Do.OPEN, Role.SWITCH_MATRIX)
-    return (high_voltage, *commands, *off, item(Do.OUTPUT_OFF, Role.SUPPLY), *quiet, *measured, relays)
+    relays = item(ShutdownAction.OPEN, Role.SWITCH_MATRIX)
+    return (high_voltage, *commands, *off, item(ShutdownAction.OUTPUT_OFF, Role.SUPPLY), *quiet, *measured, relays)
 
 
 @dataclass(frozen=True)
@@ -117,7 +129,7 @@ class ShutdownSequence:
 class ShutdownSection(Section):
     """One item of the list."""
 
-    do: Do
+    do: ShutdownAction
     role: Role
     below: float | None = Field(default=None, gt=0.0, description="V, A or rad/s, for an item that measures")
     within: float | None = Field(

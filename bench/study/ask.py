@@ -18,7 +18,7 @@ from bench.run.software import software
 from bench.station.station_file import Station
 from bench.study.motors import StationStudy, StudiedMotor
 from bench.study.twin import twin_of
-from bench.study.worth import Worth, worth_of
+from bench.study.worth import StudyQuality, worth_of
 from drivers.interfaces.text import Text, text
 
 _MOST_SPREAD = 20.0
@@ -44,7 +44,7 @@ class StudyRequest:
 class Studied:
     """The result of a study, the assumptions about the motor, and the substitutes for instruments of the station."""
 
-    worth: Worth
+    worth: StudyQuality
     spread: SpreadSection
     assumed: tuple[str, ...]
     differences: tuple[Text, ...]

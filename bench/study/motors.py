@@ -22,7 +22,7 @@ from bench.run.run import carry_out
 from bench.run.software import check_code, software
 from bench.safety.interrupts import Interrupts
 from bench.station.library_logs import quieten_libraries
-from bench.station.sharing import Alone
+from bench.station.sharing import NotShared
 from procedures.known_parameters import known_parameters
 
 
@@ -82,7 +82,7 @@ class StationStudy:
         folder = Path(tempfile.mkdtemp(prefix="motorbench-study-"))
         request = RunRequest([each.name for each in planned], drawn.motor, "virtual", "en", folder, seed=seed)
         try:
-            with VirtualSocket(drawn, 0, (), twin).context("V", seed, lambda _: None, lambda _: Alone()) as context:
+            with VirtualSocket(drawn, 0, (), twin).context("V", seed, lambda _: None, lambda _: NotShared()) as context:
                 check_needs(planned, context.station)
                 definitions = known_parameters({each.name: each.procedure for each in planned})
                 truth = context.simulation.true_values(

@@ -11,7 +11,7 @@ from bench.study.motors import StudiedFigure, StudiedMotor
 
 
 @dataclass(frozen=True)
-class FigureWorth:
+class FigureQuality:
     """One parameter by one procedure over all motors.
 
     `expanded` is the mean half-width of the 95 % intervals and `bias` the mean error, both relative to the truth, or in the
@@ -29,14 +29,14 @@ class FigureWorth:
 
 
 @dataclass(frozen=True)
-class Worth:
+class StudyQuality:
     """The quality of the figures of `motors` motors; `refused` counts by procedure and reason. `complete` unless somebody stopped
     it.
     """
 
     motors: int
     complete: bool
-    figures: tuple[FigureWorth, ...]
+    figures: tuple[FigureQuality, ...]
     refused: tuple[tuple[str, str, int], ...]
 
     def as_dict(self) -> dict[str, Any]:
@@ -49,7 +49,7 @@ class Worth:
         return content
 
 
-def worth_of(motors: Iterable[StudiedMotor], planned: int) -> Worth:
+def worth_of(motors: Iterable[StudiedMotor], planned: int) -> StudyQuality:
     """Return the sums over motors, in the order of their numbers, whoever measured them."""
     measured = sorted(motors, key=lambda motor: motor.number)
     by_figure = defaultdict[tuple[str, str], list[StudiedFigure]](list)
@@ -58,7 +58,7 @@ def worth_of(motors: Iterable[StudiedMotor], planned: int) -> Worth:
         for figure in motor.figures:
             by_figure[figure.parameter, figure.procedure].append(figure)
         refused.update(motor.refused)
-    return Worth(
+    return StudyQuality(
         len(measured),
         len(measured) == planned,
         tuple(_worth(*key, figures) for key, figures in sorted(by_figure.items())),
@@ -66,7 +66,7 @@ def worth_of(motors: Iterable[StudiedMotor], planned: int) -> Worth:
     )
 
 
-def _worth(parameter: str, procedure: str, figures: list[StudiedFigure]) -> FigureWorth:
+def _worth(parameter: str, procedure: str, figures: list[StudiedFigure]) -> FigureQuality:
     given = [figure for figure in figures if not math.isnan(figure.value)]
     halves = [0.5 * (figure.high - figure.low) for figure in given]
     errors = [figure.value - figure.truth for figure in given]
@@ -75,7 +75,7 @@ def _worth(parameter: str, procedure: str, figures: list[StudiedFigure]) -> Figu
     over = [
         abs(error) / half if half else (math.inf if error else 0.0) for error, half in zip(errors, halves, strict=True)
     ]
-    return FigureWorth(
+    return FigureQuality(
         parameter,
         procedure,
         _mean([half / scale for half, scale in zip(halves, scales, strict=True)]),

@@ -24,17 +24,17 @@ from bench.run.run import carry_out
 from bench.safety.interrupts import Interrupts
 from bench.station.library_logs import quieten_libraries
 from bench.station.station_file import VIRTUAL
-from bench.testing.benches import BenchAsked, BenchUnderTest
+from bench.testing.benches import BenchUnderTest, RequestedBench
 from bench.virtual.fault_file import given_faults
 from procedures.core.parameter_set import ParameterSet
 from procedures.core.result import Parameter, Withheld
 
 __all__ = [
-    "BenchAsked",
     "BenchUnderTest",
     "Judged",
+    "MeasuredRun",
     "PlanUnderTest",
-    "Ran",
+    "RequestedBench",
     "assert_holds_truth",
     "run_planned",
     "run_procedures",
@@ -43,7 +43,7 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class Ran:
+class MeasuredRun:
     """A run on the virtual bench: how it ended, its results, the true values, and the folder of its record.
 
     `status` is `completed`, `failed` or `aborted`, `warnings` are the identifiers of what the run warned of, `left` tells what was
@@ -70,7 +70,7 @@ class Judged:
     first_pass: bool
     figures: Mapping[str, MeasuredFigure]
     attempts: tuple[CheckRecord, ...]
-    run: Ran
+    run: MeasuredRun
     diagnoses: tuple[Diagnosis, ...] = ()
 
 
@@ -96,13 +96,13 @@ def run_procedures(
     seed: int,
     settings: Mapping[str, object],
     faults: Sequence[str],
-    bench: BenchAsked | None = None,
-) -> Ran:
+    bench: RequestedBench | None = None,
+) -> MeasuredRun:
     """Measure a virtual motor by procedures, through the real drivers. Raises InputError for unknown names or settings.
 
     `bench` says on which bench, a standard one with virtual hands where it is None.
     """
-    asked = bench or BenchAsked(operator="virtual")
+    asked = bench or RequestedBench(operator="virtual")
     planned = make_plan(names, [f"{name}={_toml(value)}" for name, value in settings.items()], asked.procedures())
     return run_planned(planned, motor, runs, seed=seed, faults=faults, bench=asked)
 
@@ -120,7 +120,7 @@ class PlanUnderTest:
         self.motor = prepared.motor
         self.limits: Mapping[str, ParameterLimits] = prepared.limits
         self._runs = runs
-        self._bench = BenchAsked(prepared.line.source, operator, drawn_errors=True)
+        self._bench = RequestedBench(prepared.line.source, operator, drawn_errors=True)
         known = self.plan.catalogues(prepared.line.catalogues).procedures
         self._planned = planned_of(self.plan.checks, self.plan.source, known)
 
@@ -152,7 +152,7 @@ class PlanUnderTest:
 
 
 def assert_holds_truth(
-    found: Ran | Judged | Mapping[str, Parameter],
+    found: MeasuredRun | Judged | Mapping[str, Parameter],
     truth: Mapping[str, float] | None = None,
     *,
     names: Iterable[str] | None = None,
@@ -164,8 +164,8 @@ def assert_holds_truth(
     Raises AssertionError that lists every miss with value, interval and truth.
     """
     ran = found.run if isinstance(found, Judged) else found
-    parameters = ran.parameters if isinstance(ran, Ran) else ran
-    true = truth if truth is not None else ran.truth if isinstance(ran, Ran) else {}
+    parameters = ran.parameters if isinstance(ran, MeasuredRun) else ran
+    true = truth if truth is not None else ran.truth if isinstance(ran, MeasuredRun) else {}
     looked = list(names) if names is not None else [name for name in parameters if name in true]
     if not looked:
         raise AssertionError("there is nothing to compare: no parameter has a known truth")
@@ -193,11 +193,11 @@ def run_planned(
     faults: Sequence[str] = (),
     options: RunOptions | None = None,
     interrupts: Interrupts | None = None,
-    bench: BenchAsked | None = None,
-) -> Ran:
+    bench: RequestedBench | None = None,
+) -> MeasuredRun:
     """Carry out a run on the virtual bench in this process; `interrupts` are what may stop it."""
     quieten_libraries()
-    asked = bench or BenchAsked(operator="virtual")
+    asked = bench or RequestedBench(operator="virtual")
     interrupts = interrupts or Interrupts()
     request = RunRequest(
         [each.name for each in planned],
@@ -214,7 +214,7 @@ def run_planned(
     with asked.context(request, interrupts) as context:
         check_needs(planned, context.station)
         done = carry_out(request, planned, context, interrupts, options or RunOptions())
-    return Ran(
+    return MeasuredRun(
         done.view.status,
         done.view.cause,
         done.view.parameters().parameters,

@@ -21,7 +21,7 @@ from bench.run.context import RunContext, run_context
 from bench.run.plan import Catalogue
 from bench.run.request import RunRequest
 from bench.safety.interrupts import Interrupts
-from bench.station.sharing import Alone
+from bench.station.sharing import NotShared
 from bench.station.station_file import VIRTUAL, Station
 from bench.study.twin import twin_of
 from bench.virtual.disturbance_file import load_disturbances
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class BenchAsked:
+class RequestedBench:
     """The virtual bench that a test uses.
 
     `station` is a station file, whose drivers then work with their simulated instruments, or `virtual`; `operator` is virtual
@@ -69,7 +69,7 @@ class BenchAsked:
         socket = VirtualSocket(motors, 0, (), self._twin())
         faults = tuple(fault.described for fault in request.faults)
         specimen = Specimen(faults=faults, disturbances=disturbances)
-        with socket.context("V", request.seed, lambda _: None, lambda _: Alone(), specimen) as context:
+        with socket.context("V", request.seed, lambda _: None, lambda _: NotShared(), specimen) as context:
             yield context
 
     def _twin(self) -> Station | None:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 
-class LeftError(ValueError):
+class ExitAttemptError(ValueError):
     """Code of a plug-in tried to end the whole program."""
 
 
@@ -35,7 +35,7 @@ def strangers_code() -> Iterator[None]:
     except (SystemExit, KeyboardInterrupt, GeneratorExit) as error:
         if pressed:
             raise
-        raise LeftError(f"{type(error).__name__}: {error}") from error
+        raise ExitAttemptError(f"{type(error).__name__}: {error}") from error
     finally:
         if listens:
             signal.signal(signal.SIGINT, before)

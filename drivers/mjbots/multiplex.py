@@ -83,7 +83,7 @@ class MultiplexReply:
 def parse(data: bytes) -> MultiplexReply:
     """Return what a node's frame says. Raises ValueError for one that is none of its."""
     result = MultiplexReply()
-    rest = Unread(data)
+    rest = UnreadBytes(data)
     while not rest.at_end:
         kind = rest.varuint()
         if kind == NOP:
@@ -103,7 +103,7 @@ def parse(data: bytes) -> MultiplexReply:
     return result
 
 
-def _numbers(rest: "Unread", kind: int) -> Mapping[int, float]:
+def _numbers(rest: "UnreadBytes", kind: int) -> Mapping[int, float]:
     form = _FORMATS[kind >> 2 & 3]
     count = kind & 3 or rest.varuint()
     register = rest.varuint()
@@ -116,7 +116,7 @@ def _number(form: str, raw: bytes) -> float:
     return math.nan if form != "<f" and value == -(1 << 8 * len(raw) - 1) else value
 
 
-class Unread:
+class UnreadBytes:
     """Bytes that are taken one part after the other."""
 
     def __init__(self, data: bytes) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from drivers.interfaces.text import text
-from drivers.mjbots.multiplex import Unread
+from drivers.mjbots.multiplex import UnreadBytes
 
 #: Numbers of types in a schema.
 _FINAL, _NULL, _BOOLEAN, _FIXED_INT, _FIXED_UINT, _VARUINT = 0, 1, 2, 3, 4, 6
@@ -13,7 +13,7 @@ _SIGNED = {1: "<b", 2: "<h", 4: "<i", 8: "<q"}
 _UNSIGNED = {1: "<B", 2: "<H", 4: "<I", 8: "<Q"}
 
 #: Takes a value from bytes.
-Decoder = Callable[[Unread], Any]
+Decoder = Callable[[UnreadBytes], Any]
 
 
 def decoder_of(schema: bytes) -> Callable[[bytes], Mapping[str, Any]]:
@@ -22,14 +22,14 @@ def decoder_of(schema: bytes) -> Callable[[bytes], Mapping[str, Any]]:
     Raises ValueError for a schema with a type that moteus firmware does not use, or that is no object's; what decodes raises it for
     data that do not fit.
     """
-    unread = Unread(schema)
+    unread = UnreadBytes(schema)
     if unread.varuint() != _OBJECT:
         raise ValueError(text("a schema that is no object's"))
     decode = _object(unread)
-    return lambda data: decode(Unread(data))
+    return lambda data: decode(UnreadBytes(data))
 
 
-def _type(schema: Unread) -> Decoder | None:
+def _type(schema: UnreadBytes) -> Decoder | None:
     """Return the decoder of the next type of a schema, None for what ends a list of types."""
     kind = schema.varuint()
     if kind == _FINAL:
@@ -61,14 +61,14 @@ def _type(schema: Unread) -> Decoder | None:
     return plain[kind]
 
 
-def _needed(schema: Unread) -> Decoder:
+def _needed(schema: UnreadBytes) -> Decoder:
     result = _type(schema)
     if result is None:
         raise ValueError(text("a schema that ends too early"))
     return result
 
 
-def _object(schema: Unread) -> Decoder:
+def _object(schema: UnreadBytes) -> Decoder:
     schema.varuint()
     fields: list[tuple[str, Decoder]] = []
     while True:
@@ -85,7 +85,7 @@ def _object(schema: Unread) -> Decoder:
         fields.append((name, decode))
 
 
-def _enum(schema: Unread) -> Decoder:
+def _enum(schema: UnreadBytes) -> Decoder:
     decode = _needed(schema)
     for _ in range(schema.varuint()):
         decode(schema)
@@ -93,12 +93,12 @@ def _enum(schema: Unread) -> Decoder:
     return decode
 
 
-def _union(schema: Unread) -> Decoder:
+def _union(schema: UnreadBytes) -> Decoder:
     kinds: list[Decoder] = []
     while (kind := _type(schema)) is not None:
         kinds.append(kind)
 
-    def chosen(data: Unread) -> Any:
+    def chosen(data: UnreadBytes) -> Any:
         number = data.varuint()
         if number >= len(kinds):
             raise ValueError(text("kind {number} of {count}", number=number, count=len(kinds)))

@@ -42,7 +42,7 @@ class InProcess(Protocol):
         """Return an end of a bus that has `hand_over`. Raises LookupError where there is no such channel."""
 
 
-class HandingOver(Protocol):
+class DirectDelivery(Protocol):
     """A bus that needs nobody to listen: it gives each frame to its listeners on the sender's thread."""
 
     def hand_over(self, listener: "Callable[[Message], None]") -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 FloatArray: TypeAlias = "NDArray[np.float64]"
 
 
-class Manner(Enum):
+class CurveStyle(Enum):
     """Styles of a curve; they differ in line and mark, so that black and white will do."""
 
     READING = "reading"
@@ -36,7 +36,7 @@ class PlotCurve:
     name: Text
     x: FloatArray
     y: FloatArray
-    manner: Manner
+    manner: CurveStyle
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from procedures.core.actions import (
     Wanted,
 )
 from procedures.core.events import ActionDone, ActionStarted, Event, Given, StepFailed, StepFinished, StepStarted
-from procedures.core.live_plot import LivePlot, NoOnlooker, Onlooker
+from procedures.core.live_plot import LivePlot, NoObserver, RunObserver
 from procedures.core.procedure_error import ProcedureError as ProcedureError
 from procedures.core.setup_change import ChangeSetup
 from procedures.core.setup_order import ordered_changes
@@ -67,7 +67,7 @@ class Feeding(Protocol):
         """Say that the shaft was seen at rest."""
 
 
-class NothingFeeds:
+class NothingEnergised:
     """A bench state without any instrument that is known to be on."""
 
     roles: Collection[Role] = ()
@@ -99,14 +99,14 @@ class Bench:
         recorder: Recorder,
         session: int = 1,
         feeding: "Feeding | None" = None,
-        onlooker: Onlooker | None = None,
+        onlooker: RunObserver | None = None,
     ) -> None:
         self._instruments = dict(instruments)
         self._operator = operator
         self.clock = clock
         self.recorder = recorder
-        self._feeding = feeding or NothingFeeds()
-        self._onlooker = onlooker or NoOnlooker()
+        self._feeding = feeding or NothingEnergised()
+        self._onlooker = onlooker or NoObserver()
         # Late: whoever only needs the roles, as a guardian does, is ready in half the time without.
         from procedures.core.budget import Uncertainties
         from procedures.techniques.temperature.thermometer import Thermometer

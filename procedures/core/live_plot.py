@@ -9,7 +9,7 @@ from procedures.core.axes import Axes
 
 
 @dataclass(frozen=True)
-class Coming:
+class ComingReadings:
     """Readings that are points of the plot's upper axes as they come, from a bench time `since` (s) on.
 
     x is `rate` times the time since then, y is the reading divided by `scale`. `quantity` is the reading's, in English. `until_x` and
@@ -47,11 +47,11 @@ class LivePlot:
     upper: Axes
     lower: Axes | None = None
     said: Sequence[Text] = ()
-    coming: Coming | None = None
+    coming: ComingReadings | None = None
     gauge: Gauge | None = None
 
 
-class Onlooker(Protocol):
+class RunObserver(Protocol):
     """The people who may be watching a run."""
 
     @property
@@ -62,7 +62,7 @@ class Onlooker(Protocol):
         """Show a plot in place of the one before."""
 
 
-class NoOnlooker:
+class NoObserver:
     """A run that nobody watches."""
 
     looks = False

@@ -11,7 +11,7 @@ import numpy as np
 from drivers.interfaces import Accuracy, MeasurementError, Reading, Role
 from drivers.interfaces.text import text
 from procedures.core.actions import ConnectProbes, CurrentProbe, Terminal, phases_on
-from procedures.core.axes import Axes, Manner, PlotCurve
+from procedures.core.axes import Axes, CurveStyle, PlotCurve
 from procedures.core.bench import ProcedureError
 from procedures.core.live_plot import LivePlot
 from procedures.core.procedure import Procedure
@@ -142,10 +142,10 @@ class LoadRun:
     def _show(self) -> None:
         speed = np.array([each.torque.speed / _RPM for each in self._done])
         power = PlotCurve(
-            text("readings"), speed, np.array([3.0 * each.phase.power for each in self._done]), Manner.READING
+            text("readings"), speed, np.array([3.0 * each.phase.power for each in self._done]), CurveStyle.READING
         )
         torque = PlotCurve(
-            text("readings"), speed, np.array([-each.torque.torque for each in self._done]), Manner.READING
+            text("readings"), speed, np.array([-each.torque.torque for each in self._done]), CurveStyle.READING
         )
         self._bench.show(
             lambda: LivePlot(

@@ -19,7 +19,7 @@ from procedures.core.actions import (
     UncoupleDynamometer,
     phases_on,
 )
-from procedures.core.axes import Axes, Manner, PlotCurve
+from procedures.core.axes import Axes, CurveStyle, PlotCurve
 from procedures.core.bench import ProcedureError, Role
 from procedures.core.demand import Demand, Demands
 from procedures.core.live_plot import LivePlot
@@ -317,8 +317,8 @@ class OpenCircuit(Procedure[OpenCircuitSettings]):
 
     def _show(self, emf: Sequence[Fundamentals], torque: Sequence[HeldTorque]) -> None:
         speed = np.array([each.speed / _RPM for each in torque])
-        upper = PlotCurve(text("readings"), speed, np.array([each.mean for each in emf]), Manner.READING)
-        lower = PlotCurve(text("readings"), speed, np.array([each.torque for each in torque]), Manner.READING)
+        upper = PlotCurve(text("readings"), speed, np.array([each.mean for each in emf]), CurveStyle.READING)
+        lower = PlotCurve(text("readings"), speed, np.array([each.torque for each in torque]), CurveStyle.READING)
         self.bench.show(
             lambda: LivePlot(
                 text("EMF and torque with open terminals"),

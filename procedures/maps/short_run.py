@@ -10,7 +10,7 @@ from GTC.lib import UncertainReal
 
 from drivers.interfaces.text import text
 from procedures.core.actions import ConnectProbes, CurrentProbe
-from procedures.core.axes import Axes, Manner, PlotCurve
+from procedures.core.axes import Axes, CurveStyle, PlotCurve
 from procedures.core.bench import ProcedureError
 from procedures.core.live_plot import LivePlot
 from procedures.core.procedure import Procedure
@@ -167,10 +167,10 @@ class ShortRun:
     def _show(self) -> None:
         speed = np.array([each.torque.speed / _RPM for each in self._points])
         upper = PlotCurve(
-            text("readings"), speed, np.array([each.current.mean for each in self._points]), Manner.READING
+            text("readings"), speed, np.array([each.current.mean for each in self._points]), CurveStyle.READING
         )
         lower = PlotCurve(
-            text("readings"), speed, np.array([each.torque.torque for each in self._points]), Manner.READING
+            text("readings"), speed, np.array([each.torque.torque for each in self._points]), CurveStyle.READING
         )
         self._bench.show(
             lambda: LivePlot(

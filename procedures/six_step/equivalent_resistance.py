@@ -24,7 +24,7 @@ from procedures.six_step.load_points import LoadPoint, LoadPoints
 from procedures.six_step.parts import Parts
 from procedures.six_step.point_reading import read_point
 from procedures.six_step.settings import EquivalentResistanceSettings
-from procedures.six_step.split import Split, split_point
+from procedures.six_step.split import ResistanceSplit, split_point
 from procedures.six_step.winding_data import UNKNOWN, winding_data
 from procedures.techniques.temperature.correction import magnet_factor, winding_temperature
 from procedures.techniques.temperature.settings import COLD
@@ -138,7 +138,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         return loads, parts
 
     @step("paper/3", "Equivalent resistance at each point, and its parts")
-    def equivalent_resistance(self, loads: JudgedLoads, parts: Parts) -> list[Split]:
+    def equivalent_resistance(self, loads: JudgedLoads, parts: Parts) -> list[ResistanceSplit]:
         """Form R_eq = (V_bus − k_e·ω)/I_s, and from the waveform R_11r and R_11L of the conducting winding."""
         points = loads.points
         splits = [
@@ -159,7 +159,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         return splits
 
     @step("paper/4", "Commutation resistance against speed; copper loss apart")
-    def commutation(self, splits: Sequence[Split], parts: Parts, misfit: Misfit) -> None:
+    def commutation(self, splits: Sequence[ResistanceSplit], parts: Parts, misfit: Misfit) -> None:
         """Fit R_c over speed, and compare how well the simple model and this one tell the speeds that they were fitted to."""
         known = [s for s in splits if s.commutation is not None and s.copper is not None]
         slope, offset, line, bent = commutation_line(
@@ -189,7 +189,7 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
         )
 
     @staticmethod
-    def _predicted(split: Split, simple: float, slope: float, offset: float) -> dict[str, float]:
+    def _predicted(split: ResistanceSplit, simple: float, slope: float, offset: float) -> dict[str, float]:
         """Return a point's speed by the simple model and by the line, from its own voltage and current (in-sample)."""
         point, row = split.point, split.row
         current, voltage = point.bus_current.value, point.bus_voltage.value
@@ -266,7 +266,9 @@ class EquivalentResistance(Procedure[EquivalentResistanceSettings]):
                     ),
                 )
 
-    def _report_at_largest_load(self, split: Split, parts: Parts, temperature: UncertainReal, misfit: Misfit) -> None:
+    def _report_at_largest_load(
+        self, split: ResistanceSplit, parts: Parts, temperature: UncertainReal, misfit: Misfit
+    ) -> None:
         self.report(
             "equivalent_resistance",
             split.equivalent,

@@ -14,7 +14,7 @@ from procedures.six_step.parts import Parts
 
 
 @dataclass(frozen=True)
-class Split:
+class ResistanceSplit:
     """R_eq (Ω) at one load, and of it the copper's and the commutation's part, None where the currents could not be separated."""
 
     point: LoadPoint
@@ -26,7 +26,7 @@ class Split:
 
 def split_point(
     point: LoadPoint, temperature: UncertainReal, parts: Parts, connection: Connection, unc: Uncertainties
-) -> Split:
+) -> ResistanceSplit:
     """Return R_eq = (V_bus − k_e·ω)/I_s at one load and its parts, with the winding at a temperature (°C)."""
     voltage = point.bus_voltage.with_errors(unc, "drive, bus voltage")
     current = point.bus_current.with_errors(unc, "drive, bus current")
@@ -54,7 +54,7 @@ def split_point(
         "commutation_resistance": None,
     }
     if point.line is None:
-        return Split(point, equivalent, None, None, row)
+        return ResistanceSplit(point, equivalent, None, None, row)
     state = six_step.conducting_state(point.line, connection)
     channel = scope_gain(unc, point.current_accuracy)
     copper = 3.0 * resistance * (state.period_rms * (1.0 + channel) / current) ** 2
@@ -70,7 +70,7 @@ def split_point(
         "copper_resistance": float(copper.x),
         "commutation_resistance": float(commutation.x),
     }
-    return Split(point, equivalent, copper, commutation, row)
+    return ResistanceSplit(point, equivalent, copper, commutation, row)
 
 
 def scope_gain(unc: Uncertainties, accuracy: Accuracy) -> UncertainReal:

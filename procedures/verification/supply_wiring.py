@@ -16,7 +16,7 @@ from procedures.core.actions import (
     supply_across,
 )
 from procedures.estimation.fitting.intervals import ANY
-from procedures.estimation.winding.held_angle import Stands, explaining
+from procedures.estimation.winding.held_angle import AxisAngle, explaining
 from procedures.estimation.winding.wiring import Kind, SensingLeads, WiringOutcome
 from procedures.techniques.steady_signals import again, direct, risen
 from procedures.verification import sensing_evidence, supply_evidence
@@ -56,7 +56,7 @@ class SupplyWiring:
             )
         return state.verified
 
-    def aligned(self, connect: Connect, stands: Stands, *, continuous: bool) -> None:
+    def aligned(self, connect: Connect, stands: AxisAngle, *, continuous: bool) -> None:
         """Prove that the rotor stands where this connection's current turns it, where its saliency tells an angle.
 
         `continuous` says that the connection's continuity was verified when the current flowed.

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from procedures.core.axes import Axes, FloatArray, Manner, PlotCurve
+from procedures.core.axes import Axes, CurveStyle, FloatArray, PlotCurve
 from reports.fonts import CHINESE_FAMILY, LATIN_FAMILY
 from reports.plots.layout import LINE, WIDTH, PlotLayout, Say, named
 from reports.plots.model import Plot
@@ -22,15 +22,15 @@ _STEPS, _ROOM = 6, 0.32
 _MARGIN = 0.05
 _LABEL, _FIGURES = 8.0, 7.5
 #: Line styles first, shades of grey second: they survive black and white.
-_MANNERS: dict[Manner, str] = {
-    Manner.READING: "",
-    Manner.RECORD: 'stroke="#9e9e9e" stroke-width="0.9"',
-    Manner.FIT: 'stroke="#000" stroke-width="1.1"',
-    Manner.SECOND: 'stroke="#262626" stroke-width="1.1" stroke-dasharray="5.5 2.2"',
-    Manner.THIRD: 'stroke="#262626" stroke-width="1.3" stroke-dasharray="1.3 1.8"',
-    Manner.BROAD: 'stroke="#ccc" stroke-width="3"',
-    Manner.RESIDUAL: 'stroke="#595959" stroke-width="0.7"',
-    Manner.BARS: 'stroke="#000" stroke-width="0.7"',
+_MANNERS: dict[CurveStyle, str] = {
+    CurveStyle.READING: "",
+    CurveStyle.RECORD: 'stroke="#9e9e9e" stroke-width="0.9"',
+    CurveStyle.FIT: 'stroke="#000" stroke-width="1.1"',
+    CurveStyle.SECOND: 'stroke="#262626" stroke-width="1.1" stroke-dasharray="5.5 2.2"',
+    CurveStyle.THIRD: 'stroke="#262626" stroke-width="1.3" stroke-dasharray="1.3 1.8"',
+    CurveStyle.BROAD: 'stroke="#ccc" stroke-width="3"',
+    CurveStyle.RESIDUAL: 'stroke="#595959" stroke-width="0.7"',
+    CurveStyle.BARS: 'stroke="#000" stroke-width="0.7"',
 }
 _MARK = '<circle cx="{x:.2f}" cy="{y:.2f}" r="1.6" fill="#fff" stroke="#000" stroke-width="1"/>'
 
@@ -92,7 +92,7 @@ class _Frame:
         """Give a curve: marks, or a line in as many pieces as it has."""
         x, y = self._across(curve.x / self._x), self._up(curve.y / self._y)
         there = np.isfinite(x) & np.isfinite(y)
-        if curve.manner in (Manner.READING, Manner.TO_COME):
+        if curve.manner in (CurveStyle.READING, CurveStyle.TO_COME):
             yield from (_MARK.format(x=a, y=b) for a, b in zip(x[there].tolist(), y[there].tolist(), strict=True))
             return
         for piece in np.split(np.arange(x.size), np.flatnonzero(~there)):
@@ -115,7 +115,7 @@ class _Frame:
         for number, curve in enumerate(shown):
             x = self.left + number // rows * self.width / columns
             y = self.top - 6.0 - (rows - 1 - number % rows) * LINE * _INCH
-            if curve.manner in (Manner.READING, Manner.TO_COME):
+            if curve.manner in (CurveStyle.READING, CurveStyle.TO_COME):
                 yield _MARK.format(x=x + 10.0, y=y)
             else:
                 yield f'<path d="M{x:.2f} {y:.2f}h20" {_MANNERS[curve.manner]}/>'

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from drivers.interfaces.text import Text, text, word
-from procedures.core.axes import Axes, Manner, PlotCurve
+from procedures.core.axes import Axes, CurveStyle, PlotCurve
 from reports.plots.model import Plot
 
 TIME, CURRENT, SPEED = text("Time"), text("Current"), text("Speed")
@@ -51,9 +51,9 @@ def fits(name: str, findings: Mapping[str, Any]) -> Iterator[Plot]:
         if not x.size or not x.size == fitted.size == residual.size:
             continue
         (label, x_unit), unit = _OVER[over], str(columns.get("unit", ""))
-        record = PlotCurve(_RECORDED, x, fitted + residual, Manner.READING)
-        upper = Axes(label, x_unit, text("Reading"), unit, (record, PlotCurve(FITTED, x, fitted, Manner.FIT)))
-        left = Axes(label, x_unit, RESIDUAL, unit, (PlotCurve(RESIDUAL, x, residual, Manner.RESIDUAL),))
+        record = PlotCurve(_RECORDED, x, fitted + residual, CurveStyle.READING)
+        upper = Axes(label, x_unit, text("Reading"), unit, (record, PlotCurve(FITTED, x, fitted, CurveStyle.FIT)))
+        left = Axes(label, x_unit, RESIDUAL, unit, (PlotCurve(RESIDUAL, x, residual, CurveStyle.RESIDUAL),))
         yield Plot(f"{name}-{key}", text("Readings, their fit, and the residual"), ((upper,), (left,)), (1.0, 0.6))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from drivers.interfaces.text import Text, text
-from procedures.core.axes import Axes, FloatArray, Manner, PlotCurve
+from procedures.core.axes import Axes, CurveStyle, FloatArray, PlotCurve
 from procedures.core.contours import contours
 from reports.document.record import ProcedureRecord
 from reports.plots.misfit import SPEED
@@ -17,7 +17,7 @@ _RPM = np.pi / 30.0
 _D, _Q, _TORQUE = text("d-axis current"), text("q-axis current"), text("Torque")
 _PSI_D, _PSI_Q = text("d-axis flux linkage"), text("q-axis flux linkage")
 _UNNAMED = Text("_")
-_MANNERS = (Manner.FIT, Manner.SECOND, Manner.THIRD)
+_MANNERS = (CurveStyle.FIT, CurveStyle.SECOND, CurveStyle.THIRD)
 #: Lines of equal torque, shares of the largest, and speeds of the voltage's limits, shares of the last.
 _TORQUES, _SPEEDS = (0.2, 0.4, 0.6, 0.8), (0.5, 0.75, 1.0)
 
@@ -44,8 +44,8 @@ def flux_map(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterato
         text("Flux linkages: the smooth surface at some currents of the other axis, and the points read"),
         (
             (
-                Axes(_D, "A", _PSI_D, "V·s", (PlotCurve(_UNNAMED, read["id_A"], read["psi_d_Vs"], Manner.READING), *d_curves)),
-                Axes(_Q, "A", _PSI_Q, "V·s", (PlotCurve(_UNNAMED, read["iq_A"], read["psi_q_Vs"], Manner.READING), *q_curves)),
+                Axes(_D, "A", _PSI_D, "V·s", (PlotCurve(_UNNAMED, read["id_A"], read["psi_d_Vs"], CurveStyle.READING), *d_curves)),
+                Axes(_Q, "A", _PSI_Q, "V·s", (PlotCurve(_UNNAMED, read["iq_A"], read["psi_q_Vs"], CurveStyle.READING), *q_curves)),
             ),
         ),
     )  # fmt: skip
@@ -63,14 +63,14 @@ def _plane(
     upper = i_q >= 0.0
     torque = 1.5 * float(findings["pole_pairs"]) * (psi_d * i_q - psi_q * i_d[:, np.newaxis])
     largest = float(np.nanmax(torque))
-    curves = [PlotCurve(text("points read"), read["id_A"], np.abs(read["iq_A"]), Manner.READING)]
+    curves = [PlotCurve(text("points read"), read["id_A"], np.abs(read["iq_A"]), CurveStyle.READING)]
     if findings.get("mtpa"):
         along = [(0.0, 0.0), *((each["i_d"], each["i_q"]) for each in findings["mtpa"] if not each["at_edge"])]
-        curves.append(PlotCurve(text("largest torque per ampere"), *_columns(along), Manner.FIT))
+        curves.append(PlotCurve(text("largest torque per ampere"), *_columns(along), CurveStyle.FIT))
     for number, share in enumerate(_TORQUES):
         name = text("equal torque, {torques}", torques=_listed([share * largest for share in _TORQUES], "N·m"))
         for x, y in contours(i_d, i_q[upper], torque[:, upper], share * largest):
-            curves.append(PlotCurve(name if not number else _UNNAMED, x, y, Manner.RESIDUAL))
+            curves.append(PlotCurve(name if not number else _UNNAMED, x, y, CurveStyle.RESIDUAL))
             name = _UNNAMED
     curves += list(_voltage_limits(findings, (i_d, i_q[upper], psi_d[:, upper], psi_q[:, upper])))
     yield Plot(
@@ -98,7 +98,7 @@ def _voltage_limits(findings: Mapping[str, Any], grid: tuple[FloatArray, ...]) -
             resistance * i_d[:, np.newaxis] - electrical * psi_q, resistance * i_q[np.newaxis, :] + electrical * psi_d
         )
         for x, y in contours(i_d, i_q, taken, voltage):
-            yield PlotCurve(name, x, y, Manner.SECOND)
+            yield PlotCurve(name, x, y, CurveStyle.SECOND)
             name = _UNNAMED
 
 
@@ -108,13 +108,15 @@ def _over_speed(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iter
         return
     speed = np.array([point["speed"] for point in points]) / _RPM
     curves = [
-        PlotCurve(text("largest torque"), speed, np.array([point["torque"]["value"] for point in points]), Manner.FIT),
+        PlotCurve(
+            text("largest torque"), speed, np.array([point["torque"]["value"] for point in points]), CurveStyle.FIT
+        ),
         *(
             PlotCurve(
                 text("its 95 % interval") if not end else _UNNAMED,
                 speed,
                 np.array([point["torque"]["coverage_interval"][end] for point in points]),
-                Manner.RESIDUAL,
+                CurveStyle.RESIDUAL,
             )
             for end in (0, 1)
         ),

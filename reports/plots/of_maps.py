@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from drivers.interfaces.text import Text, text
-from procedures.core.axes import Axes, FloatArray, Manner, PlotCurve
+from procedures.core.axes import Axes, CurveStyle, FloatArray, PlotCurve
 from reports.document.record import ProcedureRecord
 from reports.plots.misfit import CURRENT, FITTED, RESIDUAL, SPEED
 from reports.plots.model import Plot
@@ -16,7 +16,7 @@ _RPM = np.pi / 30.0
 _READ, _TORQUE, _LOSS = text("readings"), text("Torque"), text("Loss")
 _AMPLITUDE, _UNNAMED = text("Amplitude"), Text("_")
 #: Curves that stand beside each other, told apart without colour.
-_MANNERS = (Manner.FIT, Manner.SECOND, Manner.THIRD, Manner.BROAD)
+_MANNERS = (CurveStyle.FIT, CurveStyle.SECOND, CurveStyle.THIRD, CurveStyle.BROAD)
 
 
 def short_circuit(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plot]:
@@ -32,12 +32,12 @@ def short_circuit(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> It
         speed, fit = _array(sweep["speed"]) / _RPM, sweep["fit"]
         fine, warmth = _array(fit["speed"]) / _RPM, sweep["winding_temperature"]
         for place, name in enumerate(("current", "torque")):
-            upper[place].append(PlotCurve(name_of_readings, speed, _array(sweep[name]), Manner.READING))
+            upper[place].append(PlotCurve(name_of_readings, speed, _array(sweep[name]), CurveStyle.READING))
             fitted = text("fit, {temperature:.0f} °C", temperature=warmth)
             upper[place].append(PlotCurve(fitted, fine, _array(fit[name]), manner))
         left = _array(sweep["current_residual"]) * _array(sweep["current"])
-        lower[0].append(PlotCurve(name_of_residual, speed, left, Manner.READING))
-        lower[1].append(PlotCurve(name_of_residual, speed, _array(sweep["torque_residual"]), Manner.READING))
+        lower[0].append(PlotCurve(name_of_residual, speed, left, CurveStyle.READING))
+        lower[1].append(PlotCurve(name_of_residual, speed, _array(sweep["torque_residual"]), CurveStyle.READING))
     yield Plot(
         procedure.name,
         text("Short-circuit current and braking torque over speed, their fits, and the residuals"),
@@ -53,9 +53,9 @@ def short_circuit(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> It
     cold = sweeps[0]
     speed = _array(cold["speed"]) / _RPM
     curves = (
-        PlotCurve(text("copper, leads and link"), speed, _array(cold["copper_loss"]), Manner.FIT),
+        PlotCurve(text("copper, leads and link"), speed, _array(cold["copper_loss"]), CurveStyle.FIT),
         PlotCurve(
-            text("drag with open terminals, dynamometer included"), speed, _array(cold["drag_loss"]), Manner.SECOND
+            text("drag with open terminals, dynamometer included"), speed, _array(cold["drag_loss"]), CurveStyle.SECOND
         ),
     )
     yield Plot(
@@ -80,11 +80,11 @@ def open_circuit(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Ite
         flux.append(PlotCurve(name, at, amplitude / _array(taken["electrical_speed"]), manner))
     torque, residual = _array(drag["torque"]), _array(drag["residual"])
     curves = [
-        PlotCurve(_READ, speed / _RPM, torque, Manner.READING),
-        PlotCurve(FITTED, *_course(drag["terms"], speed), Manner.FIT),
+        PlotCurve(_READ, speed / _RPM, torque, CurveStyle.READING),
+        PlotCurve(FITTED, *_course(drag["terms"], speed), CurveStyle.FIT),
     ]
     if drag.get("tare"):
-        curves.append(PlotCurve(text("the dynamometer's own drag"), *_course(drag["tare"], speed), Manner.SECOND))
+        curves.append(PlotCurve(text("the dynamometer's own drag"), *_course(drag["tare"], speed), CurveStyle.SECOND))
     yield Plot(
         procedure.name,
         text("EMF with open terminals over speed; torque that turning takes, its fit, and the residual"),
@@ -96,7 +96,12 @@ def open_circuit(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Ite
             (
                 Axes(SPEED, "rpm", text("EMF over electrical speed"), "V·s/rad", flux, True),
                 Axes(
-                    SPEED, "rpm", RESIDUAL, "N·m", (PlotCurve(RESIDUAL, speed / _RPM, residual, Manner.READING),), True
+                    SPEED,
+                    "rpm",
+                    RESIDUAL,
+                    "N·m",
+                    (PlotCurve(RESIDUAL, speed / _RPM, residual, CurveStyle.READING),),
+                    True,
                 ),
             ),
         ),
@@ -113,8 +118,10 @@ def load_points(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iter
     for point in points:
         by_speed.setdefault(round(point["speed_rpm"], -1), []).append(point)
     everywhere = _array([point["torque"] for point in points])
-    efficiency = [PlotCurve(_UNNAMED, everywhere, _array([100.0 * p["efficiency"] for p in points]), Manner.READING)]
-    loss = [PlotCurve(_UNNAMED, everywhere, _array([point["loss"] for point in points]), Manner.READING)]
+    efficiency = [
+        PlotCurve(_UNNAMED, everywhere, _array([100.0 * p["efficiency"] for p in points]), CurveStyle.READING)
+    ]
+    loss = [PlotCurve(_UNNAMED, everywhere, _array([point["loss"] for point in points]), CurveStyle.READING)]
     for (_, row), manner in zip(sorted(by_speed.items()), cycle(_MANNERS), strict=False):
         name = Text("{speed:.0f} rpm", {"speed": float(np.mean([point["speed_rpm"] for point in row]))})
         ordered = sorted(row, key=lambda point: float(point["torque"]))
@@ -147,7 +154,7 @@ def load_points(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iter
                 ("without_current", text("drag without a current")),
                 ("rest", text("rest")),
             ),
-            (Manner.READING, *_MANNERS[:3]),
+            (CurveStyle.READING, *_MANNERS[:3]),
             strict=True,
         )
     ]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from drivers.interfaces.text import Text, text
-from procedures.core.axes import Axes, FloatArray, Manner, PlotCurve
+from procedures.core.axes import Axes, CurveStyle, FloatArray, PlotCurve
 from reports.document.record import ProcedureRecord, Trace
 from reports.plots.envelope import envelope
 from reports.plots.misfit import CURRENT, FITTED, RESIDUAL, SPEED, TIME, fits, told
@@ -16,7 +16,7 @@ from reports.plots.of_maps import load_points, open_circuit, short_circuit
 
 _RPM = np.pi / 30.0
 _VOLTAGE, _READ, _RECORDED = text("Voltage"), text("readings"), text("recorded")
-_PHASES = (Manner.FIT, Manner.SECOND, Manner.THIRD)
+_PHASES = (CurveStyle.FIT, CurveStyle.SECOND, CurveStyle.THIRD)
 
 
 def plots(procedure: ProcedureRecord) -> Iterator[Plot]:
@@ -50,7 +50,7 @@ def _static(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator
                     "",
                     text("Angle, mechanical"),
                     "°",
-                    (PlotCurve(text("marks"), numbers, degrees, Manner.READING),),
+                    (PlotCurve(text("marks"), numbers, degrees, CurveStyle.READING),),
                 ),
             ),
         ),
@@ -74,8 +74,8 @@ def _dc(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plo
                 _VOLTAGE,
                 "V",
                 (
-                    PlotCurve(_READ, current, voltage, Manner.READING),
-                    PlotCurve(FITTED, current[order], (voltage - residual)[order], Manner.FIT),
+                    PlotCurve(_READ, current, voltage, CurveStyle.READING),
+                    PlotCurve(FITTED, current[order], (voltage - residual)[order], CurveStyle.FIT),
                 ),
             )
         )
@@ -85,7 +85,7 @@ def _dc(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Plo
                 "A",
                 RESIDUAL,
                 "V",
-                (PlotCurve(RESIDUAL, current, residual, Manner.READING),),
+                (PlotCurve(RESIDUAL, current, residual, CurveStyle.READING),),
             )
         )
     yield Plot(
@@ -101,7 +101,7 @@ def _sweep(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
     time, inductance = _array(sweep.get("time", ())), _array(sweep.get("inductance", ()))
     if time.size < 2:
         return
-    over_time = Axes(TIME, "s", _LINE, "H", (PlotCurve(_READ, time - time[0], inductance, Manner.READING),))
+    over_time = Axes(TIME, "s", _LINE, "H", (PlotCurve(_READ, time - time[0], inductance, CurveStyle.READING),))
     angle, fitted = _array(sweep.get("angle", ())), _array(sweep.get("fitted", ()))
     if angle.size != time.size or fitted.size != time.size:
         yield Plot(procedure.name, text("Inductance between two lines while the shaft is turned"), ((over_time,),))
@@ -114,11 +114,13 @@ def _sweep(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
         _LINE,
         "H",
         (
-            PlotCurve(_READ, turn, inductance, Manner.READING),
-            PlotCurve(FITTED, turn[order], fitted[order], Manner.FIT),
+            PlotCurve(_READ, turn, inductance, CurveStyle.READING),
+            PlotCurve(FITTED, turn[order], fitted[order], CurveStyle.FIT),
         ),
     )
-    left = Axes(TIME, "s", RESIDUAL, "H", (PlotCurve(RESIDUAL, time - time[0], inductance - fitted, Manner.READING),))
+    left = Axes(
+        TIME, "s", RESIDUAL, "H", (PlotCurve(RESIDUAL, time - time[0], inductance - fitted, CurveStyle.READING),)
+    )
     yield Plot(
         procedure.name,
         text(
@@ -142,10 +144,10 @@ def _step(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[P
         traces = _last_record(procedure, f"3.3.1-{axis}/4")
         voltage, current = (_shown(traces, unit) for unit in ("V", "A"))
         if voltage is not None:
-            rows[0].append(Axes(label, "s", _VOLTAGE, "V", (PlotCurve(_RECORDED, *voltage, Manner.RECORD),)))
-        recorded = PlotCurve(_RECORDED, *(current or (time, fitted + residual)), Manner.RECORD)
-        rows[1].append(Axes(label, "s", CURRENT, "A", (recorded, PlotCurve(FITTED, time, fitted, Manner.FIT))))
-        rows[2].append(Axes(label, "s", RESIDUAL, "A", (PlotCurve(RESIDUAL, time, residual, Manner.RESIDUAL),)))
+            rows[0].append(Axes(label, "s", _VOLTAGE, "V", (PlotCurve(_RECORDED, *voltage, CurveStyle.RECORD),)))
+        recorded = PlotCurve(_RECORDED, *(current or (time, fitted + residual)), CurveStyle.RECORD)
+        rows[1].append(Axes(label, "s", CURRENT, "A", (recorded, PlotCurve(FITTED, time, fitted, CurveStyle.FIT))))
+        rows[2].append(Axes(label, "s", RESIDUAL, "A", (PlotCurve(RESIDUAL, time, residual, CurveStyle.RESIDUAL),)))
     drawn = [(row, height) for row, height in zip(rows, (0.62, 1.0, 0.62), strict=True) if row]
     if drawn:
         yield Plot(
@@ -190,7 +192,7 @@ def _emf(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Pl
             measured, curve = _array(wave[f"channel_{channel}"]), _array(wave[f"fitted_{channel}"])
             name = text("channel {number}", number=channel)
             # The records lie beneath their fits and need no name of their own.
-            recorded.append(PlotCurve(Text("_"), time, measured, Manner.RECORD))
+            recorded.append(PlotCurve(Text("_"), time, measured, CurveStyle.RECORD))
             fitted.append(PlotCurve(name, time, curve, manner))
             left.append(PlotCurve(name, time, measured - curve, manner))
         yield Plot(
@@ -217,7 +219,7 @@ def _emf(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Pl
                         "rpm",
                         text("Amplitude"),
                         "V",
-                        (PlotCurve(_READ, speed, amplitude, Manner.READING),),
+                        (PlotCurve(_READ, speed, amplitude, CurveStyle.READING),),
                         True,
                         True,
                     ),
@@ -226,7 +228,7 @@ def _emf(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[Pl
                         "rpm",
                         text("EMF over speed"),
                         "V·s/rad",
-                        (PlotCurve(_READ, speed, constant, Manner.READING),),
+                        (PlotCurve(_READ, speed, constant, CurveStyle.READING),),
                     ),
                 ),
             ),
@@ -255,8 +257,8 @@ def _ramps(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
                     SPEED,
                     "rpm",
                     (
-                        PlotCurve(_READ, time, speed / _RPM, Manner.BROAD),
-                        PlotCurve(FITTED, fit_time, fitted / _RPM, Manner.SECOND),
+                        PlotCurve(_READ, time, speed / _RPM, CurveStyle.BROAD),
+                        PlotCurve(FITTED, fit_time, fitted / _RPM, CurveStyle.SECOND),
                     ),
                 )
             )
@@ -268,7 +270,7 @@ def _ramps(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator[
                     "s",
                     RESIDUAL,
                     "rpm",
-                    (PlotCurve(RESIDUAL, common, (speed[at] - fitted[of]) / _RPM, Manner.RESIDUAL),),
+                    (PlotCurve(RESIDUAL, common, (speed[at] - fitted[of]) / _RPM, CurveStyle.RESIDUAL),),
                 )
             )
         if len(upper) == 2:
@@ -291,11 +293,11 @@ def _torque(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iterator
                     text("Torque"),
                     "N·m",
                     (
-                        PlotCurve(_READ, current, torque, Manner.READING),
-                        PlotCurve(FITTED, current[order], (torque - residual)[order], Manner.FIT),
+                        PlotCurve(_READ, current, torque, CurveStyle.READING),
+                        PlotCurve(FITTED, current[order], (torque - residual)[order], CurveStyle.FIT),
                     ),
                 ),
-                Axes(CURRENT, "A", RESIDUAL, "N·m", (PlotCurve(RESIDUAL, current, residual, Manner.READING),)),
+                Axes(CURRENT, "A", RESIDUAL, "N·m", (PlotCurve(RESIDUAL, current, residual, CurveStyle.READING),)),
             ),
         ),
     )
@@ -309,9 +311,9 @@ def _equivalent(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iter
     speed = _array([p["speed_rpm"] for p in points])
     parts = []
     for key, name, manner in (
-        ("equivalent_resistance", text("equivalent resistance"), Manner.FIT),
-        ("copper_resistance", text("copper"), Manner.SECOND),
-        ("commutation_resistance", text("commutation (no loss)"), Manner.THIRD),
+        ("equivalent_resistance", text("equivalent resistance"), CurveStyle.FIT),
+        ("copper_resistance", text("copper"), CurveStyle.SECOND),
+        ("commutation_resistance", text("commutation (no loss)"), CurveStyle.THIRD),
     ):
         values = [p.get(key) for p in points]
         if all(value is not None for value in values):
@@ -320,7 +322,7 @@ def _equivalent(procedure: ProcedureRecord, findings: Mapping[str, Any]) -> Iter
     if band:
         at = _array([p["speed_rpm"] for p in band])
         for key, name in (("low", text("commutation, 95 % from")), ("high", text("commutation, 95 % to"))):
-            parts.append(PlotCurve(name, at, _array([p[key] for p in band]), Manner.RESIDUAL))
+            parts.append(PlotCurve(name, at, _array([p[key] for p in band]), CurveStyle.RESIDUAL))
     yield Plot(
         procedure.name,
         text("Equivalent resistance and its parts over speed"),

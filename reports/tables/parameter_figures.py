@@ -7,7 +7,7 @@ from reports.tables.figures import decimals_for, figure, percent, scale_of
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownFigure:
     """Value, uncertainty, the note's figure, truth and 95 % interval in one unit; a dash where there is none."""
 
     value: str
@@ -19,13 +19,13 @@ class Shown:
     interval: str
 
 
-def shown(parameter: Parameter, truth: float | None = None) -> Shown:
+def shown(parameter: Parameter, truth: float | None = None) -> ShownFigure:
     """Return a parameter's figures."""
     scale = scale_of(parameter.value, parameter.reader_unit)
     value, spread = parameter.value / scale.factor, parameter.standard_uncertainty / scale.factor
     decimals = decimals_for(spread, value)
     low, high = (figure(bound / scale.factor, decimals) for bound in parameter.coverage_interval)
-    return Shown(
+    return ShownFigure(
         value=figure(value, decimals),
         unit=scale.unit,
         uncertainty=figure(spread, decimals) if spread else "–",
@@ -36,10 +36,10 @@ def shown(parameter: Parameter, truth: float | None = None) -> Shown:
     )
 
 
-def shown_withheld(truth: float | None = None, reader_unit: str = "") -> Shown:
+def shown_withheld(truth: float | None = None, reader_unit: str = "") -> ShownFigure:
     """Return the figures of a parameter that is not given: dashes, and the truth of a virtual motor where it is known."""
     if truth is None:
-        return Shown("–", "", "–", "–", "–", "–", "–")
+        return ShownFigure("–", "", "–", "–", "–", "–", "–")
     scale = scale_of(truth, reader_unit)
     value = truth / scale.factor
-    return Shown("–", scale.unit, "–", "–", "–", figure(value, decimals_for(0.0, value)), "–")
+    return ShownFigure("–", scale.unit, "–", "–", "–", figure(value, decimals_for(0.0, value)), "–")

@@ -22,7 +22,7 @@ MaybeCount = Annotated[int | None, Field(ge=1, le=1_000_000)]
 
 
 @dataclass(frozen=True)
-class Begun:
+class ActiveFault:
     """A fault that is there: what mends it, and whether anything has felt it yet."""
 
     mend: Mend
@@ -101,7 +101,7 @@ class Description(Strict):
         if self.message is not None:
             bench.faults(self.message.role)
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Bring it onto the bench."""
         raise NotImplementedError
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from sim_instruments.faults.description import Begun, Description, Mend
+from sim_instruments.faults.description import ActiveFault, Description, Mend
 from sim_instruments.faults.line_faults import MessageWatch
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ class _Entry:
     state: State = "waiting"
     starts: int = 0
     due: Mend | None = None
-    begun: Begun | None = None
+    begun: ActiveFault | None = None
 
     @property
     def felt(self) -> bool:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from sim_instruments.faults.description import Begun, Description
+from sim_instruments.faults.description import ActiveFault, Description
 from sim_instruments.world.settings import Heating, Terminal
 from sim_instruments.world.sources.stuck_output import Reports
 
@@ -18,10 +18,10 @@ class OpenPhase(Description):
     fault: Literal["open_phase"]
     terminal: Terminal | None
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Do it."""
         bench.world.set_open_phase(self.terminal)
-        return Begun(lambda: bench.world.set_open_phase(None))
+        return ActiveFault(lambda: bench.world.set_open_phase(None))
 
 
 class Swapped(Description):
@@ -36,10 +36,10 @@ class Swapped(Description):
         if self.pair is not None and self.pair[0] == self.pair[1]:
             raise ValueError(f"swapped wires must be two different ones, not {self.pair[0]} twice")
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Do it."""
         bench.world.set_swapped(None if self.pair is None else (self.pair[0], self.pair[1]))
-        return Begun(lambda: bench.world.set_swapped(None))
+        return ActiveFault(lambda: bench.world.set_swapped(None))
 
 
 class StuckRotor(Description):
@@ -48,10 +48,10 @@ class StuckRotor(Description):
     fault: Literal["stuck_rotor"]
     stuck: bool = True
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Do it."""
         bench.world.set_stuck_rotor(self.stuck)
-        return Begun(lambda: bench.world.set_stuck_rotor(False))
+        return ActiveFault(lambda: bench.world.set_stuck_rotor(False))
 
 
 class MotorUnplugged(Description):
@@ -59,10 +59,10 @@ class MotorUnplugged(Description):
 
     fault: Literal["motor_unplugged"]
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Do it."""
         bench.world.damage.unplug(True)
-        return Begun(lambda: bench.world.damage.unplug(False))
+        return ActiveFault(lambda: bench.world.damage.unplug(False))
 
 
 class StuckOutput(Description):
@@ -77,10 +77,10 @@ class StuckOutput(Description):
         super().check(bench)
         bench.world.damage.check_output(self.role)
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Do it."""
         bench.world.damage.stick(self.role, self.reports)
-        return Begun(lambda: bench.world.damage.stick(self.role, None))
+        return ActiveFault(lambda: bench.world.damage.stick(self.role, None))
 
 
 class StuckRelay(Description):
@@ -95,10 +95,10 @@ class StuckRelay(Description):
         super().check(bench)
         bench.check_crosspoint(self.crosspoint)
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Do it."""
         bench.stick_relay(self.crosspoint, self.closed)
-        return Begun(
+        return ActiveFault(
             lambda: bench.stick_relay(self.crosspoint, None),
             # Nobody feels an open contact that nobody wants closed.
             lambda: self.closed or bench.relay_called(self.crosspoint),
@@ -111,10 +111,10 @@ class CurrentLimited(Description):
     fault: Literal["current_limited"]
     current: Annotated[float, Field(gt=0.0, le=1e4, json_schema_extra={"unit": "A"})] = 0.05
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Do it."""
         bench.world.damage.limit_supply(self.current)
-        return Begun(lambda: bench.world.damage.limit_supply(None))
+        return ActiveFault(lambda: bench.world.damage.limit_supply(None))
 
 
 class SpeedRunaway(Description):
@@ -124,12 +124,12 @@ class SpeedRunaway(Description):
     role: Literal["dynamometer", "inverter"]
     speed: Annotated[float, Field(gt=0.0, le=1e5, json_schema_extra={"unit": "rad/s"})] = 1e5
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Do it."""
         damage = bench.world.damage
         run_away = damage.run_dynamometer_away if self.role == "dynamometer" else damage.run_inverter_away
         run_away(self.speed)
-        return Begun(lambda: run_away(None))
+        return ActiveFault(lambda: run_away(None))
 
 
 class ThermalRunaway(Description):
@@ -139,7 +139,7 @@ class ThermalRunaway(Description):
     temperature: Annotated[float, Field(ge=-60.0, le=400.0, json_schema_extra={"unit": "°C"})] = 200.0
     time_constant: Annotated[float, Field(ge=0.1, le=1e5, json_schema_extra={"unit": "s"})] = 30.0
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Do it."""
         bench.world.damage.overheat(Heating(self.temperature, self.time_constant))
-        return Begun(lambda: bench.world.damage.overheat(None))
+        return ActiveFault(lambda: bench.world.damage.overheat(None))

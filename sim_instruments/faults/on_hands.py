@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field, model_validator
 
-from sim_instruments.faults.description import Begun, Description, MaybeCount
+from sim_instruments.faults.description import ActiveFault, Description, MaybeCount
 from sim_instruments.world.probes import Node
 from sim_instruments.world.settings import Socket, Terminal
 
@@ -29,14 +29,14 @@ class MisClipped(Description):
             raise ValueError("exchanged_with must be another terminal")
         return self
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Do it."""
         miswirings = bench.world.miswirings
         if self.socket is not None:
             miswirings.wire(self.terminal, self.socket, self.connection)
         elif self.exchanged_with is not None:
             miswirings.exchange(self.terminal, self.exchanged_with, self.connection)
-        return Begun(miswirings.clear)
+        return ActiveFault(miswirings.clear)
 
 
 class MisPlaced(Description):
@@ -47,10 +47,10 @@ class MisPlaced(Description):
     positive: Node | None = None
     negative: Node | None = None
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Do it."""
         bench.world.miswirings.voltage_leads(self.channel, self.positive, self.negative)
-        return Begun(bench.world.miswirings.clear)
+        return ActiveFault(bench.world.miswirings.clear)
 
 
 class MisClamped(Description):
@@ -61,7 +61,7 @@ class MisClamped(Description):
     terminal: Terminal | None = None
     turned: bool = False
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Do it."""
         bench.world.miswirings.current_probe(self.channel, self.terminal, turned=self.turned)
-        return Begun(bench.world.miswirings.clear)
+        return ActiveFault(bench.world.miswirings.clear)

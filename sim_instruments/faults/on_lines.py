@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from sim_instruments.faults.description import Begun, Count, Description, MaybeCount, pattern_checked
+from sim_instruments.faults.description import ActiveFault, Count, Description, MaybeCount, pattern_checked
 from sim_instruments.faults.line_faults import Fault, FaultKind
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class LineFault(Description):
         elif self.fault == "wrong_channel":
             _only(self.role, tuple(CHANNELLED), self.fault)
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Add it to the role's line."""
         faults, kind = bench.faults(self.role), FaultKind(self.fault)
         reply = self.reply.encode("latin-1")
@@ -110,7 +110,7 @@ class LineFault(Description):
                 times = 1
             fault = Fault.on(kind, self._messages(), delay=self.delay, reply=reply, times=times, code=self.code)
         faults.add(fault)
-        return Begun(lambda: faults.remove(fault), lambda: fault.struck)
+        return ActiveFault(lambda: faults.remove(fault), lambda: fault.struck)
 
     def _messages(self) -> str:
         if self.pattern is not None:
@@ -132,11 +132,11 @@ class WrongIdentity(Description):
         super().check(bench)
         bench.faults(self.role)
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Add it to the role's line."""
         faults = bench.faults(self.role)
         fault = faults.add(Fault.wrong_identity(self.identity))
-        return Begun(lambda: faults.remove(fault), lambda: fault.struck)
+        return ActiveFault(lambda: faults.remove(fault), lambda: fault.struck)
 
 
 class Unplugged(Description):
@@ -152,11 +152,11 @@ class Unplugged(Description):
         on_bus = ("can", "can-fd") if self.fault == "bus_off" else ("visa", "modbus", "serial")
         _only(self.role, _reached_by(bench, *on_bus), self.fault)
 
-    def begin(self, bench: "FaultTarget") -> Begun:
+    def begin(self, bench: "FaultTarget") -> ActiveFault:
         """Pull it out."""
         connection = bench.connection(self.role)
         connection.pull()
-        return Begun(connection.plug)
+        return ActiveFault(connection.plug)
 
 
 def _reached_by(bench: "FaultTarget", *transports: str) -> tuple[str, ...]:

@@ -111,7 +111,7 @@ class Brake(Protocol):
 
 
 @dataclass(frozen=True)
-class Together:
+class CombinedBrakes:
     """Brakes that act at the same time."""
 
     parts: tuple[Brake, ...]
@@ -161,7 +161,7 @@ def braked(shaft: Shaft, network: Network, current: complex = 0j) -> Shaft:
         brakes: list[Brake] = [iron] if windings.motor.iron.loses else []
         if (circulating := _circulating(network)) is not None:
             brakes.append(circulating)
-        return BrakedShaft(**given, loops=Together(tuple(brakes)), holding=holding) if brakes else shaft
+        return BrakedShaft(**given, loops=CombinedBrakes(tuple(brakes)), holding=holding) if brakes else shaft
     # Shorted turns and eddy currents keep the currents that the mean inductance gives, and a brake of their own.
     if type(network) is not Network:
         return shaft

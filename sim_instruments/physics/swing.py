@@ -14,7 +14,7 @@ from sim_instruments.physics.integration.swing_equations import Shaft, SwingEqua
 from sim_instruments.physics.mapped.network import MappedNetwork
 from sim_instruments.physics.mapped.swing import MappedSwing
 
-__all__ = ["Grip", "Shaft", "Swing", "Thresholds"]
+__all__ = ["Shaft", "StaticFriction", "Swing", "Thresholds"]
 
 Ending = Literal["horizon", "standstill", "current", "voltage"]
 
@@ -31,7 +31,7 @@ class Thresholds:
 
 
 @dataclass(frozen=True)
-class Grip:
+class StaticFriction:
     """Static friction: `torque` (N·m) holds what stands, and what is slower than `slow` (rad/s) and slows down."""
 
     torque: float
@@ -57,7 +57,7 @@ class Swing:
         loops: FloatArray,
         direction: int,
         thresholds: Thresholds,
-        grip: Grip,
+        grip: StaticFriction,
     ) -> None:
         self.network = network
         self.source = source

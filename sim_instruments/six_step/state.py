@@ -25,7 +25,7 @@ _MOST_SEGMENTS = 200
 
 
 @dataclass(frozen=True)
-class Passage:
+class StateInterval:
     """A stretch of the state T1T2: its segments, the winding currents at its end and their sensitivity to the start."""
 
     segments: tuple[ConductionSegment, ...]
@@ -70,7 +70,7 @@ class Bridge:
         """EMF of the windings a, b, c at `angle` rad electrical since T1T2 began, in V/(rad/s), shape (3,)."""
         return np.asarray((self._emf @ np.exp(1j * self.orders * angle)).real)
 
-    def run(self, currents: Real, *, speed: float, angle: float, duration: float) -> Passage:
+    def run(self, currents: Real, *, speed: float, angle: float, duration: float) -> StateInterval:
         """Follow T1T2 for `duration` s from winding `currents` in A at `angle` rad electrical since the state began.
 
         Speed in mechanical rad/s, constant. Raises SixStepError when the conduction changes more often than any
@@ -91,7 +91,7 @@ class Bridge:
             transition = segment.transition(length) @ transition
             segments.append(self._with_duration(segment, length))
             if event is None:
-                return Passage(tuple(segments), currents, transition)
+                return StateInterval(tuple(segments), currents, transition)
             if len(segments) >= _MOST_SEGMENTS:
                 raise SixStepError(
                     f"the diodes change more than {_MOST_SEGMENTS} times in one state at {speed:g} rad/s: "

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from sim_instruments.six_step.circuit import Observables, Real
 from sim_instruments.six_step.drive import SixStepDrive, SixStepError
 from sim_instruments.six_step.segment import ConductionSegment
-from sim_instruments.six_step.state import Bridge, Passage
+from sim_instruments.six_step.state import Bridge, StateInterval
 
 _STATE_ANGLE = math.pi / 3
 _MOST_ITERATIONS = 500
@@ -202,7 +202,7 @@ def steady_state(bridge: Bridge, speed: float, guess: Real | None = None) -> Ste
         )
     scale = bridge.current_scale * (1.0 + speed / bridge.no_load_speed)
 
-    def passage_from(currents: Real) -> tuple[Passage, Real]:
+    def passage_from(currents: Real) -> tuple[StateInterval, Real]:
         passage = bridge.run(currents, speed=speed, angle=0.0, duration=duration)
         return passage, previous_state(passage.end_currents) - currents
 

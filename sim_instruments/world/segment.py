@@ -12,7 +12,7 @@ from sim_instruments.physics.circuits.windings import FloatArray, Windings
 from sim_instruments.physics.commutated import Commutated
 from sim_instruments.physics.field import ImpressedField
 from sim_instruments.physics.mapped.windings import MappedWindings
-from sim_instruments.physics.motion.motion import Motion, Rest
+from sim_instruments.physics.motion.motion import Motion, RestingShaft
 from sim_instruments.physics.rotating import Rotating
 from sim_instruments.physics.swing import Shaft
 
@@ -215,7 +215,7 @@ class Segment:
         Fine near the segment's start, where transients are, and fine enough for the rotor's turning.
         """
         pieces = 2
-        if not isinstance(self.motion, Rest):
+        if not isinstance(self.motion, RestingShaft):
             first, last = self.motion.angle(np.array([start, end])).tolist()
             turned = abs(last - first) * self.windings.pole_pairs
             pieces = int(min(max(4.0 * turned / math.pi, 1.0), 512.0)) + 1

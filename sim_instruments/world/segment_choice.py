@@ -8,7 +8,7 @@ import numpy as np
 from sim_instruments.physics.circuits.network import Network
 from sim_instruments.physics.circuits.source import CurrentSource
 from sim_instruments.physics.mapped.rotation import MappedRotation
-from sim_instruments.physics.motion.motion import Motion, Rest, Wavering
+from sim_instruments.physics.motion.motion import Motion, RestingShaft, Wavering
 from sim_instruments.physics.rotating import Rotating
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment, State
@@ -82,9 +82,9 @@ def _with_shaft(inputs: SegmentInputs, direction: int) -> Segment:
             if not speed_mode:
                 law = DynamometerLaw("constant", command)
         if settings.inverter.enabled:
-            return inverter_drive.imposed(inputs, Rest(state.angle), math.inf, law, direction)
+            return inverter_drive.imposed(inputs, RestingShaft(state.angle), math.inf, law, direction)
         if settings.six_step.enabled:
-            return six_step_drive.imposed(inputs, Rest(state.angle), math.inf, law)
+            return six_step_drive.imposed(inputs, RestingShaft(state.angle), math.inf, law)
         return resting(inputs, law)
     if settings.shaft.holder in ("turning", "pulling"):
         motion, end = _hand(inputs)
@@ -115,7 +115,7 @@ def _held_to_speed(inputs: SegmentInputs, direction: int) -> Segment:
         return inverter_drive.imposed(inputs, motion, end, law, direction)
     if settings.six_step.enabled:
         return six_step_drive.imposed(inputs, motion, end, law)
-    if isinstance(motion, Rest):
+    if isinstance(motion, RestingShaft):
         return resting(inputs, law)
     return turning(inputs, motion, end, law)
 
@@ -136,7 +136,7 @@ def resting(inputs: SegmentInputs, law: DynamometerLaw) -> Segment:
     """Return the segment of a shaft that something holds."""
     state = inputs.state
     circuit, end = inputs.standing_circuit()
-    return inputs.segment(Rest(state.angle), circuit, end, law, live=bool(inputs.network.loops))
+    return inputs.segment(RestingShaft(state.angle), circuit, end, law, live=bool(inputs.network.loops))
 
 
 def turning(inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerLaw) -> Segment:
@@ -163,7 +163,7 @@ def _hand(inputs: SegmentInputs) -> tuple[Motion, float]:
     end = math.inf
     for begin, over in shaft.pauses:
         if begin <= inputs.time < over:
-            return Rest(state.angle), over
+            return RestingShaft(state.angle), over
         if begin > inputs.time:
             end = begin
             break

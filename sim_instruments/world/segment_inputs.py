@@ -15,7 +15,7 @@ from sim_instruments.physics.circuits.windings import FloatArray, Windings
 from sim_instruments.physics.closed_loops import ClosedLoops
 from sim_instruments.physics.mapped.network import MappedNetwork
 from sim_instruments.physics.mapped.rotation import MappedRotation
-from sim_instruments.physics.motion.motion import Motion, Ramp, Rest, Wavering
+from sim_instruments.physics.motion.motion import Motion, Ramp, RestingShaft, Wavering
 from sim_instruments.physics.rotating import Rotating
 from sim_instruments.world.constants import Constants
 from sim_instruments.world.segment import Circuit, DynamometerLaw, Outcome, Segment, State
@@ -162,7 +162,7 @@ def dynamometer_ramp(inputs: SegmentInputs) -> tuple[Motion, float]:
     change = target - state.speed
     if abs(change) <= 1e-9 * max(abs(target), 1.0) or _about(state.speed, target, machine.speed_ripple):
         if target == 0.0:
-            return Rest(state.angle), math.inf
+            return RestingShaft(state.angle), math.inf
         # Once a turn; it starts at its zero, so that speed and angle run on without a step.
         return Wavering(inputs.time, state.angle, target, machine.speed_ripple, abs(target)), math.inf
     shaft = inputs.constants.shaft(inputs.settings)
@@ -175,7 +175,7 @@ def dynamometer_ramp(inputs: SegmentInputs) -> tuple[Motion, float]:
     available = machine.maximum_torque + (0.0 if braking else -friction)
     rate = min(machine.speed_ramp, available / shaft.inertia)
     if rate <= 0.0:
-        return Rest(state.angle), math.inf
+        return RestingShaft(state.angle), math.inf
     # A ramp through standstill is cut there: no segment turns both ways.
     stop = 0.0 if state.speed * target < 0.0 else target
     end = inputs.time + abs(stop - state.speed) / rate

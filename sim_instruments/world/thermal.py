@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from sim_instruments.physics.circuits.transient import LinearTransient
-from sim_instruments.physics.motion.motion import Rest
+from sim_instruments.physics.motion.motion import RestingShaft
 from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.segment import Segment
 from sim_instruments.world.settings import Heating
@@ -81,7 +81,7 @@ def next_update(
     """Return the segment, cut short where its temperatures will have changed resistances or magnets by then."""
     segment = _next_of_winding(motor, ambient, heating, temperature, segment)
     constant = motor.magnets.time_constant
-    if magnet_temperature is None or constant is None or isinstance(segment.motion, Rest):
+    if magnet_temperature is None or constant is None or isinstance(segment.motion, RestingShaft):
         return segment
     final = _magnets_tend_to(motor, ambient, temperature, segment, min(segment.end, segment.start + _LOOK_AHEAD))
     due = segment.start + constant / 100.0
@@ -95,7 +95,11 @@ def _next_of_winding(
 ) -> Segment:
     if not segment.live and segment.supply_mode == "off" and segment.dynamometer.kind == "idle":
         return segment
-    if isinstance(segment.motion, Rest) and isinstance(segment.circuit, LinearTransient) and segment.circuit.dead:
+    if (
+        isinstance(segment.motion, RestingShaft)
+        and isinstance(segment.circuit, LinearTransient)
+        and segment.circuit.dead
+    ):
         return segment
     if heating is not None:
         final, constant = heating.temperature, heating.time_constant

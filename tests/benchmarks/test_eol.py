@@ -31,7 +31,7 @@ from bench.eol.line.coordinator import Coordinator
 from bench.eol.line.preparation.line_file import load_line
 from bench.eol.line.preparation.prepare import BatchRequest
 from bench.eol.line.record_writer import RecordWriter
-from bench.eol.line.workers.messages import Batch, Leave, MotorDone, Ready, Task, WorkerSetup
+from bench.eol.line.workers.messages import Batch, MotorDone, NoMoreMotors, Ready, Task, WorkerSetup
 from bench.eol.line.workers.worker_process import ForkServer
 from bench.eol.plan import load_plan
 from bench.eol.record import CheckRecord, MeasuredFigure, MotorRecord
@@ -154,7 +154,7 @@ class QuickWorker:
 
     def _work(self, far: Connection) -> None:
         far.send(Ready())
-        while not isinstance(message := far.recv(), Leave):
+        while not isinstance(message := far.recv(), NoMoreMotors):
             if isinstance(message, Task):
                 record = replace(a_record(message.number, "b"), serial_number=message.serial_number)
                 far.send(MotorDone(record, message.at + 60.0))

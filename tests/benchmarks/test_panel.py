@@ -26,7 +26,7 @@ from bench.operators.stored_plot import store_plot
 from bench.panel.plots import waveform_plot
 from drivers.interfaces.text import text
 from procedures.core.axes import Axes
-from procedures.core.live_plot import Coming, LivePlot
+from procedures.core.live_plot import ComingReadings, LivePlot
 from tests.bench.panel.conftest import CHROMIUM, FLAGS
 from tests.journals import event
 
@@ -152,7 +152,7 @@ def test_twenty_readings_a_second_are_on_the_screen(benchmark, tmp_path, plotted
     first, count = 1001, 300
     written: dict[int, float] = {}
     speed = Axes(text("Time"), "s", text("Speed"), "rpm", ())
-    coming = Coming("tachometer", "speed", time.monotonic(), scale=math.pi / 30.0)
+    coming = ComingReadings("tachometer", "speed", time.monotonic(), scale=math.pi / 30.0)
     plot = LivePlot(text("Coast-down"), speed, coming=coming) if plotted else None
     with live_run(tmp_path, plot) as (journal, port, process), sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)

@@ -9,7 +9,7 @@ from procedures.estimation.winding.sweep.rotor_sweep import saliency_significant
 from procedures.estimation.winding.sweep.timed_sweep import fit_timed_sweep
 from procedures.note.dq_inductance_extremes import DqInductanceExtremes, DqInductanceExtremesSettings
 from sim_instruments.clock.virtual_clock import VirtualClock
-from tests.studies.measured_motor import NoRecord
+from tests.studies.worlds.measured_motor import NoRecord
 
 
 class NoHands:

@@ -14,7 +14,7 @@ from procedures.core.setup import LeadContact
 from procedures.core.setup_change import ChangeKind
 from procedures.end_of_line.insulation_resistance import InsulationResistance, InsulationResistanceSettings
 from sim_instruments.clock.virtual_clock import VirtualClock
-from tests.studies.measured_motor import NoRecord
+from tests.studies.worlds.measured_motor import NoRecord
 
 ACCURACY = Accuracy(gain=0.05, offset=1e6, source="fake tester")
 

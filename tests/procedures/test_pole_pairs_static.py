@@ -13,7 +13,7 @@ from procedures.core.result import ProcedureResult
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.note.pole_pairs_static import PolePairsStatic, PolePairsStaticSettings
 from sim_instruments.clock.virtual_clock import VirtualClock
-from tests.studies.measured_motor import NoRecord, measure, study_plan
+from tests.studies.worlds.measured_motor import NoRecord, measure, study_plan
 
 
 class NoHands:

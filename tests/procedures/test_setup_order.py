@@ -47,7 +47,7 @@ from procedures.core.bench import Bench, ProcedureError
 from procedures.core.setup import BenchSetup
 from sim_instruments.clock.virtual_clock import VirtualClock
 from tests.studies.hands import Watch, carried_out, random_plan
-from tests.studies.measured_motor import NoRecord
+from tests.studies.worlds.measured_motor import NoRecord
 
 A, B, C = Terminal
 INSULATION = Connect(dict.fromkeys(Terminal, Socket.INSULATION_HIGH))

@@ -11,7 +11,7 @@ from bench.safety.station_instruments import StationInstruments
 from bench.station.visa_library import StationVisa
 from bench.virtual.virtual_station import dq_inverter_for, virtual_station
 from procedures.core.bench import Bench
-from procedures.core.live_plot import Onlooker
+from procedures.core.live_plot import RunObserver
 from procedures.core.nameplate import Nameplate, WindingConnection
 from procedures.core.result import ProcedureResult
 from sim_instruments.bench import BenchSetting, VirtualBench
@@ -20,7 +20,7 @@ from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor.flux_map import FluxMap
 from sim_instruments.physics.motor.iron import Iron
 from sim_instruments.physics.motor.motor import VirtualMotor
-from tests.studies.measured_motor import NoRecord
+from tests.studies.worlds.measured_motor import NoRecord
 
 #: The measured motor's plate: 400 rpm are a quarter of its speed.
 BALDOR = Nameplate(
@@ -71,7 +71,7 @@ def flux_bench(
 
 
 def map_of(
-    virtual: VirtualBench, plate: Nameplate, *settings: str, name: str = "flux-map", onlooker: Onlooker | None = None
+    virtual: VirtualBench, plate: Nameplate, *settings: str, name: str = "flux-map", onlooker: RunObserver | None = None
 ) -> ProcedureResult:
     """Run a procedure on it, by the real drivers; `onlooker` is shown the plots."""
     nothing = NoRecord()

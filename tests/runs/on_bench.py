@@ -11,12 +11,12 @@ from bench.station.visa_library import StationVisa
 from bench.virtual.virtual_station import virtual_station
 from drivers.interfaces import Instrument
 from procedures.core.bench import Bench, Operator, Role
-from procedures.core.live_plot import Onlooker
+from procedures.core.live_plot import RunObserver
 from procedures.core.nameplate import Nameplate
 from procedures.core.procedure import Procedure
 from procedures.core.result import Parameter, ProcedureResult
 from sim_instruments.bench import VirtualBench
-from tests.studies.measured_motor import NoRecord
+from tests.studies.worlds.measured_motor import NoRecord
 
 
 def measure(
@@ -26,7 +26,7 @@ def measure(
     *settings: str,
     known: Mapping[str, Parameter] | None = None,
     hands: Callable[[dict[Role, Instrument], Operator], Operator] = lambda _, operator: operator,
-    onlooker: Onlooker | None = None,
+    onlooker: RunObserver | None = None,
     run: Callable[[Procedure[Any]], ProcedureResult] = lambda procedure: procedure.run(),
 ) -> ProcedureResult:
     """Run a procedure with settings as `--set` has them; the bench is left switched off.

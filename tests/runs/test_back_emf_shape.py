@@ -13,7 +13,7 @@ from procedures.core.parameters import PARAMETERS
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors, ScopeErrors
 from tests.runs.on_bench import measure, within
-from tests.studies.random_motors import draw_motor
+from tests.studies.worlds.random_motors import draw_motor
 
 FILE = load_motor("lg-400w")
 MOTOR, PLATE = FILE.virtual_motor(), FILE.nameplate

@@ -7,7 +7,7 @@ import pytest
 
 from bench.motor.motor_file import load_motor
 from bench.operators.stored_plot import restore_plot, store_plot
-from procedures.core.axes import Manner
+from procedures.core.axes import CurveStyle
 from procedures.core.bench import Bench
 from procedures.core.live_plot import LivePlot
 from sim_instruments.bench import VirtualBench
@@ -16,7 +16,7 @@ from tests.runs.flux_bench import flux_bench, map_of, motor_on
 from tests.runs.on_bench import measure
 from tests.runs.test_flux_map import PLATE as MADE_PLATE
 from tests.sim_instruments.flux_maps import MADE
-from tests.studies.measured_motor import NoRecord
+from tests.studies.worlds.measured_motor import NoRecord
 
 
 class NoHands:
@@ -43,7 +43,7 @@ def shown(name: str, *settings: str) -> list[LivePlot]:
     return watching.plots
 
 
-def manners(plot: LivePlot) -> list[Manner]:
+def manners(plot: LivePlot) -> list[CurveStyle]:
     return [curve.manner for curve in plot.upper.curves]
 
 
@@ -52,10 +52,10 @@ def test_a_sweep_shows_its_goal_at_once_then_its_curve_then_what_the_fit_leaves(
     assert first.coming is not None
     assert first.coming.until_x is not None
     assert manners(first) == []
-    found = [plot for plot in later if manners(plot) == [Manner.FIT]]
+    found = [plot for plot in later if manners(plot) == [CurveStyle.FIT]]
     assert found
     assert last.coming is None
-    assert manners(last) == [Manner.READING, Manner.FIT]
+    assert manners(last) == [CurveStyle.READING, CurveStyle.FIT]
     assert last.lower is not None
     readings, fit = last.upper.curves
     left = last.lower.curves[0].y
@@ -76,9 +76,9 @@ def test_back_emf_shows_wave_and_harmonics_of_each_speed() -> None:
     plots = shown("back-emf-constant", "speed_shares=[0.5,1.0]")
     assert len(plots) == 2
     for plot in plots:
-        assert manners(plot)[:3] == [Manner.RECORD] * 3
+        assert manners(plot)[:3] == [CurveStyle.RECORD] * 3
         assert plot.lower is not None
-        assert plot.lower.curves[0].manner is Manner.BARS
+        assert plot.lower.curves[0].manner is CurveStyle.BARS
         assert plot.lower.curves[0].x.tolist() == [3.0, 5.0, 7.0, 11.0]
 
 
@@ -87,7 +87,7 @@ def test_a_coast_shows_its_end_while_it_is_read_and_both_models_then() -> None:
     coming = [plot for plot in plots if plot.coming is not None]
     assert [math.isfinite(plot.coming.until_y or math.nan) for plot in coming if plot.coming] == [True, True]
     both = plots[-1]
-    assert manners(both) == [Manner.RECORD, Manner.SECOND, Manner.FIT]
+    assert manners(both) == [CurveStyle.RECORD, CurveStyle.SECOND, CurveStyle.FIT]
     assert both.lower is not None
     linear, quadratic = (float(np.std(curve.y)) for curve in both.lower.curves)
     assert quadratic <= linear
@@ -95,7 +95,7 @@ def test_a_coast_shows_its_end_while_it_is_read_and_both_models_then() -> None:
 
 def extent(plot: LivePlot) -> float:
     """The area (A²) of the box round the lines of equal flux linkage; nothing without a line."""
-    lines = [curve for curve in plot.upper.curves if curve.manner is Manner.FIT]
+    lines = [curve for curve in plot.upper.curves if curve.manner is CurveStyle.FIT]
     if not lines:
         return 0.0
     x, y = (np.concatenate([getattr(curve, axis) for curve in lines]) for axis in "xy")
@@ -112,8 +112,8 @@ def test_a_flux_map_grows_over_the_plane_of_currents() -> None:
     known = []
     for number, plot in enumerate(watching.plots, 1):
         by = {curve.manner: curve for curve in plot.upper.curves}
-        assert by[Manner.READING].x.size == number
-        known.append(number + by[Manner.TO_COME].x.size)
+        assert by[CurveStyle.READING].x.size == number
+        known.append(number + by[CurveStyle.TO_COME].x.size)
     # Those about the largest torque are chosen when the others have been read.
     assert known == sorted(known)
     assert len(set(known)) == 2

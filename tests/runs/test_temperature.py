@@ -11,7 +11,7 @@ from procedures.core.actions import Action, EnterReading
 from procedures.core.bench import Operator
 from sim_instruments.bench import VirtualBench
 from tests.runs.on_bench import measure
-from tests.studies.random_motors import draw_motor
+from tests.studies.worlds.random_motors import draw_motor
 
 
 def asked(folder: Path) -> list[int]:

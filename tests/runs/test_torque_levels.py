@@ -10,7 +10,7 @@ from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.disturbances.bench import Disturbances, ShaftSensors
 from tests.runs.on_bench import measure
 from tests.studies.hostile_states import FOUND, PRESSED, from_state
-from tests.studies.random_motors import draw_motor
+from tests.studies.worlds.random_motors import draw_motor
 
 FILE = load_motor("lg-400w")
 MOTOR = FILE.virtual_motor()

@@ -20,7 +20,7 @@ from procedures.core.nameplate import Nameplate
 from procedures.estimation.fitting.intervals import Interval
 from procedures.verification.verifier import WiringError
 from sim_instruments.bench import VirtualBench
-from tests.studies.measured_motor import NoRecord
+from tests.studies.worlds.measured_motor import NoRecord
 
 MOTOR = "lg-400w"
 #: Lines (Ω) of this motor and the leads of the virtual bench, as a run that has measured them knows them.

@@ -11,8 +11,8 @@ import numpy as np
 from procedures.core.parameter_set import merge
 from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.instruments.errors import Errors
-from tests.studies.measured_motor import carry_out, study_plan
-from tests.studies.random_motors import draw_motor
+from tests.studies.worlds.measured_motor import carry_out, study_plan
+from tests.studies.worlds.random_motors import draw_motor
 
 INDUCTANCES = ("stator-resistance", "dq-inductance-extremes", "dq-inductance-aligned", "dq-inductance-time-constant")
 

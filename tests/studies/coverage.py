@@ -43,12 +43,12 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from tests.studies.causes import BY_ROW, named
-from tests.studies.disturbed import Row, add, measure_disturbed, table
+from tests.studies.disturbances.causes import BY_ROW, named
+from tests.studies.disturbances.disturbed import Row, add, measure_disturbed, table
 from tests.studies.forked import context
-from tests.studies.measured_motor import Measured, measure, study_plan
-from tests.studies.pressed_keys import press_all
 from tests.studies.tally import Tally, lines
+from tests.studies.worlds.measured_motor import Measured, measure, study_plan
+from tests.studies.worlds.pressed_keys import press_all
 
 #: Motors handed to a cluster's worker at a time, and handfuls under way at once.
 _HANDFUL, _UNDER_WAY = 20, 200

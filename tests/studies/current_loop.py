@@ -21,7 +21,7 @@ from motulator.drive import model
 from motulator.drive.utils import SynchronousMachinePars
 
 from reports.exports.current_loop import DEFAULT_BANDWIDTH, crossover, integral, proportional_d, proportional_q
-from tests.studies.measured_motor import measure, study_plan
+from tests.studies.worlds.measured_motor import measure, study_plan
 
 PROCEDURES = ("pole-pairs-static", "stator-resistance", "dq-inductance-extremes")
 FOUR_WIRES = "stator-resistance-dc"

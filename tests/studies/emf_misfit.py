@@ -19,7 +19,7 @@ from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.emf.speed_trend import over_speeds
 from procedures.estimation.fitting.fit import EstimationError, coverage_interval
 from procedures.estimation.fitting.misfit import Cause, Misfit
-from tests.studies.emf_records import Setup, draw, large, record, spoil
+from tests.studies.worlds.emf_records import Setup, draw, large, record, spoil
 
 CAUSES = (
     "clipped both sides",

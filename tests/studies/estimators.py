@@ -2,7 +2,7 @@
 
 import argparse
 
-from tests.studies.simulated import false_saliency, reported, score, simple
+from tests.studies.worlds.simulated import false_saliency, reported, score, simple
 
 
 def main() -> None:

@@ -22,8 +22,8 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 
-from tests.studies.fault_cases import Case, cases
-from tests.studies.faulty_run import REFUSED, RIGHT, TOLD, WARNED, WRONG, Ended, judge
+from tests.studies.faulty.fault_cases import Case, cases
+from tests.studies.faulty.faulty_run import REFUSED, RIGHT, TOLD, WARNED, WRONG, Ended, judge
 from tests.studies.forked import context
 
 OUTCOMES = (RIGHT, REFUSED, TOLD, WARNED, WRONG)

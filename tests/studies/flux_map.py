@@ -24,8 +24,8 @@ from procedures.estimation.flux.mtpa import maximum_torque_per_ampere
 from procedures.estimation.flux.mtpa_locations import about_mtpa, held_back
 from procedures.estimation.flux.plan import further_readings, grid_locations, other_sides, reading_order
 from tests.procedures.estimation.flux.half_widths import half_widths
-from tests.studies.flux_benches import CURRENT_GAIN, VOLTAGE_GAIN, random_bench, read
-from tests.studies.flux_truths import OtherTable, TrueMotor, true_motors
+from tests.studies.worlds.flux_benches import CURRENT_GAIN, VOLTAGE_GAIN, random_bench, read
+from tests.studies.worlds.flux_truths import OtherTable, TrueMotor, true_motors
 
 POINT, SHARE, HELD, ANGLE, TORQUE, READINGS = 0.005, 0.95, (0.93, 0.97), 0.7, 0.01, 90
 #: Shares of the largest current at which MTPA is asked for.

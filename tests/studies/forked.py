@@ -19,9 +19,9 @@ _CONTEXT = multiprocessing.get_context("forkserver")
 _CONTEXT.set_forkserver_preload(
     [
         "__main__",
-        "tests.studies.held_run",
-        "tests.studies.measured_motor",
-        "tests.studies.loaded_late",
+        "tests.studies.energised.held_run",
+        "tests.studies.worlds.measured_motor",
+        "tests.studies.energised.loaded_late",
         "bench.cli.demo",
         "bench.cli.run",
         "bench.cli.serve",

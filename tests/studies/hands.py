@@ -36,8 +36,8 @@ from procedures.core.setup_change import Change, ChangeSetup
 from procedures.estimation.fitting.fit import EstimationError
 from sim_instruments.bench import VirtualBench
 from sim_instruments.catalogue import standard_units
-from tests.studies.fault_cases import DRIVEN_MOTOR, SETTINGS
-from tests.studies.measured_motor import NoRecord
+from tests.studies.faulty.fault_cases import DRIVEN_MOTOR, SETTINGS
+from tests.studies.worlds.measured_motor import NoRecord
 
 #: A motor with Hall sensors and a six-step drive, so that every procedure can be carried out.
 MOTOR = DRIVEN_MOTOR

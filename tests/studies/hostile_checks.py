@@ -30,8 +30,8 @@ from sim_instruments.catalogue import SIX_STEP, STANDARD, SimulatedUnit, find
 from sim_instruments.instruments.errors import Errors
 from tests.studies.forked import context
 from tests.studies.hostile_states import FOUND, PRESSED, Became, count_refusals, lines
-from tests.studies.measured_motor import carry_out
-from tests.studies.pressed_keys import press_all, settings_of
+from tests.studies.worlds.measured_motor import carry_out
+from tests.studies.worlds.pressed_keys import press_all, settings_of
 
 MOTOR = "92bl-30-25l"
 #: Not there: a switch matrix, which hands stand in for.

@@ -28,9 +28,9 @@ from procedures.core.result import ProcedureResult
 from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.instruments.errors import Errors
 from tests.studies.forked import context
-from tests.studies.measured_motor import Done, carry_out, figure, study_plan
-from tests.studies.pressed_keys import BY_FILE, BY_NAME, press_all, settings_of
-from tests.studies.random_motors import draw_motor
+from tests.studies.worlds.measured_motor import Done, carry_out, figure, study_plan
+from tests.studies.worlds.pressed_keys import BY_FILE, BY_NAME, press_all, settings_of
+from tests.studies.worlds.random_motors import draw_motor
 
 FOUND, PRESSED = "as found", "keys pressed"
 OUTCOMES = ("held", "off", "far off", "key named", "other reason", "error")

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tests.studies.held import Run, Served
+from tests.studies.energised.held import Run, Served
 
 _SIZE = 64 << 20
 #: A run gets on no more when it has not for this time (s).

@@ -21,7 +21,7 @@ from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.mechanics import ramp_causes, ramp_fit, ramp_trials
 from procedures.estimation.mechanics.inertia import fit_coast_down, fit_ramps
-from tests.studies.shaft_records import Shaft, draw, move, record
+from tests.studies.worlds.shaft_records import Shaft, draw, move, record
 
 GAIN = 0.003
 _BATCH = 50

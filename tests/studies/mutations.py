@@ -26,7 +26,7 @@ from bench.plugins.catalogues import installed
 from bench.testing.conformance.driver import check_driver, subject_of
 from bench.testing.conformance.report import Checks, ConformanceReport
 from bench.testing.conformance.session import Trial, session_of
-from tests.studies.mutants import SUPPORTING, TARGETS, Mutant, mutants, path_of
+from tests.studies.mistakes.mutants import SUPPORTING, TARGETS, Mutant, mutants, path_of
 
 _OWN = "tests.bench.testing.conformance.own_"
 

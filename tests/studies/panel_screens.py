@@ -11,8 +11,8 @@ from pathlib import Path
 from playwright.sync_api import Browser, Error, Page, sync_playwright
 
 from tests.bench.panel.conftest import CHROMIUM, FLAGS
-from tests.studies.panel_checks import english_left, faults, findings, moving
-from tests.studies.panel_pages import PAGES, Bench
+from tests.studies.pages.panel_checks import english_left, faults, findings, moving
+from tests.studies.pages.panel_pages import PAGES, Bench
 
 SCREENS: Mapping[str, tuple[int, int]] = {
     "1280": (1280, 800),

@@ -23,7 +23,7 @@ from bench.motor.motor_file import load_motor
 from bench.plugins.catalogues import installed
 from bench.run.request import RunRequest
 from bench.run.run import run
-from tests.studies.held import Run, Served
+from tests.studies.energised.held import Run, Served
 
 #: What ends a run, by name.
 ENDS = ("kill -9", "SIGSTOP", "guardian killed", "SIGTERM", "Ctrl-C", "emergency stop (Modbus)", "door (CAN)")

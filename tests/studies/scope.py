@@ -20,8 +20,8 @@ from pathlib import Path
 from pyvisa import ResourceManager
 
 from bench.journal.guardian_record import read_guardian
-from tests.studies.held import PATIENCE, Served, quiet
-from tests.studies.held_run import hold
+from tests.studies.energised.held import PATIENCE, Served, quiet
+from tests.studies.energised.held_run import hold
 
 SYSTEMD = "/lib/systemd/systemd"
 RUNTIME = Path("/run/user/0")

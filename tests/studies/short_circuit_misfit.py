@@ -17,7 +17,7 @@ import numpy as np
 from bench.analysis.short_circuit import USUAL_FLUX, LimitsOfTable, limits_of
 from procedures.estimation.flux.short_circuit import fit_short_circuit
 from procedures.estimation.flux.short_limits import ShortLimits
-from tests.studies.short_circuit_worlds import WORLDS, Constant, Shorted, constants
+from tests.studies.worlds.short_circuit_worlds import WORLDS, Constant, Shorted, constants
 
 PAIRS, ROWS = 4, 9
 NAMES = {

@@ -15,7 +15,7 @@ from scipy.special import ndtri
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.fitting.population import sampled
 from procedures.estimation.flux.short_currents import ShortPosterior, ShortRows
-from tests.studies.short_circuit_worlds import constants
+from tests.studies.worlds.short_circuit_worlds import constants
 
 ROWS, NOISE, FLOOR = 9, 2e-3, 1e-4
 FIGURES = ("limit", "q_axis", "resistance")

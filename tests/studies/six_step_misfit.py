@@ -35,7 +35,7 @@ from sim_instruments.six_step.emf import mean_line_emf
 from sim_instruments.six_step.load import balance_load
 from sim_instruments.six_step.state import Bridge
 from sim_instruments.six_step.steady_state import SteadyState
-from tests.studies.measured_motor import NoRecord
+from tests.studies.worlds.measured_motor import NoRecord
 
 Random = np.random.Generator
 ROWS = (

@@ -21,7 +21,7 @@ from procedures.estimation.winding.current_step import misfit as step_misfit
 from procedures.estimation.winding.current_step import terms as step_terms
 from procedures.estimation.winding.current_step.hum import HumOfVoltage
 from procedures.estimation.winding.current_step.response import StepFit, fit_step_response
-from tests.studies.disturbed_steps import ROWS, Sampled, row, sampled
+from tests.studies.worlds.disturbed_steps import ROWS, Sampled, row, sampled
 
 #: So many records are integrated at a time.
 _BATCH = 100

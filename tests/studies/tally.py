@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from tests.studies.measured_motor import Figure, Measured
+from tests.studies.worlds.measured_motor import Figure, Measured
 
 #: Figures that are whole numbers and right or wrong.
 COUNTS = frozenset({"pole_pairs"})

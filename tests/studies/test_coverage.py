@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tests.studies.coverage import by_cluster, by_workers, measure_some, study
-from tests.studies.measured_motor import Figure, Measured, measure, study_plan
 from tests.studies.tally import COUNTS, Row, Tally, lines
+from tests.studies.worlds.measured_motor import Figure, Measured, measure, study_plan
 
 pytestmark = pytest.mark.slow
 

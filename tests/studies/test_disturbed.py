@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from sim_instruments.instruments.errors import Errors
-from tests.studies.causes import BY_ROW, CLEAN, DRIVE, LISTED, UNLISTED, named, partners
 from tests.studies.coverage import disturbed
-from tests.studies.dirt import Dirt
-from tests.studies.disturbed import Row, Told, add, measure_disturbed, table
-from tests.studies.random_motors import draw_motor
-from tests.studies.units_in_use import as_sold
+from tests.studies.disturbances.causes import BY_ROW, CLEAN, DRIVE, LISTED, UNLISTED, named, partners
+from tests.studies.disturbances.dirt import Dirt
+from tests.studies.disturbances.disturbed import Row, Told, add, measure_disturbed, table
+from tests.studies.worlds.random_motors import draw_motor
+from tests.studies.worlds.units_in_use import as_sold
 
 EVERY = (*CLEAN, *LISTED, *UNLISTED, *DRIVE)
 

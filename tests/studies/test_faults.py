@@ -5,9 +5,9 @@ import math
 import pytest
 
 from bench.plugins.catalogues import installed
-from tests.studies.fault_cases import WITH_OUTPUT, Case, cases
 from tests.studies.faults import judge_all, table
-from tests.studies.faulty_run import REFUSED, RIGHT, TOLD, WRONG, Ended, judge
+from tests.studies.faulty.fault_cases import WITH_OUTPUT, Case, cases
+from tests.studies.faulty.faulty_run import REFUSED, RIGHT, TOLD, WRONG, Ended, judge
 
 MOTOR, SEED = "lg-400w", 1
 

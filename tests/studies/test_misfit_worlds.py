@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.studies.bent_probes import BentProbe, drawn_probe
-from tests.studies.disturbed_steps import row, sampled
 from tests.studies.emf_misfit import CHANGING
-from tests.studies.emf_records import Changing, Setup, draw, record, spoil
+from tests.studies.worlds.bent_probes import BentProbe, drawn_probe
+from tests.studies.worlds.disturbed_steps import row, sampled
+from tests.studies.worlds.emf_records import Changing, Setup, draw, record, spoil
 
 PURE = Setup(flux=0.02, frequency=60.0, periods=12.0, points=12_000, harmonics=(), steps=1e9, noise=0.0)
 

@@ -4,8 +4,8 @@ import ast
 
 import pytest
 
-from tests.studies.mutants import path_of
-from tests.studies.unobservable import ast_nodes, unobservable
+from tests.studies.mistakes.mutants import path_of
+from tests.studies.mistakes.unobservable import ast_nodes, unobservable
 
 SOURCE = """
 NAMES = {1: "one"}

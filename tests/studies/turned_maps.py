@@ -22,8 +22,8 @@ from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor.motor import VirtualMotor
 from sim_instruments.world.machine_data import Leads
-from tests.studies.measured_motor import THERMOMETER, carry_out
-from tests.studies.random_motors import draw_motor
+from tests.studies.worlds.measured_motor import THERMOMETER, carry_out
+from tests.studies.worlds.random_motors import draw_motor
 
 #: What the three procedures go by, and they themselves.
 BEFORE = ("pole-pairs-back-emf", "stator-resistance", "dq-inductance-extremes", "back-emf-constant")

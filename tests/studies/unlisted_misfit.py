@@ -20,8 +20,8 @@ from procedures.estimation.fitting.fit import EstimationError, coverage_interval
 from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics.inertia import fit_ramps
 from procedures.estimation.winding.current_step.response import fit_step_response
-from tests.studies.shaft_records import draw, move, record
-from tests.studies.unlisted_worlds import Random, converter, emf, exported, log, step_channel, steps, turned
+from tests.studies.worlds.shaft_records import draw, move, record
+from tests.studies.worlds.unlisted_worlds import Random, converter, emf, exported, log, step_channel, steps, turned
 
 STEP = (
     "nothing", "60 Hz hum with its third", "aliased ripple", "missing codes", "bent converter", "clock drifts", "winding warms",

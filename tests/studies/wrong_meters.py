@@ -21,7 +21,7 @@ from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor.motor import VirtualMotor
 from tests.runs.on_bench import measure
-from tests.studies.random_motors import draw_motor
+from tests.studies.worlds.random_motors import draw_motor
 
 #: How well λ is known (relative), and when after switching on a first reading is over (s).
 _FLUX, _FIRST = 0.0129, 0.6

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from bench.eol.defects.check import DefectCheck
 from bench.eol.defects.findings import FigureFinding, Findings
-from bench.eol.defects.function_cost import INSULATION, THRESHOLDS, FunctionCost, Grade
+from bench.eol.defects.function_cost import INSULATION, THRESHOLDS, DefectSeverity, FunctionCost
 from bench.eol.defects.proposal import Proposal
 from bench.eol.limits import ParameterLimits
 from bench.eol.statistics.proportion import Proportion
@@ -19,7 +19,11 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 _WIDTH = 80
-_GRADES = {Grade.GROSS: text("gross"), Grade.MARGINAL: text("marginal"), Grade.SLIGHT: text("slight")}
+_GRADES = {
+    DefectSeverity.GROSS: text("gross"),
+    DefectSeverity.MARGINAL: text("marginal"),
+    DefectSeverity.SLIGHT: text("slight"),
+}
 
 
 def print_defects(checked: DefectCheck, translate: Translate) -> None:

@@ -13,7 +13,7 @@ from drivers.interfaces.text import Text, Translate, lines, text
 
 
 @dataclass(frozen=True)
-class Outlook:
+class ProcedureNeeds:
     """A procedure held against a station: what is missing, what people are asked, and whether it takes instruments."""
 
     name: str
@@ -29,21 +29,24 @@ class Outlook:
         }
 
 
-def outlooks(station: Station, names: Sequence[str], assignments: Sequence[str]) -> list[Outlook]:
+def outlooks(station: Station, names: Sequence[str], assignments: Sequence[str]) -> list[ProcedureNeeds]:
     """Return the outlook of the procedures named, of all measurements where none is. Raises UsageError, InputError as a run does."""
     catalogue = station.catalogues.procedures
     plan = make_plan(names or ("all",), assignments, catalogue)
-    return [Outlook(each.name, unmet(each, station), asked(each, station), bool(each.procedure.roles)) for each in plan]
+    return [
+        ProcedureNeeds(each.name, unmet(each, station), asked(each, station), bool(each.procedure.roles))
+        for each in plan
+    ]
 
 
-def good(found: Sequence[Outlook], *, named: bool) -> bool:
+def good(found: Sequence[ProcedureNeeds], *, named: bool) -> bool:
     """Tell whether every procedure that was named can run, or any that takes instruments where none was."""
     if named:
         return not any(each.missing for each in found)
     return any(not each.missing and each.instruments for each in found)
 
 
-def print_outlooks(found: Sequence[Outlook], translate: Translate) -> None:
+def print_outlooks(found: Sequence[ProcedureNeeds], translate: Translate) -> None:
     """Print a line a procedure: what it asks of people, or what the station lacks for it."""
     console = console_on(sys.stdout)
     console.print(text("Procedures, by the station file").render(translate), style="bold", markup=False)

@@ -8,9 +8,9 @@ from typing import Any
 
 from bench.eol.defects.campaign import Campaign
 from bench.eol.defects.cases import DefectCase
-from bench.eol.defects.function_cost import FunctionCost, Grade
+from bench.eol.defects.function_cost import DefectSeverity, FunctionCost
 from bench.eol.defects.trial import MotorTrial
-from bench.eol.defects.verdicts import REFUSED, Catch, PlanRules
+from bench.eol.defects.verdicts import REFUSED, PlanRules, RejectReason
 from bench.eol.limits import ParameterLimits
 from bench.eol.statistics.proportion import Proportion, proportion
 from drivers.interfaces.text import Text
@@ -73,7 +73,7 @@ class Findings:
     measured: int
     defective: int
     false_rejects: Proportion
-    through: Mapping[Grade, Proportion]
+    through: Mapping[DefectSeverity, Proportion]
     defects: tuple[DefectFinding, ...]
     figures: tuple[FigureFinding, ...]
     procedures: tuple[ProcedureFinding, ...]
@@ -86,7 +86,7 @@ class Findings:
     @property
     def good(self) -> bool:
         """Return whether all motors were measured and none with a gross defect passed."""
-        return self.complete and not self.through[Grade.GROSS].hits
+        return self.complete and not self.through[DefectSeverity.GROSS].hits
 
     def as_dict(self) -> dict[str, Any]:
         """Return it in JSON's types."""
@@ -116,9 +116,9 @@ def findings(campaign: Campaign, cases: Sequence[DefectCase], rules: PlanRules) 
     )
     graded = {
         grade: [trial for number, some in by_case.items() if cases[number].cost.grade is grade for trial in some]
-        for grade in Grade
+        for grade in DefectSeverity
     }
-    matters = [*graded[Grade.GROSS], *graded[Grade.MARGINAL]]
+    matters = [*graded[DefectSeverity.GROSS], *graded[DefectSeverity.MARGINAL]]
     return Findings(
         planned=campaign.planned,
         measured=len(campaign.trials),
@@ -158,7 +158,7 @@ def sound_values(trials: Sequence[MotorTrial], parameter: str) -> list[float]:
 def _figures(
     sound: Sequence[MotorTrial],
     matters: Sequence[MotorTrial],
-    caught: Mapping[int, Collection[Catch]],
+    caught: Mapping[int, Collection[RejectReason]],
     rules: PlanRules,
 ) -> list[FigureFinding]:
     givers = defaultdict[str, dict[str, str]](dict)
@@ -193,11 +193,11 @@ def _figures(
     return result
 
 
-def _through(trials: Sequence[MotorTrial], caught: Mapping[int, Collection[Catch]]) -> Proportion:
+def _through(trials: Sequence[MotorTrial], caught: Mapping[int, Collection[RejectReason]]) -> Proportion:
     return proportion(sum(not caught[trial.number] for trial in trials), len(trials))
 
 
-def _by(catches: Collection[Catch], parameter: str) -> bool:
+def _by(catches: Collection[RejectReason], parameter: str) -> bool:
     return any(catch.parameter == parameter != REFUSED for catch in catches)
 
 

@@ -8,7 +8,7 @@ from enum import Enum
 from sim_instruments.physics.motor.motor import VirtualMotor
 
 
-class Grade(Enum):
+class DefectSeverity(Enum):
     """Severity of a defect to the motor's user; a `slight` one a plan may let through."""
 
     SLIGHT = "slight"
@@ -47,13 +47,13 @@ INSULATION = (1.0e8, 5.0e6)
 class FunctionCost:
     """A defect's grade, with what decides it: a key of THRESHOLDS, "insulation", or "fails" for a motor that does not do its work."""
 
-    grade: Grade
+    grade: DefectSeverity
     by: str
     value: float = math.nan
 
 
 #: Of a motor that turns the wrong way, or not at all, or is none of the type, or was not measured.
-FAILS = FunctionCost(Grade.GROSS, "fails")
+FAILS = FunctionCost(DefectSeverity.GROSS, "fails")
 
 
 def function_cost(sound: VirtualMotor, bad: VirtualMotor, rating: RatedPoint) -> FunctionCost:
@@ -68,17 +68,29 @@ def function_cost(sound: VirtualMotor, bad: VirtualMotor, rating: RatedPoint) ->
     costs = [_graded(name, value) for name, value in _quantities(sound, bad, rating)]
     marginal, gross = INSULATION
     resistance = bad.insulation_resistance
-    grade = Grade.GROSS if resistance < gross else Grade.MARGINAL if resistance < marginal else Grade.SLIGHT
+    grade = (
+        DefectSeverity.GROSS
+        if resistance < gross
+        else DefectSeverity.MARGINAL
+        if resistance < marginal
+        else DefectSeverity.SLIGHT
+    )
     costs.append((grade, marginal / resistance, FunctionCost(grade, "insulation", resistance)))
-    order = list(Grade)
+    order = list(DefectSeverity)
     return max(costs, key=lambda cost: (order.index(cost[0]), cost[1]))[2]
 
 
-def _graded(name: str, value: float) -> tuple[Grade, float, FunctionCost]:
+def _graded(name: str, value: float) -> tuple[DefectSeverity, float, FunctionCost]:
     marginal, gross = THRESHOLDS[name]
     # Shares that were set to a threshold lie on it, whatever rounding makes of them.
     size = abs(value) * (1.0 + 1e-9)
-    grade = Grade.GROSS if size >= gross else Grade.MARGINAL if size >= marginal else Grade.SLIGHT
+    grade = (
+        DefectSeverity.GROSS
+        if size >= gross
+        else DefectSeverity.MARGINAL
+        if size >= marginal
+        else DefectSeverity.SLIGHT
+    )
     return grade, size / marginal, FunctionCost(grade, name, value)
 
 

@@ -12,7 +12,7 @@ from tomli_w import dumps as toml_text
 
 from bench.eol.defects.cases import DefectCase
 from bench.eol.defects.findings import restated, sound_values
-from bench.eol.defects.function_cost import INSULATION, Grade
+from bench.eol.defects.function_cost import INSULATION, DefectSeverity
 from bench.eol.defects.trial import MotorTrial
 from bench.eol.defects.verdicts import PlanRules
 from bench.eol.limits import GuardBand, ParameterLimits, least_ratio
@@ -62,7 +62,7 @@ def propose(trials: Sequence[MotorTrial], cases: Sequence[DefectCase], rules: Pl
                 count=len(sound),
             )
         )
-    matters = [t for t in trials if t.case >= 0 and cases[t.case].cost.grade is not Grade.SLIGHT]
+    matters = [t for t in trials if t.case >= 0 and cases[t.case].cost.grade is not DefectSeverity.SLIGHT]
     names = dict.fromkeys(name for trial in sound for done in trial.procedures.values() for name in done.readings)
     every = {
         name: limits

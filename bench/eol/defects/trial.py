@@ -26,7 +26,7 @@ from bench.run.run import carry_out
 from bench.run.software import check_code, software
 from bench.safety.interrupts import Interrupts
 from bench.station.library_logs import quieten_libraries
-from bench.station.sharing import Alone
+from bench.station.sharing import NotShared
 from procedures.core.procedure_error import NotModelledError
 
 
@@ -142,7 +142,7 @@ class TrialBench:
             seed=seed,
         )
         specimen = self._setup.cases[case].specimen if case >= 0 else None
-        with socket.context("V", seed, lambda _: None, lambda _: Alone(), specimen) as context:
+        with socket.context("V", seed, lambda _: None, lambda _: NotShared(), specimen) as context:
             check_needs(planned, context.station)
             options = RunOptions(
                 after=kept.after,

@@ -14,7 +14,7 @@ REFUSED = ""
 
 
 @dataclass(frozen=True)
-class Catch:
+class RejectReason:
     """One reason why a motor does not pass: a figure, or with `parameter` REFUSED that the procedure could not measure."""
 
     procedure: str
@@ -35,21 +35,21 @@ class PlanRules:
         """Return a plan's."""
         return PlanRules(plan.checks, limits, plan.guard, plan.minimum_ratio)
 
-    def catches(self, trial: MotorTrial) -> frozenset[Catch]:
+    def catches(self, trial: MotorTrial) -> frozenset[RejectReason]:
         """Return everything that speaks against a motor, as a line of this plan finds it; it passes where there is nothing."""
-        result = set[Catch]()
+        result = set[RejectReason]()
         if trial.ended:
-            result.add(Catch(REFUSED, REFUSED))
+            result.add(RejectReason(REFUSED, REFUSED))
         # The line's records hold of each parameter the best figure of all procedures, and every procedure judges its own.
         given = {name for check in self._of(trial) for name in trial.procedures[check.name].readings}
         for check in self._of(trial):
             attempted = trial.procedures[check.name]
             if attempted.refused and not attempted.unmodelled:
-                result.add(Catch(check.name, REFUSED))
+                result.add(RejectReason(check.name, REFUSED))
             for name, reading in attempted.readings.items():
                 if name in self.limits and not self.passes(reading, self.limits[name]):
-                    result.add(Catch(check.name, name))
-            result |= {Catch(check.name, name) for name in self._missing(attempted.withheld, given)}
+                    result.add(RejectReason(check.name, name))
+            result |= {RejectReason(check.name, name) for name in self._missing(attempted.withheld, given)}
         return frozenset(result)
 
     def passes(self, reading: FigureReading, limits: ParameterLimits) -> bool:

@@ -37,7 +37,7 @@ from bench.eol.line.workers.messages import Batch
 from bench.eol.line.workers.worker_process import ForkServer
 from bench.eol.motor_yield import MotorYield
 from bench.eol.plan import Plan, PlannedCheck
-from bench.eol.plan_file import AgainSection
+from bench.eol.plan_file import RetestSection
 from bench.eol.plans_beside import check_serial
 from bench.eol.record import MotorRecord
 from bench.eol.store.batch_plans import BatchPlan
@@ -278,7 +278,7 @@ def _cut_off(log: BatchLog, writer: RecordWriter) -> list[BatchMotor]:
 class _Counting(BatchListener):
     """Counts motors by verdict, and hands their records to outputs."""
 
-    def __init__(self, counts: Counts, outputs: RecordOutputs, again: AgainSection) -> None:
+    def __init__(self, counts: Counts, outputs: RecordOutputs, again: RetestSection) -> None:
         self._counts, self._outputs, self._again = counts, outputs, again
 
     def begun(self, motor: BatchMotor, socket: str) -> None:

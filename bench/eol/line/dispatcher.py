@@ -12,7 +12,7 @@ from bench.eol.line.preparation.line_file import ProductionLine
 from bench.eol.line.preparation.procedure_order import sampled
 from bench.eol.line.stop_request import StopRequest
 from bench.eol.line.workers.instrument_sharing import Arbiter, LeaseDecision, LeaseReply, LeaseRequest
-from bench.eol.line.workers.messages import Leave, Task
+from bench.eol.line.workers.messages import NoMoreMotors, Task
 from bench.eol.line.workers.worker_slots import WorkerSlot, WorkerSlots
 from bench.eol.plan import PlannedCheck
 
@@ -74,7 +74,7 @@ class Dispatcher:
         slot.idle = slot.waits_for_motor = False
         slot.leaving = True
         self._arbiter.leave(slot.number, slot.time)
-        slot.process.send(Leave())
+        slot.process.send(NoMoreMotors())
 
     def brake(self, socket: str) -> None:
         """Give a socket no more motors, or the whole line where none is named; what is under way comes to its end."""

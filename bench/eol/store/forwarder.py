@@ -8,7 +8,7 @@ from time import monotonic
 
 from bench.eol.store.faults import program_fault
 from bench.eol.store.forwarding import ForwardingRecords
-from bench.eol.store.waiting import Trouble, Waiting
+from bench.eol.store.waiting import ForwardingProblem, Waiting
 from drivers.interfaces.text import Text, text
 
 #: After the first failure it is tried again so soon (s), after each further one twice as late, at the latest so (s).
@@ -30,7 +30,7 @@ class Forwarder:
         self._listener: Callable[[Waiting], None] = lambda _: None
         self._lock = threading.RLock()
         self._state = Waiting()
-        self._since: dict[str, Trouble] = {}
+        self._since: dict[str, ForwardingProblem] = {}
         self._failures = 0
         self._turn_began: float | None = None
         self._threads = [
@@ -131,7 +131,7 @@ class Forwarder:
             if why is None:
                 self._since.pop(what, None)
             elif before is None or str(before.why) != str(why):
-                self._since[what] = Trouble(why, before.since if before else datetime.now(UTC))
+                self._since[what] = ForwardingProblem(why, before.since if before else datetime.now(UTC))
             return why is not None
 
     def _tell(self) -> None:

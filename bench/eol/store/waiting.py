@@ -9,7 +9,7 @@ from drivers.interfaces.text import Text, text
 
 
 @dataclass(frozen=True)
-class Trouble:
+class ForwardingProblem:
     """The reason why records are not where they belong, and its beginning (UTC)."""
 
     why: Text
@@ -26,7 +26,7 @@ class Waiting:
 
     for_server: int = 0
     unstored: int | None = 0
-    troubles: tuple[Trouble, ...] = ()
+    troubles: tuple[ForwardingProblem, ...] = ()
     next_try: datetime | None = None
     refused: tuple[Refusal, ...] = ()
 

@@ -131,14 +131,14 @@ class GuardianConnected(Event, kind="ready"):
 
 
 @dataclass(frozen=True, kw_only=True)
-class GuardianTook(Event, kind="took"):
+class GuardianTakesOver(Event, kind="took"):
     """A guardian takes the shutdown over, and why."""
 
     cause: str
 
 
 @dataclass(frozen=True, kw_only=True)
-class GuardianWalked(Event, kind="walked"):
+class GuardianShutdownDone(Event, kind="walked"):
     """A guardian has done the shutdown: how long it took (s), and what could not be done."""
 
     seconds: float

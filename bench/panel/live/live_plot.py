@@ -9,8 +9,8 @@ import numpy as np
 from bench.panel.live.live_view import Readings
 from bench.panel.plots import fit_plot, labelled
 from drivers.interfaces.text import Text, text
-from procedures.core.axes import Manner, PlotCurve
-from procedures.core.live_plot import Coming, LivePlot
+from procedures.core.axes import CurveStyle, PlotCurve
+from procedures.core.live_plot import ComingReadings, LivePlot
 
 #: An axis ends so much beyond where the readings are to get.
 _ROOM = 1.05
@@ -31,14 +31,14 @@ def with_readings(plot: LivePlot, readings: AllReadings) -> LivePlot:
     return replace(plot, upper=replace(plot.upper, curves=(curve, *plot.upper.curves)))
 
 
-def points_of(coming: Coming, readings: AllReadings) -> PlotCurve:
+def points_of(coming: ComingReadings, readings: AllReadings) -> PlotCurve:
     """Return the points that the readings are, in the axes' units; none before the first reading."""
     kept = readings.get((coming.instrument, coming.quantity))
     times = np.array(kept.times if kept else (), dtype=np.float64)
     values = np.array(kept.values if kept else (), dtype=np.float64)
     here = times >= coming.since
     x, y = coming.rate * (times[here] - coming.since), values[here] / coming.scale
-    return PlotCurve(_COMING, x, y, Manner.READING if x.size <= _MARKED else Manner.RECORD)
+    return PlotCurve(_COMING, x, y, CurveStyle.READING if x.size <= _MARKED else CurveStyle.RECORD)
 
 
 def options_of(plot: LivePlot, say: Callable[[Text], str], *, small: bool = False) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from tomli_w import dumps as toml_text
 
 from bench.files.toml_file import Section, read, validate
 from bench.i18n.errors import FileError, InputError, UsageError
-from bench.panel.server.sessions import Right
+from bench.panel.server.sessions import AccessRight
 from bench.panel.server.throttle import LoginThrottle, network_of
 from drivers.interfaces.text import reason_of, text
 
@@ -35,7 +35,7 @@ _OF_ALL = 64
 
 
 class _Person(Section):
-    role: Right
+    role: AccessRight
     password: str = Field(pattern=r"^\$argon2id\$", description="a hash that motorbench user add makes")
 
 
@@ -47,7 +47,7 @@ class _File(Section):
 class Person:
     """Somebody known: role and the hash (argon2id) of the password."""
 
-    role: Right
+    role: AccessRight
     hashed: str
 
 
@@ -142,8 +142,10 @@ def add_person(path: Path, name: str, role: str, password: str, hasher: "Passwor
 
     if not _NAME.fullmatch(name):
         raise UsageError(text("{name!r}: a name has up to 64 letters, digits, dots, dashes and underscores", name=name))
-    if role not in [right.value for right in Right]:
-        raise UsageError(text("--role {role}: allowed are {names}", role=role, names=[right.value for right in Right]))
+    if role not in [right.value for right in AccessRight]:
+        raise UsageError(
+            text("--role {role}: allowed are {names}", role=role, names=[right.value for right in AccessRight])
+        )
     if len(password) < _SHORTEST:
         raise UsageError(
             text(
@@ -153,7 +155,7 @@ def add_person(path: Path, name: str, role: str, password: str, hasher: "Passwor
             )
         )
     people = dict(load_people(path)) if path.exists() else {}
-    people[name] = Person(Right(role), (hasher or PasswordHasher()).hash(password))
+    people[name] = Person(AccessRight(role), (hasher or PasswordHasher()).hash(password))
     _write(path, people)
 
 

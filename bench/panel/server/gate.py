@@ -11,7 +11,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from bench.i18n.language import translator
 from bench.panel.server.content_policy import new_nonce, security_headers
 from bench.panel.server.hosts import AllowedHosts, origin_refusal
-from bench.panel.server.sessions import Right, Session, Sessions
+from bench.panel.server.sessions import AccessRight, Session, Sessions
 from drivers.interfaces.text import Text, text
 
 #: Largest body (bytes) of who has no session, and of who has one.
@@ -99,7 +99,7 @@ class Gate:
             return session, False
         if self._login or not page:
             return None, False
-        return self._sessions.open(Right.ENGINEER, language=language_of(cookies)), True
+        return self._sessions.open(AccessRight.ENGINEER, language=language_of(cookies)), True
 
     def _without_session(self, scope: Scope) -> Response | None:
         path = str(scope["path"])

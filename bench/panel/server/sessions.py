@@ -10,7 +10,7 @@ from enum import Enum
 _MOST = 1000
 
 
-class Right(Enum):
+class AccessRight(Enum):
     """The rights of a person: watch; lead runs; also change motors and settings and sign results off."""
 
     VIEWER = "viewer"
@@ -34,7 +34,7 @@ class Session:
     """
 
     token: str
-    right: Right
+    right: AccessRight
     person: str = ""
     language: str = "en"
     begun: float = 0.0
@@ -51,12 +51,12 @@ class Session:
     @property
     def may_lead(self) -> bool:
         """True if this person may start and lead runs."""
-        return not self.ended and self.right is not Right.VIEWER
+        return not self.ended and self.right is not AccessRight.VIEWER
 
     @property
     def may_change(self) -> bool:
         """True if this person may change motors and settings, and sign off."""
-        return not self.ended and self.right is Right.ENGINEER
+        return not self.ended and self.right is AccessRight.ENGINEER
 
 
 class Sessions:
@@ -87,7 +87,7 @@ class Sessions:
         """Note that somebody does something in a session."""
         session.used = self._clock()
 
-    def open(self, right: Right, person: str = "", language: str = "en", *, logged_in: bool = False) -> Session:
+    def open(self, right: AccessRight, person: str = "", language: str = "en", *, logged_in: bool = False) -> Session:
         """Begin a session with a token that nobody can guess."""
         if len(self._sessions) >= _MOST:
             self.end(min(self._sessions.values(), key=lambda session: session.used).token)

@@ -22,10 +22,10 @@ from bench.journal.events.instruments import (
 from bench.journal.events.safety import GuardianEnd, GuardianStart
 from bench.safety.calls import STOPS, CallWatches
 from bench.safety.guardian.anchor import RecordAnchor
-from bench.safety.guardian.protocol import BEATS, Charge, decode, encode
+from bench.safety.guardian.protocol import BEATS, GuardianTask, decode, encode
 from bench.safety.guardian.scope import Scope
 from bench.safety.interrupts import Interrupted, Interrupts
-from bench.safety.liveness import SignsOfLife
+from bench.safety.liveness import ProgressStamps
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Recorder
 from procedures.core.events import Event, StepFinished, StepStarted
@@ -111,8 +111,8 @@ class GuardianLink:
 
     def __init__(
         self,
-        charge: Charge,
-        life: SignsOfLife,
+        charge: GuardianTask,
+        life: ProgressStamps,
         interrupts: Interrupts,
         calls: CallWatches,
         scope: Scope,

@@ -18,7 +18,7 @@ BEATS = 6
 
 
 @dataclass(frozen=True)
-class Charge:
+class GuardianTask:
     """The station (its file's name and content), the roles to guard, the run's folder, and how long (s) the run may be
     silent (`heartbeat`) or not get on (`stalled`). `token` is in the run's record and in the guardian's own.
     """
@@ -36,9 +36,9 @@ class Charge:
         return encode(asdict(self))
 
 
-def charge_of(message: dict[str, Any]) -> Charge:
+def charge_of(message: dict[str, Any]) -> GuardianTask:
     """Return the charge that a line holds. Raises TypeError where it holds none."""
-    return Charge(**{**message, "roles": tuple(message["roles"])})
+    return GuardianTask(**{**message, "roles": tuple(message["roles"])})
 
 
 def encode(message: dict[str, Any]) -> bytes:

@@ -9,12 +9,12 @@ from functools import partial
 from time import monotonic
 from typing import Any, Protocol
 
-from bench.journal.events.safety import GuardianMeasured, GuardianTook, GuardianWalked
+from bench.journal.events.safety import GuardianMeasured, GuardianShutdownDone, GuardianTakesOver
 from bench.journal.guardian_record import complain
 from bench.safety.guardian.lateness import Lateness, RunQueue
 from bench.safety.guardian.protocol import decode
 from bench.safety.shutdown import Outcome, failures
-from bench.station.shutdown_sequence import OFF_BY, Do, Item
+from bench.station.shutdown_sequence import OFF_BY, Item, ShutdownAction
 from procedures.core.bench import Recorder, Role
 from procedures.core.events import Event
 
@@ -98,7 +98,7 @@ class Watch:
         self._gone = self._done = self._unsafe = self._down = False
         #: What the last shutdown could not do, and what was measured not to be safe after it.
         self._failed: list[str] = []
-        self._brakes = any(item.do is Do.BRAKE for item in instruments.items)
+        self._brakes = any(item.do is ShutdownAction.BRAKE for item in instruments.items)
         #: Why and by when (s, monotonic) the run must have begun its shutdown.
         self._begin: tuple[str, float] | None = None
         #: By when (s, monotonic) all that ends after one error must be off, and whose blocks are ending now.
@@ -255,9 +255,9 @@ class Watch:
 
     def _act(self, cause: str, shut_down: Callable[[], list[Outcome]]) -> None:
         begun = monotonic()
-        self._record.record(GuardianTook(cause=cause))
+        self._record.record(GuardianTakesOver(cause=cause))
         self._failed = failures(shut_down())
-        self._record.record(GuardianWalked(seconds=monotonic() - begun, failed=self._failed))
+        self._record.record(GuardianShutdownDone(seconds=monotonic() - begun, failed=self._failed))
         self._say({"walked": [*self._failed]})
         for words in self._failed:
             complain(words)

@@ -8,7 +8,7 @@ from typing import Any
 
 from bench.testing.conformance.disturbed import one_use
 from bench.testing.conformance.session import Trial
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import InstrumentError
 from sim_instruments.faults.line_faults import Fault, FaultKind
 
@@ -82,7 +82,7 @@ def _malformed(reply: str, *, fixed: bool) -> Iterator[str]:
 
 
 @contextmanager
-def _replaced(trial: Trial, text: str, reply: str) -> Iterator[tuple[Stand, Any]]:
+def _replaced(trial: Trial, text: str, reply: str) -> Iterator[tuple[OneInstrumentBench, Any]]:
     with trial.opened() as (made, instrument):
         data = reply.encode("latin-1") if text == _FRAME else reply.rstrip("\n").encode("latin-1") + b"\n"
         made.faults.add(Fault.on(FaultKind.REPLACE, rf"^{re.escape(text)}\r?$", reply=data))
@@ -103,7 +103,7 @@ def _not_read_back(trial: Trial, text: str, said: str) -> None:
 
 
 @contextmanager
-def _read_back(trial: Trial, text: str, other: str) -> Iterator[tuple[Stand, Any]]:
+def _read_back(trial: Trial, text: str, other: str) -> Iterator[tuple[OneInstrumentBench, Any]]:
     """Have a query be answered by something else, once the setting was set."""
     header, written = text.split("?")[0], False
 
@@ -128,7 +128,7 @@ def _lost(trial: Trial, command: str, held: bytes) -> None:
             trial.checks.that("a setting that is not taken", found == held, what, remedy)
 
 
-def _setting(made: Stand, command: str) -> bytes:
+def _setting(made: OneInstrumentBench, command: str) -> bytes:
     """Return what the simulated instrument says of a setting; empty where it has no such question."""
     header, _, value = command.partition(" ")
     channel = re.search(r"\(@[^)]*\)", value)

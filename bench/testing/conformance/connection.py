@@ -11,7 +11,7 @@ import serial
 from bench.testing.conformance.ends import TAKE_OVER
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import IdentityError, InstrumentError
 from drivers.transport.serial.port_errors import reason_and_remedy
 from sim_instruments.faults.line_faults import Fault
@@ -97,7 +97,7 @@ def _failing(*_: Any) -> bytes:
     raise ConnectionResetError("the port is gone")
 
 
-def _waiting(made: Stand, checks: Checks, *, guarded: bool) -> None:
+def _waiting(made: OneInstrumentBench, checks: Checks, *, guarded: bool) -> None:
     """Check that an error that waits is told by who opens the instrument for use, and left alone by who guards it."""
 
     def waits() -> bool:

@@ -11,7 +11,7 @@ from bench.testing.conformance.network_management import taken_out
 from bench.testing.conformance.played import lose
 from bench.testing.conformance.report import Checks, in_words
 from bench.testing.conformance.session import Energise, Trial
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import InstrumentError, ReportedError
 from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
@@ -138,7 +138,9 @@ def _disturbed(trial: Trial, message: _Message, kind: FaultKind, took: float) ->
         checks.that(f"{what}: the next exchange is in step", not wrong, f"after '{message.text}': {wrong}", remedy)
 
 
-def one_use(trial: Trial, made: Stand, instrument: Any, what: str, text: str, *, refusal: bool = False) -> None:
+def one_use(
+    trial: Trial, made: OneInstrumentBench, instrument: Any, what: str, text: str, *, refusal: bool = False
+) -> None:
     """Check that a brief use ends with right values or an InstrumentError, with nothing left on.
 
     `what` becomes of the message `text`. After a `refusal` that was told, what stays on is for whoever hears it.
@@ -198,7 +200,9 @@ def _unanswered(trial: Trial, energise: Energise) -> None:
         trial.checks.that("make_safe where no question is answered", off, "it is on", remedy)
 
 
-def _stopped(trial: Trial, what: str, done: Callable[[Stand], ProtectionTrip], fed: Sequence[_Message]) -> None:
+def _stopped(
+    trial: Trial, what: str, done: Callable[[OneInstrumentBench], ProtectionTrip], fed: Sequence[_Message]
+) -> None:
     """Check that what somebody else did is told as what it is, at one of the messages at least, and does not last."""
     told, checks = list[str](), trial.checks
     for message in fed:

@@ -6,7 +6,7 @@ from typing import Any
 
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Energise, Trial
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import Clock, InstrumentError
 from sim_instruments.faults.line_faults import MessageWatch
 
@@ -106,7 +106,7 @@ def check_ends(trial: Trial) -> None:
             _stuck(made, instrument, energise, session.stuck, checks)
 
 
-def _stuck(made: Stand, instrument: Any, energise: Any, output: str, checks: Checks) -> None:
+def _stuck(made: OneInstrumentBench, instrument: Any, energise: Any, output: str, checks: Checks) -> None:
     remedy = "Ask after switching off whether it is, and raise where it is not"
     with checks.refuses("off that does not take", InstrumentError, remedy=remedy), energise(made, instrument):
         made.world.damage.stick(output, "on")

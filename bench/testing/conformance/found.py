@@ -10,7 +10,7 @@ from bench.testing.conformance.ends import TAKE_OVER
 from bench.testing.conformance.manual import Left
 from bench.testing.conformance.report import Checks, in_words
 from bench.testing.conformance.session import Trial
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import InstrumentError, ReportedError
 from drivers.interfaces.found_state import FoundSetting
 from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
@@ -154,7 +154,7 @@ def _refused_midway(trial: Trial, rows: Sequence[Left]) -> None:
         trial.checks.that("put back where opening fails", not wrong, what, _BACK)
 
 
-def _all_left(made: Stand, rows: Sequence[Left]) -> list[Callable[[], Any]]:
+def _all_left(made: OneInstrumentBench, rows: Sequence[Left]) -> list[Callable[[], Any]]:
     """Leave every setting so; return what asks for each."""
     return [_left(made, left) for left in rows]
 
@@ -203,7 +203,7 @@ def _as_drawn(trial: Trial, seed: int | None) -> None:
             checks.that(f"{name}: {row.query} is put back", row.found in back, f"{back} instead of {row.found}", _BACK)
 
 
-def _left(made: Stand, left: Left) -> Callable[[], Any]:
+def _left(made: OneInstrumentBench, left: Left) -> Callable[[], Any]:
     """Leave a setting so, and return what asks for it as it is at present."""
     if isinstance(left.leave, str):
         for message in (*left.leave.split(";;"), "*CLS"):
@@ -216,7 +216,7 @@ def _left(made: Stand, left: Left) -> Callable[[], Any]:
     return lambda: asked(made, left.query)
 
 
-def _keep_so(made: Stand, left: Left) -> None:
+def _keep_so(made: OneInstrumentBench, left: Left) -> None:
     """Have a setting be as it was left again before each message."""
 
     def again(*_: Any) -> bool:
@@ -227,7 +227,7 @@ def _keep_so(made: Stand, left: Left) -> None:
     made.faults.watch(MessageWatch(again, lambda: None))
 
 
-def asked(made: Stand, query: str) -> str:
+def asked(made: OneInstrumentBench, query: str) -> str:
     """Return what the simulated instrument answers to a query."""
     made.simulated.write(query.encode() + b"\n")
     return bytes(made.simulated.read(200, 1.0)[0]).decode("latin-1").strip()

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, cast
 
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 
 Held = Callable[[], Mapping[str, Any]]
 #: How long (s) a node may take on a busy computer.
@@ -14,7 +14,7 @@ _LOOK = 0.02
 
 
 @contextmanager
-def held_settings(made: Stand, writes: Sequence[str]) -> Iterator[Held]:
+def held_settings(made: OneInstrumentBench, writes: Sequence[str]) -> Iterator[Held]:
     """Give what returns the present value of each setting, by the message ("write 1 0902H 1") that writes it (Modbus, CAN)."""
     if made.transport == "modbus":
         yield lambda: {message: _registers(made, message) for message in writes}
@@ -35,7 +35,7 @@ def held_settings(made: Stand, writes: Sequence[str]) -> Iterator[Held]:
         network.disconnect()
 
 
-def _registers(made: Stand, message: str) -> tuple[int, ...]:
+def _registers(made: OneInstrumentBench, message: str) -> tuple[int, ...]:
     _, unit, address, count = message.split()
     return tuple(made.simulated.units[int(unit)].read(int(address[:4], 16), int(count)))
 

@@ -7,7 +7,7 @@ from typing import Any
 from bench.testing.conformance.manual import StatedLimits
 from bench.testing.conformance.report import Checks, enter
 from bench.testing.conformance.session import Trial
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import AbilityError, InstrumentError, Role, SetpointError
 from drivers.interfaces.declarations import Declaration, declarations
 
@@ -41,7 +41,7 @@ def check_limits(trial: Trial) -> None:
                 _as_stated(made, instrument, one, checks, remedy)
 
 
-def _refused(made: Stand, instrument: Any, role: Role, checks: Checks, remedy: str) -> None:
+def _refused(made: OneInstrumentBench, instrument: Any, role: Role, checks: Checks, remedy: str) -> None:
     for name, declared in declarations(role.interface).items():
         if not is_offered(instrument, declared):
             _not_offered(made, instrument, name, declared, checks)
@@ -84,7 +84,7 @@ def is_offered(instrument: Any, declared: Declaration) -> bool:
     return declared.ability is None or declared.ability in instrument.abilities
 
 
-def _not_offered(made: Stand, instrument: Any, name: str, declared: Declaration, checks: Checks) -> None:
+def _not_offered(made: OneInstrumentBench, instrument: Any, name: str, declared: Declaration, checks: Checks) -> None:
     """Check that what an instrument says it cannot do is refused by name, with nothing sent."""
     made.messages.clear()
     remedy = "Leave the method out: the interface's own refuses it"
@@ -96,7 +96,7 @@ def _not_offered(made: Stand, instrument: Any, name: str, declared: Declaration,
     checks.that(f"{name}: nothing is sent for what is not offered", not sent, f"{sent}", remedy)
 
 
-def _as_stated(made: Stand, instrument: Any, stated: StatedLimits, checks: Checks, remedy: str) -> None:
+def _as_stated(made: OneInstrumentBench, instrument: Any, stated: StatedLimits, checks: Checks, remedy: str) -> None:
     what = f"{stated.method}: {stated.argument} as the manual states it"
 
     def call(value: float) -> None:

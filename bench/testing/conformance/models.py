@@ -8,7 +8,7 @@ from bench.testing.conformance.manual import Model
 from bench.testing.conformance.played import play
 from bench.testing.conformance.report import Checks, same_value
 from bench.testing.conformance.session import Trial
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 
 
 def check_model(trial: Trial, model: Model) -> None:
@@ -55,7 +55,7 @@ def _entered(result: Any) -> AbstractContextManager[Any]:
     return result if isinstance(result, AbstractContextManager) else nullcontext()
 
 
-def _held(made: Stand, message: str) -> Any:
+def _held(made: OneInstrumentBench, message: str) -> Any:
     """Return what the simulated instrument has, past the driver."""
     if made.transport == "visa":
         return asked(made, message)

@@ -8,7 +8,7 @@ import can
 from bench.testing.conformance.manual import ProtectionTrip
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import Trial
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import InstrumentError
 
 _COMMAND, _HEARTBEAT = 0x000, 0x700
@@ -24,7 +24,7 @@ _WORDS = {state: name for name, (_, state) in _STATES.items()}
 class OtherMaster:
     """Another master on the bus of the instrument under test; to be used in a `with` statement."""
 
-    def __init__(self, stand: Stand) -> None:
+    def __init__(self, stand: OneInstrumentBench) -> None:
         address: Any = stand.bench.address(stand.subject.role.value)
         self._node = int(address["node_id"])
         self._end = stand.bench.can_bus(address["channel"])
@@ -79,7 +79,7 @@ class OtherMaster:
             self._answer = bytes(message.data)
 
 
-def state_of(stand: Stand) -> str:
+def state_of(stand: OneInstrumentBench) -> str:
     """Return the state of a CANopen node; empty for any other instrument, and for a node that does not tell its own."""
     if stand.transport != "can":
         return ""
@@ -134,7 +134,7 @@ def _pdos(other: OtherMaster) -> dict[int, tuple[bytes | None, ...]]:
     return found
 
 
-def taken_out(stand: Stand) -> ProtectionTrip:
+def taken_out(stand: OneInstrumentBench) -> ProtectionTrip:
     """Return what another master may do to any CANopen node that feeds energy."""
 
     def make(_: object) -> None:

@@ -11,7 +11,7 @@ from bench.testing.conformance.network_management import state_of
 from bench.testing.conformance.played import play
 from bench.testing.conformance.report import Checks, in_words
 from bench.testing.conformance.session import Trial
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import InstrumentError
 from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
@@ -101,7 +101,7 @@ def _questions(texts: Sequence[str], transport: str) -> Iterator[str]:
             yield text
 
 
-def _opened(trial: Trial, made: Stand, what: str, text: str, left: str) -> bool:
+def _opened(trial: Trial, made: OneInstrumentBench, what: str, text: str, left: str) -> bool:
     """Open with what disturbs it; return whether it opened. What did not is told, and opens once nothing disturbs it.
 
     A CANopen node that did is afterwards in the state in which it was `left`.
@@ -135,7 +135,7 @@ def _opened(trial: Trial, made: Stand, what: str, text: str, left: str) -> bool:
     return True
 
 
-def _again(made: Stand) -> Any:
+def _again(made: OneInstrumentBench) -> Any:
     """Open once more; an error that waits from the first time may be told before that."""
     with suppress(InstrumentError):
         return made.open()
@@ -173,7 +173,7 @@ def _refused(trial: Trial, text: str) -> None:
     trial.checks.that("what it may lack at opening", opened is may, wrong, "Compare with the family's other models")
 
 
-def _opened_so(trial: Trial, made: Stand, text: str) -> bool:
+def _opened_so(trial: Trial, made: OneInstrumentBench, text: str) -> bool:
     """Tell whether it opens where a question is refused for good."""
     trial.session.prepare(made)
     try:

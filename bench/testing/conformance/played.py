@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
 #: What a node says of an object that it has not (CiA 301), and a Modbus unit of a register.
@@ -13,7 +13,7 @@ _NO_REGISTER = 2
 _NO_NAME, _NO_INDEX = b"\x41\x01\x05ERR\r\n", b"\x31\x00\x02"
 
 
-def play(made: Stand, answers: Mapping[str, bytes | None]) -> None:
+def play(made: OneInstrumentBench, answers: Mapping[str, bytes | None]) -> None:
     """From now on answer messages (a regular expression) in this way; None is the answer of an instrument that lacks the function.
 
     Messages are named as in a `Reply`.
@@ -27,7 +27,7 @@ def play(made: Stand, answers: Mapping[str, bytes | None]) -> None:
         made.faults.add(fault)
 
 
-def lose(made: Stand, message: str, number: int = 0) -> None:
+def lose(made: OneInstrumentBench, message: str, number: int = 0) -> None:
     """Confirm a writing message (Modbus, CAN) without carrying it out, once: the next one, or the one of that number."""
     if made.transport == "can":
         play(made, {f"^{message}$": b""})

@@ -14,7 +14,7 @@ from bench.plugins.catalogues import Catalogues, installed
 from bench.run.plan import Planned, make_plan
 from bench.run.request import RunOptions
 from bench.safety.interrupts import Interrupts
-from bench.testing import BenchAsked, Ran, assert_holds_truth, run_planned
+from bench.testing import MeasuredRun, RequestedBench, assert_holds_truth, run_planned
 from bench.testing.conformance.repeated import check_repeated
 from bench.testing.conformance.report import Checks, ConformanceReport
 from bench.testing.conformance.run_record import check_record
@@ -53,7 +53,7 @@ def check_procedure(
     planned = make_plan([*before, name], list(settings), known)
     gives = known[name].parameters
     steps: list[str] = []
-    done: list[Ran] = []
+    done: list[MeasuredRun] = []
     compared: set[str] = set()
     for number in range(motors):
         each = random_motor(motor, generator)
@@ -98,13 +98,13 @@ def _noting(procedure: str, steps: list[str]) -> Listener:
     return StepReporter(begins).hear
 
 
-def _on_bench(planned: Sequence[Planned], motor: MotorFile, runs: Path, seed: int, number: int) -> Ran:
+def _on_bench(planned: Sequence[Planned], motor: MotorFile, runs: Path, seed: int, number: int) -> MeasuredRun:
     """Return the run of a motor on a bench whose instruments err within their data sheets."""
-    bench = BenchAsked(operator="virtual", drawn_errors=True)
+    bench = RequestedBench(operator="virtual", drawn_errors=True)
     return run_planned(planned, motor, runs, seed=seed + number, bench=bench)
 
 
-def _check_run(ran: Ran, checks: Checks, gives: Mapping[str, Any], own: Mapping[str, float] | None) -> set[str]:
+def _check_run(ran: MeasuredRun, checks: Checks, gives: Mapping[str, Any], own: Mapping[str, float] | None) -> set[str]:
     """Check one run; return the figures that were compared with their truth."""
     checks.that("completed", ran.status == "completed", f"{ran.status}: {ran.cause}", "Find out by the run's journal")
     _check_left(ran, checks, "after a run")
@@ -127,7 +127,7 @@ def _check_run(ran: Ran, checks: Checks, gives: Mapping[str, Any], own: Mapping[
     return set(compared)
 
 
-def _check_left(ran: Ran, checks: Checks, when: str) -> None:
+def _check_left(ran: MeasuredRun, checks: Checks, when: str) -> None:
     on = [key for key in _ON if ran.left.get(key)]
     remedy = "Switch on in a with block only, and turn the shaft by an action"
     checks.that(f"nothing is left energised {when}", not on, f"{', '.join(on)}", remedy)

@@ -5,7 +5,7 @@ from typing import Any
 
 from bench.testing.conformance.report import Checks, in_words
 from bench.testing.conformance.session import Trial
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.recognition import CanFdTalk, CanOpenProfile, ModbusUnit, ScpiIdentity, SerialTalk
 from drivers.transport.modbus.line import client_for
 from sim_instruments.instruments.registers import RegisterError
@@ -41,7 +41,7 @@ def _others(checks: Checks, recognised: Any, *more: Any) -> None:
         checks.that("recognised: nothing else is", not recognition, f"{other!r} is taken for {recognition}", _OTHER)
 
 
-def _scpi(made: Stand, known: ScpiIdentity, checks: Checks) -> None:
+def _scpi(made: OneInstrumentBench, known: ScpiIdentity, checks: Checks) -> None:
     made.simulated.write(b"*IDN?\n")
     reply = bytes(made.simulated.read(200, 1.0)[0]).decode("latin-1").strip()
     instrument = made.open()
@@ -51,7 +51,7 @@ def _scpi(made: Stand, known: ScpiIdentity, checks: Checks) -> None:
     _others(checks, known.identity_of, _STRANGER.decode(), reply.partition(",")[0], "")
 
 
-def _unit(trial: Trial, made: Stand, known: ModbusUnit) -> None:
+def _unit(trial: Trial, made: OneInstrumentBench, known: ModbusUnit) -> None:
     checks, options = trial.checks, trial.subject.options
     number = getattr(options, known.option)
     for unit, device in made.simulated.units.items():
@@ -88,13 +88,13 @@ def _registers(device: Any, known: ModbusUnit) -> dict[int, tuple[int, ...]]:
     return result
 
 
-def _profile(made: Stand, known: CanOpenProfile, checks: Checks) -> None:
+def _profile(made: OneInstrumentBench, known: CanOpenProfile, checks: Checks) -> None:
     entry = next(one for one in made.simulated.entries if one.index == _DEVICE_TYPE)
     checks.that("recognised", known.matches(int(entry.value)), f"{entry.value:08X}", _KNOWN)
     _others(checks, known.matches, _OTHER_PROFILE)
 
 
-def _talk(made: Stand, known: SerialTalk, checks: Checks) -> None:
+def _talk(made: OneInstrumentBench, known: SerialTalk, checks: Checks) -> None:
     stream = made.stream(str(made.bench.address(made.subject.role.value)))
     if known.question:
         stream.write(known.question)
@@ -108,7 +108,7 @@ def _talk(made: Stand, known: SerialTalk, checks: Checks) -> None:
     _others(checks, known.recognise, b"", _STRANGER, bytes(reversed(heard)))
 
 
-def _frames(made: Stand, known: CanFdTalk, checks: Checks) -> None:
+def _frames(made: OneInstrumentBench, known: CanFdTalk, checks: Checks) -> None:
     reply = made.simulated.serve(known.question, respond=True)
     instrument = made.open()
     same = known.identity_of(reply) == instrument.identity

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Mapping
 from itertools import combinations
 from typing import Any
 
-from bench.testing import Ran
+from bench.testing import MeasuredRun
 from bench.testing.conformance.report import Checks
 from procedures.core.parameter_definition import ParameterDefinition
 from procedures.core.result import Parameter
@@ -12,7 +12,7 @@ from procedures.core.result import Parameter
 #: How far two figures may be apart, by the intervals (95 %) of both; twice is about one false alarm in 10 000.
 _TIMES = 2.0
 #: Gives the run of one motor on a bench of its own, by its seed, whose instruments err within their data sheets.
-Measure = Callable[[int], Ran]
+Measure = Callable[[int], MeasuredRun]
 
 
 def check_repeated(
@@ -21,7 +21,7 @@ def check_repeated(
     checks: Checks,
     gives: Mapping[str, ParameterDefinition],
     names: Collection[str],
-    others: Collection[Ran],
+    others: Collection[MeasuredRun],
 ) -> None:
     """Check that figures agree between `benches` within their uncertainty, repeat, and depend on what is measured.
 
@@ -46,7 +46,7 @@ def check_repeated(
         checks.that(f"{name}: rests on what is measured", not fixed, f"{values} of every motor", advice)
 
 
-def value_of(ran: Ran, name: str) -> Any:
+def value_of(ran: MeasuredRun, name: str) -> Any:
     """Return a run's figure, None where it has none."""
     return ran.parameters[name].value if name in ran.parameters else None
 

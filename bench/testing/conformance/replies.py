@@ -11,7 +11,7 @@ from bench.testing.conformance.manual import NotYet, Reply
 from bench.testing.conformance.played import put
 from bench.testing.conformance.report import Checks, same_value
 from bench.testing.conformance.session import Trial
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import InstrumentError
 from sim_instruments.faults.line_faults import Fault, FaultKind
 
@@ -63,7 +63,9 @@ class _Calls:
 class _Line:
     """Replaces one reply's messages from the `begins`-th call on; calls are counted from 0, which is opening."""
 
-    def __init__(self, made: Stand, reply: Reply | NotYet, begins: int | None, *, looks: int | None = None) -> None:
+    def __init__(
+        self, made: OneInstrumentBench, reply: Reply | NotYet, begins: int | None, *, looks: int | None = None
+    ) -> None:
         self._made, self._reply, self._begins, self._looks = made, reply, begins, looks
         self._pattern = re.compile(reply.message)
         self._fault = Fault(FaultKind.REPLACE, self._strikes, times=None)
@@ -184,7 +186,7 @@ def _calls(trial: Trial, reply: Reply | NotYet, name: str) -> Sequence[tuple[int
     return met
 
 
-def _use(trial: Trial, made: Stand, line: _Line, checks: Checks | None = None) -> None:
+def _use(trial: Trial, made: OneInstrumentBench, line: _Line, checks: Checks | None = None) -> None:
     calls = _Calls(line)
     trial.session.prepare(made)
     calls.instrument = calls.call("open", made.open)

@@ -6,14 +6,14 @@ from bench.journal.events.instruments import Commanding, Energising, SettingDone
 from bench.journal.events.run import ProcedureFailed, ProcedureFinished, ProcedureStarted
 from bench.journal.journal_file import read_journal
 from bench.journal.verify import verify
-from bench.testing import Ran
+from bench.testing import MeasuredRun
 from bench.testing.conformance.report import Checks
 from procedures.core.events import StepFailed, StepFinished, StepStarted
 
 _ACTING = (Commanding, Energising, SettingDone)
 
 
-def check_record(ran: Ran, checks: Checks, name: str, when: str) -> None:
+def check_record(ran: MeasuredRun, checks: Checks, name: str, when: str) -> None:
     """Check a run's record, as `motorbench results verify` does, and that what the procedure `name` set stands in steps."""
     verification = verify(ran.folder)
     wrong = "; ".join([*map(str, verification.findings), *([verification.unproven] if verification.unproven else [])])
@@ -26,7 +26,7 @@ def check_record(ran: Ran, checks: Checks, name: str, when: str) -> None:
     checks.that(f"instruments are set and switched in steps {when}", not outside, ", ".join(outside), advice)
 
 
-def _outside(ran: Ran, name: str) -> Iterator[str]:
+def _outside(ran: MeasuredRun, name: str) -> Iterator[str]:
     """Give what a procedure set and switched in none of its steps."""
     running, depth = False, 0
     for recorded in read_journal(ran.folder.journal).events:

@@ -7,14 +7,14 @@ from importlib import import_module
 from typing import Any
 
 from bench.testing.conformance.report import Checks
-from bench.testing.conformance.stand import DriverUnderTest, Stand, stand
+from bench.testing.conformance.stand import DriverUnderTest, OneInstrumentBench, stand
 from drivers.interfaces import InstrumentError, Role, Traffic
 
-Use = Callable[[Stand, Any, Checks], None]
-Energise = Callable[[Stand, Any], AbstractContextManager[None]]
+Use = Callable[[OneInstrumentBench, Any, Checks], None]
+Energise = Callable[[OneInstrumentBench, Any], AbstractContextManager[None]]
 
 
-def _nothing(stand: Stand, instrument: Any, checks: Checks) -> None:
+def _nothing(stand: OneInstrumentBench, instrument: Any, checks: Checks) -> None:
     """Use nothing."""
 
 
@@ -28,7 +28,7 @@ class CheckSession:
     message that is not answered. Each compares with the actual state.
     """
 
-    prepare: Callable[[Stand], None]
+    prepare: Callable[[OneInstrumentBench], None]
     brief: Use
     full: Use = _nothing
     energise: Energise | None = None
@@ -56,12 +56,14 @@ class Trial:
         """Return the trial of the driver with other options; the machine behind it stays what it is."""
         return replace(self, subject=replace(self.subject, options=replace(self.subject.options, **options)))
 
-    def stand(self, *, sockets: bool = False, hostile: int | None = None) -> AbstractContextManager[Stand]:
+    def stand(self, *, sockets: bool = False, hostile: int | None = None) -> AbstractContextManager[OneInstrumentBench]:
         """Give a bench with its instrument, in the state in which it is found."""
         return stand(self.subject, self.seed, sockets=sockets, hostile=hostile)
 
     @contextmanager
-    def opened(self, *, listening: bool = False, traffic: Traffic | None = None) -> Iterator[tuple[Stand, Any]]:
+    def opened(
+        self, *, listening: bool = False, traffic: Traffic | None = None
+    ) -> Iterator[tuple[OneInstrumentBench, Any]]:
         """Give a bench made ready, and the instrument opened; mended and closed at the end."""
         with self.stand() as made:
             self.session.prepare(made)
@@ -74,7 +76,7 @@ class Trial:
                 made.faults.clear()
                 instrument.close()
 
-    def wrong(self, made: Stand, instrument: Any, *, full: bool = False, safe: bool = False) -> str:
+    def wrong(self, made: OneInstrumentBench, instrument: Any, *, full: bool = False, safe: bool = False) -> str:
         """Return what is wrong in a brief (or `full`) use, made `safe` before it; empty where all is right."""
         checks = Checks()
         try:
@@ -87,7 +89,7 @@ class Trial:
             checks.that("no error", False, str(error), "There is nothing that it could tell")
         return checks.wrong
 
-    def brief(self, made: Stand, instrument: Any) -> None:
+    def brief(self, made: OneInstrumentBench, instrument: Any) -> None:
         """Use it briefly and make it safe, whatever comes of it."""
         self.session.brief(made, instrument, Checks())
         instrument.make_safe()

@@ -65,7 +65,7 @@ class _NotedStream:
 
 
 @dataclass
-class Stand:
+class OneInstrumentBench:
     """A virtual bench with the instrument of one driver. `calls` are the calls that it made to the world, by name."""
 
     subject: DriverUnderTest
@@ -266,7 +266,7 @@ def motor_for(role: Role, generator: np.random.Generator) -> tuple[VirtualMotor,
 @contextmanager
 def stand(
     subject: DriverUnderTest, seed: int = 0, *, sockets: bool = False, hostile: int | None = None
-) -> Iterator[Stand]:
+) -> Iterator[OneInstrumentBench]:
     """Give a bench with the subject's instrument, in the state in which it is found; on real `sockets` where asked for.
 
     With `hostile`, a seed, it is found as its simulated counterpart's own table says that a last user may have left it.
@@ -279,7 +279,7 @@ def stand(
     with VirtualBench(
         motor, [unit], seed=seed, errors=errors, six_step=six_step, sockets=sockets, fixture=fixture, hostile=hostile
     ) as bench:
-        made = Stand(subject, bench, generator)
+        made = OneInstrumentBench(subject, bench, generator)
         made.find()
         yield made
 

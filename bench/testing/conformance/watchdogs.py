@@ -8,7 +8,7 @@ from bench.station.clock import SystemClock
 from bench.testing.conformance.held_settings import held_settings
 from bench.testing.conformance.played import lose
 from bench.testing.conformance.session import Trial
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import InstrumentError, Watchdog
 from sim_instruments.faults.line_faults import Fault, FaultKind, MessageWatch
 
@@ -98,7 +98,7 @@ def _not_kept(trial: Trial, name: str) -> None:
                 made.open().close()
 
 
-def _acts(trial: Trial, made: Stand, name: str, asked: Watchdog) -> None:
+def _acts(trial: Trial, made: OneInstrumentBench, name: str, asked: Watchdog) -> None:
     """Check that it does nothing while the instrument is used, and switches off once the line is cut."""
     checks, energise = trial.checks, trial.session.energise
     assert energise is not None  # noqa: S101  its caller has looked

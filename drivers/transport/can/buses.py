@@ -9,7 +9,7 @@ from drivers.interfaces.text import text
 from drivers.transport.can.addresses import BusAddress, parse_address, with_flexible_data_rate
 from drivers.transport.can.network_management import NMT_COMMANDS, Emergency, NmtState
 from drivers.transport.can.sockets import keep_to_own_group, leaving
-from drivers.transport.in_process import IN_PROCESS, HandingOver, InProcess, open_can_bus
+from drivers.transport.in_process import IN_PROCESS, DirectDelivery, InProcess, open_can_bus
 from drivers.transport.serial.port_errors import not_opened
 from drivers.transport.wire import Wire
 
@@ -102,12 +102,12 @@ class SharedBus:
 
     def __init__(self, address: BusAddress, name: str, in_process: InProcess | None = None) -> None:
         from drivers.transport.can.listening import BrokenLine
-        from drivers.transport.can.tapped import TellingNetwork
+        from drivers.transport.can.tapped import TappedNetwork
 
         self.address = address
         self._in_process = in_process
         self.nodes: set[int] = set()
-        self.network: TellingNetwork = TellingNetwork()
+        self.network: TappedNetwork = TappedNetwork()
         self.network.NOTIFIER_CYCLE = LISTENING_TIME
         self._leaving = threading.Event()
         cast("list[can.Listener]", self.network.listeners).append(BrokenLine(self._leaving))
@@ -122,7 +122,7 @@ class SharedBus:
         if self.answers_at_once:
             self.network.bus = open_can_bus(address.channel, self._in_process, name)
             for listener in self.network.listeners:
-                cast("HandingOver", self.network.bus).hand_over(listener)
+                cast("DirectDelivery", self.network.bus).hand_over(listener)
             return
         try:
             self.network.connect(**address.arguments(LISTENING_TIME))

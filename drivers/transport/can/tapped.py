@@ -11,7 +11,7 @@ from drivers.transport.wire import Wire
 _EMERGENCY, _SDO_REPLY, _SDO_REQUEST, _ERROR_CONTROL = 0x080, 0x580, 0x600, 0x700
 
 
-class TellingNetwork(canopen.Network):
+class TappedNetwork(canopen.Network):
     """A network that tells each node's requests."""
 
     def __init__(self) -> None:
@@ -31,7 +31,7 @@ class NodeTap:
     What comes is told before anybody else hears it: the next request may be out as soon as it is heard.
     """
 
-    def __init__(self, network: TellingNetwork, node_id: int, wire: Wire) -> None:
+    def __init__(self, network: TappedNetwork, node_id: int, wire: Wire) -> None:
         self._network, self._wire = network, wire
         self._request = _SDO_REQUEST + node_id
         self._heard = {code + node_id for code in (_EMERGENCY, _SDO_REPLY, _ERROR_CONTROL)}

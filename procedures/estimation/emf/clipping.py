@@ -33,7 +33,7 @@ _AS_NOISE = 1.3
 
 
 @dataclass(frozen=True)
-class Ends:
+class ConverterEnds:
     """The level of each channel's lower and upper end (C, 2), V, infinite where nothing stands at it; `certain` (C,) where the
     instrument itself says that it clipped, no wave has so many readings at its peak, or only a cut makes such a corner; `margins` (C,),
     V, is how far within an end a reading may be lost.
@@ -70,7 +70,7 @@ def find_ends(
     channels: Sequence[DigitizedChannel],
     shared: FloatArray,
     hum: float | None = None,
-) -> Ends:
+) -> ConverterEnds:
     """Return where readings pile up, more of them in the extreme cell than in the next one, or tops are flat beneath the noise. A
     converter that the instrument says is whole is taken as whole; so many readings as `shared` (C,) says are one;
     `hum` (Hz) is the mains' frequency where the record carries it.
@@ -100,7 +100,7 @@ def find_ends(
     flat = tops.levels
     steps = np.array([channel.resolution for channel in channels])
     if not np.isfinite(levels).any() and not np.isfinite(flat).any():
-        return Ends(levels, certain, steps)
+        return ConverterEnds(levels, certain, steps)
     noise = np.array([white_noise(row, step) for row, step in zip(v, steps, strict=True)])
     margins = np.maximum(steps, 3.0 * noise)
     if tops.own:
@@ -110,7 +110,7 @@ def find_ends(
         levels[open_], certain[open_] = flat[0], False
     found = np.asarray(np.any(np.isfinite(flat), axis=1))
     # A level that was fitted is no single reading's: no noise is on it.
-    return Ends(
+    return ConverterEnds(
         np.where(found[:, None], flat, levels), certain | found, np.where(found, 0.5 * steps + 0.1 * noise, margins)
     )
 
@@ -120,7 +120,7 @@ def restore(
     v: FloatArray,
     orders: Sequence[int],
     model: HarmonicModel,
-    ends: Ends,
+    ends: ConverterEnds,
     channels: Sequence[DigitizedChannel],
     shared: FloatArray,
     refit: Callable[[FloatArray], HarmonicModel],

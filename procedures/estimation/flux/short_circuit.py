@@ -12,7 +12,7 @@ from procedures.estimation.fitting.checks import same_length, series
 from procedures.estimation.fitting.fit import EstimationError, FloatArray, coverage_interval
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.flux.flux_map import MapFigure
-from procedures.estimation.flux.short_currents import ShortRows, Told, told
+from procedures.estimation.flux.short_currents import CurrentSamples, ShortRows, told
 from procedures.estimation.flux.short_limits import (
     INDUCTANCE,
     LIMIT,
@@ -185,7 +185,7 @@ def fit_short_circuit(
     )
 
 
-def _peak(plain: "_Plain", best: Told, flux: float, pole_pairs: float) -> tuple[float, float]:
+def _peak(plain: "_Plain", best: CurrentSamples, flux: float, pole_pairs: float) -> tuple[float, float]:
     """Return electrical speed (rad/s) and torque (N·m) of the largest braking torque."""
     limit, l_q, r = (math.exp(float(np.median(each))) for each in (best.limit, best.q_axis, best.resistance))
     l_d, l_q = flux / limit, flux * l_q
@@ -250,7 +250,7 @@ def _by_torque(each: FloatArray, current: FloatArray, limit: float) -> MapFigure
     return MapFigure(mean, spread, coverage_interval(mean, spread, float(each.size - 1)))
 
 
-def _of_heat(power: FloatArray, speed: FloatArray, best: Told) -> FloatArray:
+def _of_heat(power: FloatArray, speed: FloatArray, best: CurrentSamples) -> FloatArray:
     """Return what of the power (Ω·A²) is the heat of the resistance: friction, zero and iron loss taken off."""
     middle = {name: float(np.median(values)) for name, values in best.others.items()}
     relative = speed / float(np.max(speed))
@@ -268,7 +268,7 @@ def _of_samples(values: FloatArray) -> MapFigure:
     return MapFigure(middle, float(np.std(values)), (low, high))
 
 
-def _terms(best: Told) -> list[Finding]:
+def _terms(best: CurrentSamples) -> list[Finding]:
     """Return which terms beside constants the rows need; of such that may stand for each other the likeliest."""
     found = []
     for rivals in _RIVALS:

@@ -45,7 +45,7 @@ _NONE = 1e-9
 
 
 @dataclass(frozen=True)
-class Told:
+class CurrentSamples:
     """Samples (n,) of the logarithms of I(∞) (A), L_q over the flux linkage, R (Ω) at the first row and at `row`; and of the other
     unknowns by name.
     """
@@ -77,7 +77,7 @@ class ShortRows:
     saturating: bool = False
 
 
-def told(rows: ShortRows, floor: float, row: float = 0.5) -> Told:
+def told(rows: ShortRows, floor: float, row: float = 0.5) -> CurrentSamples:
     """Return what the rows tell.
 
     `floor` is the least relative noise of a current, `row` the place, 0 … 1 along the rows, for which `mean_resistance` holds.
@@ -90,7 +90,7 @@ def told(rows: ShortRows, floor: float, row: float = 0.5) -> Told:
         raise EstimationError("the currents do not tell I(∞) and R apart: read at low speeds too")
     known = model.named(values)
     most = model.largest_q(known)
-    return Told(
+    return CurrentSamples(
         known["limit"],
         known["saliency"] - known["limit"] - np.log1p(known["saturation_q"] * most),
         known["resistance"],

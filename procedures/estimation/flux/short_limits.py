@@ -7,7 +7,7 @@ import numpy as np
 
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.flux.flux_map import MapFigure
-from procedures.estimation.flux.short_currents import Told
+from procedures.estimation.flux.short_currents import CurrentSamples
 
 #: Kinds of figures, by what shared errors do to them.
 RESISTANCE, INDUCTANCE, Q_INDUCTANCE, LIMIT = "resistance", "inductance", "q-inductance", "limit"
@@ -53,7 +53,7 @@ class SharedErrors:
         """Standard deviation of ln(R by torque/R by currents) through gains."""
         return math.sqrt((self.limits.torque**2 + self.limits.current**2) / 3.0 + self.flux**2)
 
-    def figure(self, kind: str, logarithms: FloatArray, scale: float, told: Told) -> MapFigure:
+    def figure(self, kind: str, logarithms: FloatArray, scale: float, told: CurrentSamples) -> MapFigure:
         """Return the figure `scale`·exp(logarithms) with its 95 % interval, of samples (n,) of what the rows told."""
         limits, random = self.limits, np.random.default_rng(_SEED)
         count = logarithms.size

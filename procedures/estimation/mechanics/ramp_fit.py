@@ -32,7 +32,7 @@ _PARTS_GROW = 1.5
 
 
 @dataclass(frozen=True)
-class Explained:
+class ExplainedRamps:
     """Estimates (k,) and covariance (k, k) of inertia, the three frictions and the initial speeds, and what was found."""
 
     values: FloatArray
@@ -42,7 +42,7 @@ class Explained:
     misfit: Misfit
 
 
-def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Explained:
+def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> ExplainedRamps:
     """Fit ramps, add what they show as long as it explains them, and widen what nothing explains."""
     model = RampModel(runs, unit_torque=unit_torque)
     shared = 3 if unit_torque else 4
@@ -106,7 +106,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
             # Where readings are held, those beside a jump look wild.
             lost = lost if coarse is None else []
     findings += lost
-    return Explained(
+    return ExplainedRamps(
         values[:count],
         covariance[:count, :count],
         best.solved.speeds,

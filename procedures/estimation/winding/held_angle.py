@@ -11,7 +11,7 @@ _ROUNDS = 30
 _NEAR, _TELLING = math.radians(14.0), 0.02
 
 
-class Stands(NamedTuple):
+class AxisAngle(NamedTuple):
     """Angle (rad, electrical, −π/2 … π/2) of the d axis from phase A's axis, and saliency Lq − Ld over their mean."""
 
     angle: float
@@ -23,7 +23,7 @@ class Stands(NamedTuple):
         return self.saliency > _TELLING
 
 
-def held_angle(reading: float, ab: float, ca: float, resistance: float, angular: float) -> Stands:
+def held_angle(reading: float, ab: float, ca: float, resistance: float, angular: float) -> AxisAngle:
     """Return where a rotor stands from A against B and C, AB and CA (H), and the first one's resistance (Ω), at a frequency (rad/s).
 
     AB and CA are 1.5·Lαα ∓ √3·Lαβ + 0.5·Lββ; A against B and C is 1.5·(Lαα − κ·Lαβ²/Lββ), B and C being a closed loop, with
@@ -36,7 +36,7 @@ def held_angle(reading: float, ab: float, ca: float, resistance: float, angular:
         reactance = (angular * other) ** 2
         along = reading / 1.5 + across**2 / other * reactance / ((resistance / 1.5) ** 2 + reactance)
     double = complex(other - along, -2.0 * across)
-    return Stands(0.5 * cmath.phase(double), abs(double) / (0.5 * (along + other)))
+    return AxisAngle(0.5 * cmath.phase(double), abs(double) / (0.5 * (along + other)))
 
 
 def current_angle(poles: Poles) -> float | None:
@@ -48,7 +48,7 @@ def current_angle(poles: Poles) -> float | None:
     return cmath.phase(vector)
 
 
-def explaining(stands: Stands, told: Poles, *, continuous: bool) -> list[Mistake]:
+def explaining(stands: AxisAngle, told: Poles, *, continuous: bool) -> list[Mistake]:
     """Return the mistakes of wiring that would have brought the rotor to where it stands; no mistake goes before all others.
 
     A magnet's two directions read the same. `continuous` excludes mistakes that break or add continuity. Empty where nothing

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from drivers.interfaces.text import Text, text
-from procedures.core.axes import Axes, FloatArray, Manner, PlotCurve
+from procedures.core.axes import Axes, CurveStyle, FloatArray, PlotCurve
 from procedures.core.contours import contours
 from procedures.core.live_plot import LivePlot
 from procedures.estimation.flux.first_look import FirstLook, first_look
@@ -41,15 +41,15 @@ def map_plot(planned: Sequence[PlannedReading], taken: MapReadings, pole_pairs: 
     largest = max(math.hypot(one.i_d, one.i_q) for one in planned)
     angle = np.linspace(0.0, 2.0 * math.pi, 121)
     curves = [
-        PlotCurve(text("read"), read[:, 0], read[:, 1], Manner.READING),
-        PlotCurve(text("largest current"), largest * np.cos(angle), largest * np.sin(angle), Manner.RECORD),
-        PlotCurve(text("to come"), to_come[:, 0], to_come[:, 1], Manner.TO_COME),
+        PlotCurve(text("read"), read[:, 0], read[:, 1], CurveStyle.READING),
+        PlotCurve(text("largest current"), largest * np.cos(angle), largest * np.sin(angle), CurveStyle.RECORD),
+        PlotCurve(text("to come"), to_come[:, 0], to_come[:, 1], CurveStyle.TO_COME),
     ]
     seen = _seen(taken, largest)
     if seen is not None:
         flux, torque = np.hypot(seen.psi_d, seen.psi_q), seen.torque(pole_pairs)
-        curves += _equal(text("equal flux linkage"), seen, flux, Manner.FIT)
-        curves += _equal(text("equal torque"), seen, torque, Manner.SECOND)
+        curves += _equal(text("equal flux linkage"), seen, flux, CurveStyle.FIT)
+        curves += _equal(text("equal torque"), seen, torque, CurveStyle.SECOND)
         messages.append(
             text(
                 "A first look, within the currents read: flux linkage {low} … {high} V·s, torque up to {torque} N·m",
@@ -70,7 +70,7 @@ def _seen(taken: MapReadings, largest: float) -> FirstLook | None:
     return first_look(current, voltage, taken.column("electrical_speed"), largest)
 
 
-def _equal(name: Text, seen: FirstLook, values: FloatArray, manner: Manner) -> Iterator[PlotCurve]:
+def _equal(name: Text, seen: FirstLook, values: FloatArray, manner: CurveStyle) -> Iterator[PlotCurve]:
     """Give the lines of equal value, named once."""
     if not np.isfinite(values).any():
         return
@@ -87,7 +87,7 @@ def stroke_plot(locations: Sequence[complex], taken: Sequence[StrokeTrain], left
     largest = max(map(abs, locations))
     angle = np.linspace(0.0, 2.0 * math.pi, 121)
     curves = (
-        PlotCurve(text("largest current"), largest * np.cos(angle), largest * np.sin(angle), Manner.SECOND),
-        PlotCurve(text("read"), read.real, read.imag, Manner.READING),
+        PlotCurve(text("largest current"), largest * np.cos(angle), largest * np.sin(angle), CurveStyle.SECOND),
+        PlotCurve(text("read"), read.real, read.imag, CurveStyle.READING),
     )
     return LivePlot(text("Currents of the flux map"), Axes(_D, "A", _Q, "A", curves), None, messages)

@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from drivers.interfaces.text import Text, text
-from procedures.core.axes import Axes, FloatArray, Manner, PlotCurve
-from procedures.core.live_plot import Coming, LivePlot
+from procedures.core.axes import Axes, CurveStyle, FloatArray, PlotCurve
+from procedures.core.live_plot import ComingReadings, LivePlot
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.mechanics.coast_look import courses_at_sight
 
 _RPM = math.pi / 30.0
 _TIME, _SPEED, _READ, _RESIDUAL = text("Time"), text("Speed"), text("readings"), text("residual")
-_MANNERS = (Manner.FIT, Manner.SECOND, Manner.THIRD)
+_MANNERS = (CurveStyle.FIT, CurveStyle.SECOND, CurveStyle.THIRD)
 _LINEAR, _QUADRATIC = text("without ω²"), text("with ω²")
 
 
@@ -24,7 +24,7 @@ def emf_plot(speed: float, wave: Mapping[str, Sequence[float]], harmonics: Mappi
     for channel, manner in enumerate(_MANNERS, 1):
         if f"channel_{channel}" in wave:
             name = text("channel {number}", number=channel)
-            recorded.append(PlotCurve(Text(""), time, np.asarray(wave[f"channel_{channel}"]), Manner.RECORD))
+            recorded.append(PlotCurve(Text(""), time, np.asarray(wave[f"channel_{channel}"]), CurveStyle.RECORD))
             fitted.append(PlotCurve(name, time, np.asarray(wave[f"fitted_{channel}"]), manner))
     fundamental, *others = [(float(order), volts) for order, volts in harmonics.items()]
     shares = np.array([100.0 * volts / fundamental[1] for _, volts in others])
@@ -34,7 +34,7 @@ def emf_plot(speed: float, wave: Mapping[str, Sequence[float]], harmonics: Mappi
         "",
         text("of the fundamental"),
         "%",
-        (PlotCurve(Text(""), orders, shares, Manner.BARS),),
+        (PlotCurve(Text(""), orders, shares, CurveStyle.BARS),),
         y_from_zero=True,
     )
     sentences = [
@@ -54,7 +54,7 @@ def emf_plot(speed: float, wave: Mapping[str, Sequence[float]], harmonics: Mappi
 
 def ramp_plot(title: Text, since: float, until: float) -> LivePlot:
     """Return the plot of a ramp from a bench time (s) on, until a speed (rad/s) is reached: its readings come."""
-    coming = Coming("dynamometer", "speed", since, scale=_RPM, until_y=until / _RPM)
+    coming = ComingReadings("dynamometer", "speed", since, scale=_RPM, until_y=until / _RPM)
     messages = [text("Followed until {speed:.0f} rpm", speed=until / _RPM)]
     return LivePlot(title, _over_time(()), None, messages, coming)
 
@@ -62,15 +62,15 @@ def ramp_plot(title: Text, since: float, until: float) -> LivePlot:
 def coast_plot(title: Text, time: FloatArray, speed: FloatArray) -> LivePlot:
     """Return the plot of a coast-down (s, rad/s) by both models, and what either leaves."""
     rpm = speed / _RPM
-    read = PlotCurve(_READ, time, rpm, Manner.RECORD)
+    read = PlotCurve(_READ, time, rpm, CurveStyle.RECORD)
     try:
         courses = courses_at_sight(time, speed)
     except EstimationError:
         return LivePlot(title, _over_time((read,)))
     fits, left = [], []
     for name, course, manner in (
-        (_LINEAR, courses.linear, Manner.SECOND),
-        (_QUADRATIC, courses.quadratic, Manner.FIT),
+        (_LINEAR, courses.linear, CurveStyle.SECOND),
+        (_QUADRATIC, courses.quadratic, CurveStyle.FIT),
     ):
         fits.append(PlotCurve(name, time, course.fitted / _RPM, manner))
         left.append(PlotCurve(name, time, (speed - course.fitted) / _RPM, manner))

@@ -7,8 +7,8 @@ import numpy as np
 
 from drivers.interfaces import ImpedanceReading
 from drivers.interfaces.text import Text, text
-from procedures.core.axes import Axes, FloatArray, Manner, PlotCurve
-from procedures.core.live_plot import Coming, Gauge, LivePlot
+from procedures.core.axes import Axes, CurveStyle, FloatArray, PlotCurve
+from procedures.core.live_plot import ComingReadings, Gauge, LivePlot
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.winding.current_step.first_look import course_at_sight
 from procedures.estimation.winding.sweep.timed_sweep import look_at_sweep
@@ -50,7 +50,9 @@ class SweepPlot:
         now = self._since
         if len(taken) > 1:
             now, each = taken[-1].time, (taken[-1].time - taken[0].time) / (len(taken) - 1)
-        coming = Coming("lcr_meter", "inductance", self._since, rate, until_x=rate * (now + left * each - self._since))
+        coming = ComingReadings(
+            "lcr_meter", "inductance", self._since, rate, until_x=rate * (now + left * each - self._since)
+        )
         time, inductance = np.array([r.time for r in taken]), np.array([r.inductance for r in taken])
         curves, said, gauge = [], [text("The fit appears when the readings have risen and fallen.")], self._gauge(None)
         try:
@@ -58,7 +60,7 @@ class SweepPlot:
         except EstimationError:
             look = None
         if look is not None and look.explained > _EXPLAINED:
-            curves = [PlotCurve(_HARMONIC, rate * (time - self._since), look.fitted, Manner.FIT)]
+            curves = [PlotCurve(_HARMONIC, rate * (time - self._since), look.fitted, CurveStyle.FIT)]
             said = [
                 text(
                     "By the readings {turns:.2f} electrical turns so far; largest minus smallest {swing:.3g} % of the mean",
@@ -74,13 +76,13 @@ class SweepPlot:
         """Return the plot of the whole sweep with its fit and what that leaves."""
         angle = math.degrees(self._speed) * (time - self._since)
         upper = (
-            PlotCurve(_READ, angle, inductance, Manner.READING),
-            PlotCurve(_HARMONIC, angle, inductance - residuals, Manner.FIT),
+            PlotCurve(_READ, angle, inductance, CurveStyle.READING),
+            PlotCurve(_HARMONIC, angle, inductance - residuals, CurveStyle.FIT),
         )
         return LivePlot(
             text("Inductance over the rotor's angle"),
             Axes(_ANGLE, "°", _INDUCTANCE, "H", upper, x_from_zero=True),
-            Axes(_ANGLE, "°", _RESIDUAL, "H", (PlotCurve(_RESIDUAL, angle, residuals, Manner.READING),)),
+            Axes(_ANGLE, "°", _RESIDUAL, "H", (PlotCurve(_RESIDUAL, angle, residuals, CurveStyle.READING),)),
             [_left(residuals, inductance - residuals)],
         )
 
@@ -96,12 +98,12 @@ class SweepPlot:
 def aligned_plot(d: float, q: float | None) -> LivePlot:
     """Return the plot of the inductances (H) read on d, and on q of an aligned rotor, with the second harmonic once both are there."""
     read = [d] if q is None else [d, q]
-    curves = [PlotCurve(_READ, np.linspace(0.0, 90.0, 2)[: len(read)], np.array(read), Manner.READING)]
+    curves = [PlotCurve(_READ, np.linspace(0.0, 90.0, 2)[: len(read)], np.array(read), CurveStyle.READING)]
     messages = [text("Next: the rotor on q, 90° electrical from d")]
     if q is not None:
         angle = np.linspace(0.0, 180.0, 91)
         harmonic = 0.5 * (d + q) + 0.5 * (d - q) * np.cos(np.radians(2.0 * angle))
-        curves.append(PlotCurve(_HARMONIC, angle, harmonic, Manner.FIT))
+        curves.append(PlotCurve(_HARMONIC, angle, harmonic, CurveStyle.FIT))
         messages = [text("On q {ratio:.3g} times the inductance on d", ratio=q / d)]
     axes = Axes(text("Electrical angle from d"), "°", text("Inductance A–(B+C)"), "H", curves, x_from_zero=True)
     return LivePlot(text("Inductance on d and on q"), axes, None, messages)
@@ -109,7 +111,7 @@ def aligned_plot(d: float, q: float | None) -> LivePlot:
 
 def step_plot(time: FloatArray, voltage: FloatArray, current: FloatArray) -> LivePlot:
     """Return the plot of one step (s, V, A) right after its capture, with one resistance and one inductance fitted to it."""
-    recorded = PlotCurve(_RECORDED, time, current, Manner.RECORD)
+    recorded = PlotCurve(_RECORDED, time, current, CurveStyle.RECORD)
     try:
         course = course_at_sight(time, voltage, current)
     except EstimationError:
@@ -144,10 +146,10 @@ _STEP, _TIME = text("Current after the voltage step"), text("Time")
 
 def _with_fit(time: FloatArray, current: FloatArray, residuals: FloatArray, said: Sequence[Text]) -> LivePlot:
     curves = (
-        PlotCurve(_RECORDED, time, current, Manner.RECORD),
-        PlotCurve(_FIT, time, current - residuals, Manner.FIT),
+        PlotCurve(_RECORDED, time, current, CurveStyle.RECORD),
+        PlotCurve(_FIT, time, current - residuals, CurveStyle.FIT),
     )
-    left = PlotCurve(_RESIDUAL, time, residuals, Manner.RESIDUAL)
+    left = PlotCurve(_RESIDUAL, time, residuals, CurveStyle.RESIDUAL)
     return LivePlot(
         _STEP,
         Axes(_TIME, "s", _CURRENT, "A", curves),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sim_instruments.physics.circuits.windings import FloatArray
-from sim_instruments.physics.integration.integration_step import Begin, IntegrationStep, relative_error
+from sim_instruments.physics.integration.integration_step import IntegrationStep, StepStart, relative_error
 from sim_instruments.physics.integration.stages import compiled, numbered, weighted
 from sim_instruments.physics.integration.swing_equations import Law
 
@@ -61,7 +61,7 @@ class DormandPrince:
 
     exponent = -0.2
 
-    def tried(self, law: Law, begin: Begin, length: float) -> tuple[ExplicitStep, float]:
+    def tried(self, law: Law, begin: StepStart, length: float) -> tuple[ExplicitStep, float]:
         """Return a step of a length (s), and its error relative to what is allowed."""
         start, state = begin.start, begin.state
         written = _written_out(len(state))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from sim_instruments.physics.circuits.windings import FloatArray
-from sim_instruments.physics.integration.integration_step import Begin, IntegrationStep, relative_error
+from sim_instruments.physics.integration.integration_step import IntegrationStep, StepStart, relative_error
 from sim_instruments.physics.integration.stages import compiled, numbered, weighted
 from sim_instruments.physics.integration.swing_equations import Law
 
@@ -65,9 +65,9 @@ class Rosenbrock:
 
     def __init__(self, timed: bool) -> None:
         self._timed = timed
-        self._linearised: tuple[Begin, list[list[float]]] | None = None
+        self._linearised: tuple[StepStart, list[list[float]]] | None = None
 
-    def tried(self, law: Law, begin: Begin, length: float) -> tuple[ImplicitStep, float]:
+    def tried(self, law: Law, begin: StepStart, length: float) -> tuple[ImplicitStep, float]:
         """Return a step of a length (s), and its error relative to what is allowed."""
         start, state, direction = begin.start, begin.state, begin.direction
         if self._linearised is None or self._linearised[0] is not begin:
@@ -84,7 +84,7 @@ class Rosenbrock:
         return ImplicitStep(start, length, state, after, ended, watched, parts), relative
 
 
-def _jacobian(law: Law, begin: Begin) -> list[list[float]]:
+def _jacobian(law: Law, begin: StepStart) -> list[list[float]]:
     """Return the slopes' derivatives by each of the states."""
     columns = []
     for number, value in enumerate(begin.state):

@@ -34,7 +34,7 @@ class IntegrationStep(ABC):
 
 
 @dataclass(frozen=True)
-class Begin:
+class StepStart:
     """The start of a step: time (s), state and its slopes, the direction of the friction, and the largest speed (rad/s) so far."""
 
     start: float
@@ -49,11 +49,11 @@ class Method(Protocol):
 
     exponent: float
 
-    def tried(self, law: Law, begin: Begin, length: float) -> tuple[IntegrationStep, float]:
+    def tried(self, law: Law, begin: StepStart, length: float) -> tuple[IntegrationStep, float]:
         """Return a step of a length (s), and its error relative to what is allowed."""
 
 
-def relative_error(begin: Begin, after: Sequence[float], errors: Sequence[float]) -> float:
+def relative_error(begin: StepStart, after: Sequence[float], errors: Sequence[float]) -> float:
     """Return the root mean square of the states' errors, relative to what is allowed."""
     total = (errors[0] / _ANGLE) ** 2
     before, new = abs(begin.state[1]), abs(after[1])

@@ -15,7 +15,7 @@ from sim_instruments.physics.circuits.windings import FloatArray
 from sim_instruments.physics.integration import explicit_step, implicit_step
 from sim_instruments.physics.integration.explicit_step import DormandPrince, ExplicitStep
 from sim_instruments.physics.integration.implicit_step import ImplicitStep, Rosenbrock
-from sim_instruments.physics.integration.integration_step import Begin, IntegrationStep, Method
+from sim_instruments.physics.integration.integration_step import IntegrationStep, Method, StepStart
 from sim_instruments.physics.integration.swing_equations import SwingEquations
 
 RingingEnd = Literal["horizon", "standstill", "threshold", "creep"]
@@ -82,7 +82,7 @@ class Ringing:
         method: Method = DormandPrince()
         passed, length, fastest = 0.0, min(horizon, _FIRST_STEP), abs(state[1])
         slopes, watched = law(passed, state, direction)[:2]
-        begin = Begin(passed, state, slopes, direction, fastest)
+        begin = StepStart(passed, state, slopes, direction, fastest)
         while passed < horizon:
             last = length >= horizon - passed
             step, error = method.tried(law, begin, horizon - passed if last else length)
@@ -106,12 +106,12 @@ class Ringing:
                 direction = 1 if push > 0.0 else -1
                 labour = 0
                 slopes, watched = law(passed, state, direction)[:2]
-                begin = Begin(passed, state, slopes, direction, fastest)
+                begin = StepStart(passed, state, slopes, direction, fastest)
                 continue
             passed = horizon if last else passed + step.length
             state, slopes, watched = step.after, step.slopes, step.watched
             fastest = max(fastest, abs(state[1]))
-            begin = Begin(passed, state, slopes, direction, fastest)
+            begin = StepStart(passed, state, slopes, direction, fastest)
             # Against the braking of joined terminals a rotor creeps to its rest without end: static friction ends that.
             if (
                 abs(state[1]) <= rules.slow

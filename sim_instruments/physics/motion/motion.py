@@ -23,7 +23,7 @@ class Motion(Protocol):
 
 
 @dataclass(frozen=True)
-class Rest:
+class RestingShaft:
     """A shaft that stands."""
 
     rest_angle: float

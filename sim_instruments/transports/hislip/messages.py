@@ -56,7 +56,7 @@ class Fatal(IntEnum):
     TOO_MANY_CLIENTS = 4
 
 
-class Flaw(IntEnum):
+class NonFatalError(IntEnum):
     """Code of an error that the connection survives (IVI-6.1, table 18)."""
 
     UNKNOWN_TYPE = 1

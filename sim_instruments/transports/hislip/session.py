@@ -15,9 +15,9 @@ from sim_instruments.transports.hislip.messages import (
     MAXIMUM_MESSAGE,
     Fatal,
     FatalError,
-    Flaw,
     Message,
     MessageType,
+    NonFatalError,
     receive,
 )
 from sim_instruments.transports.service_request import ServiceRequests
@@ -103,7 +103,7 @@ class HislipSession:
             self._partial.clear()
             self._overrun = message.kind == MessageType.DATA
             self._conversation.session.report(ScpiError(-363))
-            await Message(MessageType.ERROR, Flaw.TOO_LARGE, 0, b"Message too large").send(self._client)
+            await Message(MessageType.ERROR, NonFatalError.TOO_LARGE, 0, b"Message too large").send(self._client)
             return
         await self._locks.until_allowed(self.number)
         if message.kind == MessageType.TRIGGER:
@@ -224,4 +224,6 @@ class HislipSession:
 
 
 def _unknown(message: Message) -> Message:
-    return Message(MessageType.ERROR, Flaw.UNKNOWN_TYPE, 0, f"Unrecognized message type {message.kind}".encode())
+    return Message(
+        MessageType.ERROR, NonFatalError.UNKNOWN_TYPE, 0, f"Unrecognized message type {message.kind}".encode()
+    )

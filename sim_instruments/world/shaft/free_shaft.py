@@ -11,8 +11,8 @@ from sim_instruments.physics.circuits.windings import FloatArray
 from sim_instruments.physics.closed_loops import BrakedShaft, braked
 from sim_instruments.physics.mapped.windings import MappedWindings
 from sim_instruments.physics.motion.coasting import BearingDrag, Cogged, CoggingWaves
-from sim_instruments.physics.motion.motion import Drag, Motion, Ramp, Rest
-from sim_instruments.physics.swing import Grip, Shaft, Swing
+from sim_instruments.physics.motion.motion import Drag, Motion, Ramp, RestingShaft
+from sim_instruments.physics.swing import Shaft, StaticFriction, Swing
 from sim_instruments.world.segment import Circuit, DynamometerLaw, Outcome, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
 
@@ -30,7 +30,7 @@ _SLIP = 1e-3
 
 def drag(
     inputs: SegmentInputs, torque: float, limit: float, current: complex = 0j
-) -> tuple[Drag | BearingDrag | Cogged | Rest, float, Outcome]:
+) -> tuple[Drag | BearingDrag | Cogged | RestingShaft, float, Outcome]:
     """Return motion under a constant torque (N·m), until it stands still or a speed limit (rad/s) is met, and that end (s).
 
     Where it feels the waves of its cogging (`Constants.cogging`), it turns as long as it comes over the next one, and then stays where it
@@ -41,7 +41,7 @@ def drag(
     speed, cogging = state.speed, inputs.constants.cogging(shaft)
     grip = shaft.static_friction + (0.0 if cogging is None else cogging.torque)
     if abs(speed) <= (0.0 if grip else _CREEP) and abs(torque) <= grip:
-        return Rest(state.angle), math.inf, "none"
+        return RestingShaft(state.angle), math.inf, "none"
     way = math.copysign(1.0, speed if speed else torque)
     if not shaft.bearing.plain or isinstance(shaft, BrakedShaft):
         return _dragged(inputs, shaft, cogging, torque, way, limit)
@@ -114,7 +114,7 @@ def coasting(inputs: SegmentInputs, torque: float, law: DynamometerLaw) -> Segme
         top: Ramp = Ramp(inputs.time, state.angle, state.speed)
         return _turning(inputs, top, math.inf, DynamometerLaw("balance"))
     motion, end, outcome = drag(inputs, torque, limit)
-    if isinstance(motion, Rest):
+    if isinstance(motion, RestingShaft):
         circuit, threshold = inputs.standing_circuit()
         return inputs.segment(motion, circuit, threshold, law, live=bool(inputs.network.loops))
     return _turning(inputs, motion, end, law, outcome)
@@ -157,8 +157,8 @@ def energised(inputs: SegmentInputs, torque: float, law: DynamometerLaw, time: f
             constants = np.concatenate([1.0 / circuit.rates, 0.5 / circuit.rates])
             breaks = first_rise(lambda t: np.abs(push(t)) - grip, time, until, constants)
         if breaks < until:
-            return inputs.segment(Rest(state.angle), circuit, breaks, law, live=True, outcome="breakaway")
-        return inputs.segment(Rest(state.angle), circuit, end, law, live=True)
+            return inputs.segment(RestingShaft(state.angle), circuit, breaks, law, live=True, outcome="breakaway")
+        return inputs.segment(RestingShaft(state.angle), circuit, end, law, live=True)
     dry = (total.coulomb_friction + hysteresis) * (1.0 - _SLIP)
     sliding = Shaft(total.inertia, dry, total.viscous_friction, torque)
     return _swinging(inputs, sliding, 1 if (state.speed or now) > 0.0 else -1, grip, law)
@@ -179,7 +179,7 @@ def _swinging(inputs: SegmentInputs, shaft: Shaft, direction: int, grip: float, 
         loops=inputs.loops(),
         direction=direction,
         thresholds=output.thresholds,
-        grip=Grip(grip, _SLOW),
+        grip=StaticFriction(grip, _SLOW),
     )
     outcome: Outcome = "standstill" if swing.ending == "standstill" else "none"
     if swing.ending == "horizon" and output.end <= swing.end and output.trips_voltage:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sim_instruments.physics.motion.motion import Rest
+from sim_instruments.physics.motion.motion import RestingShaft
 from sim_instruments.world.segment import Segment
 
 #: Points over which a torque is averaged: of an electrical turn, so that ripple of six periods in it averages out.
@@ -31,14 +31,14 @@ def until_speed(segment: Segment, speed: float) -> Segment:
         return segment
     reaches = getattr(segment.motion, "time_of_speed", None)
     due = segment.start + _AGAIN if reaches is None else float(reaches(speed))
-    if isinstance(segment.motion, Rest) or not segment.start < due < segment.end:
+    if isinstance(segment.motion, RestingShaft) or not segment.start < due < segment.end:
         return segment
     return replace(segment, end=due, outcome="none")
 
 
 def _taken(segment: Segment) -> float:
     """Return the largest mean torque (N·m) that a segment takes of the dynamometer at its beginning or its end, cogging apart."""
-    if isinstance(segment.motion, Rest):
+    if isinstance(segment.motion, RestingShaft):
         times = segment.start + np.array([0.0, min(_BUILT_UP, 0.999 * (segment.end - segment.start))])
         found = segment.dynamometer_torque(times)
         return float(found[np.argmax(np.abs(found))])

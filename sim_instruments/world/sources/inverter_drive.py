@@ -12,7 +12,7 @@ from sim_instruments.physics.closed_loops import braked
 from sim_instruments.physics.field import ImpressedField, Synchronous, q_current_within
 from sim_instruments.physics.mapped.field import MappedSynchronous
 from sim_instruments.physics.mapped.windings import MappedWindings
-from sim_instruments.physics.motion.motion import Motion, Ramp, Rest
+from sim_instruments.physics.motion.motion import Motion, Ramp, RestingShaft
 from sim_instruments.world.segment import DynamometerLaw, FieldState, Outcome, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
 from sim_instruments.world.shaft.free_shaft import drag, mean_speed
@@ -129,7 +129,7 @@ def _rotating_field(inputs: SegmentInputs, torque: float, law: DynamometerLaw, d
         lost = _loses_step(inputs, synchronous, torque, field, end)
         if lost > inputs.time:
             rotor = Ramp(inputs.time, state.angle, state.speed, field.rate / motor.pole_pairs)
-            motion: Motion = rotor if field.start_speed or field.rate else Rest(state.angle)
+            motion: Motion = rotor if field.start_speed or field.rate else RestingShaft(state.angle)
             wanted = inputs.settings.inverter.amplitude
             segment = _segment(inputs, motion, field, lambda t: np.full_like(t, wanted), min(end, lost), law)
             return _lost_at(segment, lost)
@@ -241,7 +241,7 @@ def _regulated(inputs: SegmentInputs, torque: float, law: DynamometerLaw, direct
             return _segment(inputs, held, None, lambda t: np.full_like(t, share), math.inf, law)
         if abs(speed) > limit * (1.0 + 1e-9):
             motion, end, outcome = drag(inputs, torque, math.inf)
-            if not isinstance(motion, Rest):
+            if not isinstance(motion, RestingShaft):
                 falls = motion.time_of_speed(math.copysign(limit, speed))
                 segment = _segment(inputs, motion, None, np.zeros_like, min(end, falls), law)
                 return _with_outcome(segment, outcome) if segment.end == end else segment

@@ -12,7 +12,7 @@ from sim_instruments.physics.circuits.rotor_frame import RotorFrame
 from sim_instruments.physics.circuits.windings import ComplexArray, FloatArray
 from sim_instruments.physics.closed_loops import braked
 from sim_instruments.physics.field import RotorField
-from sim_instruments.physics.motion.motion import Motion, Ramp, Rest, Wavering
+from sim_instruments.physics.motion.motion import Motion, Ramp, RestingShaft, Wavering
 from sim_instruments.physics.motion.traced import Traced
 from sim_instruments.world.segment import DynamometerLaw, Outcome, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
@@ -39,11 +39,11 @@ def imposed(inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerL
     """Return the segment of a shaft that something else holds or turns."""
     frame, wanted = rotor_frame(inputs), _wanted(inputs, direction)
     held = _held_speed(inputs, direction)
-    if held is None and isinstance(motion, Rest) and (step := _step(inputs, frame, wanted)) is not None:
+    if held is None and isinstance(motion, RestingShaft) and (step := _step(inputs, frame, wanted)) is not None:
         return _stepped(inputs, motion, step, frame, min(end, step.end), law)
-    if held is None and isinstance(motion, Rest | Wavering) and _fits(inputs, frame, wanted, motion):
+    if held is None and isinstance(motion, RestingShaft | Wavering) and _fits(inputs, frame, wanted, motion):
         return _constant(inputs, motion, wanted, frame, False, end, law)
-    if held is None and (isinstance(motion, Rest) or (isinstance(motion, Wavering) and motion.depth < _STEADY)):
+    if held is None and (isinstance(motion, RestingShaft) or (isinstance(motion, Wavering) and motion.depth < _STEADY)):
         found = _limited_at(inputs, frame, wanted, motion)
         return _segment(inputs, motion, lambda t: found(t)[0], frame, lambda t: found(t)[1], end, law)
     # Currents, voltages and whether they are limited are asked for one after the other, at the same times.
@@ -58,7 +58,7 @@ def imposed(inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerL
 
 
 def _limited_at(
-    inputs: SegmentInputs, frame: RotorFrame, wanted: complex, motion: Rest | Wavering
+    inputs: SegmentInputs, frame: RotorFrame, wanted: complex, motion: RestingShaft | Wavering
 ) -> Callable[[FloatArray], tuple[ComplexArray, FloatArray]]:
     """Return the currents (A) over time and where (1.0) the voltage limits them, solved once at a few speeds near the one that is held."""
     speeds = _speeds(motion, _NODES)
@@ -73,9 +73,9 @@ def _limited_at(
     return at
 
 
-def _speeds(motion: Rest | Wavering, count: int) -> FloatArray:
+def _speeds(motion: RestingShaft | Wavering, count: int) -> FloatArray:
     """Return so many rising speeds (rad/s) of a held shaft, the outmost ones that it comes to among them."""
-    if isinstance(motion, Rest):
+    if isinstance(motion, RestingShaft):
         return np.zeros(1)
     around = np.linspace(-1.0, 1.0, count) * abs(motion.mean_speed * motion.depth)
     return np.unique(motion.mean_speed + around)
@@ -117,7 +117,7 @@ def free(inputs: SegmentInputs, torque: float, law: DynamometerLaw, direction: i
             return _constant(inputs, Ramp(inputs.time, inputs.state.angle, speed), enough, frame, True, math.inf, law)
         if abs(speed) > limit * (1.0 + 1e-9):
             motion, end, outcome = drag(inputs, torque, math.inf, complex(wanted.real, 0.0))
-            if not isinstance(motion, Rest):
+            if not isinstance(motion, RestingShaft):
                 falls = motion.time_of_speed(way * limit)
                 segment = _constant(inputs, motion, complex(wanted.real, 0.0), frame, True, min(end, falls), law)
                 return _with_outcome(segment, outcome) if segment.end == end else segment
@@ -174,7 +174,7 @@ def _stepping(
         breaks = np.flatnonzero(np.abs(pull(times)) > shaft.static_friction)
         if not breaks.size or breaks[0] > 0:
             end = step.end if not breaks.size else float(times[breaks[0]])
-            return _stepped(inputs, Rest(state.angle), step, frame, end, law)
+            return _stepped(inputs, RestingShaft(state.angle), step, frame, end, law)
     motion = Traced.under(pull, shaft, times, state.angle, state.speed)
     end = float(motion.times[-1]) if motion.reversed else step.end
     segment = _stepped(inputs, motion, step, frame, end, law)
@@ -196,13 +196,13 @@ def _to_speed(
         if not held and abs(torque) <= shaft.static_friction:
             needed = 0.0
         if abs(needed) <= strength:
-            motion: Motion = Ramp(inputs.time, state.angle, held) if held else Rest(state.angle)
+            motion: Motion = Ramp(inputs.time, state.angle, held) if held else RestingShaft(state.angle)
             enough = _current_for(inputs, most, needed, -1.0)
             return _constant(inputs, motion, enough, frame, False, math.inf, law)
         way = math.copysign(1.0, needed)
     current = complex(most.real, way * most.imag)
     moved, end, outcome = drag(inputs, torque + way * strength, math.inf, current)
-    if isinstance(moved, Rest):
+    if isinstance(moved, RestingShaft):
         return _constant(inputs, moved, current, frame, False, end, law)
     comes = moved.time_of_speed(held)
     segment = _constant(inputs, moved, current, frame, False, min(end, comes), law)
@@ -234,7 +234,7 @@ def _wanted(inputs: SegmentInputs, direction: int) -> complex:
     return complex(wanted.real, direction * wanted.imag)
 
 
-def _fits(inputs: SegmentInputs, frame: RotorFrame, wanted: complex, motion: Rest | Wavering) -> bool:
+def _fits(inputs: SegmentInputs, frame: RotorFrame, wanted: complex, motion: RestingShaft | Wavering) -> bool:
     """Tell whether the currents flow in full all the time, with something in reserve: |u| is largest at one of the outmost speeds."""
     speeds = _speeds(motion, 2)
     taken = np.abs(frame.voltage(np.full(speeds.shape, wanted), speeds * inputs.windings.pole_pairs))

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from sim_instruments.physics.commutated import Commutated
-from sim_instruments.physics.motion.motion import Drag, Motion, Ramp, Rest, Wavering
+from sim_instruments.physics.motion.motion import Drag, Motion, Ramp, RestingShaft, Wavering
 from sim_instruments.six_step.drive import SixStepError
 from sim_instruments.world.segment import DynamometerLaw, Segment
 from sim_instruments.world.segment_inputs import SegmentInputs
@@ -38,7 +38,7 @@ def imposed(inputs: SegmentInputs, motion: Motion, end: float, law: DynamometerL
     Raises DriveTripError where it stands, where it turns backwards, and for wiring that is not the drive's.
     """
     stage = _wired(inputs)
-    if isinstance(motion, Rest):
+    if isinstance(motion, RestingShaft):
         raise DriveTripError("no rotation")
     ahead = inputs.time + min(0.5 * (end - inputs.time), 1e-3)
     if float(motion.speed(np.array([ahead]))[0]) < 0.0:

@@ -10,7 +10,7 @@ from bench.analysis import analyze_back_emf, analyze_coast_down, analyze_rotor_s
 from bench.captures import CaptureError
 from bench.i18n.errors import UsageError
 from procedures.estimation.winding.connections import ReadingConnection
-from tests.studies import simulated as sim
+from tests.studies.worlds import simulated as sim
 
 
 def table(folder: Path, heading: str, *columns: np.ndarray, name: str = "record.csv") -> Path:

@@ -11,7 +11,7 @@ from bench.analysis.back_emf_record import read_couplings
 from bench.captures import CaptureError, CapturePart
 from bench.i18n.errors import UsageError
 from tests.command_line import Call
-from tests.studies.emf_records import Setup, record
+from tests.studies.worlds.emf_records import Setup, record
 
 SETUP = Setup(frequency=60.0)
 

@@ -17,7 +17,7 @@ from bench.analysis import (
     read_statements,
 )
 from bench.i18n.errors import InputError
-from tests.studies import simulated as sim
+from tests.studies.worlds import simulated as sim
 
 #: Of 40 intervals of 95 %, fewer than 34 hold the truth once in 300 studies.
 TRIALS, ENOUGH = 40, 34

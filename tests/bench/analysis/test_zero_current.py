@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench.analysis.load_tables import analyze_flux_map
-from bench.analysis.zero_current import Thinned
+from bench.analysis.zero_current import ThinnedMap
 from procedures.estimation.flux.published_map import read_map
 
 FLUX, L_D, L_Q = 0.1, 1e-3, 3e-3
@@ -31,14 +31,14 @@ def holds(interval: tuple[float, float], truth: float) -> bool:
 @pytest.mark.parametrize(("low", "high"), [(-50.0, 0.0), (-50.0, 50.0)])
 @pytest.mark.parametrize(("rows", "columns"), [(5, 7), (9, 11), (17, 21)])
 def test_the_slopes_at_zero_hold_the_truth(low: float, high: float, rows: int, columns: int) -> None:
-    found = Thinned(read_map(*grid(low, high, rows, columns)).map).inductances(0.0, 0.0)
+    found = ThinnedMap(read_map(*grid(low, high, rows, columns)).map).inductances(0.0, 0.0)
     assert holds(found.dd.coverage_interval, L_D)
     assert holds(found.qq.coverage_interval, L_Q)
 
 
 def test_a_finer_table_has_the_narrower_interval() -> None:
     widths = [
-        Thinned(read_map(*grid(-50.0, 0.0, *size)).map).inductances(0.0, 0.0).dd.standard_uncertainty
+        ThinnedMap(read_map(*grid(-50.0, 0.0, *size)).map).inductances(0.0, 0.0).dd.standard_uncertainty
         for size in ((5, 7), (17, 21))
     ]
     assert 4.0 * widths[1] < widths[0]
@@ -48,7 +48,7 @@ def test_scattered_rows_hold_it_too() -> None:
     random = np.random.default_rng(4)
     i_d, i_q = random.uniform(-50.0, 0.0, 120), random.uniform(-50.0, 50.0, 120)
     i_d[0] = i_q[0] = 0.0
-    found = Thinned(read_map(*table(i_d, i_q)).map).inductances(0.0, 0.0)
+    found = ThinnedMap(read_map(*table(i_d, i_q)).map).inductances(0.0, 0.0)
     assert holds(found.dd.coverage_interval, L_D)
 
 

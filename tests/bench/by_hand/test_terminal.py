@@ -9,8 +9,8 @@ import pytest
 
 from bench.journal.guardian_record import read_guardian
 from bench.journal.journal_file import read_journal
+from tests.studies.energised.held import PATIENCE, Served
 from tests.studies.forked import Forked, motorbench
-from tests.studies.held import PATIENCE, Served
 
 ON = ("connect A=supply+ B=supply-", "", "supply energised 1 V 1 A regulated=current", "yes")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.command_line import Call
-from tests.studies import simulated as sim
+from tests.studies.worlds import simulated as sim
 
 DOCS = Path(__file__).parents[3] / "docs" / "how-to" / "captures.md"
 

@@ -9,7 +9,7 @@ import pytest
 
 from bench.cli.analyze.maps import efficiency, flux_map, short_circuit
 from bench.i18n.errors import InputError, UsageError
-from tests.studies.flux_truths import Array, true_motors
+from tests.studies.worlds.flux_truths import Array, true_motors
 
 MOTOR = true_motors(None)["reluctance, little magnet"]
 GRID = np.array([[d, q] for d in np.linspace(-16.0, 16.0, 9) for q in np.linspace(-16.0, 16.0, 9)])

@@ -8,7 +8,7 @@ import pytest
 
 from bench.cli.analyze.maps import flux_map
 from bench.i18n.errors import InputError, UsageError
-from tests.studies.flux_truths import Array, true_motors
+from tests.studies.worlds.flux_truths import Array, true_motors
 
 MOTOR = true_motors(None)["reluctance, little magnet"]
 MAGNETS = 0.06

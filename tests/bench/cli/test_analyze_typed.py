@@ -10,7 +10,7 @@ from bench.captures import ProbeFactor
 from bench.cli.analyze.typed import factors_of, seconds_of
 from bench.i18n.errors import UsageError
 from tests.command_line import Call
-from tests.studies import simulated as sim
+from tests.studies.worlds import simulated as sim
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.eol.admission_rule import AdmittedTest, RefusedTest, decide, takes_again
-from bench.eol.plan_file import AgainSection
+from bench.eol.plan_file import RetestSection
 from bench.eol.store.earlier_tests import EarlierTest, in_order
 from bench.eol.verdict import Verdict
 from tests.bench.eol.motor_records import NOON
@@ -47,23 +47,23 @@ histories = st.lists(
     st.tuples(st.sampled_from(Verdict.of_motors()), st.sampled_from(["", "Wang"])), min_size=1, max_size=6
 ).map(lambda tests: [earlier_test(n, *each) for n, each in enumerate(tests, 1)])
 rules = st.builds(
-    AgainSection,
+    RetestSection,
     verdicts=st.frozensets(st.sampled_from(get_args(Name))),
     most_tests=st.integers(min_value=1, max_value=8),
 )
 
 
-def ruled(earlier: Sequence[EarlierTest], rule: AgainSection) -> AdmittedTest | RefusedTest:
+def ruled(earlier: Sequence[EarlierTest], rule: RetestSection) -> AdmittedTest | RefusedTest:
     return decide("A1", "LG-400W", earlier, rule)
 
 
 @given(rules)
-def test_a_motor_that_is_new_is_admitted(rule: AgainSection) -> None:
+def test_a_motor_that_is_new_is_admitted(rule: RetestSection) -> None:
     assert ruled([], rule) == AdmittedTest(1, "")
 
 
 @given(histories, rules)
-def test_a_person_may_have_any_motor_of_the_type_tested(earlier: list[EarlierTest], rule: AgainSection) -> None:
+def test_a_person_may_have_any_motor_of_the_type_tested(earlier: list[EarlierTest], rule: RetestSection) -> None:
     decision = decide("A1", "LG-400W", earlier, rule, "Li")
     assert isinstance(decision, AdmittedTest)
     assert decision.test_number == len(earlier) + 1
@@ -73,7 +73,7 @@ def test_a_person_may_have_any_motor_of_the_type_tested(earlier: list[EarlierTes
 
 @given(histories, rules, st.sampled_from(["", "Li"]))
 def test_a_motor_of_another_type_is_refused_whoever_answers(
-    earlier: list[EarlierTest], rule: AgainSection, person: str
+    earlier: list[EarlierTest], rule: RetestSection, person: str
 ) -> None:
     last = replace(earlier[-1], model="other")
     decision = decide("A1", "LG-400W", [*earlier[:-1], last], rule, person)
@@ -84,7 +84,7 @@ def test_a_motor_of_another_type_is_refused_whoever_answers(
 
 @given(histories, rules)
 def test_what_was_judged_is_judged_again_by_the_rule_or_a_person_only(
-    earlier: list[EarlierTest], rule: AgainSection
+    earlier: list[EarlierTest], rule: RetestSection
 ) -> None:
     if isinstance(ruled(earlier, rule), RefusedTest):
         return
@@ -98,7 +98,7 @@ def test_what_was_judged_is_judged_again_by_the_rule_or_a_person_only(
 
 @given(histories, rules, rules)
 def test_a_wider_rule_refuses_nothing_that_a_narrower_one_admits(
-    earlier: list[EarlierTest], rule: AgainSection, other: AgainSection
+    earlier: list[EarlierTest], rule: RetestSection, other: RetestSection
 ) -> None:
     wider = rule.model_copy(
         update={
@@ -112,7 +112,7 @@ def test_a_wider_rule_refuses_nothing_that_a_narrower_one_admits(
 
 @given(histories, rules, st.randoms())
 def test_a_file_and_a_server_that_both_know_some_of_it_give_one_decision(
-    earlier: list[EarlierTest], rule: AgainSection, random: Random
+    earlier: list[EarlierTest], rule: RetestSection, random: Random
 ) -> None:
     here = [test for test in earlier if random.random() < 0.7]
     there = [test for test in earlier if test not in here or random.random() < 0.5]
@@ -121,7 +121,7 @@ def test_a_file_and_a_server_that_both_know_some_of_it_give_one_decision(
 
 
 @given(histories, rules)
-def test_who_is_refused_hears_where_and_with_which_verdict(earlier: list[EarlierTest], rule: AgainSection) -> None:
+def test_who_is_refused_hears_where_and_with_which_verdict(earlier: list[EarlierTest], rule: RetestSection) -> None:
     decision = ruled(earlier, rule)
     if isinstance(decision, RefusedTest):
         said = str(decision.why)
@@ -132,7 +132,7 @@ def test_who_is_refused_hears_where_and_with_which_verdict(earlier: list[Earlier
 
 
 def test_the_usual_rule_takes_what_was_cut_off_and_nothing_that_was_judged() -> None:
-    usual = AgainSection()
+    usual = RetestSection()
     for admitted in (["aborted"], ["error"], ["error", "aborted", "aborted"], ["fail", "aborted!"], ["pass", "error!"]):
         assert isinstance(ruled(history_of(*admitted), usual), AdmittedTest), admitted
     for refused in (["pass"], ["fail"], ["aborted", "fail"], ["fail", "error"], ["error"] * 3, ["pass", "fail!"]):
@@ -153,5 +153,5 @@ def test_the_usual_rule_takes_what_was_cut_off_and_nothing_that_was_judged() -> 
 def test_what_came_to_no_verdict_is_taken_again_as_long_as_the_rule_allows(
     verdict: str, test_number: int, again: bool
 ) -> None:
-    assert takes_again(Verdict(verdict), test_number, AgainSection()) is again
-    assert not takes_again(Verdict(verdict), test_number, AgainSection(verdicts=frozenset()))
+    assert takes_again(Verdict(verdict), test_number, RetestSection()) is again
+    assert not takes_again(Verdict(verdict), test_number, RetestSection(verdicts=frozenset()))

@@ -15,7 +15,7 @@ from bench.eol.defects.campaign import Campaign, measure_all, tasks_of
 from bench.eol.defects.cases import DefectCases, defect_cases
 from bench.eol.defects.check import DefectCheck
 from bench.eol.defects.findings import findings
-from bench.eol.defects.function_cost import Grade, RatedPoint, function_cost
+from bench.eol.defects.function_cost import DefectSeverity, RatedPoint, function_cost
 from bench.eol.defects.proposal import Proposal, propose, write_plan
 from bench.eol.defects.trial import Attempted, FigureReading, MotorTrial, TrialBench, TrialSetup
 from bench.eol.defects.verdicts import PlanRules
@@ -66,18 +66,18 @@ def test_a_bench_that_does_not_model_a_defect_has_not_caught_it() -> None:
 
 def test_what_costs_more_is_graded_higher() -> None:
     grades = [function_cost(MOTOR, defects.weak_magnets(MOTOR, share), RATING).grade for share in (0.01, 0.07, 0.2)]
-    assert grades == [Grade.SLIGHT, Grade.MARGINAL, Grade.GROSS]
-    assert function_cost(MOTOR, MOTOR, RATING).grade is Grade.SLIGHT
+    assert grades == [DefectSeverity.SLIGHT, DefectSeverity.MARGINAL, DefectSeverity.GROSS]
+    assert function_cost(MOTOR, MOTOR, RATING).grade is DefectSeverity.SLIGHT
     # One solidly shorted turn of twenty burns, whatever the resistance of its winding says.
-    assert function_cost(MOTOR, defects.shorted_turns(MOTOR, 0.05), RATING).grade is Grade.GROSS
+    assert function_cost(MOTOR, defects.shorted_turns(MOTOR, 0.05), RATING).grade is DefectSeverity.GROSS
     for bad in (defects.exchanged(MOTOR), defects.other_poles(MOTOR), defects.weak_pole(MOTOR, 2.0)):
-        assert function_cost(MOTOR, bad, RATING).grade is Grade.GROSS
+        assert function_cost(MOTOR, bad, RATING).grade is DefectSeverity.GROSS
 
 
 def test_drag_is_counted_against_rated_torque() -> None:
     torque = RATING.torque(MOTOR)
     cost = function_cost(MOTOR, defects.tight_bearing(MOTOR, 0.03 * torque), RATING)
-    assert (cost.by, cost.grade) == ("drag", Grade.MARGINAL)
+    assert (cost.by, cost.grade) == ("drag", DefectSeverity.MARGINAL)
     assert cost.value == pytest.approx(0.03)
     assert function_cost(MOTOR, defects.rubbing(MOTOR, 0.06 * torque), RATING).value == pytest.approx(0.03)
 
@@ -96,7 +96,7 @@ def test_a_type_without_hall_sensors_is_told_so_and_one_with_them_has_their_defe
 
 
 def test_escapes_and_false_rejects_are_counted_with_their_intervals(cases: DefectCases) -> None:
-    gross = next(n for n, case in enumerate(cases.cases) if case.cost.grade is Grade.GROSS)
+    gross = next(n for n, case in enumerate(cases.cases) if case.cost.grade is DefectSeverity.GROSS)
     trials = (
         trial(-1, 1, x=10.0, y=1.0),
         trial(-1, 2, x=12.0, y=1.0),
@@ -107,7 +107,7 @@ def test_escapes_and_false_rejects_are_counted_with_their_intervals(cases: Defec
     )
     found = findings(Campaign(trials, 6), cases.cases, RULES)
     assert (found.false_rejects.hits, found.false_rejects.count) == (1, 2)
-    through = found.through[Grade.GROSS]
+    through = found.through[DefectSeverity.GROSS]
     assert (through.hits, through.count) == (1, 3), "a probe that nobody needs is nobody's escape"
     assert through.interval == pytest.approx((0.0084, 0.9057), abs=1e-4)
     x, y = (next(each for each in found.figures if each.parameter == name) for name in "xy")
@@ -129,7 +129,7 @@ def sound(count: int) -> list[MotorTrial]:
 
 
 def test_limits_follow_the_spread_and_only_useful_ones_are_kept(cases: DefectCases) -> None:
-    gross = next(n for n, case in enumerate(cases.cases) if case.cost.grade is Grade.GROSS)
+    gross = next(n for n, case in enumerate(cases.cases) if case.cost.grade is DefectSeverity.GROSS)
     motors = [
         *sound(200),
         trial(gross, 201, x=12.0, y=5.0),
@@ -154,7 +154,7 @@ def test_limits_follow_the_spread_and_only_useful_ones_are_kept(cases: DefectCas
 
 
 def test_a_limit_on_a_deviation_is_no_nearer_than_its_uncertainty(cases: DefectCases) -> None:
-    gross = next(n for n, case in enumerate(cases.cases) if case.cost.grade is Grade.GROSS)
+    gross = next(n for n, case in enumerate(cases.cases) if case.cost.grade is DefectSeverity.GROSS)
 
     def unbalanced(case: int, number: int, value: float) -> MotorTrial:
         first = Attempted({"x": FigureReading(value, 0.07, "%")}, (), 2.0)
@@ -166,7 +166,7 @@ def test_a_limit_on_a_deviation_is_no_nearer_than_its_uncertainty(cases: DefectC
 
 
 def test_a_procedure_that_no_sound_motor_had_is_not_taken_to_cost_nothing(cases: DefectCases) -> None:
-    gross = next(n for n, case in enumerate(cases.cases) if case.cost.grade is Grade.GROSS)
+    gross = next(n for n, case in enumerate(cases.cases) if case.cost.grade is DefectSeverity.GROSS)
     seldom = Attempted({}, (), 60.0)
 
     def with_a_third(one: MotorTrial) -> MotorTrial:

@@ -24,7 +24,7 @@ from bench.journal.run_folder import RunFolder
 from bench.journal.verification import Integrity, Verification
 from bench.journal.verify import verify
 from tests.journals import event
-from tests.studies.held import Run, Served
+from tests.studies.energised.held import Run, Served
 
 GUARDIAN = "guardian.jsonl"
 

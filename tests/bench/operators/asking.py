@@ -5,7 +5,7 @@ from typing import Any, cast
 from drivers.interfaces import Clock
 from procedures.core.actions import Action, Wanted
 from procedures.core.bench import Bench, Operator, Role
-from tests.studies.measured_motor import NoRecord
+from tests.studies.worlds.measured_motor import NoRecord
 
 
 class Asking:

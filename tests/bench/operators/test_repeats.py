@@ -17,7 +17,7 @@ from bench.journal.stored_result import restore_text
 from bench.operators.entry import TypedReading
 from bench.operators.panel_operator import DistantOperator, DistantPrompt
 from bench.safety.interrupts import Interrupts
-from bench.testing import Ran, run_procedures, virtual_motor
+from bench.testing import MeasuredRun, run_procedures, virtual_motor
 from drivers.interfaces import ImpedanceReading, Wanted
 from drivers.interfaces.text import Text, lines, text
 from drivers.keysight.e4980a import KeysightE4980A
@@ -249,8 +249,8 @@ class Spoilt:
 
 
 @pytest.fixture
-def spoilt(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Ran]:
-    def run(*odd: int) -> Ran:
+def spoilt(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., MeasuredRun]:
+    def run(*odd: int) -> MeasuredRun:
         spoil = Spoilt(frozenset(odd))
         monkeypatch.setattr(KeysightE4980A, "measure", lambda self, wanted=Wanted.BOTH: spoil(self, wanted))
         return run_procedures(["stator-resistance"], virtual_motor(), tmp_path, seed=1, settings={}, faults=())
@@ -258,11 +258,11 @@ def spoilt(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Ran
     return run
 
 
-def events_of(ran: Ran) -> list[dict[str, Any]]:
+def events_of(ran: MeasuredRun) -> list[dict[str, Any]]:
     return [json.loads(line) for line in ran.folder.journal.read_text(encoding="utf-8").splitlines()]
 
 
-def test_an_instrument_s_reading_is_read_once_more_and_left_out(spoilt: Callable[..., Ran]) -> None:
+def test_an_instrument_s_reading_is_read_once_more_and_left_out(spoilt: Callable[..., MeasuredRun]) -> None:
     ran = spoilt(2)
     taken = of(events_of(ran), "repeats_taken")
     assert [(len(group["taken"]), len(group["left_out"])) for group in taken] == [(3, 1), (3, 0), (3, 0), (3, 0)]
@@ -271,7 +271,7 @@ def test_an_instrument_s_reading_is_read_once_more_and_left_out(spoilt: Callable
     assert low < ran.truth["stator_resistance"] < high
 
 
-def test_one_that_is_not_borne_out_is_kept_and_told(spoilt: Callable[..., Ran]) -> None:
+def test_one_that_is_not_borne_out_is_kept_and_told(spoilt: Callable[..., MeasuredRun]) -> None:
     ran = spoilt(2, 4)
     first = of(events_of(ran), "repeats_taken")[0]
     assert (len(first["taken"]), first["left_out"]) == (4, [])

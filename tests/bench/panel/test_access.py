@@ -5,7 +5,7 @@ import pytest
 
 from bench.i18n.errors import InputError, UsageError
 from bench.panel.server.access import Access, TooManyTriesError, add_person
-from bench.panel.server.sessions import Right
+from bench.panel.server.sessions import AccessRight
 from bench.panel.server.throttle import LoginThrottle
 from tests.bench.panel.conftest import QUICK
 
@@ -27,7 +27,7 @@ def test_who_has_name_and_password_is_let_in_with_the_role(people: Path) -> None
         result = [await access.check("anna", "correct horse", HERE), await access.check("bo", "battery staple", HERE)]
         return [person and person.role for person in result]
 
-    assert asyncio.run(ask()) == [Right.OPERATOR, Right.VIEWER]
+    assert asyncio.run(ask()) == [AccessRight.OPERATOR, AccessRight.VIEWER]
 
 
 @pytest.mark.parametrize(("name", "password"), [("anna", "battery staple"), ("nobody", "correct horse"), ("", "")])
@@ -48,7 +48,7 @@ def test_a_new_password_takes_the_old_ones_place(people: Path) -> None:
     assert asyncio.run(access.check("anna", "correct horse", HERE)) is None
     changed = asyncio.run(Access(people).check("anna", "another one!", HERE))
     assert changed is not None
-    assert changed.role is Right.ENGINEER
+    assert changed.role is AccessRight.ENGINEER
 
 
 @pytest.mark.parametrize(

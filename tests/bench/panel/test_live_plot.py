@@ -13,15 +13,15 @@ from bench.panel.live.live_plot import options_of, to_go, with_readings
 from bench.panel.live.live_view import LiveView
 from bench.panel.live.run_line import RunLine
 from drivers.interfaces.text import text
-from procedures.core.axes import Axes, Manner, PlotCurve
-from procedures.core.live_plot import Coming, Gauge, LivePlot
+from procedures.core.axes import Axes, CurveStyle, PlotCurve
+from procedures.core.live_plot import ComingReadings, Gauge, LivePlot
 from tests.journals import recorded
 
 RPM = math.pi / 30.0
 SWEEP = LivePlot(
     text("Inductance over the rotor's angle"),
     Axes(text("Rotor angle, if turned evenly"), "°", text("Line inductance"), "H", (), x_from_zero=True),
-    coming=Coming("lcr_meter", "inductance", since=10.0, rate=6.0, until_x=90.0),
+    coming=ComingReadings("lcr_meter", "inductance", since=10.0, rate=6.0, until_x=90.0),
 )
 
 
@@ -51,7 +51,7 @@ def test_before_the_first_reading_the_goal_stands_there() -> None:
 
 def test_a_fit_stands_over_what_it_leaves_told_apart_by_more_than_colour() -> None:
     x = np.linspace(0.0, 4e-3, 50)
-    curves = [PlotCurve(text("without ω²"), x, x, Manner.SECOND), PlotCurve(text("with ω²"), x, x, Manner.FIT)]
+    curves = [PlotCurve(text("without ω²"), x, x, CurveStyle.SECOND), PlotCurve(text("with ω²"), x, x, CurveStyle.FIT)]
     upper, lower = (Axes(text("Time"), "s", text(name), "A", curves) for name in ("Current", "residual"))
     options = options_of(LivePlot(text("Coast-down"), upper, lower), str)
     assert [axis["name"] for axis in options["xAxis"]] == ["", "Time / ms"]
@@ -63,7 +63,7 @@ def test_a_fit_stands_over_what_it_leaves_told_apart_by_more_than_colour() -> No
 def test_a_record_goes_over_the_line_reduced_with_its_peak(count: int, place: int) -> None:
     y = np.zeros(count)
     y[place % count] = 7.5
-    curve = PlotCurve(text("recorded"), np.arange(count, dtype=float), y, Manner.RECORD)
+    curve = PlotCurve(text("recorded"), np.arange(count, dtype=float), y, CurveStyle.RECORD)
     plot = LivePlot(text("Current"), Axes(text("Time"), "s", text("Current"), "A", (curve,)))
     back = restore_plot(store_plot(plot))
     assert back.upper.curves[0].y.max() == 7.5

@@ -1,6 +1,6 @@
 import pytest
 
-from bench.panel.server.sessions import Right, Sessions, SessionTimes
+from bench.panel.server.sessions import AccessRight, Sessions, SessionTimes
 
 
 class Time:
@@ -21,7 +21,7 @@ def sessions(time: Time) -> Sessions:
 
 
 def test_one_that_nobody_uses_ends(sessions: Sessions, time: Time) -> None:
-    session = sessions.open(Right.ENGINEER)
+    session = sessions.open(AccessRight.ENGINEER)
     time.now = 99.0
     assert sessions.find(session.token) is session
     time.now = 100.0
@@ -33,7 +33,7 @@ def test_one_that_nobody_uses_ends(sessions: Sessions, time: Time) -> None:
 
 
 def test_one_that_is_used_ends_all_the_same_in_time(sessions: Sessions, time: Time) -> None:
-    session = sessions.open(Right.OPERATOR)
+    session = sessions.open(AccessRight.OPERATOR)
     for time.now in (90.0, 180.0, 249.0):
         assert sessions.find(session.token) is session
         sessions.use(session)
@@ -45,16 +45,16 @@ def test_one_that_is_used_ends_all_the_same_in_time(sessions: Sessions, time: Ti
 
 def test_without_times_none_ends(time: Time) -> None:
     sessions = Sessions(None, time)
-    session = sessions.open(Right.ENGINEER)
+    session = sessions.open(AccessRight.ENGINEER)
     time.now = 1e9
     assert sessions.find(session.token) is session
 
 
 def test_there_are_never_more_than_a_thousand(time: Time) -> None:
     sessions = Sessions(None, time)
-    used, unused = sessions.open(Right.ENGINEER), sessions.open(Right.ENGINEER)
+    used, unused = sessions.open(AccessRight.ENGINEER), sessions.open(AccessRight.ENGINEER)
     for time.now in range(1, 2000):
-        sessions.open(Right.ENGINEER)
+        sessions.open(AccessRight.ENGINEER)
         sessions.use(used)
     assert sessions.find(used.token) is used
     assert unused.ended
@@ -62,13 +62,13 @@ def test_there_are_never_more_than_a_thousand(time: Time) -> None:
 
 
 def test_nobody_can_guess_a_token(sessions: Sessions) -> None:
-    tokens = {sessions.open(Right.VIEWER).token for _ in range(100)}
+    tokens = {sessions.open(AccessRight.VIEWER).token for _ in range(100)}
     assert len(tokens) == 100
     assert all(len(token) >= 43 for token in tokens)
 
 
 def test_who_is_logged_in_takes_no_other_name(sessions: Sessions) -> None:
-    anybody, anna = sessions.open(Right.ENGINEER), sessions.open(Right.ENGINEER, "anna")
+    anybody, anna = sessions.open(AccessRight.ENGINEER), sessions.open(AccessRight.ENGINEER, "anna")
     anna.logged_in = True
     for session in (anybody, anna):
         session.call(" J. Doe ")

@@ -12,10 +12,10 @@ from bench.journal.events.safety import GuardianStart
 from bench.journal.guardian_record import read_guardian
 from bench.safety.calls import CallWatches
 from bench.safety.guardian.link import GuardianLink, Unguarded
-from bench.safety.guardian.protocol import Charge
+from bench.safety.guardian.protocol import GuardianTask
 from bench.safety.guardian.scope import Scope, guardian_scope
 from bench.safety.interrupts import Interrupts
-from bench.safety.liveness import SignsOfLife
+from bench.safety.liveness import ProgressStamps
 from drivers.interfaces.text import text
 from tests.journals import event
 
@@ -104,10 +104,10 @@ def test_a_guardian_started_by_systemd_run_hears_and_answers(
     scope = Scope(scope.said, scope.manager, scope.prefix, {**scope.environment, "TOLD": environment["TOLD"]})
     folder = tmp_path / "run"
     folder.mkdir()
-    charge = Charge("bench.toml", station_of_a_bench, ("supply",), str(folder), 0.6, 60.0)
+    charge = GuardianTask("bench.toml", station_of_a_bench, ("supply",), str(folder), 0.6, 60.0)
     lifeline, kept = os.pipe()
     interrupts = Interrupts()
-    link = GuardianLink(charge, SignsOfLife(), interrupts, CallWatches(interrupts, {}), scope, (kept,))
+    link = GuardianLink(charge, ProgressStamps(), interrupts, CallWatches(interrupts, {}), scope, (kept,))
     os.close(kept)
     try:
         link.hear(event("energising", instrument="supply"))

@@ -35,8 +35,8 @@ from procedures.core.bench import Role
 from procedures.core.nameplate import Nameplate, WindingConnection
 from sim_instruments.server.served_bench import ServedBench
 from tests.command_line import Call
+from tests.studies.energised.held import PATIENCE, Run, Served
 from tests.studies.forked import Forked, command, motorbench
-from tests.studies.held import PATIENCE, Run, Served
 
 STATION = """
 [station]

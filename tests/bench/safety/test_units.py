@@ -10,7 +10,7 @@ import pytest
 from bench.safety.limits.bounds import Limit, Limits
 from bench.safety.limits.guard import guarded
 from bench.safety.shutdown_items import measured
-from bench.station.shutdown_sequence import Do, Item
+from bench.station.shutdown_sequence import Item, ShutdownAction
 from drivers.interfaces import Accuracy, InstrumentError, Reading, Role, Waveform
 from drivers.interfaces.declarations import Effect, Quantity, declarations
 from drivers.interfaces.insulation_tester import InsulationReading
@@ -87,7 +87,7 @@ def test_a_reading_within_a_dataclass() -> None:
 
 
 def test_the_shutdown_does_not_take_kilovolts_for_volts() -> None:
-    item = Item(Do.VOLTAGE_DECAYED, Role.SUPPLY, below=60.0, within=1.0)
+    item = Item(ShutdownAction.VOLTAGE_DECAYED, Role.SUPPLY, below=60.0, within=1.0)
     assert measured(item, SimpleNamespace(measure_voltage=lambda: reading("V", 0.4))).value == 0.4
     with pytest.raises(InstrumentError, match="'kV'"):
         measured(item, SimpleNamespace(measure_voltage=lambda: reading("kV", 0.4)))

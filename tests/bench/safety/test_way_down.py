@@ -11,7 +11,15 @@ from bench.journal.codec import data_of
 from bench.safety.instrument_threads import InstrumentThreads
 from bench.safety.shutdown import failures, shut_down
 from bench.safety.shutdown_items import Measured, perform
-from bench.station.shutdown_sequence import OFF_BY, ROLES_OF, Do, Item, ShutdownSequence, default_items, item
+from bench.station.shutdown_sequence import (
+    OFF_BY,
+    ROLES_OF,
+    Item,
+    ShutdownAction,
+    ShutdownSequence,
+    default_items,
+    item,
+)
 from drivers.interfaces import Accuracy, CommunicationError, DynamometerReading, OverloadError, Reading, SetpointError
 from procedures.core.bench import Role
 from procedures.core.events import Event
@@ -96,10 +104,19 @@ def test_the_usual_list_reaches_every_role_and_every_source_of_energy() -> None:
     assert {one.role for one in USUAL} == set(Role)
     assert {(off, role) for role, off in OFF_BY.items()} <= {(one.do, one.role) for one in USUAL}
     # The high voltage first, and no contact parts before it is known that nothing flows.
-    assert USUAL[0] == item(Do.OUTPUT_OFF, Role.INSULATION_TESTER)
+    assert USUAL[0] == item(ShutdownAction.OUTPUT_OFF, Role.INSULATION_TESTER)
     order = [one.do for one in USUAL[1:]]
-    assert order == sorted(order, key=[Do.COMMAND_ZERO, Do.DISABLE, Do.OUTPUT_OFF, Do.SILENCE, Do.VOLTAGE_DECAYED,
-                                       Do.CURRENT_ZERO, Do.SPEED_ZERO, Do.OPEN].index)  # fmt: skip
+    do = ShutdownAction
+    energy = [
+        do.COMMAND_ZERO,
+        do.DISABLE,
+        do.OUTPUT_OFF,
+        do.SILENCE,
+        do.VOLTAGE_DECAYED,
+        do.CURRENT_ZERO,
+        do.SPEED_ZERO,
+    ]
+    assert order == sorted(order, key=[*energy, do.OPEN].index)
 
 
 def test_a_person_is_asked_once_an_instrument() -> None:
@@ -114,7 +131,9 @@ def test_one_item_that_fails_does_not_stop_the_next(
 ) -> None:
     one = USUAL[failing]
     for what in ("command_zero", "make_safe", "output_off", "measured"):
-        wanted = {Do.COMMAND_ZERO: "command_zero", Do.OUTPUT_OFF: "output_off"}.get(one.do, "make_safe")
+        wanted = {ShutdownAction.COMMAND_ZERO: "command_zero", ShutdownAction.OUTPUT_OFF: "output_off"}.get(
+            one.do, "make_safe"
+        )
         if one.role is Role.INSULATION_TESTER:
             wanted = "make_safe"
         if what == ("measured" if one.measures else wanted):
@@ -162,7 +181,7 @@ def test_a_voltmeter_is_read_in_the_widest_range_that_it_has(
 
     voltmeter = instruments[Role.VOLTMETER]
     voltmeter.configure, voltmeter.values = configure, iter([0.3])
-    one = item(Do.VOLTAGE_DECAYED, Role.VOLTMETER)
+    one = item(ShutdownAction.VOLTAGE_DECAYED, Role.VOLTMETER)
     assert perform(one, voltmeter, Clock(), threading.Event()) == Measured(0.3, "V")
     assert taken == [asked]
 
@@ -177,7 +196,7 @@ def test_more_than_the_range_holds_may_come_down_yet(instruments: dict[Role, Any
         return Reading(0.2, "V", Accuracy(), 0.0)
 
     voltmeter.measure_voltage = measure
-    one = item(Do.VOLTAGE_DECAYED, Role.VOLTMETER)
+    one = item(ShutdownAction.VOLTAGE_DECAYED, Role.VOLTMETER)
     assert perform(one, voltmeter, Clock(), threading.Event()) == Measured(0.2, "V")
     voltmeter.measure_voltage = lambda: (_ for _ in ()).throw(OverloadError("voltmeter", "overload"))
     clock = Clock()
@@ -187,14 +206,14 @@ def test_more_than_the_range_holds_may_come_down_yet(instruments: dict[Role, Any
 
 
 @pytest.mark.parametrize(("do", "role", "unit"), [
-    (Do.VOLTAGE_DECAYED, Role.SUPPLY, "V"),
-    (Do.VOLTAGE_DECAYED, Role.VOLTMETER, "V"),
-    (Do.CURRENT_ZERO, Role.SUPPLY, "A"),
-    (Do.SPEED_ZERO, Role.DYNAMOMETER, "rad/s"),
-    (Do.SPEED_ZERO, Role.TACHOMETER, "rad/s"),
+    (ShutdownAction.VOLTAGE_DECAYED, Role.SUPPLY, "V"),
+    (ShutdownAction.VOLTAGE_DECAYED, Role.VOLTMETER, "V"),
+    (ShutdownAction.CURRENT_ZERO, Role.SUPPLY, "A"),
+    (ShutdownAction.SPEED_ZERO, Role.DYNAMOMETER, "rad/s"),
+    (ShutdownAction.SPEED_ZERO, Role.TACHOMETER, "rad/s"),
 ])  # fmt: skip
 def test_what_does_not_come_about_is_a_failure_with_its_value(
-    instruments: dict[Role, Any], do: Do, role: Role, unit: str
+    instruments: dict[Role, Any], do: ShutdownAction, role: Role, unit: str
 ) -> None:
     instruments[role].values = iter([40.0] * 1000)
     clock = Clock()
@@ -208,7 +227,10 @@ def test_what_does_not_come_about_is_a_failure_with_its_value(
 def test_nan_is_not_safe(instruments: dict[Role, Any]) -> None:
     instruments[Role.SUPPLY].values = iter([float("nan")] * 1000)
     (outcome,) = shut_down(
-        ShutdownSequence((item(Do.VOLTAGE_DECAYED, Role.SUPPLY, 2.0, 0.2),)), instruments, Journal(), Clock()
+        ShutdownSequence((item(ShutdownAction.VOLTAGE_DECAYED, Role.SUPPLY, 2.0, 0.2),)),
+        instruments,
+        Journal(),
+        Clock(),
     )
     assert "the voltage is nan" in outcome.error
 
@@ -235,7 +257,11 @@ def test_what_does_not_answer_is_commanded_last_and_contacts_part_after_it(
     assert calls[-1] == "switch_matrix.make_safe"
     # A brake is not asked whether it has braked before it was told to.
     calls.clear()
-    brake = (item(Do.BRAKE, Role.DYNAMOMETER), item(Do.SPEED_ZERO, Role.DYNAMOMETER), item(Do.OUTPUT_OFF, Role.SUPPLY))
+    brake = (
+        item(ShutdownAction.BRAKE, Role.DYNAMOMETER),
+        item(ShutdownAction.SPEED_ZERO, Role.DYNAMOMETER),
+        item(ShutdownAction.OUTPUT_OFF, Role.SUPPLY),
+    )
     shut_down(ShutdownSequence(brake), instruments, Journal(), Clock(), silent={Role.DYNAMOMETER})
     assert calls == ["supply.output_off", "dynamometer.stop", "dynamometer.measured"]
 
@@ -253,7 +279,7 @@ def test_two_walks_never_speak_to_one_instrument_at_once(
 ) -> None:
     instruments[Role.INVERTER].hanging = "make_safe"
     threads = InstrumentThreads()
-    way = ShutdownSequence((item(Do.DISABLE, Role.INVERTER), item(Do.OUTPUT_OFF, Role.SUPPLY)))
+    way = ShutdownSequence((item(ShutdownAction.DISABLE, Role.INVERTER), item(ShutdownAction.OUTPUT_OFF, Role.SUPPLY)))
 
     def again() -> list[str]:
         outcomes = shut_down(way, instruments, Journal(), Clock(), patience=0.01, longest=0.05, threads=threads)
@@ -272,7 +298,8 @@ def test_whoever_is_in_a_hurry_waits_for_no_person_and_no_coasting_shaft(
     instruments: dict[Role, Any], release: threading.Event
 ) -> None:
     way = ShutdownSequence(
-        (item(Do.OUTPUT_OFF, Role.SUPPLY), item(Do.SPEED_ZERO, Role.DYNAMOMETER)), frozenset({Role.SUPPLY})
+        (item(ShutdownAction.OUTPUT_OFF, Role.SUPPLY), item(ShutdownAction.SPEED_ZERO, Role.DYNAMOMETER)),
+        frozenset({Role.SUPPLY}),
     )
     instruments[Role.SUPPLY].hanging = "output_off"
     instruments[Role.DYNAMOMETER].values = iter([40.0] * 1000)
@@ -298,8 +325,8 @@ def test_nothing_opened_nothing_to_make_safe() -> None:
     assert shut_down(ShutdownSequence(), {}, Journal(), Clock()) == []
 
 
-@pytest.mark.parametrize("do", Do)
-def test_an_item_is_for_its_roles(do: Do) -> None:
+@pytest.mark.parametrize("do", ShutdownAction)
+def test_an_item_is_for_its_roles(do: ShutdownAction) -> None:
     for role in Role:
         if role in ROLES_OF[do]:
             assert item(do, role).role is role
@@ -310,8 +337,8 @@ def test_an_item_is_for_its_roles(do: Do) -> None:
 
 def test_what_measures_nothing_has_no_threshold() -> None:
     with pytest.raises(ValueError, match="measures nothing"):
-        item(Do.DISABLE, Role.DRIVE, below=1.0)
-    assert isinstance(item(Do.BRAKE, Role.DYNAMOMETER), Item)
+        item(ShutdownAction.DISABLE, Role.DRIVE, below=1.0)
+    assert isinstance(item(ShutdownAction.BRAKE, Role.DYNAMOMETER), Item)
 
 
 def test_a_walk_that_is_broken_off_leaves_nobody_speaking_to_an_instrument(instruments: dict[Role, Any]) -> None:
@@ -322,7 +349,7 @@ def test_a_walk_that_is_broken_off_leaves_nobody_speaking_to_an_instrument(instr
     finished: list[str] = []
     inverter = instruments[Role.INVERTER]
     inverter.make_safe = lambda: (threading.Event().wait(0.2), finished.append("inverter"))
-    way = ShutdownSequence((item(Do.DISABLE, Role.INVERTER), item(Do.OUTPUT_OFF, Role.SUPPLY)))
+    way = ShutdownSequence((item(ShutdownAction.DISABLE, Role.INVERTER), item(ShutdownAction.OUTPUT_OFF, Role.SUPPLY)))
     with pytest.raises(KeyboardInterrupt):
         shut_down(way, instruments, Stopped(), Clock(), patience=0.01)
     assert finished == ["inverter"]

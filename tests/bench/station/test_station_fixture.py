@@ -8,7 +8,7 @@ from bench.i18n.errors import InputError
 from bench.safety.guardian.guarded_instruments import GuardedInstruments
 from bench.safety.limits.bounds import limits_of
 from bench.safety.limits.guard import guarded
-from bench.station.shutdown_sequence import Do
+from bench.station.shutdown_sequence import ShutdownAction
 from bench.station.station_file import Station, make_station
 from drivers.interfaces import SetpointError
 from procedures.core.bench import Role
@@ -33,9 +33,9 @@ def test_a_fixture() -> None:
     assert (options.crosspoints, options.fixed) == ({"A:supply+": 111}, ("A:channel4~",))
     items = [(one.do, one.role) for one in made.way_down.items if one.role in made.entries]
     assert items == [
-        (Do.OUTPUT_OFF, Role.INSULATION_TESTER),
-        (Do.DISABLE, Role.ROTOR_ACTUATOR),
-        (Do.OPEN, Role.SWITCH_MATRIX),
+        (ShutdownAction.OUTPUT_OFF, Role.INSULATION_TESTER),
+        (ShutdownAction.DISABLE, Role.ROTOR_ACTUATOR),
+        (ShutdownAction.OPEN, Role.SWITCH_MATRIX),
     ]
     assert GuardedInstruments(made, made.entries).roles == set(made.entries)
 

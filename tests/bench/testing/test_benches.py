@@ -6,7 +6,7 @@ import pytest
 
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
-from bench.testing import BenchAsked, BenchUnderTest, PlanUnderTest, run_procedures, virtual_motor
+from bench.testing import BenchUnderTest, PlanUnderTest, RequestedBench, run_procedures, virtual_motor
 
 ROOT = Path(__file__).parents[3]
 PLAN = """
@@ -44,7 +44,7 @@ def test_a_procedure_runs_with_a_fixture_that_hands_have_not(tmp_path: Path) -> 
         seed=1,
         settings={},
         faults=[],
-        bench=BenchAsked(operator="fixture"),
+        bench=RequestedBench(operator="fixture"),
     )
     assert ran.status == "completed", ran.cause
     assert ran.parameters["insulation_resistance"].value == pytest.approx(3e8, rel=0.1)

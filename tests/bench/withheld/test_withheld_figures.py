@@ -20,7 +20,7 @@ from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from reports.plots.of_procedures import plots
 from tests.bench.withheld.withholding import NEEDING, SAID
 from tests.command_line import Call
-from tests.studies import simulated as sim
+from tests.studies.worlds import simulated as sim
 
 
 def test_a_run_says_what_it_does_not_give_and_ends_with_status_1(

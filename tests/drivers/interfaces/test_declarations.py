@@ -18,7 +18,7 @@ import drivers
 from bench.journal.recording import Recording
 from bench.safety.limits.bounds import OVERSHOOT, Limit, Limits
 from bench.safety.limits.guard import LimitGuard, guarded
-from bench.station.shutdown_sequence import OFF_BY, Do, method_of
+from bench.station.shutdown_sequence import OFF_BY, ShutdownAction, method_of
 from bench.station.station_limits import SECTIONS
 from drivers.interfaces import Instrument, LimitError, Reading, Regulated, Role, SetpointError, Supply, Voltmeter
 from drivers.interfaces.declarations import (
@@ -157,7 +157,7 @@ def test_a_role_has_a_row_and_an_interface_that_declares_everything(role: Role) 
     public = {name for name in dir(role.interface) if not name.startswith("_")}
     assert set(declarations(role.interface)) == public
     assert {"identity", "close", "make_safe"} <= public
-    assert method_of(Do(ROLES[role].off_by), role) in public
+    assert method_of(ShutdownAction(ROLES[role].off_by), role) in public
     assert (role in OFF_BY) is role.feeds
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.studies import simulated
+from tests.studies.worlds import simulated
 
 TRIALS = {"Ld, sweep fit, turned by hand": 40, "λ, integrated, speed drifting 5 %": 40}
 # The limit's bound knows the rotor's angle; where that must be found as well, no estimator reaches it. Over 500 trials the sweep

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.interfaces.text import Text
-from procedures.core.axes import Axes, Manner, PlotCurve
+from procedures.core.axes import Axes, CurveStyle, PlotCurve
 from reports.plots.draw import svg
 from reports.plots.model import Plot
 from reports.plots.ticks import label_of, ticks
@@ -36,8 +36,8 @@ def plot(**more: bool) -> Plot:
     x = np.linspace(0.0, 0.02, 21)
     y = np.where(np.arange(21) == 10, np.nan, 3.0 * x)
     curves = (
-        PlotCurve(Text("readings"), x[::5], 3.0 * x[::5], Manner.READING),
-        PlotCurve(Text("fit & <more>"), x, y, Manner.FIT),
+        PlotCurve(Text("readings"), x[::5], 3.0 * x[::5], CurveStyle.READING),
+        PlotCurve(Text("fit & <more>"), x, y, CurveStyle.FIT),
     )
     return Plot("one", Text("caption"), ((Axes(Text("Time"), "s", Text("Current"), "A", curves, **more),),))
 
@@ -68,7 +68,7 @@ def test_curves_stay_within_their_axes() -> None:
 
 
 def test_a_curve_of_one_value_has_room_about_it() -> None:
-    flat = PlotCurve(Text("flat"), np.array([1.0, 2.0]), np.array([5.0, 5.0]), Manner.RECORD)
+    flat = PlotCurve(Text("flat"), np.array([1.0, 2.0]), np.array([5.0, 5.0]), CurveStyle.RECORD)
     drawn = svg(Plot("flat", Text("c"), ((Axes(Text("n"), "", Text("y"), "V", (flat,)),),)), both)
     assert "nan" not in drawn
     assert "<polyline" in drawn

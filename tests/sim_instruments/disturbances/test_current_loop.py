@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from sim_instruments.disturbances.current_loop import CurrentLoop
 from sim_instruments.instruments.errors import DriveErrors, Errors, InverterErrors, VoltmeterErrors, evenly
-from tests.studies.units_in_use import as_sold
+from tests.studies.worlds.units_in_use import as_sold
 
 
 def test_drawn_ones_are_within_their_limits_and_differ() -> None:

@@ -8,7 +8,7 @@ from scipy.integrate import RK45, solve_ivp
 
 from sim_instruments.physics.integration.explicit_step import DormandPrince, ExplicitStep
 from sim_instruments.physics.integration.implicit_step import Rosenbrock
-from sim_instruments.physics.integration.integration_step import Begin, IntegrationStep, Method
+from sim_instruments.physics.integration.integration_step import IntegrationStep, Method, StepStart
 
 METHODS = [(DormandPrince(), 5), (Rosenbrock(timed=True), 4)]
 
@@ -27,7 +27,7 @@ def stiff(passed: float, state: list[float], direction: int) -> tuple[list[float
 
 def one(method: Method, law: object, state: list[float], start: float, length: float) -> tuple[IntegrationStep, float]:
     slopes = law(start, state, 1)[0]  # type: ignore[operator]
-    return method.tried(law, Begin(start, state, slopes, 1, 1.0), length)  # type: ignore[arg-type]
+    return method.tried(law, StepStart(start, state, slopes, 1, 1.0), length)  # type: ignore[arg-type]
 
 
 def reached(method: Method, steps: int) -> list[float]:

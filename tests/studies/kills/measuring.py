@@ -18,7 +18,7 @@ from typing import Any
 from bench.journal.guardian_record import read_guardian
 from bench.journal.journal_file import read_journal
 from bench.virtual.served_world import ServedWorld
-from tests.studies.held import quiet
+from tests.studies.energised.held import quiet
 from tests.studies.kills.ends import STOPS
 from tests.studies.kills.trial import PATIENCE, Queues, Trial
 from tests.studies.kills.victim import judge_verification, wait_until_let_go

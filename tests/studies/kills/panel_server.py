@@ -18,7 +18,7 @@ from typing import Any
 from bench.journal.journal_file import read_journal
 from bench.operators.operator_channel import FILE
 from tests.bench.panel.conftest import CHROMIUM, FLAGS
-from tests.studies.held import quiet
+from tests.studies.energised.held import quiet
 from tests.studies.kills.measuring import Bench
 from tests.studies.kills.trial import PATIENCE, Trial
 from tests.studies.kills.victim import judge_verification, wait_until_let_go

@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass, field
 from time import monotonic
 
-from tests.studies.held import quiet
+from tests.studies.energised.held import quiet
 from tests.studies.kills.ends import STOPS
 
 #: Not heard for so long (s) is a hang, however busy the machine.

@@ -15,7 +15,7 @@ from time import monotonic
 from typing import Any
 
 from bench.eol.store.spool import FOLDER
-from tests.studies.held import quiet
+from tests.studies.energised.held import quiet
 from tests.studies.kills.trial import PATIENCE, Trial
 
 _MOTOR = Path(__file__).parents[3] / "docs" / "examples" / "eol" / "motor.toml"

@@ -21,7 +21,7 @@ from bench.motor.motor_file import load_motor
 from bench.run.request import RunRequest
 from bench.run.run import run
 from procedures.core.steps import step
-from tests.studies.held_run import Hold
+from tests.studies.energised.held_run import Hold
 
 #: What the study asks a run's stacks with.
 STACKS = signal.SIGUSR2

@@ -23,8 +23,8 @@ from bench.journal.verify import verify
 from bench.safety.ownership.owner import holders
 from bench.safety.ownership.state_folder import state_folder
 from bench.virtual.virtual_station import as_text
+from tests.studies.energised.held import Served
 from tests.studies.forked import Forked
-from tests.studies.held import Served
 from tests.studies.kills.peers import is_guardian
 from tests.studies.kills.proxy import Proxy
 from tests.studies.kills.stunts import STACKS, hold_busily

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from typing import Protocol, TypeVar
 
 from bench.eol.admission_rule import AdmittedTest, RefusedTest, decide, under_test
-from bench.eol.plan_file import AgainSection
+from bench.eol.plan_file import RetestSection
 from bench.eol.store.claims import SerialClaim
 from bench.eol.store.earlier_tests import EarlierTest, in_order
 from bench.eol.store.faults import StoreError
@@ -48,7 +48,7 @@ class AdmissionDesk:
     batch: str
     station: str
     model: str
-    rule: AgainSection = field(default_factory=AgainSection)
+    rule: RetestSection = field(default_factory=RetestSection)
     person: str = ""
     _permitted: dict[str, str] = field(default_factory=dict)
     _reported: str = ""

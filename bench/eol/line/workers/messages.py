@@ -70,7 +70,7 @@ class Stop:
 
 
 @dataclass(frozen=True)
-class Leave:
+class NoMoreMotors:
     """There are no more motors."""
 
 
@@ -102,5 +102,5 @@ class WorkerFailed:
     reason: Text
 
 
-ToWorker = WorkerSetup | Task | LeaseReply | Stop | Leave
+ToWorker = WorkerSetup | Task | LeaseReply | Stop | NoMoreMotors
 FromWorker = Ready | LeaseRequest | LeaseRelease | TimeReached | MotorDone | WorkerFailed

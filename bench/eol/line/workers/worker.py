@@ -23,8 +23,8 @@ from bench.eol.line.preparation.procedure_times import ProcedureTimes, write_tim
 from bench.eol.line.workers.instrument_sharing import LeaseDecision, LeaseReply, SocketLeases
 from bench.eol.line.workers.messages import (
     FromWorker,
-    Leave,
     MotorDone,
+    NoMoreMotors,
     Ready,
     Stop,
     Task,
@@ -52,7 +52,7 @@ from bench.safety.ownership.owner import Owner, Ownership, Unowned
 from bench.safety.ownership.state_folder import state_folder
 from bench.station.clock import wall_date
 from bench.station.library_logs import quieten_libraries
-from bench.station.sharing import Alone, Sharing
+from bench.station.sharing import NotShared, Sharing
 from bench.station.station_file import Station
 from drivers.interfaces import Clock
 from drivers.interfaces.text import text_of
@@ -109,7 +109,7 @@ class Channel:
     def __init__(self, connection: Connection, stop: Callable[[str], None]) -> None:
         self._connection = connection
         self._stop = stop
-        self._tasks: queue.SimpleQueue[Task | Leave] = queue.SimpleQueue()
+        self._tasks: queue.SimpleQueue[Task | NoMoreMotors] = queue.SimpleQueue()
         self._replies: queue.SimpleQueue[LeaseReply] = queue.SimpleQueue()
         threading.Thread(target=self._read, name="coordinator", daemon=True).start()
 
@@ -134,14 +134,14 @@ class Channel:
                 self._receive(self._connection.recv())
         except (EOFError, OSError):
             self._stop("the end of the batch's process")
-            self._tasks.put(Leave())
+            self._tasks.put(NoMoreMotors())
 
     def _receive(self, message: object) -> None:
         if isinstance(message, Stop):
             self._stop(message.by)
         elif isinstance(message, LeaseReply):
             self._replies.put(message)
-        elif isinstance(message, Task | Leave):
+        elif isinstance(message, Task | NoMoreMotors):
             self._tasks.put(message)
 
 
@@ -281,7 +281,7 @@ class Worker:
 
     def _sharing(self, clock: Clock, offset: float, *, virtual: bool) -> Sharing:
         if not self._shared:
-            return Alone()
+            return NotShared()
         return SocketLeases(self._shared, clock, offset, self.channel.send, self.channel.decision, virtual=virtual)
 
     def _reach(self, now: float) -> None:

@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any
 
 from bench.testing.conformance.report import Checks
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import DqReading, InstrumentError, InverterAbility
 
 _REMEDY = "Compare the command with the manual: rms or peak, mA, which axis is which, sign"
@@ -20,7 +20,7 @@ _STROKE, _STROKES = 0.04, 3
 
 
 @contextmanager
-def holding_still(stand: Stand, drive: Callable[[], AbstractContextManager[None]]) -> Iterator[None]:
+def holding_still(stand: OneInstrumentBench, drive: Callable[[], AbstractContextManager[None]]) -> Iterator[None]:
     """Hold the rotor, which a current would speed up, while something drives."""
     stand.world.lock_rotor()
     try:
@@ -30,13 +30,13 @@ def holding_still(stand: Stand, drive: Callable[[], AbstractContextManager[None]
         stand.world.release_rotor()
 
 
-def both_currents(stand: Stand, inverter: Any, checks: Checks) -> None:
+def both_currents(stand: OneInstrumentBench, inverter: Any, checks: Checks) -> None:
     """Use it briefly."""
     most = _largest(inverter)
     _regulate(stand, inverter, checks, complex(-0.12 * most, 0.16 * most))
 
 
-def both_currents_fully(stand: Stand, inverter: Any, checks: Checks) -> None:
+def both_currents_fully(stand: OneInstrumentBench, inverter: Any, checks: Checks) -> None:
     """Use it over random currents, and with those that cannot be."""
     most = _largest(inverter)
     for d, q in ((-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)):
@@ -60,7 +60,7 @@ def both_currents_fully(stand: Stand, inverter: Any, checks: Checks) -> None:
         _turned(stand, inverter, checks, speed)
 
 
-def _turned(stand: Stand, inverter: Any, checks: Checks, speed: float) -> None:
+def _turned(stand: OneInstrumentBench, inverter: Any, checks: Checks, speed: float) -> None:
     """Read a rotor that a hand turns (rad/s), without a current and with one."""
     world = stand.world
     world.turn_shaft(speed)
@@ -105,7 +105,9 @@ def _largest(inverter: Any) -> float:
     return float(min(inverter.maximum_current, 10.0))
 
 
-def _regulate(stand: Stand, inverter: Any, checks: Checks, current: complex, *, in_time: bool = False) -> None:
+def _regulate(
+    stand: OneInstrumentBench, inverter: Any, checks: Checks, current: complex, *, in_time: bool = False
+) -> None:
     sampling = stand.sampling(stand.world.inverter.current_amplitude)
     block = holding_still(stand, lambda: inverter.driving_dq_current(current.real, current.imag))
     with sampling as currents, block:
@@ -125,7 +127,7 @@ def _regulate(stand: Stand, inverter: Any, checks: Checks, current: complex, *, 
     stand.off(checks)
 
 
-def _alternate(stand: Stand, inverter: Any, checks: Checks, current: complex, *, in_time: bool) -> None:
+def _alternate(stand: OneInstrumentBench, inverter: Any, checks: Checks, current: complex, *, in_time: bool) -> None:
     samples = inverter.alternate_dq_current(current.real, current.imag, current.real, -current.imag, _STROKE, _STROKES)
     said = [complex(one.d_current, one.q_current) for one in samples]
     wanted = [0j, *([current, current.conjugate()] * _STROKES)[:_STROKES], 0j]
@@ -152,13 +154,13 @@ def _alternate(stand: Stand, inverter: Any, checks: Checks, current: complex, *,
     _reached(stand, checks, "strokes: none at the end", 0j)
 
 
-def _reached(stand: Stand, checks: Checks, what: str, current: complex) -> None:
+def _reached(stand: OneInstrumentBench, checks: Checks, what: str, current: complex) -> None:
     found, slack = stand.world.inverter.rotor_state().current, 0.03 * abs(current) + 0.1
     checks.close(f"{what}, d axis", found.real, current.real, slack, _REMEDY)
     checks.close(f"{what}, q axis", found.imag, current.imag, slack, _REMEDY)
 
 
-def _compare(stand: Stand, inverter: Any, checks: Checks, reading: DqReading) -> None:
+def _compare(stand: OneInstrumentBench, inverter: Any, checks: Checks, reading: DqReading) -> None:
     actual = stand.world.inverter.rotor_state()
     for axis, read, true in (
         ("d axis", reading.d_current, actual.current.real),

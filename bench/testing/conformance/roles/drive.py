@@ -6,28 +6,28 @@ from typing import Any
 
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import CheckSession
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 
 _RUN_UP = 2.0
 
 
-def _prepare(stand: Stand) -> None:
+def _prepare(stand: OneInstrumentBench) -> None:
     stand.world.connect({"A": "drive_1", "B": "drive_2", "C": "drive_3"})
 
 
-def _energise(_: Stand, drive: Any) -> AbstractContextManager[None]:
+def _energise(_: OneInstrumentBench, drive: Any) -> AbstractContextManager[None]:
     block: AbstractContextManager[None] = drive.running()
     return block
 
 
-def _compare(stand: Stand, drive: Any, checks: Checks, what: str) -> None:
+def _compare(stand: OneInstrumentBench, drive: Any, checks: Checks, what: str) -> None:
     actual = stand.world.six_step
     checks.reading(f"{what}: DC link voltage", drive.measure_bus_voltage(), actual.bus_voltage(0.02), "V", 0.02)
     checks.reading(f"{what}: DC link current", drive.measure_bus_current(), actual.bus_current(0.02), "A", 0.03)
     checks.reading(f"{what}: frequency", drive.measure_frequency(), actual.electrical_frequency(), "Hz", 0.1)
 
 
-def _halls(stand: Stand, drive: Any, checks: Checks, angles: int) -> None:
+def _halls(stand: OneInstrumentBench, drive: Any, checks: Checks, angles: int) -> None:
     for _ in range(angles):
         stand.world.move_shaft(10.0, 2.0 * math.pi / stand.world.motor.pole_pairs / angles / 10.0)
         stand.wait(0.5)
@@ -36,7 +36,7 @@ def _halls(stand: Stand, drive: Any, checks: Checks, angles: int) -> None:
     stand.world.let_go()
 
 
-def _brief(stand: Stand, drive: Any, checks: Checks) -> None:
+def _brief(stand: OneInstrumentBench, drive: Any, checks: Checks) -> None:
     with drive.running():
         checks.that("runs in a block", stand.energised, "the bridge is off", "Enable it in the block")
         stand.wait(0.5)
@@ -47,7 +47,7 @@ def _brief(stand: Stand, drive: Any, checks: Checks) -> None:
     stand.off(checks)
 
 
-def _full(stand: Stand, drive: Any, checks: Checks) -> None:
+def _full(stand: OneInstrumentBench, drive: Any, checks: Checks) -> None:
     stand.wait(10.0)
     _compare(stand, drive, checks, "at rest")
     _halls(stand, drive, checks, 12)

@@ -6,7 +6,7 @@ from typing import Any
 
 from bench.testing.conformance.report import Checks, enter
 from bench.testing.conformance.session import CheckSession
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import InstrumentError, MeasurementError
 
 #: How far a speed may be from the one commanded: relative, and rad/s.
@@ -18,7 +18,7 @@ _SETTLED = 0.005
 _REST = 0.1
 
 
-def _prepare(stand: Stand) -> None:
+def _prepare(stand: OneInstrumentBench) -> None:
     stand.world.couple_dynamometer()
 
 
@@ -30,12 +30,12 @@ def _torque_of(dynamometer: Any) -> float:
     return float(f"{_PUSH * dynamometer.maximum_torque:.3g}")
 
 
-def _energise(_: Stand, dynamometer: Any) -> AbstractContextManager[None]:
+def _energise(_: OneInstrumentBench, dynamometer: Any) -> AbstractContextManager[None]:
     block: AbstractContextManager[None] = dynamometer.driving_speed(_speed(dynamometer, 0.1))
     return block
 
 
-def _compare(stand: Stand, dynamometer: Any, checks: Checks, what: str) -> None:
+def _compare(stand: OneInstrumentBench, dynamometer: Any, checks: Checks, what: str) -> None:
     before = stand.bench.clock.now()
     reading = dynamometer.measure()
     actual = stand.world.dynamometer
@@ -50,7 +50,7 @@ def _compare(stand: Stand, dynamometer: Any, checks: Checks, what: str) -> None:
     checks.that("time of the reading", before <= reading.time <= now, f"{reading.time:g} s", "Give the clock's time")
 
 
-def _hold(stand: Stand, checks: Checks, speed: float) -> None:
+def _hold(stand: OneInstrumentBench, checks: Checks, speed: float) -> None:
     actual = stand.world.dynamometer.speed(0.02)
     remedy = "Compare the command with the manual (rpm, Hz, pole pairs, direction), and wait until it has settled"
     checks.close("set point: speed", actual, speed, _SLIP * abs(speed) + _STEP, remedy)
@@ -61,7 +61,7 @@ def _hold(stand: Stand, checks: Checks, speed: float) -> None:
     checks.close("the speed has settled", actual, later, slack, "Wait until it changes no more")
 
 
-def _brief(stand: Stand, dynamometer: Any, checks: Checks) -> None:
+def _brief(stand: OneInstrumentBench, dynamometer: Any, checks: Checks) -> None:
     speed = _speed(dynamometer, 0.1)
     dynamometer.stop()
     dynamometer.zero_torque()
@@ -81,7 +81,7 @@ def _brief(stand: Stand, dynamometer: Any, checks: Checks) -> None:
     dynamometer.stop()
 
 
-def _full(stand: Stand, dynamometer: Any, checks: Checks) -> None:
+def _full(stand: OneInstrumentBench, dynamometer: Any, checks: Checks) -> None:
     dynamometer.zero_torque()
     for share in (stand.between(0.5, 0.9), -stand.between(0.2, 0.6)):
         speed = _speed(dynamometer, share)
@@ -125,7 +125,7 @@ def _full(stand: Stand, dynamometer: Any, checks: Checks) -> None:
     dynamometer.stop()
 
 
-def _brake(stand: Stand, dynamometer: Any, checks: Checks) -> None:
+def _brake(stand: OneInstrumentBench, dynamometer: Any, checks: Checks) -> None:
     """Check that the shaft coasts at the end of a block, and that stop() brakes it."""
     enter(dynamometer.driving_speed(_speed(dynamometer, 0.9)))
     # What somebody sets at the front panel meanwhile changes nothing.
@@ -138,7 +138,7 @@ def _brake(stand: Stand, dynamometer: Any, checks: Checks) -> None:
     stand.off(checks)
 
 
-def _torque(stand: Stand, dynamometer: Any, checks: Checks) -> None:
+def _torque(stand: OneInstrumentBench, dynamometer: Any, checks: Checks) -> None:
     remedy = "Compare the torque command with the manual: share of the rated torque, sign, scale"
     stand.world.set_stuck_rotor(True)
     for share in (stand.between(0.3, 0.6), -stand.between(0.1, 0.2)):

@@ -5,19 +5,21 @@ from typing import Any
 
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import CheckSession
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import InsulationReading
 
 #: What may be left (V) on a winding, and how far (relative) a tester may be from its test voltage.
 _HARMLESS, _SET = 60.0, 0.02
 
 
-def _prepare(stand: Stand) -> None:
+def _prepare(stand: OneInstrumentBench) -> None:
     stand.world.connect({"A": "insulation_high"})
     stand.watch(stand.world.insulation, "start")
 
 
-def _measure(stand: Stand, tester: Any, checks: Checks, voltage: float, duration: float) -> InsulationReading:
+def _measure(
+    stand: OneInstrumentBench, tester: Any, checks: Checks, voltage: float, duration: float
+) -> InsulationReading:
     began = stand.bench.clock.now()
     reading: InsulationReading = tester.measure(voltage, duration)
     took = stand.bench.clock.now() - began
@@ -32,26 +34,26 @@ def _measure(stand: Stand, tester: Any, checks: Checks, voltage: float, duration
     return reading
 
 
-def _off(stand: Stand, checks: Checks) -> None:
+def _off(stand: OneInstrumentBench, checks: Checks) -> None:
     left = stand.world.insulation.voltage()
     remedy = "Switch off and wait for the discharge, however the measurement ends"
     checks.that("off at the end", not stand.energised, "the output is on", remedy)
     checks.that("discharged at the end", left <= _HARMLESS, f"{left:.3g} V are left", remedy)
 
 
-def _compare(stand: Stand, checks: Checks, reading: InsulationReading) -> None:
+def _compare(stand: OneInstrumentBench, checks: Checks, reading: InsulationReading) -> None:
     actual = stand.world.motor.insulation_resistance
     remedy = "Look at the sign before it"
     checks.that("resistance within the range", not reading.beyond_range, "said to be beyond", remedy)
     checks.reading("resistance", reading.resistance, actual, "Ω", 0.0)
 
 
-def _brief(stand: Stand, tester: Any, checks: Checks) -> None:
+def _brief(stand: OneInstrumentBench, tester: Any, checks: Checks) -> None:
     voltage = min(500.0, tester.maximum_voltage)
     _compare(stand, checks, _measure(stand, tester, checks, voltage, 1.0))
 
 
-def _full(stand: Stand, tester: Any, checks: Checks) -> None:
+def _full(stand: OneInstrumentBench, tester: Any, checks: Checks) -> None:
     for voltage, duration in ((250.0, 2.0), (tester.maximum_voltage, 1.5)):
         _compare(stand, checks, _measure(stand, tester, checks, voltage, duration))
     voltages = ((voltage, 1.0) for voltage in (2.0 * tester.maximum_voltage, -100.0, 0.0, math.nan))
@@ -60,7 +62,7 @@ def _full(stand: Stand, tester: Any, checks: Checks) -> None:
     _other_windings(stand, tester, checks)
 
 
-def _other_windings(stand: Stand, tester: Any, checks: Checks) -> None:
+def _other_windings(stand: OneInstrumentBench, tester: Any, checks: Checks) -> None:
     """Nothing on the lead is beyond the range."""
     stand.world.connect({})
     reading = _measure(stand, tester, checks, 500.0, 1.0)

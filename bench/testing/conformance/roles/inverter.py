@@ -7,7 +7,7 @@ from typing import Any
 from bench.testing.conformance.report import Checks, enter
 from bench.testing.conformance.roles.dq_currents import both_currents, both_currents_fully, holding_still
 from bench.testing.conformance.session import CheckSession
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import InstrumentError, InverterAbility
 
 _SETTLED = 0.1
@@ -15,7 +15,7 @@ _SETTLED = 0.1
 _STOPPED = 2.0
 
 
-def _prepare(stand: Stand) -> None:
+def _prepare(stand: OneInstrumentBench) -> None:
     stand.world.connect({"A": "inverter_u", "B": "inverter_v", "C": "inverter_w"})
 
 
@@ -23,7 +23,7 @@ def _can(inverter: Any, ability: InverterAbility) -> bool:
     return ability in inverter.abilities
 
 
-def _energise(stand: Stand, inverter: Any) -> AbstractContextManager[None]:
+def _energise(stand: OneInstrumentBench, inverter: Any) -> AbstractContextManager[None]:
     current = _current(inverter, 0.2)
     if _can(inverter, InverterAbility.FREQUENCY):
         turning: AbstractContextManager[None] = inverter.driving_frequency(5.0, current)
@@ -41,7 +41,7 @@ def _current(inverter: Any, share: float) -> float:
     return float(f"{share * min(inverter.maximum_current, 10.0):.3g}")
 
 
-def _compare(stand: Stand, inverter: Any, checks: Checks, what: str) -> None:
+def _compare(stand: OneInstrumentBench, inverter: Any, checks: Checks, what: str) -> None:
     reading = inverter.measure_frequency()
     actual = stand.world.inverter
     checks.reading(f"{what}: frequency reading", reading, actual.output_frequency(), "Hz", 0.05)
@@ -49,7 +49,7 @@ def _compare(stand: Stand, inverter: Any, checks: Checks, what: str) -> None:
     checks.reading(f"{what}: current reading", reading, actual.q_current(), "A", 0.05)
 
 
-def _turn(stand: Stand, inverter: Any, checks: Checks, frequency: float, current: float) -> None:
+def _turn(stand: OneInstrumentBench, inverter: Any, checks: Checks, frequency: float, current: float) -> None:
     turning = stand.world.inverter
     sampling = stand.sampling(lambda: turning.output_frequency() if turning.enabled else 0.0)
     with sampling as shown, inverter.driving_frequency(frequency, current):
@@ -70,7 +70,7 @@ def _turn(stand: Stand, inverter: Any, checks: Checks, frequency: float, current
     stand.off(checks)
 
 
-def _brief(stand: Stand, inverter: Any, checks: Checks) -> None:
+def _brief(stand: OneInstrumentBench, inverter: Any, checks: Checks) -> None:
     if _can(inverter, InverterAbility.FREQUENCY):
         _turn(stand, inverter, checks, 5.0, _current(inverter, 0.2))
     if _can(inverter, InverterAbility.DQ_CURRENT):
@@ -79,7 +79,7 @@ def _brief(stand: Stand, inverter: Any, checks: Checks) -> None:
         _regulate(stand, inverter, checks, _current(inverter, 0.2))
 
 
-def _full(stand: Stand, inverter: Any, checks: Checks) -> None:
+def _full(stand: OneInstrumentBench, inverter: Any, checks: Checks) -> None:
     if _can(inverter, InverterAbility.FREQUENCY):
         _turn_fully(stand, inverter, checks)
     if _can(inverter, InverterAbility.Q_CURRENT):
@@ -98,7 +98,7 @@ def _full(stand: Stand, inverter: Any, checks: Checks) -> None:
         _run_away(stand, inverter, checks)
 
 
-def _turn_fully(stand: Stand, inverter: Any, checks: Checks) -> None:
+def _turn_fully(stand: OneInstrumentBench, inverter: Any, checks: Checks) -> None:
     for frequency in (stand.between(10.0, 20.0), -stand.between(5.0, 10.0)):
         # From rest, as a field may begin with the rotor's own speed.
         stand.world.hold_shaft()
@@ -119,7 +119,7 @@ def _turn_fully(stand: Stand, inverter: Any, checks: Checks) -> None:
     checks.rejects("set points that cannot be", inverter.driving_frequency, *wrong)
 
 
-def _regulate(stand: Stand, inverter: Any, checks: Checks, current: float) -> None:
+def _regulate(stand: OneInstrumentBench, inverter: Any, checks: Checks, current: float) -> None:
     remedy = "Compare the command with the manual: rms or peak, mA, per mille of rated, sign"
     sampling = stand.sampling(stand.world.inverter.current_amplitude)
     with sampling as currents, holding_still(stand, lambda: inverter.driving_current(current)):
@@ -140,7 +140,7 @@ def _regulate(stand: Stand, inverter: Any, checks: Checks, current: float) -> No
     stand.off(checks)
 
 
-def _cannot_flow(stand: Stand, checks: Checks, drive: Any) -> None:
+def _cannot_flow(stand: OneInstrumentBench, checks: Checks, drive: Any) -> None:
     stand.world.connect({})
     remedy = "Wait for it, and raise where it does not come"
     with checks.refuses("a current that cannot flow", InstrumentError, remedy=remedy):
@@ -150,7 +150,7 @@ def _cannot_flow(stand: Stand, checks: Checks, drive: Any) -> None:
     stand.wait(5.0)
 
 
-def _run_away(stand: Stand, inverter: Any, checks: Checks) -> None:
+def _run_away(stand: OneInstrumentBench, inverter: Any, checks: Checks) -> None:
     remedy = "Wait until the ramp has ended, for settle_timeout at most"
     stand.world.damage.run_inverter_away(80.0)
     with checks.refuses("a frequency that is not reached", InstrumentError, remedy=remedy):

@@ -5,21 +5,21 @@ from typing import Any
 
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import CheckSession
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import Aperture, ImpedanceReading, OverloadError, Wanted
 
 #: Integration (s) that no aperture is shorter or longer than.
 _SHORTEST, _LONGEST = 1e-3, 5.0
 
 
-def _prepare(stand: Stand) -> None:
+def _prepare(stand: OneInstrumentBench) -> None:
     stand.world.connect({"A": "lcr_high", "B": "lcr_low"})
     stand.world.lock_rotor()
     stand.watch(stand.world, "impedance")
 
 
 def _compare(
-    stand: Stand,
+    stand: OneInstrumentBench,
     checks: Checks,
     reading: ImpedanceReading,
     setting: tuple[float, float, Aperture],
@@ -51,14 +51,14 @@ def _compare(
     return float(integration)
 
 
-def _brief(stand: Stand, meter: Any, checks: Checks) -> None:
+def _brief(stand: OneInstrumentBench, meter: Any, checks: Checks) -> None:
     meter.configure(1000.0, 1.0, Aperture.MEDIUM)
     reading = meter.measure(Wanted.BOTH)
     _compare(stand, checks, reading, (1000.0, 1.0, Aperture.MEDIUM))
     _correct(stand, meter, checks)
 
 
-def _full(stand: Stand, meter: Any, checks: Checks) -> None:
+def _full(stand: OneInstrumentBench, meter: Any, checks: Checks) -> None:
     times: dict[Aperture, float] = {}
     for aperture, low, high in (
         (Aperture.LONG, 90.0, 150.0),
@@ -86,7 +86,7 @@ def _full(stand: Stand, meter: Any, checks: Checks) -> None:
     checks.rejects("set points that cannot be", meter.configure, *wrong)
 
 
-def _correct(stand: Stand, meter: Any, checks: Checks) -> None:
+def _correct(stand: OneInstrumentBench, meter: Any, checks: Checks) -> None:
     stand.world.short_leads(True)
     try:
         meter.correct_short()
@@ -96,7 +96,7 @@ def _correct(stand: Stand, meter: Any, checks: Checks) -> None:
     _compare(stand, checks, meter.measure(), (1000.0, 1.0, Aperture.MEDIUM), corrected=True)
 
 
-def _shorted(stand: Stand, frequency: float, level: float, integration: float) -> complex:
+def _shorted(stand: OneInstrumentBench, frequency: float, level: float, integration: float) -> complex:
     """Return the impedance (Ω) of the leads."""
     stand.world.short_leads(True)
     try:

@@ -8,7 +8,7 @@ import numpy as np
 from bench.i18n.errors import InputError
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import CheckSession
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import ChannelSettings, MeasurementError, OverloadError, ProbeKind, Slope, Trigger, Waveform
 from drivers.interfaces.text import text
 
@@ -22,28 +22,28 @@ _OF_SPAN = "A share of full scale is a larger one of what the trace spans"
 _EXAMPLE = '{"probes": {1: Probe(ProbeKind.VOLTAGE, attenuation=10.0), 2: Probe(ProbeKind.VOLTAGE, attenuation=10.0)}}'
 
 
-def _prepare(stand: Stand) -> None:
+def _prepare(stand: OneInstrumentBench) -> None:
     _turn(stand, _SPEED)
 
 
-def _turn(stand: Stand, speed: float) -> None:
+def _turn(stand: OneInstrumentBench, speed: float) -> None:
     stand.world.turn_shaft(speed)
     stand.wait(1.0)
 
 
-def _amplitude(stand: Stand, channel: int) -> float:
+def _amplitude(stand: OneInstrumentBench, channel: int) -> float:
     """Return half the peak-to-peak value (V or A) of what a channel's probe senses."""
     now = stand.bench.clock.now()
     signal = stand.world.probe_signal(channel, np.linspace(now - 0.05, now, 501))
     return float(np.ptp(signal)) / 2.0
 
 
-def _frequency(stand: Stand) -> float:
+def _frequency(stand: OneInstrumentBench) -> float:
     """Return the electrical frequency (Hz) of the turned shaft."""
     return float(abs(stand.world.shaft_velocity()) * stand.world.motor.pole_pairs / (2.0 * math.pi))
 
 
-def _voltage_channels(stand: Stand, scope: Any) -> list[int]:
+def _voltage_channels(stand: OneInstrumentBench, scope: Any) -> list[int]:
     channels = list(scope.channels(ProbeKind.VOLTAGE))
     if not channels:
         raise InputError(
@@ -59,7 +59,7 @@ def _voltage_channels(stand: Stand, scope: Any) -> list[int]:
 
 
 def _record(
-    stand: Stand, scope: Any, channels: list[int], trigger: Trigger, share: float, points: int = _POINTS
+    stand: OneInstrumentBench, scope: Any, channels: list[int], trigger: Trigger, share: float, points: int = _POINTS
 ) -> dict[int, Waveform]:
     scope.configure_acquisition(_RECORD, points, share)
     scope.configure_trigger(trigger)
@@ -69,7 +69,7 @@ def _record(
 
 
 def _compare(
-    stand: Stand,
+    stand: OneInstrumentBench,
     checks: Checks,
     waveform: Waveform,
     channel: int,
@@ -113,14 +113,14 @@ def _compare(
         checks.that("trigger: slope", right, f"{slope:g} {unit}", "Compare the slope")
 
 
-def _show(stand: Stand, scope: Any, channel: int, offset: float = 0.0, screens: float = 4.0) -> float:
+def _show(stand: OneInstrumentBench, scope: Any, channel: int, offset: float = 0.0, screens: float = 4.0) -> float:
     """Put a channel's trace on the screen; return its amplitude."""
     amplitude = _amplitude(stand, channel)
     scope.configure_channel(channel, ChannelSettings(screens * amplitude, offset * amplitude))
     return amplitude
 
 
-def _brief(stand: Stand, scope: Any, checks: Checks) -> None:
+def _brief(stand: OneInstrumentBench, scope: Any, checks: Checks) -> None:
     channel = _voltage_channels(stand, scope)[0]
     checks.that("gives_waveforms", scope.gives_waveforms, "it says no", "Say so where samples can be fetched")
     amplitude = _show(stand, scope, channel)
@@ -130,7 +130,7 @@ def _brief(stand: Stand, scope: Any, checks: Checks) -> None:
     _screen(stand, scope, checks, found)
 
 
-def _screen(stand: Stand, scope: Any, checks: Checks, waveform: Waveform) -> None:
+def _screen(stand: OneInstrumentBench, scope: Any, checks: Checks, waveform: Waveform) -> None:
     """Check the instrument's own measurements of a trace, of which a waveform was just fetched."""
     channel = waveform.channel
     frequency = _frequency(stand)
@@ -142,7 +142,7 @@ def _screen(stand: Stand, scope: Any, checks: Checks, waveform: Waveform) -> Non
         checks.close("measure_amplitude: gain", share, stated, 0.01 * stated, _OF_SPAN)
 
 
-def _full(stand: Stand, scope: Any, checks: Checks) -> None:
+def _full(stand: OneInstrumentBench, scope: Any, checks: Checks) -> None:
     channels = _voltage_channels(stand, scope)
     # Points whose first digits are rounded up to each of the steps that instruments have.
     for slope, share, offset, speed, points in (
@@ -178,7 +178,7 @@ def _full(stand: Stand, scope: Any, checks: Checks) -> None:
     _prepare(stand)
 
 
-def _filled(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
+def _filled(stand: OneInstrumentBench, scope: Any, checks: Checks, channel: int) -> None:
     """Check a record of which the part before the trigger takes long to be filled."""
     _show(stand, scope, channel)
     scope.configure_acquisition(_LONG, _POINTS, 0.8)
@@ -195,7 +195,7 @@ def _filled(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
     checks.that("fetch(): time", right, f"{took:.3g} s for {_LONG:g} s", advice)
 
 
-def _moved(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
+def _moved(stand: OneInstrumentBench, scope: Any, checks: Checks, channel: int) -> None:
     """Check that an offset is what the middle of the screen shows: of a trace round zero at its edge, that half is there."""
     amplitude, trigger = _show(stand, scope, channel, screens=1.6), Trigger(channel, 0.0)
     half = _record(stand, scope, [channel], trigger, 0.5)[channel].full_scale / 2.0 or 0.8 * amplitude
@@ -210,7 +210,7 @@ def _moved(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
         checks.close(f"an offset {name} zero hides what is beyond the screen", edge, 0.0, beyond, advice)
 
 
-def _as_set_up(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
+def _as_set_up(stand: OneInstrumentBench, scope: Any, checks: Checks, channel: int) -> None:
     """Check that another opening states the same accuracy, of the range and offset that the channel was left with."""
     _show(stand, scope, channel, 0.3)
     mine = _record(stand, scope, [channel], Trigger(None), 0.0)[channel]
@@ -227,7 +227,7 @@ def _as_set_up(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
     checks.that("a channel that was set up before: accuracy", same, wrong, "Ask for its range and offset")
 
 
-def _refused(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
+def _refused(stand: OneInstrumentBench, scope: Any, checks: Checks, channel: int) -> None:
     amplitude = _show(stand, scope, channel, screens=1.0)
     found = _record(stand, scope, [channel], Trigger(channel, 0.0), 0.5)
     checks.that("clipped is told", found[channel].clipped, "it is not", "Look at the converter's ends")
@@ -262,7 +262,7 @@ def _refused(stand: Stand, scope: Any, checks: Checks, channel: int) -> None:
         checks.rejects(f"{act.__name__}: what cannot be", act, *wrong)
 
 
-def _current(stand: Stand, scope: Any, checks: Checks) -> None:
+def _current(stand: OneInstrumentBench, scope: Any, checks: Checks) -> None:
     """Compare a direct current, by a current probe."""
     world = stand.world
     for channel in scope.channels(ProbeKind.CURRENT)[:1]:

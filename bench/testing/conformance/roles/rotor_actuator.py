@@ -7,7 +7,7 @@ from typing import Any
 
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import CheckSession
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import InstrumentError
 
 _ANGLE = math.radians(2.5)
@@ -15,7 +15,7 @@ _ANGLE = math.radians(2.5)
 _MOVING = 10.0
 
 
-def _prepare(_: Stand) -> None:
+def _prepare(_: OneInstrumentBench) -> None:
     """Nothing to do: it holds and frees the shaft itself."""
 
 
@@ -28,17 +28,17 @@ def _turning(actuator: Any) -> Iterator[None]:
         actuator.stop()
 
 
-def _energise(_: Stand, actuator: Any) -> AbstractContextManager[None]:
+def _energise(_: OneInstrumentBench, actuator: Any) -> AbstractContextManager[None]:
     return _turning(actuator)
 
 
-def _free(stand: Stand, checks: Checks, when: str) -> None:
+def _free(stand: OneInstrumentBench, checks: Checks, when: str) -> None:
     truth = stand.world.truth()
     remedy = "Take the torque away and open the clutch"
     checks.that(f"the shaft is free {when}", truth["shaft_holder"] == "free", truth["shaft_holder"], remedy)
 
 
-def _brief(stand: Stand, actuator: Any, checks: Checks) -> None:
+def _brief(stand: OneInstrumentBench, actuator: Any, checks: Checks) -> None:
     actuator.release()
     with stand.sampling(stand.world.shaft_velocity) as speeds:
         actuator.turn(2.0)
@@ -57,14 +57,14 @@ def _brief(stand: Stand, actuator: Any, checks: Checks) -> None:
     actuator.uncouple_dynamometer()
 
 
-def _angle(stand: Stand, actuator: Any, checks: Checks) -> None:
+def _angle(stand: OneInstrumentBench, actuator: Any, checks: Checks) -> None:
     reading = actuator.angle()
     actual = stand.world.dial_angle()
     checks.that("angle: unit", reading.unit == "rad", reading.unit, "An angle is in rad")
     checks.accuracy("angle", reading.accuracy, reading.value, "rad", actual, 1e-3)
 
 
-def _move(stand: Stand, actuator: Any, checks: Checks, angle: float) -> None:
+def _move(stand: OneInstrumentBench, actuator: Any, checks: Checks, angle: float) -> None:
     before, began = stand.world.dial_angle(), stand.bench.clock.now()
     actuator.move_by(angle)
     moved = stand.world.dial_angle() - before
@@ -79,7 +79,7 @@ def _move(stand: Stand, actuator: Any, checks: Checks, angle: float) -> None:
     _angle(stand, actuator, checks)
 
 
-def _full(stand: Stand, actuator: Any, checks: Checks) -> None:
+def _full(stand: OneInstrumentBench, actuator: Any, checks: Checks) -> None:
     highest = actuator.maximum_speed
     for share in (stand.between(0.4, 0.9), -stand.between(0.02, 0.1)):
         speed = float(f"{share * highest:.3g}")
@@ -109,7 +109,7 @@ def _full(stand: Stand, actuator: Any, checks: Checks) -> None:
     actuator.make_safe()
 
 
-def _parts(stand: Stand, actuator: Any, checks: Checks) -> None:
+def _parts(stand: OneInstrumentBench, actuator: Any, checks: Checks) -> None:
     remedy = "Return once the mechanism has followed, by its own end switches"
     actuator.lock()
     checks.that("lock() locks", stand.world.truth()["rotor_locked"], "the shaft is not locked", remedy)

@@ -6,7 +6,7 @@ from typing import Any
 
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import CheckSession
-from bench.testing.conformance.stand import Stand, rounded
+from bench.testing.conformance.stand import OneInstrumentBench, rounded
 from drivers.interfaces import OutputMode, Regulated, ReportedError, Supply
 
 #: What an output may be off its set point: share of the value, and of the largest one.
@@ -14,35 +14,35 @@ _SET = 2e-3
 _SETTLED = 0.3
 
 
-def _prepare(stand: Stand) -> None:
+def _prepare(stand: OneInstrumentBench) -> None:
     stand.world.connect({"A": "supply+", "B": "supply-"})
     stand.world.lock_rotor()
 
 
-def _resistance(stand: Stand) -> float:
+def _resistance(stand: OneInstrumentBench) -> float:
     a, b, _ = stand.world.motor.phase_resistances
     return float(a + b)
 
 
-def _level(stand: Stand, supply: Supply, share: float) -> tuple[float, float]:
+def _level(stand: OneInstrumentBench, supply: Supply, share: float) -> tuple[float, float]:
     """Return a voltage (V) that stays below the current limit (A) given with it."""
     most = min(supply.maximum_voltage, 0.7 * supply.maximum_current * _resistance(stand))
     voltage = rounded(share * most)
     return voltage, rounded(min(supply.maximum_current, 1.4 * voltage / _resistance(stand)))
 
 
-def _energise(stand: Stand, supply: Any) -> AbstractContextManager[None]:
+def _energise(stand: OneInstrumentBench, supply: Any) -> AbstractContextManager[None]:
     block: AbstractContextManager[None] = supply.energised(*_level(stand, supply, 0.5))
     return block
 
 
-def _compare(stand: Stand, supply: Supply, checks: Checks, what: str) -> None:
+def _compare(stand: OneInstrumentBench, supply: Supply, checks: Checks, what: str) -> None:
     actual = stand.world.truth()
     checks.reading(f"{what}: voltage reading", supply.measure_voltage(), actual["supply_voltage"], "V", 1e-3)
     checks.reading(f"{what}: current reading", supply.measure_current(), actual["supply_current"], "A", 2e-3)
 
 
-def _hold_voltage(stand: Stand, supply: Supply, checks: Checks, voltage: float, limit: float) -> None:
+def _hold_voltage(stand: OneInstrumentBench, supply: Supply, checks: Checks, voltage: float, limit: float) -> None:
     with supply.energised(voltage, limit):
         stand.wait(_SETTLED)
         actual = stand.world.truth()
@@ -56,7 +56,7 @@ def _hold_voltage(stand: Stand, supply: Supply, checks: Checks, voltage: float, 
     _off(stand, supply, checks)
 
 
-def _hold_current(stand: Stand, supply: Supply, checks: Checks, limit: float) -> None:
+def _hold_current(stand: OneInstrumentBench, supply: Supply, checks: Checks, limit: float) -> None:
     voltage = min(supply.maximum_voltage, rounded(1.5 * limit * _resistance(stand)))
     with supply.energised(voltage, limit, Regulated.CURRENT):
         stand.wait(_SETTLED)
@@ -70,7 +70,7 @@ def _hold_current(stand: Stand, supply: Supply, checks: Checks, limit: float) ->
     _off(stand, supply, checks)
 
 
-def _off(stand: Stand, supply: Supply, checks: Checks) -> None:
+def _off(stand: OneInstrumentBench, supply: Supply, checks: Checks) -> None:
     mode = supply.output_mode()
     checks.that("output_mode when off", mode is OutputMode.OFF, f"{mode}", "Ask the output's state as well")
     stand.off(checks)
@@ -78,11 +78,11 @@ def _off(stand: Stand, supply: Supply, checks: Checks) -> None:
     stand.wait(_SETTLED)
 
 
-def _brief(stand: Stand, supply: Any, checks: Checks) -> None:
+def _brief(stand: OneInstrumentBench, supply: Any, checks: Checks) -> None:
     _hold_voltage(stand, supply, checks, *_level(stand, supply, 0.5))
 
 
-def _full(stand: Stand, supply: Any, checks: Checks) -> None:
+def _full(stand: OneInstrumentBench, supply: Any, checks: Checks) -> None:
     for share in (0.9, 0.2, stand.between(0.3, 0.8)):
         _hold_voltage(stand, supply, checks, *_level(stand, supply, share))
         protections = stand.world.supply.protections()
@@ -107,14 +107,14 @@ def _full(stand: Stand, supply: Any, checks: Checks) -> None:
     stand.wait(_SETTLED)
 
 
-def _protects(stand: Stand, supply: Any, voltage: float, over: float) -> bool:
+def _protects(stand: OneInstrumentBench, supply: Any, voltage: float, over: float) -> bool:
     """Tell whether over-voltage protection (V) stands above a level (V) as the options of every supply have it."""
     options = stand.subject.options
     wanted = voltage * (1.0 + options.over_voltage_margin) + options.over_voltage_headroom
     return abs(over - wanted) <= 0.01 + 1e-3 * voltage or bool(supply.maximum_voltage < over < wanted)
 
 
-def _trip(stand: Stand, supply: Any, checks: Checks, highest: float) -> None:
+def _trip(stand: OneInstrumentBench, supply: Any, checks: Checks, highest: float) -> None:
     """Check that an over-current protection, where there is one, switches off at the limit and is reported at the block's end."""
     limit = rounded(0.3 * highest)
     voltage = min(supply.maximum_voltage, rounded(3.0 * limit * _resistance(stand)))
@@ -153,7 +153,7 @@ def _trip(stand: Stand, supply: Any, checks: Checks, highest: float) -> None:
     supply.make_safe()
 
 
-def _set_without_output(stand: Stand, supply: Any, checks: Checks) -> None:
+def _set_without_output(stand: OneInstrumentBench, supply: Any, checks: Checks) -> None:
     """Both orders: to a higher level and to a lower one, while the output is off; the protection stays above the level."""
     stand.watch(stand.world.supply, "set_voltage")
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import CheckSession
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import CrosspointError, ReportedError
 from sim_instruments.faults.line_faults import Fault, FaultKind
 
@@ -29,17 +29,17 @@ _CONFLICTS: tuple[frozenset[str], ...] = (
 )
 
 
-def _prepare(stand: Stand) -> None:
+def _prepare(stand: OneInstrumentBench) -> None:
     """Nothing to do: it wires the motor itself."""
 
 
-def _joined(stand: Stand) -> frozenset[str]:
+def _joined(stand: OneInstrumentBench) -> frozenset[str]:
     return frozenset(
         f"{terminal}:{socket}" for terminal, socket in stand.world.truth()["wiring"].items() if socket != "open"
     )
 
 
-def _compare(stand: Stand, matrix: Any, checks: Checks, wanted: Collection[str]) -> None:
+def _compare(stand: OneInstrumentBench, matrix: Any, checks: Checks, wanted: Collection[str]) -> None:
     remedy = "Compare channels and the list's form with the manual"
     held = matrix.closed()
     checks.that("closed() is what was asked for", held == wanted, f"{sorted(held)}", remedy)
@@ -48,7 +48,7 @@ def _compare(stand: Stand, matrix: Any, checks: Checks, wanted: Collection[str])
     checks.that("the motor is wired as asked for", found == sockets, f"{sorted(found)}", remedy)
 
 
-def _connect(stand: Stand, matrix: Any, checks: Checks, wanted: frozenset[str]) -> None:
+def _connect(stand: OneInstrumentBench, matrix: Any, checks: Checks, wanted: frozenset[str]) -> None:
     before, changes = stand.bench.clock.now(), matrix.closed() != wanted
     matrix.connect(wanted)
     right, remedy = stand.bench.clock.now() - before >= 0.02 or not changes, "Wait for the relays' settling time"
@@ -56,12 +56,12 @@ def _connect(stand: Stand, matrix: Any, checks: Checks, wanted: frozenset[str]) 
     _compare(stand, matrix, checks, wanted)
 
 
-def _brief(stand: Stand, matrix: Any, checks: Checks) -> None:
+def _brief(stand: OneInstrumentBench, matrix: Any, checks: Checks) -> None:
     for wanted in _SETS[:2]:
         _connect(stand, matrix, checks, wanted & matrix.crosspoints)
 
 
-def _full(stand: Stand, matrix: Any, checks: Checks) -> None:
+def _full(stand: OneInstrumentBench, matrix: Any, checks: Checks) -> None:
     there = matrix.crosspoints
     for wanted in (*_SETS, frozenset[str](), _SETS[0], _SETS[0]):
         _connect(stand, matrix, checks, wanted & there)
@@ -79,7 +79,7 @@ def _full(stand: Stand, matrix: Any, checks: Checks) -> None:
         _stuck(stand, matrix, checks)
 
 
-def _stuck(stand: Stand, matrix: Any, checks: Checks) -> None:
+def _stuck(stand: OneInstrumentBench, matrix: Any, checks: Checks) -> None:
     """Check that a crosspoint that does not read back as closed opens everything and is reported."""
     remedy = "Read back what is closed, open everything, and raise ReportedError naming the crosspoint"
     frozen = stand.faults.add(Fault(FaultKind.FROZEN, lambda _, message: "?" in message, times=None))

@@ -4,18 +4,18 @@ from typing import Any
 
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import CheckSession
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 
 #: Longer (s) than any gate.
 _GATES = 3.0
 
 
-def _prepare(stand: Stand) -> None:
+def _prepare(stand: OneInstrumentBench) -> None:
     stand.world.turn_shaft(60.0)
     stand.wait(_GATES)
 
 
-def _compare(stand: Stand, meter: Any, checks: Checks, what: str) -> None:
+def _compare(stand: OneInstrumentBench, meter: Any, checks: Checks, what: str) -> None:
     before = stand.bench.clock.now()
     reading = meter.measure_speed()
     checks.reading(what, reading, abs(stand.world.shaft_speed(0.1)), "rad/s", 0.01)
@@ -23,11 +23,11 @@ def _compare(stand: Stand, meter: Any, checks: Checks, what: str) -> None:
     checks.that("time of the reading", before <= reading.time <= now, f"{reading.time:g} s", "Give the clock's time")
 
 
-def _brief(stand: Stand, meter: Any, checks: Checks) -> None:
+def _brief(stand: OneInstrumentBench, meter: Any, checks: Checks) -> None:
     _compare(stand, meter, checks, "speed reading")
 
 
-def _full(stand: Stand, meter: Any, checks: Checks) -> None:
+def _full(stand: OneInstrumentBench, meter: Any, checks: Checks) -> None:
     for speed in (stand.between(5.0, 20.0), -stand.between(20.0, 90.0), stand.between(150.0, 400.0)):
         stand.world.turn_shaft(speed)
         stand.wait(_GATES)

@@ -5,14 +5,14 @@ from typing import Any
 
 from bench.testing.conformance.report import Checks
 from bench.testing.conformance.session import CheckSession
-from bench.testing.conformance.stand import Stand
+from bench.testing.conformance.stand import OneInstrumentBench
 from drivers.interfaces import MeasurementError, OverloadError
 
 #: Length (s) of a power-line cycle at 60 Hz.
 _CYCLE = 1.0 / 60.0
 
 
-def _prepare(stand: Stand) -> None:
+def _prepare(stand: OneInstrumentBench) -> None:
     world = stand.world
     world.connect({"A": "supply+", "B": "supply-"})
     world.lock_rotor()
@@ -22,7 +22,7 @@ def _prepare(stand: Stand) -> None:
     _apply(stand, 2.0)
 
 
-def _apply(stand: Stand, voltage: float) -> None:
+def _apply(stand: OneInstrumentBench, voltage: float) -> None:
     """Put a voltage (V) of either sign between the leads."""
     world = stand.world
     world.attach_voltmeter(*(("A", "B") if voltage >= 0.0 else ("B", "A")))
@@ -31,7 +31,7 @@ def _apply(stand: Stand, voltage: float) -> None:
     stand.wait(0.5)
 
 
-def _compare(stand: Stand, meter: Any, checks: Checks, full_scale: float, cycles: float) -> None:
+def _compare(stand: OneInstrumentBench, meter: Any, checks: Checks, full_scale: float, cycles: float) -> None:
     meter.configure(full_scale, cycles)
     reading = meter.measure_voltage()
     actual = stand.world.voltmeter_voltage(0.1)
@@ -49,13 +49,13 @@ def _compare(stand: Stand, meter: Any, checks: Checks, full_scale: float, cycles
     checks.that("the range holds the full scale and is not far above it", half <= 1e-2 * full_scale, said, remedy)
 
 
-def _brief(stand: Stand, meter: Any, checks: Checks) -> None:
+def _brief(stand: OneInstrumentBench, meter: Any, checks: Checks) -> None:
     withstood, remedy = meter.maximum_voltage, "Give the voltage that its leads may be on, whatever range is set"
     checks.that("maximum_voltage is what its leads withstand", 5.0 <= withstood < math.inf, f"{withstood} V", remedy)
     _compare(stand, meter, checks, 5.0, 10.0)
 
 
-def _full(stand: Stand, meter: Any, checks: Checks) -> None:
+def _full(stand: OneInstrumentBench, meter: Any, checks: Checks) -> None:
     for voltage, full_scale, cycles in (
         (stand.between(0.05, 0.08), 0.1, 10.0),
         (stand.between(0.6, 0.9), 1.0, 100.0),

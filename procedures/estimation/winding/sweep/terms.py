@@ -27,7 +27,7 @@ _CLOSING = 2.0
 
 
 @dataclass(frozen=True)
-class Added:
+class AddedTerm:
     """Correction of readings (n,): their `shape` (H), how variances of mean and amplitude grow, and what may be left in each (H)."""
 
     findings: tuple[Finding, ...]
@@ -36,7 +36,7 @@ class Added:
     doubt: tuple[float, float]
 
 
-def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, mechanical: bool) -> Added:
+def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, mechanical: bool) -> AddedTerm:
     """Return what readings (H) at angles (rad) hold beside mean and cosine of a course of 2θ (rad).
 
     Readings are taken one after the other; `mechanical` says that the angle is the shaft's.
@@ -87,7 +87,7 @@ def added_terms(angle: FloatArray, course: FloatArray, values: FloatArray, *, me
     least = (_CLOSING if found else ALARM) * float(np.sqrt(2.0)) * noise
     drifted = 0.5 * max(_drifted(angle, values, straight, least), jumped)
     mean, amplitude = _of_waves(wave, course, design, values)
-    return Added(
+    return AddedTerm(
         tuple(found),
         np.asarray(shape),
         float(np.max(after / before)),

@@ -17,7 +17,7 @@ from sqlalchemy import make_url
 from bench.eol.admission_rule import AdmittedTest, RefusedTest
 from bench.eol.line.admission.admission_desk import AdmissionDesk
 from bench.eol.line.record_writer import RecordWriter, open_record_writer
-from bench.eol.plan_file import AgainSection
+from bench.eol.plan_file import RetestSection
 from bench.eol.verdict import Verdict
 from bench.i18n.errors import InputError
 from drivers.interfaces.text import Text
@@ -30,7 +30,7 @@ AWAY = "postgresql://nobody@127.0.0.1:9/none"
 class Station:
     """A station with its own records, and a desk that admits for its batch."""
 
-    def __init__(self, name: str, writer: RecordWriter, rule: AgainSection, *, shared: bool) -> None:
+    def __init__(self, name: str, writer: RecordWriter, rule: RetestSection, *, shared: bool) -> None:
         self.name, self.writer = name, writer
         self.troubles: list[str] = []
         self.shared = shared
@@ -73,10 +73,10 @@ class Station:
 def make_station(tmp_path: Path) -> Iterator[Callable[..., Station]]:
     with ExitStack() as stack:
 
-        def make(name: str, server: str, rule: AgainSection | None = None) -> Station:
+        def make(name: str, server: str, rule: RetestSection | None = None) -> Station:
             writer = open_record_writer(server, tmp_path / name)
             stack.callback(writer.close)
-            return Station(name, writer, rule or AgainSection(), shared=server != AWAY)
+            return Station(name, writer, rule or RetestSection(), shared=server != AWAY)
 
         yield make
 
@@ -170,7 +170,7 @@ def test_when_earlier_tests_can_be_looked_up_again_it_is_told(
 
 
 def test_a_plan_may_refuse_what_cannot_be_looked_up(make_station: Callable[..., Station]) -> None:
-    refused = make_station("east", AWAY, AgainSection(unknown="refuse")).admit("A1")
+    refused = make_station("east", AWAY, RetestSection(unknown="refuse")).admit("A1")
     assert isinstance(refused, RefusedTest)
     assert "cannot be read: the server:" in str(refused.why)
 

@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 from tests.bench.panel.browser.conftest import Panel
 from tests.bench.panel.browser.test_run_page import SCREENS, assert_accessible
 from tests.bench.panel.browser.test_statistics_page import keep, motors
-from tests.studies.played_run import played_line
+from tests.studies.pages.played_run import played_line
 
 pytestmark = pytest.mark.slow
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.studies.held import Run, Served
+from tests.studies.energised.held import Run, Served
 
 
 @pytest.fixture(scope="module")

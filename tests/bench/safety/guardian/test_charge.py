@@ -6,13 +6,13 @@ import pytest
 
 from bench.i18n.errors import InputError
 from bench.safety.guardian.guarded_instruments import is_shared, needs_guardian
-from bench.safety.guardian.protocol import Charge, charge_of, decode
+from bench.safety.guardian.protocol import GuardianTask, charge_of, decode
 from bench.station.station_file import load_station
 from procedures.core.bench import Role
 
 
 def test_a_charge_goes_through_the_pipe() -> None:
-    charge = Charge("station.toml", '[station]\nname = "Prüfstand"\n', ("drive", "supply"), "/runs/1", 0.6, 60.0)
+    charge = GuardianTask("station.toml", '[station]\nname = "Prüfstand"\n', ("drive", "supply"), "/runs/1", 0.6, 60.0)
     assert charge_of(decode(charge.line())) == charge
     with pytest.raises(ValueError, match="no message"):
         decode(b"[1]\n")

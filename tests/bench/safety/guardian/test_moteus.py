@@ -13,7 +13,7 @@ import pyvisa
 from bench.station.station_file import load_station
 from drivers.catalogue import Surroundings
 from drivers.interfaces import Role
-from tests.studies.held import Run, Served
+from tests.studies.energised.held import Run, Served
 
 #: Whatever the end, everything is off soon (s).
 SOON = 5.0

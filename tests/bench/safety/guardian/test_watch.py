@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from bench.journal.guardian_record import GuardianRecord, read_guardian
-from bench.station.shutdown_sequence import Do, Item, item
+from bench.station.shutdown_sequence import Item, ShutdownAction, item
 from procedures.core.bench import Role
 from tests.bench.safety.guardian.watched import DECAYED, DISABLE, OFF, ZERO, Clock, Starved, Watched
 
@@ -50,7 +50,7 @@ def test_a_run_that_died(watched: type[Watched]) -> None:
     one = watched()
     os.close(one.outgoing)
     assert one.ended() == ["the run's process has died"]
-    assert one.instruments.done == [Do.OUTPUT_OFF, Do.VOLTAGE_DECAYED]
+    assert one.instruments.done == [ShutdownAction.OUTPUT_OFF, ShutdownAction.VOLTAGE_DECAYED]
     measured = next(data for kind, data in one.journal.events if kind == "measured")
     assert (measured["value"], measured["unit"], measured["outcome"]) == (0.1, "V", "safe")
 
@@ -58,7 +58,7 @@ def test_a_run_that_died(watched: type[Watched]) -> None:
 def test_a_silent_run_is_kept_off_until_it_says_that_it_is_awake(watched: type[Watched]) -> None:
     one = watched(heartbeat=0.2)
     assert one.await_said("took") == "no heartbeat for 0.2 s"
-    one.until(lambda: one.instruments.done.count(Do.OUTPUT_OFF) >= 3)
+    one.until(lambda: one.instruments.done.count(ShutdownAction.OUTPUT_OFF) >= 3)
     one.tell(beat=7, age=0.0)
     one.until(lambda: len(one.all_said("took")) >= 2)
     one.tell({"awake": True}, {"down": True}, {"done": True, "journal": True})
@@ -90,7 +90,7 @@ def test_a_block_that_is_not_off_in_time_is_helped_and_the_run_goes_on(watched: 
     clock.move_on(0.39)
     assert one.instruments.done == []
     clock.move_on(0.02)
-    one.await_done(Do.OUTPUT_OFF)
+    one.await_done(ShutdownAction.OUTPUT_OFF)
     one.tell(beat=3, age=0.0)
     assert one.await_said("echo") == 3
     one.tell(down=True)
@@ -103,7 +103,7 @@ def test_a_lost_journal_has_its_outcomes_here(watched: type[Watched]) -> None:
     one = watched()
     one.tell(done=True, journal=False)
     assert one.ended() == ["the run's journal cannot be written"]
-    assert one.instruments.done == [Do.OUTPUT_OFF, Do.VOLTAGE_DECAYED]
+    assert one.instruments.done == [ShutdownAction.OUTPUT_OFF, ShutdownAction.VOLTAGE_DECAYED]
 
 
 @pytest.mark.parametrize("answers", [True, False])
@@ -149,7 +149,7 @@ def test_a_requested_stop_is_the_runs_own_business_unless_it_does_not_begin(
 def test_a_source_that_does_not_answer_is_switched_off_at_once_and_the_run_goes_on(watched: type[Watched]) -> None:
     one = watched()
     one.tell(unanswered="the supply, which is energised and has not answered for 0.7 s", role="supply")
-    one.await_done(Do.OUTPUT_OFF)
+    one.await_done(ShutdownAction.OUTPUT_OFF)
     one.tell(down=True)
     one.tell(done=True, journal=True)
     assert one.ended() == ["the supply, which is energised and has not answered for 0.7 s"]
@@ -165,7 +165,7 @@ def test_a_disk_that_hangs_keeps_nothing_on(
     record = GuardianRecord(tmp_path)
     one = watched(record=record)
     one.tell(unanswered="the supply, which is energised and has not answered for 0.7 s", role="supply")
-    one.await_done(Do.OUTPUT_OFF)
+    one.await_done(ShutdownAction.OUTPUT_OFF)
     assert [event.kind for event in read_guardian(tmp_path)] in ([], ["took"])
     answers.set()
     one.tell(down=True)
@@ -187,7 +187,7 @@ def test_a_shutdown_that_does_not_switch_everything_off_in_time_is_helped(
         clock.move_on(0.41)
     else:
         clock.move_on(0.41)
-        one.await_done(Do.OUTPUT_OFF)
+        one.await_done(ShutdownAction.OUTPUT_OFF)
     one.tell(done=True, journal=True, unsafe=not off)
     took = [] if off else ["the run's shutdown has not switched everything off within 0.4 s"]
     assert one.ended() == [*took, *([] if off else ["the run could not switch everything off"])]
@@ -195,7 +195,7 @@ def test_a_shutdown_that_does_not_switch_everything_off_in_time_is_helped(
 
 
 def test_a_run_hears_that_it_is_off_only_where_that_was_measured(watched: type[Watched]) -> None:
-    one = watched(OFF, item(Do.CURRENT_ZERO, Role.SUPPLY, within=0.3))
+    one = watched(OFF, item(ShutdownAction.CURRENT_ZERO, Role.SUPPLY, within=0.3))
     one.instruments.still = "the current is 7.25 A"
     one.tell(on=["supply"])
     one.tell(done=True, journal=True, unsafe=True)
@@ -207,13 +207,16 @@ def test_a_run_hears_that_it_is_off_only_where_that_was_measured(watched: type[W
 
 
 def test_a_run_that_waits_is_not_kept_by_an_instrument_that_is_mute_to_the_guardian_too(watched: type[Watched]) -> None:
-    one = watched(OFF, *(item(do, Role.SUPPLY, within=0.3) for do in (Do.VOLTAGE_DECAYED, Do.CURRENT_ZERO)))
+    one = watched(
+        OFF,
+        *(item(do, Role.SUPPLY, within=0.3) for do in (ShutdownAction.VOLTAGE_DECAYED, ShutdownAction.CURRENT_ZERO)),
+    )
     one.instruments.still = "does not answer"
     one.tell(on=["supply"])
     one.tell(done=True, journal=True, unsafe=True)
     one.ended()
     assert max(one.instruments.allowed) <= 0.3
-    assert Do.CURRENT_ZERO in one.instruments.done
+    assert ShutdownAction.CURRENT_ZERO in one.instruments.done
 
 
 def test_the_end_of_an_inner_block_gives_the_outer_ones_no_more_time(watched: type[Watched], clock: Clock) -> None:
@@ -227,7 +230,7 @@ def test_the_end_of_an_inner_block_gives_the_outer_ones_no_more_time(watched: ty
     clock.move_on(0.09)
     assert one.instruments.done == []
     clock.move_on(0.02)
-    one.await_done(Do.OUTPUT_OFF)
+    one.await_done(ShutdownAction.OUTPUT_OFF)
     one.tell(done=True, journal=True)
     one.ended()
 
@@ -262,10 +265,10 @@ def test_a_block_whose_end_failed_is_not_forgotten_over_the_next(watched: type[W
     one.tell(ended="supply")
     one.tell(handled=True)
     clock.move_on(0.41)
-    one.await_done(Do.DISABLE)
+    one.await_done(ShutdownAction.DISABLE)
     one.tell(done=True, journal=True)
     assert one.ended() == ["what was energised is not off 0.4 s after an error"]
-    assert one.instruments.done == [Do.DISABLE]
+    assert one.instruments.done == [ShutdownAction.DISABLE]
 
 
 @pytest.mark.parametrize("by_itself", [True, False])
@@ -275,7 +278,7 @@ def test_a_run_is_helped_with_the_silent_role_first_and_has_time_for_the_others(
     one = watched(ZERO, DISABLE, OFF, DECAYED)
     one.tell(on=["inverter", "supply"])
     one.tell(unanswered="the supply, which …", role="supply")
-    one.await_done(Do.OUTPUT_OFF)
+    one.await_done(ShutdownAction.OUTPUT_OFF)
     one.tell(ending="inverter")
     one.tell(beat=1, age=0.0)
     # It is heard meanwhile.
@@ -286,21 +289,24 @@ def test_a_run_is_helped_with_the_silent_role_first_and_has_time_for_the_others(
     else:
         clock.now += 0.19
         clock.heard()
-        assert one.instruments.done == [Do.OUTPUT_OFF]
+        assert one.instruments.done == [ShutdownAction.OUTPUT_OFF]
         clock.now += 0.02
     one.await_said("walked")
     one.tell(on=[])
     one.tell(down=True)
     one.tell(done=True, journal=True)
     assert one.ended() == ["the supply, which …"]
-    assert one.instruments.done == [Do.OUTPUT_OFF, *([] if by_itself else [Do.COMMAND_ZERO, Do.DISABLE])]
+    assert one.instruments.done == [
+        ShutdownAction.OUTPUT_OFF,
+        *([] if by_itself else [ShutdownAction.COMMAND_ZERO, ShutdownAction.DISABLE]),
+    ]
 
 
 def test_a_run_that_dies_while_it_is_helped_leaves_the_rest_to_the_guardian(watched: type[Watched]) -> None:
     one = watched(DISABLE, OFF)
     one.tell(on=["inverter", "supply"])
     one.tell(unanswered="the supply, which …", role="supply")
-    one.await_done(Do.OUTPUT_OFF)
+    one.await_done(ShutdownAction.OUTPUT_OFF)
     os.close(one.outgoing)
     assert one.ended() == ["the supply, which …", "the run's process has died"]
     assert set(one.instruments.commanded) == {Role.INVERTER, Role.SUPPLY}
@@ -318,4 +324,4 @@ def test_an_instrument_that_is_still_stuck_is_tried_again_for_a_run_that_could_n
     one.tell(down=True)
     one.tell(done=True, journal=True, unsafe=True)
     assert one.ended()[-1] == "the run could not switch everything off"
-    assert Do.OUTPUT_OFF in one.instruments.done
+    assert ShutdownAction.OUTPUT_OFF in one.instruments.done

@@ -12,9 +12,9 @@ import pytest
 
 from bench.cli.run import run as motorbench_run
 from bench.cli.station.check import check
+from tests.studies.energised.held import PATIENCE, Served
+from tests.studies.energised.held_driver import hold_driver
 from tests.studies.forked import Forked
-from tests.studies.held import PATIENCE, Served
-from tests.studies.held_driver import hold_driver
 
 #: What a loaded machine may add to a watchdog's time (s).
 SOON = 5.0

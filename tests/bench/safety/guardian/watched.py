@@ -12,12 +12,12 @@ from bench.safety.guardian.protocol import encode
 from bench.safety.guardian.watch import Watch
 from bench.safety.shutdown import Outcome
 from bench.safety.shutdown_items import Measured
-from bench.station.shutdown_sequence import Do, Item, item
+from bench.station.shutdown_sequence import Item, ShutdownAction, item
 from procedures.core.bench import Recorder, Role
 from procedures.core.events import Event
 
-ZERO, DISABLE = item(Do.COMMAND_ZERO, Role.INVERTER), item(Do.DISABLE, Role.INVERTER)
-OFF, DECAYED = item(Do.OUTPUT_OFF, Role.SUPPLY), item(Do.VOLTAGE_DECAYED, Role.SUPPLY)
+ZERO, DISABLE = item(ShutdownAction.COMMAND_ZERO, Role.INVERTER), item(ShutdownAction.DISABLE, Role.INVERTER)
+OFF, DECAYED = item(ShutdownAction.OUTPUT_OFF, Role.SUPPLY), item(ShutdownAction.VOLTAGE_DECAYED, Role.SUPPLY)
 
 
 class Clock:
@@ -59,7 +59,7 @@ class Instruments:
 
     def __init__(self, *items: Item) -> None:
         self.items = items or (OFF, DECAYED)
-        self.done: list[Do] = []
+        self.done: list[ShutdownAction] = []
         #: The roles that were commanded.
         self.commanded: list[Role] = []
         self.busy: set[Role] = set()
@@ -142,7 +142,7 @@ class Watched:
         self.until(lambda: self.all_said(key))
         return self.all_said(key)[0]
 
-    def await_done(self, *items: Do) -> None:
+    def await_done(self, *items: ShutdownAction) -> None:
         self.until(lambda: len(self.instruments.done) >= len(items))
         assert self.instruments.done == list(items)
 

@@ -8,7 +8,7 @@ from procedures.estimation.emf.back_emf import (
 from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.period import peak_amplitude, peak_to_peak
 from procedures.estimation.fitting.fit import EstimationError
-from tests.studies.simulated import FLUX, SPEED, emf_record
+from tests.studies.worlds.simulated import FLUX, SPEED, emf_record
 
 TIME = np.arange(2000) * 5e-5
 SHIFT = -2 * np.pi / 3 * np.arange(3)[:, None]

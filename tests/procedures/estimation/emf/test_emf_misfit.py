@@ -9,7 +9,7 @@ from procedures.estimation.emf.integrated_flux import flux_by_integration
 from procedures.estimation.emf.record import DigitizedChannel
 from procedures.estimation.fitting.fit import EstimationError, FloatArray, coverage_interval
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding
-from tests.studies.emf_records import Setup, draw, record
+from tests.studies.worlds.emf_records import Setup, draw, record
 
 PLAIN = Setup()
 

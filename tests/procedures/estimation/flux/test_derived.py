@@ -10,7 +10,7 @@ from procedures.estimation.flux.flux_map import MeasuredFluxMap
 from procedures.estimation.flux.inductances import characteristic_current, inductances_at, reciprocity
 from procedures.estimation.flux.mtpa import maximum_torque_per_ampere, torque_figure
 from procedures.estimation.flux.plan import grid_locations
-from tests.studies.flux_truths import TrueMotor, true_motors
+from tests.studies.worlds.flux_truths import TrueMotor, true_motors
 
 MOTORS = {name: motor for name, motor in true_motors(None).items() if motor.symmetric}
 

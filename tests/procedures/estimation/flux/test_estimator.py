@@ -14,8 +14,8 @@ from procedures.estimation.flux.flux_map import GainLimits
 from procedures.estimation.flux.plan import grid_locations, reading_order
 from procedures.estimation.flux.readings import FluxReadings, locations_of
 from tests.procedures.estimation.flux.half_widths import half_widths
-from tests.studies.flux_benches import CURRENT_GAIN, VOLTAGE_GAIN, RandomBench, random_bench, read
-from tests.studies.flux_truths import Array, TrueMotor, true_motors
+from tests.studies.worlds.flux_benches import CURRENT_GAIN, VOLTAGE_GAIN, RandomBench, random_bench, read
+from tests.studies.worlds.flux_truths import Array, TrueMotor, true_motors
 
 MOTORS = {name: motor for name, motor in true_motors(None).items() if motor.symmetric}
 GAINS = GainLimits(VOLTAGE_GAIN, CURRENT_GAIN)

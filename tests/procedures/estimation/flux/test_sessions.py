@@ -11,8 +11,8 @@ from procedures.estimation.flux.plan import PlannedReading, grid_locations, read
 from procedures.estimation.flux.readings import FluxReadings
 from procedures.estimation.flux.session_ties import broken_tie
 from tests.procedures.estimation.flux.half_widths import half_widths
-from tests.studies.flux_benches import CURRENT_GAIN, VOLTAGE_GAIN, RandomBench, random_bench, read
-from tests.studies.flux_truths import Array, TrueMotor, true_motors
+from tests.studies.worlds.flux_benches import CURRENT_GAIN, VOLTAGE_GAIN, RandomBench, random_bench, read
+from tests.studies.worlds.flux_truths import Array, TrueMotor, true_motors
 
 MOTOR = true_motors(None)["bridged IPMSM"]
 GAINS = GainLimits(VOLTAGE_GAIN, CURRENT_GAIN)

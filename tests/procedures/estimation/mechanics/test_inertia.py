@@ -12,7 +12,7 @@ from procedures.estimation.mechanics.inertia import (
     two_point,
 )
 from procedures.estimation.mechanics.turning import SpeedRamp
-from tests.studies.simulated import COULOMB, INERTIA, MECHANICS, TORQUE, VISCOUS, ramp_speed, ramps
+from tests.studies.worlds.simulated import COULOMB, INERTIA, MECHANICS, TORQUE, VISCOUS, ramp_speed, ramps
 
 UP, DOWN = np.linspace(0, 0.3, 100), np.linspace(0, 0.5, 120)
 TOP = ramp_speed(MECHANICS, UP, TORQUE, 0.0)[-1]

@@ -1,4 +1,4 @@
-"""Ramps that the world bends: records are integrated on their own (`tests.studies.shaft_records`), the truth is known."""
+"""Ramps that the world bends: records are integrated on their own (`tests.studies.worlds.shaft_records`), the truth is known."""
 
 from dataclasses import replace
 from functools import cache
@@ -10,7 +10,7 @@ from procedures.estimation.fitting.fit import EstimationError, Fit
 from procedures.estimation.fitting.misfit import Cause
 from procedures.estimation.mechanics.inertia import fit_coast_down, fit_ramps
 from procedures.estimation.mechanics.turning import SpeedRamp, wild
-from tests.studies.shaft_records import Motion, Shaft, move, record
+from tests.studies.worlds.shaft_records import Motion, Shaft, move, record
 
 #: 5 s from 300 rad/s down to a fifth, 1 s up.
 SHAFT = Shaft(

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.estimation.winding.held_angle import Stands, current_angle, explaining, held_angle
+from procedures.estimation.winding.held_angle import AxisAngle, current_angle, explaining, held_angle
 from procedures.estimation.winding.wiring import Kind, Pole
 
 P, M, N = Pole.PLUS, Pole.MINUS, Pole.OPEN
@@ -59,10 +59,10 @@ def test_angles_of_the_note_s_alignments():
     ],
 )
 def test_which_wires_turn_it_there(degrees, told, named):
-    found = explaining(Stands(math.radians(degrees), 0.2), told, continuous=True)
+    found = explaining(AxisAngle(math.radians(degrees), 0.2), told, continuous=True)
     assert {(m.kind, m.terminals) for m in found} == named
 
 
 def test_an_open_wire_turns_it_half_as_far():
-    found = explaining(Stands(math.radians(28.0), 0.2), ALIGN_D, continuous=False)
+    found = explaining(AxisAngle(math.radians(28.0), 0.2), ALIGN_D, continuous=False)
     assert [(m.kind, m.terminals) for m in found] == [(Kind.OPEN, (1,))]

@@ -12,7 +12,7 @@ from procedures.estimation.winding.sweep.rotor_sweep import (
     saliency_significant,
 )
 from procedures.estimation.winding.sweep.timed_sweep import fit_timed_sweep
-from tests.studies.simulated import LD, LQ, READ_NOISE, READINGS, sweep_record
+from tests.studies.worlds.simulated import LD, LQ, READ_NOISE, READINGS, sweep_record
 
 ANGLE = np.linspace(0, 2 * np.pi, 90, endpoint=False)
 

@@ -14,7 +14,7 @@ from procedures.estimation.winding.current_step.codes import clipped_at, too_coa
 from procedures.estimation.winding.current_step.repeats import StepReading, fit_repeats
 from procedures.estimation.winding.current_step.response import StepFit, fit_step_response
 from procedures.estimation.winding.current_step.ringing import RingingEdge
-from tests.studies.disturbed_steps import Batch, Sampled, row, sampled
+from tests.studies.worlds.disturbed_steps import Batch, Sampled, row, sampled
 
 
 def fitted(record: Sampled) -> StepFit:

@@ -9,7 +9,7 @@ from procedures.estimation.winding.current_step.record import read_step
 from procedures.estimation.winding.current_step.ringing import Resonance, RingingEdge
 from procedures.estimation.winding.current_step.term import StepModel, StepScale, Term
 from procedures.estimation.winding.current_step.terms import TERMS
-from tests.studies.disturbed_steps import Batch, sampled
+from tests.studies.worlds.disturbed_steps import Batch, sampled
 
 FIGURES = {
     "_Skew": (0.013,),

@@ -23,7 +23,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-_DRIVERS = Path(__file__).parents[2] / "drivers"
+_DRIVERS = Path(__file__).parents[3] / "drivers"
 
 
 def ast_nodes(node: ast.AST) -> Iterator[ast.AST]:

@@ -18,12 +18,12 @@ from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.catalogue import standard_units
 from sim_instruments.instruments.errors import Errors
 from sim_instruments.physics.motor.motor import VirtualMotor
-from tests.studies.causes import Cause, partners
-from tests.studies.dirt import Dirt
-from tests.studies.disturbed_maps import flux_at, map_truth, point_errors
-from tests.studies.measured_motor import carry_out, figure, study_plan
-from tests.studies.random_motors import draw_motor
-from tests.studies.units_in_use import as_sold
+from tests.studies.disturbances.causes import Cause, partners
+from tests.studies.disturbances.dirt import Dirt
+from tests.studies.disturbances.disturbed_maps import flux_at, map_truth, point_errors
+from tests.studies.worlds.measured_motor import carry_out, figure, study_plan
+from tests.studies.worlds.random_motors import draw_motor
+from tests.studies.worlds.units_in_use import as_sold
 
 #: Notices that say how a figure was found, and nothing against it.
 _ORDINARY = re.compile(r"E\d+|raised-step|saliency|delta-from-outside")

@@ -6,7 +6,7 @@ from drivers.interfaces import InstrumentError
 from procedures.core.nameplate import Nameplate
 from sim_instruments.bench import VirtualBench
 from sim_instruments.instruments.delta.dyn200 import Dyn200Make
-from tests.studies.measured_motor import opened_by
+from tests.studies.worlds.measured_motor import opened_by
 
 #: A refusal of a found state, as `measured_motor` tells it: figures in it are masked.
 BY_NAME = re.compile(r"(?P<role>\w+) after '(?P<query>.+?)': it is set to .+, but .+ is needed: ")

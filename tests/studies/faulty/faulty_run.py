@@ -22,7 +22,7 @@ from bench.run.run import run
 from bench.virtual.fault_file import GivenFault
 from procedures.core.result import Parameter
 from sim_instruments.faults.catalogue import FAULT
-from tests.studies.fault_cases import SETTINGS, Case
+from tests.studies.faulty.fault_cases import SETTINGS, Case
 
 #: What becomes of a run; WRONG is all that must not be.
 RIGHT, WARNED, REFUSED, TOLD, WRONG = "right", "warned", "refused", "still on, told", "WRONG"

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tests.studies.bent_probes import drawn_probe
+from tests.studies.worlds.bent_probes import drawn_probe
 
 Random = np.random.Generator
 BASELINE = 0.2

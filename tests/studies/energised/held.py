@@ -12,8 +12,8 @@ from bench.journal.codec import RecordedEvent
 from bench.journal.guardian_record import read_guardian
 from bench.journal.journal_file import read_journal
 from bench.virtual.served_world import ServedWorld
+from tests.studies.energised.held_run import hold
 from tests.studies.forked import Forked, motorbench
-from tests.studies.held_run import hold
 
 #: Nobody dies in a test for longer than this (s), and a run that is started has everything on within the other.
 PATIENCE, _STARTING = 30.0, 90.0
@@ -23,7 +23,7 @@ _STARTS = 3
 
 def quiet() -> dict[str, str]:
     """Return the environment of processes for tests, as it is now."""
-    return {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(Path(__file__).parents[2])}
+    return {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(Path(__file__).parents[3])}
 
 
 class Served:

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.studies.emf_records import draw as drawn_setup
-from tests.studies.emf_records import record as emf_record
-from tests.studies.shaft_records import Motion, Shaft
+from tests.studies.worlds.emf_records import draw as drawn_setup
+from tests.studies.worlds.emf_records import record as emf_record
+from tests.studies.worlds.shaft_records import Motion, Shaft
 
 Random = np.random.Generator
 FloatArray = np.ndarray

@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from tests.studies.flux_truths import Array, TrueMotor, true_motors
+from tests.studies.worlds.flux_truths import Array, TrueMotor, true_motors
 
 Random = np.random.Generator
 

@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from tests.studies.dirt import CURRENT, VOLTAGES, Dirt
-from tests.studies.drive_causes import BY_DRIVE, SOILS
+from tests.studies.disturbances.dirt import CURRENT, VOLTAGES, Dirt
+from tests.studies.disturbances.drive_causes import BY_DRIVE, SOILS
 
 STEP = ("dq-inductance-time-constant",)
 EMF = ("back-emf-constant",)

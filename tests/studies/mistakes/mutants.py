@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from tests.studies.unobservable import ast_nodes, unobservable
+from tests.studies.mistakes.unobservable import ast_nodes, unobservable
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 _CIA402 = ("cia402-inverter", "cia402-rotor-actuator", "cia402-six-step")
 _BASES = ("always", "found_state", "identification", "scpi_driver")
 _SCOPES = ("keysight-infiniivision", "rigol-ds1000z")

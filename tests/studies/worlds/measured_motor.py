@@ -31,7 +31,7 @@ from procedures.core.result import Parameter, ProcedureResult
 from procedures.estimation.fitting.fit import EstimationError
 from sim_instruments.bench import BenchSetting, VirtualBench
 from sim_instruments.instruments.errors import Errors
-from tests.studies.random_motors import draw_motor
+from tests.studies.worlds.random_motors import draw_motor
 
 #: The load cycle of equivalent resistance is another kind of run; the data sheet's figures are not measured.
 LEFT_OUT = ("nameplate", "equivalent-resistance")

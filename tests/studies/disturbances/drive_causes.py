@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 
-from tests.studies.dirt import Dirt
+from tests.studies.disturbances.dirt import Dirt
 
 #: Procedures by which a drive's errors are seen, a row of the study each.
 BY_DRIVE = (("flux-map",), ("flux-map-standstill",), ("torque-constant",))

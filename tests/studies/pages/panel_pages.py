@@ -20,10 +20,10 @@ from tests.bench.panel.browser.test_run_page import BY_HAND
 from tests.bench.panel.browser.test_statistics_page import keep, motors
 from tests.bench.panel.conftest import QUICK as HASHED
 from tests.bench.panel.conftest import Server
-from tests.studies.played_run import played_line, played_run
+from tests.studies.pages.played_run import played_line, played_run
 
 Come = Callable[[Page, "Bench"], AbstractContextManager[None]]
-_DISTURBED = Path(__file__).parents[2] / "docs" / "examples" / "disturbances.toml"
+_DISTURBED = Path(__file__).parents[3] / "docs" / "examples" / "disturbances.toml"
 
 
 class Bench:

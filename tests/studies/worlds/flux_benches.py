@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from procedures.estimation.flux.plan import PlannedReading
 from procedures.estimation.flux.readings import FluxReadings
-from tests.studies.flux_truths import Array, Complex, TrueMotor
+from tests.studies.worlds.flux_truths import Array, Complex, TrueMotor
 
 #: Limits of the gains, which is all that is known of a bench; noise in shares of the largest voltage and current.
 CURRENT_GAIN, VOLTAGE_GAIN, NOISE = 0.005, 0.003, 0.0004

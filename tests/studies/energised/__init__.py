@@ -1,0 +1,1 @@
+"""Runs with everything energised, for those who end them."""

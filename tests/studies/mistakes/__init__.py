@@ -1,0 +1,1 @@
+"""Mistakes in drivers, one at a time."""

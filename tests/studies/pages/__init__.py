@@ -1,0 +1,1 @@
+"""A panel's pages, each in the state in which it is looked at."""

@@ -1,0 +1,1 @@
+"""Records, motors and benches with a known truth, for studies and tests."""
