@@ -9,7 +9,7 @@ import numpy as np
 from procedures.estimation.fitting.first_order import Decay
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.nonlinear import minimise
-from procedures.estimation.mechanics.ramp_motion import Motion, TooFarError, Trajectory
+from procedures.estimation.mechanics.ramp_motion import RampMotion, TooFarError, Trajectory
 from procedures.estimation.mechanics.ramp_terms import Terms
 from procedures.estimation.mechanics.turning import Run
 
@@ -59,7 +59,7 @@ class RampModel:
         self.measured = np.concatenate([run.speed for run in runs])
         self.spread = np.concatenate([np.full(run.speed.size, noise_of(run)) for run in runs])
         self.top = max(float(np.max(np.abs(run.speed))) for run in runs)
-        self._motions = [Motion(run, self.top) for run in runs]
+        self._motions = [RampMotion(run, self.top) for run in runs]
         #: By ramp, what its motion changes by with the parameters where it was found last: their values, their places, and the change.
         self._last: list[tuple[FloatArray, list[int], FloatArray] | None] = [None] * len(runs)
         self._known = np.zeros((self.size, len(self._noisy) + len(self._filtered)))

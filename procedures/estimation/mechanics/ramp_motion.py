@@ -38,7 +38,7 @@ class Trajectory(NamedTuple):
         return self.passed.respond(drive, start)
 
 
-class Motion:
+class RampMotion:
     """The motion of one ramp's shaft, found again and again at parameters nearby; `top` (rad/s) is the fastest of all ramps."""
 
     def __init__(self, run: Run, top: float, near: FloatArray | None = None) -> None:
