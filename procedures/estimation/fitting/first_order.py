@@ -170,19 +170,6 @@ def response_and_slope_evenly(
     return response, slope
 
 
-def respond(time: FloatArray, drive: FloatArray, rate: float, start: float = 0.0) -> FloatArray:
-    """Return y(t), shape (n,), of y' = drive − rate·y with y = `start` at the first sample; `rate` in 1/s, may be 0.
-
-    `drive` (n,) runs straight from sample to sample (first-order hold); sampling need not be even.
-    """
-    steps = np.diff(time)
-    step = float(time[-1] - time[0]) / steps.size
-    if rate >= 0.0 and np.all(np.abs(steps - step) < 1e-6 * step):
-        result = respond_evenly(step, drive, rate)
-        return result + start * np.exp(-rate * (time - time[0])) if start else result
-    return Decay(steps, rate * steps).respond(drive, start)
-
-
 class Decay:
     """y' = drive − rate·y between uneven samples, made ready for several drives: `steps` (n,) are the times (s) between them, `x` (n,)
     the rate there times the step.

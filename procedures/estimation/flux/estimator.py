@@ -10,6 +10,7 @@ from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import Answer, Cause, Finding, Misfit
 from procedures.estimation.flux.flux_map import GainLimits, MeasuredFluxMap
 from procedures.estimation.flux.map_fit import MapFit, fit_map
+from procedures.estimation.flux.odd_location import odd_location
 from procedures.estimation.flux.readings import FluxReadings, locations_of
 
 #: A residual variance this unlikely is told, one this unlikely lets the intervals grow.
@@ -126,7 +127,11 @@ def estimate_flux_map(
         growth *= (max(finding.score for finding in odd) / _WITHIN) ** 2
     findings += odd
     by_sessions = None if fit.map.by_sessions is None else fit.map.by_sessions * growth
-    grown = replace(fit.map, covariance=fit.map.covariance * growth, by_sessions=by_sessions)
+    covariance = fit.map.covariance * growth
+    if (alone := odd_location(fit)) is not None:
+        covariance = alone.widened(covariance)
+        findings.append(_odd_reading(readings, alone.reading, alone.score))
+    grown = replace(fit.map, covariance=covariance, by_sessions=by_sessions)
     return FluxMapEstimate(grown, replace(fit, map=grown), even, tested, odd_parts, Misfit(tuple(findings)))
 
 
@@ -180,10 +185,13 @@ def _contradicted(fits: dict[bool, MapFit], odd_parts: Sequence[OddPart]) -> boo
 def _odd_readings(readings: FluxReadings, fit: MapFit, growth: float) -> list[Finding]:
     """Return what is told of single readings that lie far off what all others say."""
     size = np.abs(fit.residuals.reshape(-1, 2)).max(axis=1) / np.sqrt(growth)
-    return [
-        Finding(
-            Cause.ODD_READING, Answer.WIDENED, ("flux_map",), float(size[k]),
-            {"number": float(k + 1), "i_d": float(readings.i_d[k]), "i_q": float(readings.i_q[k])},
-        )
-        for k in np.flatnonzero(size > _ODD_READING)
-    ]  # fmt: skip
+    return [_odd_reading(readings, int(k), float(size[k])) for k in np.flatnonzero(size > _ODD_READING)]
+
+
+def _odd_reading(readings: FluxReadings, k: int, score: float) -> Finding:
+    figures: dict[str, float | str] = {
+        "number": float(k + 1),
+        "i_d": float(readings.i_d[k]),
+        "i_q": float(readings.i_q[k]),
+    }
+    return Finding(Cause.ODD_READING, Answer.WIDENED, ("flux_map",), score, figures)

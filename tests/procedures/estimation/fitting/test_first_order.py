@@ -10,11 +10,11 @@ from procedures.estimation.fitting.first_order import (
     Decay,
     gathered_evenly,
     recursion,
-    respond,
     respond_evenly,
     response_and_slope_evenly,
     weights,
 )
+from tests.procedures.estimation.responses import respond
 
 DECAYS = st.one_of(st.floats(-0.999, 1.0), st.floats(0.0, 1e-3), st.just(1.0), st.just(0.0))
 RATES = st.floats(0.0, 5e3)

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from procedures.estimation.fitting.first_order import respond
 from procedures.estimation.fitting.fit import EstimationError
 from procedures.estimation.fitting.smoothing import smooth
 from procedures.estimation.winding.current_step.first_look import look_at_step
 from procedures.estimation.winding.current_step.response import fit_step_response, time_constant_63
+from tests.procedures.estimation.responses import respond
 from tests.studies.worlds.simulated import TAU, L, R, V, step_record
 
 TIME = np.arange(-200, 1200) * TAU / 200
