@@ -8,8 +8,10 @@ from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.flux.map_fit import MapFit
 from procedures.estimation.flux.surface import fit_surface
 
-#: So many locations are looked at, of at least so many; and by how many times what is foreseen of a location it lies off.
-_SUSPECTS, _LEAST, _ODD = 3, 18, 6.0
+#: So many locations are looked at, of at least so many, which leaving out moves by so many times the median of all.
+_SUSPECTS, _LEAST, _STANDS_OUT = 3, 18, 5.0
+#: By so many standard uncertainties of what the others foresee a location lies off: in 216 undisturbed maps of nine motors at most 4.7.
+_ODD = 6.0
 #: Half-width of the location's interval, in shares of what it lies off, as a normal one of two standard uncertainties.
 _WITHIN = 1.25
 
@@ -46,7 +48,7 @@ def odd_location(fit: MapFit) -> OddLocation | None:
         # How far a location may lie off grows with its distance from the others.
         size = np.abs(spline.left_out) * np.sqrt(np.diag(spline.roughness))
         away[places // 2] = np.maximum(away[places // 2], size / max(float(np.median(size)), 1e-300))
-    suspects = [k for k in np.argsort(-away).tolist() if once[k]][:_SUSPECTS]
+    suspects = [k for k in np.argsort(-away).tolist() if once[k] and away[k] > _STANDS_OUT][:_SUSPECTS]
     found = max((_without(fit, k) for k in suspects), key=lambda each: each.score, default=None)
     return found if found is not None and found.score > _ODD else None
 

@@ -230,3 +230,22 @@ def test_readings_at_standstill_are_refused() -> None:
     ones = np.ones(10)
     with pytest.raises(EstimationError, match="standstill"):
         FluxReadings.of(np.arange(10), ones, ones, ones, ones, np.concatenate((np.ones(9), [0.0])))
+
+
+@pytest.mark.parametrize("name", ["bridged IPMSM", pytest.param("reluctance", marks=pytest.mark.slow)])
+def test_a_wild_reading_of_what_is_read_once_is_told_and_in_the_interval(name: str) -> None:
+    motor = MOTORS[name]
+    _, readings, wanted = bench_of(motor, 4)
+    clean = estimate_flux_map(readings, gains=GAINS, wanted=wanted)
+    assert not [finding for finding in clean.misfit.findings if finding.cause is Cause.ODD_READING]
+    of = clean.fit.locations.of
+    once = np.flatnonzero(np.bincount(of)[of] == 1)
+    for place in (once[5], once[20]):
+        off = 0.05 * float(np.max(np.abs(readings.voltage))) * (np.arange(of.size) == place)
+        made = estimate_flux_map(replace(readings, u_q=readings.u_q + off), gains=GAINS, wanted=wanted)
+        (odd,) = (finding for finding in made.misfit.findings if finding.cause is Cause.ODD_READING)
+        assert odd.figures["number"] == place + 1
+        there = of[place]
+        assert np.all(np.abs(errors(motor, made)[there]) <= 2.0 * made.map.uncertainty[there])
+        others = np.arange(len(made.map.points)) != there
+        assert np.median(made.map.uncertainty[others] / clean.map.uncertainty[others]) < 1.3
