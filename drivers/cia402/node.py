@@ -104,7 +104,7 @@ class Cia402Node:
         connection: BusConnection | None = None,
         guarding: bool = False,
     ) -> None:
-        self.objects = NodeObjects(client, name, traffic=traffic, calls=calls)
+        self.objects = NodeObjects(client, name, traffic=traffic, calls=calls, asked_before=guarding)
         self.power = PowerStateMachine(
             self.objects,
             clock,

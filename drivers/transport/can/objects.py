@@ -30,17 +30,26 @@ class SdoClient(Protocol):
 
 
 class NodeObjects:
-    """The objects of one node, as numbers of a stated size (bytes, little endian)."""
+    """The objects of one node, as numbers of a stated size (bytes, little endian).
+
+    Where it was `asked_before` by another connection, as by a run that was killed, a reply to that may still come.
+    """
 
     def __init__(
-        self, client: SdoClient, name: str, *, traffic: Traffic | None = None, calls: Calls = UNWATCHED
+        self,
+        client: SdoClient,
+        name: str,
+        *,
+        traffic: Traffic | None = None,
+        calls: Calls = UNWATCHED,
+        asked_before: bool = False,
     ) -> None:
         self.name = name
         self._client = client
         self._traffic = traffic
         self.calls = calls
         #: A request has had no reply: one that comes late would be taken for that of a later request.
-        self._unanswered = False
+        self._unanswered = asked_before
 
     def read(self, index: int, subindex: int, size: int, *, signed: bool = False) -> int:
         """Return a number of `size` bytes.

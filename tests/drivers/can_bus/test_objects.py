@@ -80,6 +80,15 @@ def test_a_reply_that_comes_late_does_not_cost_the_next_command() -> None:
     assert objects.read(0x6041, 0, 2) == 0x40
 
 
+def test_a_reply_to_a_run_that_was_killed_does_not_cost_its_guardian_the_first_command() -> None:
+    # The status was asked by the run, and is told as the guardian switches off; its own reply comes twice.
+    node = LateNode(iter([(_status(0x27), _DONE), (_DONE,), (_status(0x40),)]))
+    objects = NodeObjects(node.client, "drive", asked_before=True)
+    objects.write(0x6040, 0, 0, 2)
+    assert node.requests == [_OFF, _OFF]
+    assert objects.read(0x6041, 0, 2) == 0x40
+
+
 @pytest.mark.parametrize("late", [_status(0x27), struct.pack("<BHBI", 0x80, 0x6041, 0, 0x06020000)])
 def test_what_answers_for_another_where_nothing_is_late_is_an_error(late: bytes) -> None:
     node = LateNode(iter([(late,)]))
