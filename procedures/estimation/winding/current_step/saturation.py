@@ -30,8 +30,11 @@ class _Saturation(Term):
         if abs(a) < 1e-6:
             return np.asarray(current * (a * x**2 / 3.0))
         root = np.sqrt(abs(a))
-        linked = np.arctan(root * x) / root if a > 0.0 else np.arctanh(np.clip(root * x, -0.99, 0.99)) / root
-        return np.asarray(current - scale.current * linked)
+        return np.asarray(current - scale.current * self.linked(root * x, falls=a > 0.0) / root)
+
+    def linked(self, x: FloatArray, *, falls: bool) -> FloatArray:
+        """Return the flux linkage over that of a small current, for a current in units of √|a|, where the inductance falls or rises."""
+        return np.asarray(np.arctan(x) if falls else np.arctanh(np.clip(x, -0.99, 0.99)))
 
     def flux_change(
         self, current: FloatArray, change: FloatArray, step: float, scale: StepScale, figures: FloatArray
@@ -55,14 +58,8 @@ class _Saturation(Term):
 class _FluxSaturation(_Saturation):
     """Inductance L₀·(1 − a·(λ/L₀I)²) of the flux linkage: λ = L₀·I/√a·tanh(√a·i/I)."""
 
-    def flux(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray | None:
-        a = float(figures[0])
-        x = current / scale.current
-        if abs(a) < 1e-6:
-            return np.asarray(current * (a * x**2 / 3.0))
-        root = np.sqrt(abs(a))
-        linked = np.tanh(root * x) / root if a > 0.0 else np.tan(np.clip(root * x, -1.2, 1.2)) / root
-        return np.asarray(current - scale.current * linked)
+    def linked(self, x: FloatArray, *, falls: bool) -> FloatArray:
+        return np.asarray(np.tanh(x) if falls else np.tan(np.clip(x, -1.2, 1.2)))
 
     def share(self, at: FloatArray, figures: FloatArray) -> FloatArray:
         a = float(figures[0])
