@@ -158,7 +158,8 @@ class Watch:
             if self._causes or self._gone or self._done:
                 continue
             now = monotonic()
-            if woke >= last + patience:
+            # The difference that its patience was asked for: after a late awakening the two are equal but for their last bits.
+            if woke - last >= patience:
                 return _Cause(f"no heartbeat for {self._heartbeat:g} s")
             if self._begin and now >= self._begin[1]:
                 return _Cause(self._begin[0])

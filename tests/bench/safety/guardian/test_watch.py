@@ -74,6 +74,23 @@ def test_a_run_that_got_no_processor_is_given_the_same_time_once_more_and_no_lon
     one.ended()
 
 
+@pytest.mark.parametrize("late", [0.012, 0.03])
+def test_a_guardian_that_wakes_up_a_little_late_asks_how_long_the_run_had_no_processor(
+    watched: type[Watched], clock: Clock, late: float
+) -> None:
+    one = watched(heartbeat=0.4, queue=Starved(os.getpid()))
+    for _ in range(9):
+        clock.move_on(0.042)
+    clock.move_on(0.4 - 9 * 0.042 + late)
+    clock.move_on(0.3)
+    assert not one.all_said("took")
+    clock.move_on(0.3)
+    clock.move_on(0.06)
+    assert one.await_said("took") == "no heartbeat for 0.4 s"
+    os.close(one.outgoing)
+    one.ended()
+
+
 def test_a_run_that_does_not_get_on(watched: type[Watched]) -> None:
     one = watched(stalled=5.0)
     one.tell(beat=1, age=4.9)
