@@ -8,7 +8,8 @@ from GTC.lib import UncertainReal
 
 from bench.analysis.statements import Statement
 from bench.captures import Capture
-from bench.captures.capture import FloatArray, same_name
+from bench.captures.capture import same_name
+from bench.captures.written_digits import FloatArray
 from drivers.interfaces import Accuracy
 from drivers.interfaces.full_scale import gain_of_full_scale
 from drivers.interfaces.text import Text, text, word

@@ -25,7 +25,7 @@ from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.time_base import judge_open_time, warn_of_coast
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_capture
-from bench.captures.capture import FloatArray
+from bench.captures.written_digits import FloatArray
 from drivers.interfaces.text import Text, Translate, english, text
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.mechanics.inertia import QUADRATIC, SHARED, fit_coast_down, fit_ramps

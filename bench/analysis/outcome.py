@@ -9,7 +9,7 @@ from GTC.lib import UncertainReal
 
 from bench.analysis.applied import AppliedAccuracy
 from bench.captures import Capture, CaptureChannel, CaptureError, ProbeFactor
-from bench.captures.capture import FloatArray, last_digit
+from bench.captures.written_digits import FloatArray, last_digit
 from drivers.interfaces.text import Text, Translate, english, text, text_of, word
 from procedures.core.budget import Uncertainties
 from procedures.core.misfit_text import misfit_row, sentence
@@ -26,6 +26,9 @@ _ROUNDING_OF_A_FIT = 3.0
 _MANY = 300
 #: Of the times alone, not of the readings' sizes; no clock is read with more digits than nine.
 _OF_TIMES, _NINTH = frozenset({"electrical_frequency"}), 1e-9
+_ROUNDED = text("few digits of the numbers in the file")
+#: A rounding of readings by less (share of the large ones) is not told.
+_NOT_TOLD = 1e-5
 TYPE_A_ONLY = text(
     "uncertainties are statistical (Type A), except for stated ones. The file does not contain gain and offset "
     "errors of oscilloscope, probes and sensors, so they are not included; state them with --accuracy"
@@ -46,11 +49,12 @@ class AnalysisOutcome:
         self._section = section
         self._accuracy = accuracy
         self._digits, self._readings = _digits(capture)
+        self._rounding = float(np.hypot.reduce([channel.rounding for channel in capture.channels], initial=0.0))
         self._parameters: dict[str, dict[str, Any]] = {}
         self._withheld: dict[str, dict[str, Any]] = {}
         self._misfit: list[dict[str, Any]] = []
         said = accuracy.sentences() if accuracy.stated else [TYPE_A_ONLY]
-        self._assumptions: list[Text] = [*capture.assumptions, *said]
+        self._assumptions: list[Text] = [*capture.assumptions, *said, *_few_digits(capture)]
         self._warnings: list[tuple[str, Text]] = []
         self._details: dict[str, Any] = {"source": capture.source, "format": capture.description}
 
@@ -91,6 +95,8 @@ class AnalysisOutcome:
                 name, self._procedure, self._section, reason.cause.value, sentence(reason)
             ).as_dict(self._translate)
             return
+        if name not in _OF_TIMES and self._rounding:
+            quantity = quantity * self.uncertainties.limit(_ROUNDED, 1.0, self._rounding)
         quantity = self._with_last_digit(quantity, self._digits["times" if name in _OF_TIMES else "readings"])
         beyond = size_beyond(name, float(quantity.x))
         if beyond is not None:
@@ -180,6 +186,20 @@ def _digits(capture: Capture) -> tuple[dict[str, float], int]:
         if size > 0.0 and not (channel.resolution and channel.values.size >= _MANY):
             digits["readings"] = max(digits["readings"], last_digit(channel.values) / size)
     return digits, max((channel.values.size for channel in capture.channels), default=1)
+
+
+def _few_digits(capture: Capture) -> list[Text]:
+    """Return what is said of the channels whose readings share an error because the file has few digits."""
+    return [
+        text(
+            "the numbers of '{name}' have so few digits that the converter's steps are rounded: up to ±{share:.2g} % of its large "
+            "readings, which no averaging reduces. It is in the intervals; a binary export, or a smaller range, avoids it",
+            name=channel.name,
+            share=100.0 * channel.rounding,
+        )
+        for channel in capture.channels
+        if channel.rounding > _NOT_TOLD
+    ]
 
 
 def beyond_words(name: str, value: float, sizes: tuple[float, float]) -> Text:

@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.analysis.applied import ErrorInput
 from bench.captures import CaptureChannel
-from bench.captures.capture import FloatArray
+from bench.captures.written_digits import FloatArray
 from drivers.interfaces.text import Text, text
 from procedures.estimation.mechanics.release import release_of, standstill_of
 from procedures.estimation.mechanics.turning import SpeedRamp

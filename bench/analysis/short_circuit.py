@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.analysis.map_table import SPEED, TORQUE, KnownColumn, read_table
 from bench.analysis.table_outcome import digits_of, give, told, withheld_rows
-from bench.captures.capture import FloatArray
+from bench.captures.written_digits import FloatArray
 from bench.i18n.errors import InputError, at
 from drivers.interfaces.text import Text, Translate, english, text, text_of
 from procedures.core.misfit_text import sentence

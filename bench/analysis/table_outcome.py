@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bench.analysis.outcome import beyond_words, unusual_words
-from bench.captures.capture import FloatArray, last_digit
+from bench.captures.written_digits import FloatArray, last_digit
 from drivers.interfaces.text import Text, Translate, text
 from procedures.core.budget import Uncertainties
 from procedures.core.misfit_text import misfit_row, sentence

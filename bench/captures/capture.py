@@ -5,14 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bench.captures.written_digits import FloatArray, steps_and_rounding
 from bench.i18n.errors import InputError, at
 from drivers.interfaces.text import Text, text
-
-FloatArray = NDArray[np.float64]
-#: As many digits as any instrument reads, and as many numbers as show a column's.
-_DIGITS, _DIGITS_SEEN = 9, 1000
 
 
 class CaptureError(InputError):
@@ -38,6 +34,7 @@ class CaptureChannel:
 
     `full_scale` is the range that was set (SI, the whole screen), 0 where the file does not say.
     `clipped` tells whether readings reached an end of the converter, `coupling` is "dc" or "ac"; None and empty where no one says.
+    `rounding` is the half-width, as a share of the large values, of an error that all of them share because the file has few digits.
     """
 
     name: str
@@ -47,6 +44,21 @@ class CaptureChannel:
     clipped: bool | None = None
     coupling: str = ""
     full_scale: float = 0.0
+    rounding: float = 0.0
+
+    @classmethod
+    def written(
+        cls,
+        name: str,
+        unit: str,
+        values: FloatArray,
+        clipped: bool | None = None,
+        coupling: str = "",
+        full_scale: float = 0.0,
+    ) -> "CaptureChannel":
+        """Return a column of a text file, with what its numbers themselves say of the converter's step and of their rounding."""
+        step, rounding = steps_and_rounding(values)
+        return cls(name, unit, values, step, clipped, coupling, full_scale, rounding)
 
     @property
     def ends(self) -> tuple[float, float] | None:
@@ -189,30 +201,3 @@ def _key(name: str) -> str:
     """Return what two spellings of a channel's name have in common."""
     numbered = re.fullmatch(r"(?:c|ch|chan|channel)\s*(\d+)", name.strip().lower())
     return f"c{numbered[1]}" if numbered else name.strip().lower()
-
-
-def converter_step(values: FloatArray) -> float:
-    """Return the step that all values are multiples of apart, as an 8-bit converter leaves it; 0 where there is none."""
-    levels = np.unique(values)
-    if levels.size < 2 or levels.size > min(4096, max(values.size // 3, 2)):
-        return 0.0
-    gaps = np.diff(levels)
-    step = float(np.min(gaps))
-    multiples = gaps / step
-    return step if float(np.max(np.abs(multiples - np.round(multiples)))) < 0.1 else 0.0
-
-
-def last_digit(values: FloatArray) -> float:
-    """Return the place of the last decimal digit of a column's numbers, in their unit: no less than the ninth of the largest one, for
-    instruments read no more; what has more was computed.
-    """
-    few = values[:: max(1, values.size // _DIGITS_SEEN)]
-    largest = float(np.max(np.abs(few), initial=0.0))
-    if not largest > 0.0:
-        return 0.0
-    place = 10.0 ** np.floor(np.log10(largest))
-    for _ in range(_DIGITS - 1):
-        if np.all(np.abs(few / place - np.round(few / place)) < 1e-6):
-            break
-        place /= 10.0
-    return float(place)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.captures.capture import Capture, CaptureChannel, CaptureError, converter_step
+from bench.captures.capture import Capture, CaptureChannel, CaptureError
 from bench.captures.text import number, read_numbers
 from bench.captures.units import si
 from drivers.interfaces.text import text
@@ -52,7 +52,7 @@ def read_hantek(path: Path, lines: list[str]) -> Capture:
         unit = block.settings.get("UNITS", "")
         known, factor = si(unit) or (unit, 1.0)
         name = block.settings.get("CHANNEL", "")
-        channels.append(CaptureChannel(name, known, values * factor, converter_step(values * factor)))
+        channels.append(CaptureChannel.written(name, known, values * factor))
         stated = number(block.settings.get("SIZE", ""))
         if stated is not None and int(stated) != len(values):
             assumptions.append(

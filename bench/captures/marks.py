@@ -3,7 +3,7 @@
 import re
 from datetime import date
 
-from bench.captures.capture import FloatArray
+from bench.captures.written_digits import FloatArray
 
 #: Stands for a reading over range until its column is known; no instrument reads it.
 OVER_RANGE = 1.7e308

@@ -1,6 +1,7 @@
 """An oscilloscope whose records are the files that a person saved of it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from bench.captures.capture import Capture, CaptureChannel, CaptureError
@@ -146,7 +147,7 @@ class CaptureFilesOscilloscope(ManualOscilloscope):
             scale * column.values,
             unit,
             abs(scale) * column.resolution,
-            accuracy,
+            replace(accuracy, gain=accuracy.gain + column.rounding),
             clipped=column.clipped is True,
         )
 

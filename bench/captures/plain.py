@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.captures.capture import Capture, CaptureChannel, CaptureError, FloatArray, converter_step
+from bench.captures.capture import Capture, CaptureChannel, CaptureError
 from bench.captures.cell_units import has_units, without_units
 from bench.captures.decimal_marks import doubtful_number
 from bench.captures.marks import OVER_RANGE, at_the_ends, over_range_marked, seconds_by_the_clock
 from bench.captures.signs import without_blanks
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si, split_heading
+from bench.captures.written_digits import FloatArray
 from drivers.interfaces.text import Text, text
 
 _TIME = {"t", "time", "timestamp", "zeit", "x-axis", "seconds", "second"}
@@ -143,7 +144,7 @@ def read_plain(
             )
         values = (table[:, k] if column is None else column) * (known[1] if known else 1.0)
         clipped = None if column is None else True
-        columns.append(CaptureChannel(name, known[0] if known else unit, values, converter_step(values), clipped))
+        columns.append(CaptureChannel.written(name, known[0] if known else unit, values, clipped))
     if time_column is not None:
         columns.insert(0, columns.pop(_place(path, columns, time_column)))
         if columns[0].unit not in ("", "s"):

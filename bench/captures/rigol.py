@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.captures.capture import Capture, CaptureChannel, CaptureError, converter_step
+from bench.captures.capture import Capture, CaptureChannel, CaptureError
 from bench.captures.text import number, read_numbers
 from bench.captures.units import si
 from drivers.interfaces.text import text
@@ -68,7 +68,7 @@ def read_rigol(path: Path, lines: list[str]) -> Capture:
     for k, (name, unit) in enumerate(channels):
         known, factor = si(unit) or (unit, 1.0)
         values = table[:, k + numbered] * factor
-        made.append(CaptureChannel(name, known, values, converter_step(values)))
+        made.append(CaptureChannel.written(name, known, values))
     assumptions = [text("values used unchanged; they include the oscilloscope's probe setting")]
     if not all(channel.unit for channel in made):
         assumptions.append(text("unit of the values not stated"))

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from bench.captures.capture import Capture, CaptureChannel, CaptureError, converter_step
+from bench.captures.capture import Capture, CaptureChannel, CaptureError
 from bench.captures.text import check_increasing, read_numbers
 from bench.captures.units import si, split_heading
 from drivers.interfaces.text import text
@@ -29,5 +29,5 @@ def read_rohde_schwarz(path: Path, lines: list[str]) -> Capture:
     for k, (name, unit) in enumerate(headings[1:], start=1):
         known, factor = si(unit) or (unit, 1.0)
         values = table[:, k] * factor
-        channels.append(CaptureChannel(name, known, values, converter_step(values)))
+        channels.append(CaptureChannel.written(name, known, values))
     return Capture(tuple(channels), table[:, 0], str(path), "Rohde & Schwarz CSV", first_line=2)

@@ -7,7 +7,7 @@ maker's manuals do not print the layout.
 
 from pathlib import Path
 
-from bench.captures.capture import Capture, CaptureChannel, CaptureError, converter_step
+from bench.captures.capture import Capture, CaptureChannel, CaptureError
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si
 from drivers.interfaces.text import text
@@ -43,7 +43,7 @@ def read_siglent(path: Path, lines: list[str]) -> Capture:
         written = said.get(name, "") if unit == "Value" else unit
         known, factor = si(written) or (written, 1.0)
         values = table[:, k] * factor
-        channels.append(CaptureChannel(name, known, values, converter_step(values)))
+        channels.append(CaptureChannel.written(name, known, values))
     model = settings.get("Model Number", [""])[0]
     stated = number(settings.get("Record Length", [""])[0].removeprefix("Analog:"))
     assumptions = [text("values used unchanged; they include the oscilloscope's probe setting")]

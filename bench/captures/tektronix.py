@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from bench.captures.capture import Capture, CaptureChannel, CaptureError, converter_step
+from bench.captures.capture import Capture, CaptureChannel, CaptureError
 from bench.captures.text import check_increasing, number, read_numbers
 from bench.captures.units import si
 from drivers.interfaces.text import text
@@ -55,7 +55,7 @@ def read_tektronix(path: Path, lines: list[str]) -> Capture:
     full_scale = _DIVISIONS * scale * factor if scale > 0.0 else 0.0
     name = settings.get("Source", path.stem)
     return Capture(
-        (CaptureChannel(name, known, values, converter_step(values), None, coupling, full_scale),),
+        (CaptureChannel.written(name, known, values, None, coupling, full_scale),),
         table[:, 0],
         str(path),
         f"Tektronix CSV{f' of a {model}' if model else ''}",

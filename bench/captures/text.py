@@ -8,9 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
-from bench.captures.capture import CaptureError, FloatArray
+from bench.captures.capture import CaptureError
 from bench.captures.encoding import decoded
 from bench.captures.signs import plain_signs
+from bench.captures.written_digits import FloatArray
 from drivers.interfaces.text import reason_of, text
 
 #: The longest text that is read (bytes), unpacked: a few bytes of gzip may unpack to any length.

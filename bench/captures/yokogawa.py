@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.captures.capture import Capture, CaptureChannel, CaptureError, converter_step
+from bench.captures.capture import Capture, CaptureChannel, CaptureError
 from bench.captures.text import number, read_numbers
 from bench.captures.units import si
 from drivers.interfaces.text import text
@@ -71,7 +71,7 @@ def read_yokogawa(path: Path, lines: list[str]) -> Capture:
     for k, name in enumerate(names):
         known, factor = si(written[k]) or (written[k], 1.0)
         values = table[:, k] * factor
-        channels.append(CaptureChannel(name, known, values, converter_step(values)))
+        channels.append(CaptureChannel.written(name, known, values))
     if not all(channel.unit for channel in channels):
         assumptions.append(text("unit of the values not stated"))
     model = next(iter(settings.get("Model Name", [])), "")

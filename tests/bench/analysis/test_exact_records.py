@@ -6,7 +6,7 @@ import pytest
 from bench.analysis.back_emf import analyze_back_emf
 from bench.analysis.rotor_sweep import analyze_rotor_sweep
 from bench.analysis.short_circuit import analyze_short_circuit
-from bench.captures.capture import last_digit
+from bench.captures.written_digits import last_digit
 
 FLUX, FREQUENCY = 0.05, 100.0
 
