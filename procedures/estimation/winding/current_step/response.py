@@ -205,10 +205,10 @@ def _check_window(record: StepRecord, full: FloatArray) -> None:
 def _lasting_errors(record: StepRecord, full: FloatArray) -> FloatArray:
     """Errors of the current's model (A, shape (n, m)) of one standard deviation each, that do not average out over the record.
 
-    Rounding without dither may shift the level of the current and of the voltage.
+    Rounding without dither may shift the level of the current and of the voltage, that before the step and that after it.
     """
     rate, inductance = full[0] / full[1], full[1]
-    after = (np.arange(record.time.size) >= record.edge).astype(np.float64)
+    after = np.sqrt(2.0) * (np.arange(record.time.size) >= record.edge)
     drive = undithered(record.voltage_noise, record.voltage_resolution) / inductance * after
     through = respond_evenly(record.step, drive, rate)
     errors = [undithered(record.current_noise, record.current_resolution) * after, through]

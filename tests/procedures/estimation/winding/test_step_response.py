@@ -50,6 +50,23 @@ def test_ripple_all_along_the_record_is_taken_as_sampled() -> None:
     assert fit.uncertainty("inductance") < 0.01 * L
 
 
+def test_levels_before_and_after_the_step_are_each_rounded_where_noise_is_small() -> None:
+    time = np.arange(-800, 5200) * 8.0 / 5200.0
+    truth = np.where(time > 0, 1.0, 0.0), np.where(time > 0, 1.0 - np.exp(-np.maximum(time, 0.0)), 0.0)
+    off = []
+    for number in range(50):
+        random = np.random.default_rng(number)
+        steps = 1.0 / random.uniform(100.0, 220.0, 2)
+        noisy = [
+            x / q + random.normal(0.0, 0.3, x.size) + random.uniform(-0.5, 0.5)
+            for x, q in zip(truth, steps, strict=True)
+        ]
+        v, i = (np.round(x) * q for x, q in zip(noisy, steps, strict=True))
+        fit = fit_step_response(time, v, i, voltage_resolution=steps[0], current_resolution=steps[1])
+        off.append((fit.value("resistance") - 1.0) / fit.uncertainty("resistance"))
+    assert np.std(off) < 1.1
+
+
 def test_rounding_that_noise_does_not_hide_is_in_the_uncertainty() -> None:
     v = np.clip(TIME / (0.2 * TAU), 0, 1)
     step = V / R / 100
