@@ -20,7 +20,7 @@ from bench.analysis.outcome import (
     refuse_copies,
     refuse_over_range,
 )
-from bench.analysis.ramp_record import RampRecord, coasting, split
+from bench.analysis.ramp_record import RampRecord, coasting, read_of_pulses, split
 from bench.analysis.sensitivity import half_differences
 from bench.analysis.statements import Statement
 from bench.analysis.time_base import judge_open_time, warn_of_coast
@@ -95,7 +95,8 @@ def analyze_coast_down(
         record = RampRecord(capture.times(), channel, shaft[0] if shaft else level, filters)
         if not record.torque_name:
             record, notes = coasting(record)
-            assumed += notes
+            record, more = read_of_pulses(record)
+            assumed += notes + more
         records.append(record)
     applied = AppliedAccuracy(accuracy, _uses(records), captures)
     outcome = AnalysisOutcome("inertia", "3.5", captures[0], applied, translate)

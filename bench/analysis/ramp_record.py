@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.analysis.applied import ErrorInput
+from bench.analysis.pulse_times import at_middles, over_turns, pulse_intervals
 from bench.captures import CaptureChannel
 from bench.captures.written_digits import FloatArray
 from drivers.interfaces.text import Text, text
@@ -43,6 +44,32 @@ class RampRecord:
             torque = error.on("torque", self.torque_name, torque, by)
         result = torque if torque.ndim else float(torque)
         return SpeedRamp(time, speed, result, self.speed.resolution, *self.filters)
+
+
+def read_of_pulses(record: RampRecord) -> tuple[RampRecord, list[Text]]:
+    """Return a record without a torque with its speeds at the times that they belong to, where they are means between pulses, and what is
+    said of it.
+    """
+    found = pulse_intervals(record.time, record.speed.values)
+    if found is None:
+        return record, []
+    count, angle = found
+    said = text(
+        "each speed of '{name}' is the mean over a time between pulses ({turns:.4g} of a turn): it is taken at the middle of that time, "
+        "not where it is written",
+        name=record.speed.name,
+        turns=angle / (2.0 * np.pi),
+    )
+    turns = over_turns(record.time, record.speed.values, count, angle)
+    if turns is not None:
+        time, speeds = turns
+        notes = [
+            said,
+            text("means over whole turns are evaluated, in which uneven distances between pulses and cogging drop out"),
+        ]
+        return replace(record, time=time, speed=replace(record.speed, values=speeds, resolution=0.0)), notes
+    time, rows = at_middles(record.time, count)
+    return replace(record, time=time, speed=replace(record.speed, values=record.speed.values[rows])), [said]
 
 
 def coasting(record: RampRecord) -> tuple[RampRecord, list[Text]]:
