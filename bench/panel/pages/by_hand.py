@@ -25,6 +25,8 @@ from reports.labels import role_name
 
 #: Sends a command's line to the run.
 Send = Callable[[str], Awaitable[None]]
+#: In the browser: what another choice takes the place of is not carried out any more, however long the server takes to show it.
+_OUTDATED = "() => { document.querySelector('[data-carry-out]').inert = true; }"
 
 
 def said_lines(question: Mapping[str, Any], reader: Reader) -> list[str]:
@@ -98,7 +100,7 @@ class ByHandForm:
             self._role = str(role.value)
             self._show_methods()
 
-        role.on_value_change(choose)
+        role.on_value_change(choose).on("update:model-value", js_handler=_OUTDATED)
         self._show_methods()
 
     def _show_methods(self) -> None:
@@ -115,7 +117,7 @@ class ByHandForm:
                 self._methods[self._role] = str(choice.value)
                 self._show_methods()
 
-            choice.on_value_change(choose)
+            choice.on_value_change(choose).on("update:model-value", js_handler=_OUTDATED)
             if self._role == Role.OSCILLOSCOPE.value:
                 for probe in self._question.get("probes", ()):
                     fitted = FittedProbe(probe["channel"], ProbeKind(probe["kind"]), probe["attenuation"])

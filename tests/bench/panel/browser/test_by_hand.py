@@ -53,6 +53,7 @@ def test_a_technician_uses_the_supply_by_hand(panel: Panel, new_page: NewPage) -
     )
     expect(page.get_by_role("status").filter(has_text="Energised: ")).to_contain_text("DC supply")
     choose(page, "What to do", "read the current")
+    # Never the button that stood there before, however busy the server is: that would switch on once more.
     do.click()
     expect(card).to_contain_text("DC supply: current ")
     line = page.get_by_role("textbox", name="Or type a command; help lists them")
