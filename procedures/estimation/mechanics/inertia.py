@@ -125,7 +125,8 @@ def fit_coast_down(
     """Fit `coulomb_deceleration` = Tc/J (rad/s²), `viscous_rate` = B/J (1/s) and `initial_speed` to a coast-down (s, rad/s).
 
     Also `quadratic_rate` = c/J (1/rad). `speed_filter` (s) is the time constant of the speed's filter. Where the whole interval of a
-    friction is negative, or the Coulomb friction beside friction that grows at low speed, both are withheld: no bearing drives. Raises EstimationError where the speed does not fall.
+    friction is negative, or the Coulomb friction beside friction that grows at low speed, both are withheld: no bearing drives. Raises
+    EstimationError where the speed does not fall.
     """
     measured = np.asarray(time, dtype=np.float64), np.asarray(speed, dtype=np.float64)
     run = turning(SpeedRamp(*measured, 0.0, speed_resolution, speed_filter), 1)

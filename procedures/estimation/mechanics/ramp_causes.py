@@ -79,7 +79,7 @@ def look(model: RampModel, solved: Solved) -> Look:
     if model.terms.stribeck is None:
         for share in _STRIBECK_SEEN:
             law = Stribeck(share * model.top, 1.0)
-            shapes = {k: each.caused(-law.shape(each.speed)[0] / inertia) for k, each in enumerate(at)}
+            shapes = {k: each.caused(-law.friction(each.speed) / inertia) for k, each in enumerate(at)}
             add(Cause.STRIBECK, shapes)
     for k, run in enumerate(model.runs):
         if not (run.speed_filter or model.terms.filters_speed):

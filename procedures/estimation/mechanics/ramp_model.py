@@ -213,7 +213,7 @@ class RampModel:
             driving[..., row, :] = -1.0
             row += 1
         if self.terms.stribeck is not None:
-            driving[..., row, :] = self.terms.stribeck.shape(at.speed)[0]
+            driving[..., row, :] = self.terms.stribeck.friction(at.speed)
         driving[..., -1, :] = 0.0
         driving /= -inertia[..., None]
         starts = np.zeros(len(places))

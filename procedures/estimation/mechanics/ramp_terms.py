@@ -15,13 +15,17 @@ class Stribeck:
     speed: float | FloatArray
     power: float
 
+    def friction(self, speed: FloatArray) -> FloatArray:
+        """Return the term for an amplitude of 1 at speeds (rad/s)."""
+        x = np.maximum(speed, 0.0) / self.speed
+        return np.asarray(np.exp(-x if self.power == 1.0 else -(x**self.power)))
+
     def shape(self, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the term for an amplitude of 1, and its slope (s/rad), at speeds (rad/s)."""
-        x = np.maximum(speed, 0.0) / self.speed
+        value = self.friction(speed)
         if self.power == 1.0:
-            value = np.exp(-x)
             return value, value / -self.speed
-        value = np.exp(-(x**self.power))
+        x = np.maximum(speed, 0.0) / self.speed
         return value, -self.power * x ** (self.power - 1.0) / self.speed * value
 
 
