@@ -19,9 +19,9 @@ _REFINED, _CLOSER = 2, 0.3
 #: Terms whose χ² is within so much of the best one's cannot be told from it; none closer to a place of a grid falls by more than so many
 #: times what a parabola through its neighbours does.
 RIVAL, _OFTEN = 12.0, 4.0
-#: A trial is settled where a round would move an estimate by a thousandth of its uncertainty, and given up after so many rounds: a
-#: hundred trials of a record that no term explains would go on for long.
-_SETTLED, _ROUNDS = 1e-6, 30
+#: A trial is settled where a last step, which is taken, would move an estimate by a hundredth of its uncertainty, and given up after so
+#: many rounds: of a hundred trials of a record, those that come nowhere would go on longest.
+_SETTLED, _ROUNDS = 1e-4, 12
 
 
 @dataclass(frozen=True)
