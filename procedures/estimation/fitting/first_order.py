@@ -171,41 +171,54 @@ def response_and_slope_evenly(
 
 
 class Decay:
-    """y' = drive − rate·y between uneven samples, made ready for several drives: `steps` (n,) are the times (s) between them, `x` (n,)
-    the rate there times the step.
+    """y' = drive − rate·y between uneven samples, made ready for several drives: `steps` (n,) are the times (s) between them, `x` (…, n)
+    the rate there times the step, of one system or of several at once.
     """
 
     def __init__(self, steps: FloatArray, x: FloatArray) -> None:
-        age = np.zeros(x.size + 1)
-        np.cumsum(np.abs(x), out=age[1:])
+        # Blocks are those of the system that decays fastest.
+        fastest = np.abs(x) if x.ndim == 1 else np.max(np.abs(x), axis=tuple(range(x.ndim - 1)))
+        age = np.zeros(steps.size + 1)
+        np.cumsum(fastest, out=age[1:])
         self._blocks: list[tuple[int, int]] = []
         #: What is left of a block's begin, and by what each gain has to be larger to have been there.
         self._decayed, grown = np.empty_like(x), np.empty_like(x)
         begin = 0
-        while begin < x.size:
-            end = max(int(np.searchsorted(age, age[begin] + _BLOCK_OF_DECAY)) - 1, begin + 1)
+        while begin < steps.size:
+            end = max(int(age.searchsorted(age[begin] + _BLOCK_OF_DECAY)) - 1, begin + 1)
             self._blocks.append((begin, end))
-            self._decayed[begin:end] = np.exp(-np.cumsum(x[begin:end]))
-            grown[begin:end] = 1.0 / self._decayed[begin:end] if end > begin + 1 else 1.0
+            if end == begin + 1:
+                self._decayed[..., begin] = np.exp(-x[..., begin])
+                grown[..., begin] = 1.0
+            else:
+                aged = x[..., begin:end].cumsum(axis=-1)
+                np.exp(aged, out=grown[..., begin:end])
+                np.divide(1.0, grown[..., begin:end], out=self._decayed[..., begin:end])
             begin = end
         grown *= steps
         first, last = _uneven_weights(x)
-        self._first, self._last = grown * first, grown * last
+        self._first, self._last = np.multiply(grown, first, out=first), np.multiply(grown, last, out=last)
 
     def respond(self, drive: FloatArray, start: FloatArray | float = 0.0) -> FloatArray:
-        """Return y (…, n + 1) for a drive (…, n + 1) that runs straight from sample to sample, from `start` (…)."""
-        gain = self._first * drive[..., :-1]
-        gain += self._last * drive[..., 1:]
-        result = np.empty(drive.shape)
+        """Return y (…, n + 1) for a drive (…, n + 1) that runs straight from sample to sample, from `start` (…).
+
+        Of several systems each has a drive of its own, or several: one axis more, before the last.
+        """
+        decayed, first, last = self._decayed, self._first, self._last
+        if decayed.ndim > 1 and drive.ndim > decayed.ndim:
+            decayed, first, last = decayed[..., None, :], first[..., None, :], last[..., None, :]
+        gain = first * drive[..., :-1]
+        gain += last * drive[..., 1:]
+        result = np.empty((*gain.shape[:-1], gain.shape[-1] + 1))
         result[..., 0] = start
         for begin, end in self._blocks:
             part = result[..., begin + 1 : end + 1]
             if end == begin + 1:
-                part[..., 0] = self._decayed[begin] * result[..., begin] + gain[..., begin]
+                part[..., 0] = decayed[..., begin] * result[..., begin] + gain[..., begin]
                 continue
-            np.cumsum(gain[..., begin:end], axis=-1, out=part)
+            gain[..., begin:end].cumsum(axis=-1, out=part)
             part += result[..., begin, None]
-            part *= self._decayed[begin:end]
+            part *= decayed[..., begin:end]
         return result
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 
@@ -19,6 +20,8 @@ _PROSPECT, _VOTES = 5.0, 3
 _HASTE, _LAST_ONES = 3.0, 4
 #: Share of a normal matrix's diagonal that is rounding.
 _NOTHING = 1e-14
+
+IntArray = NDArray[np.intp]
 
 #: Gives the residuals (n,) for parameters (k,), and their derivatives (k, n).
 Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -35,11 +38,12 @@ class Solution:
 
 
 class Minimum(NamedTuple):
-    """The minimum of a sum of squares: `values` (k,), the `slopes` (k, n) of the residuals, `cost` = Σr²; `settled` if no step
+    """The minimum of a sum of squares: `values` (k,), `residuals` (n,) and their `slopes` (k, n), `cost` = Σr²; `settled` if no step
     would reduce it further.
     """
 
     values: FloatArray
+    residuals: FloatArray
     slopes: FloatArray
     cost: float
     settled: bool
@@ -80,7 +84,7 @@ def minimise(
         fall = float(-gradient @ step)
         if fall <= least * max(floor, cost / residuals.size):
             # So small a last step does what the derivatives say.
-            return Minimum(values + step * scale, slopes, cost - fall, True)
+            return Minimum(values + step * scale, residuals + (step * scale) @ slopes, slopes, cost - fall, True)
         further = values + step * scale
         tried = evaluate(further)
         reached = float(tried[0] @ tried[0])
@@ -94,7 +98,89 @@ def minimise(
                 break
         else:
             damping = max(10.0 * damping, _LEAST_DAMPING)
-    return Minimum(values, slopes, cost, False)
+    return Minimum(values, residuals, slopes, cost, False)
+
+
+def minimise_each(
+    evaluate: Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]],
+    starts: FloatArray,
+    scale: FloatArray,
+    *,
+    least: float,
+    floor: float,
+    rounds: int,
+) -> list[Minimum]:
+    """Minimise several sums of squares side by side, each from its own of `starts` (m, k), as `minimise` does one.
+
+    `evaluate` gives for parameters (j, k) of those `places` (j,) among the m that have not settled their residuals (j, n), and their
+    derivatives (j, k, n).
+    """
+    places: IntArray = np.arange(len(starts))
+    found: dict[int, Minimum] = {}
+    values, damping = starts, np.zeros(len(starts))
+    residuals, slopes = evaluate(values, places)
+    cost = _squares(residuals)
+    for _ in range(rounds):
+        normal = scale * (slopes @ slopes.swapaxes(-1, -2)) * scale[:, None]
+        gradient = scale * (slopes @ residuals[..., None])[..., 0]
+        sizes = np.diagonal(normal, axis1=-2, axis2=-1)
+        damped = normal.copy()
+        np.einsum("jkk->jk", damped)[...] += damping[:, None] * (
+            sizes + _NOTHING * np.sum(sizes, axis=-1, keepdims=True)
+        )
+        step, possible = _newton_steps(damped, gradient)
+        fall = -np.einsum("jk,jk->j", gradient, step)
+        moved = step * scale
+        last = possible & (fall <= least * np.maximum(floor, cost / residuals.shape[-1]))
+        for k in map(int, np.flatnonzero(last)):
+            # So small a last step does what the derivatives say.
+            found[int(places[k])] = Minimum(
+                values[k] + moved[k], residuals[k] + moved[k] @ slopes[k], slopes[k], float(cost[k] - fall[k]), True
+            )
+        if last.any():
+            left = ~last
+            places, values, moved, damping = places[left], values[left], moved[left], damping[left]
+            residuals, slopes, cost = residuals[left], slopes[left], cost[left]
+            if not places.size:
+                break
+        tried_residuals, tried_slopes = evaluate(values + moved, places)
+        reached = _squares(tried_residuals)
+        better = reached < cost
+        damping = np.where(
+            better,
+            np.where(damping > _LEAST_DAMPING, 0.1 * damping, 0.0),
+            np.maximum(10.0 * damping, _LEAST_DAMPING),
+        )
+        if better.all():
+            values, residuals, slopes, cost = values + moved, tried_residuals, tried_slopes, reached
+        else:
+            values = np.where(better[:, None], values + moved, values)
+            residuals[better], slopes[better], cost[better] = (
+                tried_residuals[better],
+                tried_slopes[better],
+                reached[better],
+            )
+    for k in range(places.size):
+        found[int(places[k])] = Minimum(values[k], residuals[k], slopes[k], float(cost[k]), False)
+    return [found[place] for place in range(len(starts))]
+
+
+def _squares(residuals: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("jn,jn->j", residuals, residuals))
+
+
+def _newton_steps(normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return −normal⁻¹·gradient (j, k) of each, and which there is; 0 where there is none."""
+    try:
+        pivots = np.diagonal(np.linalg.cholesky(normal), axis1=-2, axis2=-1)
+        possible = ~np.any(pivots**2 < _NOTHING * np.diagonal(normal, axis1=-2, axis2=-1), axis=-1)
+        if possible.all():
+            return np.asarray(np.linalg.solve(normal, -gradient[..., None])[..., 0]), possible
+    except np.linalg.LinAlgError:
+        pass
+    steps = [_newton_step(own, down) for own, down in zip(normal, gradient, strict=True)]
+    possible = np.array([step is not None for step in steps])
+    return np.array([np.zeros(gradient.shape[-1]) if step is None else step for step in steps]), possible
 
 
 def _promised(residuals: FloatArray, slopes: FloatArray) -> float:

@@ -125,7 +125,8 @@ def fit_coast_down(
     """Fit `coulomb_deceleration` = Tc/J (rad/s²), `viscous_rate` = B/J (1/s) and `initial_speed` to a coast-down (s, rad/s).
 
     Also `quadratic_rate` = c/J (1/rad). `speed_filter` (s) is the time constant of the speed's filter. Where the whole interval of a
-    friction is negative, both are withheld: no bearing drives. Raises EstimationError where the speed does not fall.
+    friction is negative, or the Coulomb friction beside friction that grows at low speed, both are withheld: no bearing drives. Raises
+    EstimationError where the speed does not fall.
     """
     measured = np.asarray(time, dtype=np.float64), np.asarray(speed, dtype=np.float64)
     run = turning(SpeedRamp(*measured, 0.0, speed_resolution, speed_filter), 1)
@@ -138,6 +139,9 @@ def fit_coast_down(
     names = ("coulomb_deceleration", "viscous_rate", "quadratic_rate")
     fit = _fit([run], solution[:2] / scale[:2], names, unit_torque=True)
     below = [name for name in names[:2] if fit.interval(name)[1] < 0.0]
+    if any(each.cause is Cause.STRIBECK for each in fit.misfit.findings) and fit.value(names[0]) < 0.0:
+        # Friction at rest is at most a few times the Coulomb friction.
+        below = [names[0]]
     if below and not fit.misfit.withholding(below[0]):
         figures: dict[str, float | str] = {"record": "coast", "below": below[0]}
         impossible = Misfit((Finding(Cause.UNEXPLAINED, Answer.WITHHELD, names[:2], figures=figures),))

@@ -79,10 +79,10 @@ def look(model: RampModel, solved: Solved) -> Look:
     if model.terms.stribeck is None:
         for share in _STRIBECK_SEEN:
             law = Stribeck(share * model.top, 1.0)
-            shapes = {k: each.caused(-law.shape(each.speed)[0] / inertia) for k, each in enumerate(at)}
+            shapes = {k: each.caused(-law.friction(each.speed) / inertia) for k, each in enumerate(at)}
             add(Cause.STRIBECK, shapes)
     for k, run in enumerate(model.runs):
-        if not (run.speed_filter or model.terms.speed_filter):
+        if not (run.speed_filter or model.terms.filters_speed):
             for tau in filter_times(run, _FILTERS_SEEN):
                 add(Cause.SPEED_FILTER, {k: np.exp(-run.time / tau)})
         if run.varies and not model.terms.torque_filter:
@@ -115,8 +115,8 @@ class Family:
     power: float = 0.0
     shapes: tuple[FloatArray, ...] = ()
 
-    def at(self, value: float) -> Terms:
-        """Return the terms at a value of the grid, or between."""
+    def at(self, value: float | FloatArray) -> Terms:
+        """Return the terms at a value of the grid, or between; at several values (m, 1) those of so many fits."""
         if self.cause is Cause.STRIBECK:
             return replace(self.terms, stribeck=Stribeck(value, self.power))
         if self.cause is Cause.SPEED_FILTER:
@@ -133,7 +133,7 @@ def families(model: RampModel, found: Periodic | None) -> Iterator[Family]:
         for power in _POWERS:
             yield Family(Cause.STRIBECK, model.top * np.array(_STRIBECK_FITTED), terms, power)
     free = [run for run in model.runs if not run.speed_filter]
-    if free and not terms.speed_filter:
+    if free and not terms.filters_speed:
         longest = max(filter_times(run, 2, _FILTER_FITTED)[1] for run in free)
         shortest = min(filter_times(run, 2)[0] for run in free)
         yield Family(Cause.SPEED_FILTER, np.geomspace(shortest, longest, _FILTERS_FITTED), terms)

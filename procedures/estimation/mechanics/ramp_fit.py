@@ -19,11 +19,16 @@ from procedures.estimation.mechanics.ramp_causes import (
     scatter_of_parts,
 )
 from procedures.estimation.mechanics.ramp_model import RampModel, noise_of
-from procedures.estimation.mechanics.ramp_trials import RampTrial, averaged, fits_with_one_more
+from procedures.estimation.mechanics.ramp_trials import (
+    RIVAL,
+    RampTrial,
+    averaged,
+    fits_with_one_more,
+)
 from procedures.estimation.mechanics.turning import Run, dropouts
 
-#: A term is one where χ² falls by so much; terms within so much of the best one cannot be told from it.
-_ACCEPTED, _RIVAL = 9.0, 12.0
+#: A term is one where χ² falls by so much.
+_ACCEPTED = 9.0
 _MOST_TERMS = 3
 #: Sums over parts beyond what this share of clean records show are the sign of something unknown.
 _CHANCE = 3e-4
@@ -63,7 +68,7 @@ def explain(runs: Sequence[Run], start: FloatArray, *, unit_torque: bool) -> Exp
         added = further.model.size - best.model.size
         if best.cost - further.cost < _ACCEPTED + 2.0 * (added - 1):
             break
-        rivals = [each for _, each in tried if each is not further and each.cost < further.cost + _RIVAL]
+        rivals = [each for _, each in tried if each is not further and each.cost < further.cost + RIVAL]
         if cause is Cause.STRIBECK:
             # A real bearing follows neither law: what lies between them is as likely as either.
             laws = [each for other, each in tried if other is cause and each is not further]
@@ -135,10 +140,10 @@ def _finding(cause: Cause, before: RampTrial, after: RampTrial, found: Periodic 
         coulomb = values[0 if after.model.unit_torque else 1]
         figures = {
             "share": after.model.amount("stribeck", values) / abs(float(coulomb)),
-            "speed": terms.stribeck.speed,
+            "speed": float(terms.stribeck.speed),
         }
     elif cause is Cause.SPEED_FILTER:
-        figures = {"time_constant": terms.speed_filter}
+        figures = {"time_constant": float(terms.speed_filter)}
     elif cause is Cause.TORQUE_FILTER:
         figures = {"time_constant": after.model.amount("torque_filter", values)}
     elif found is not None:
@@ -195,10 +200,9 @@ def _scaled(covariance: FloatArray, factors: FloatArray) -> FloatArray:
 def _from_parts(best: RampTrial, shared: int) -> FloatArray:
     """Return how far off the estimates (k,) may be by what they are without a fifth of each ramp."""
     values, variances = [], []
-    for k in range(5):
+    for fifth in range(5):
+        model, start = best.model.without(best.solved, fifth)
         try:
-            model = best.model.without(best.solved, k)
-            start = model.start(best.solved.values[:shared])
             solved = model.solve(start)
         except EstimationError:
             continue

@@ -16,9 +16,12 @@ from procedures.estimation.mechanics.stribeck_laws import average, fitted, unsee
 _OPEN = 25.0
 #: How often what no parameter stands for is sought closer, and by how much.
 _REFINED, _CLOSER = 2, 0.3
-#: A trial is settled where a round would move an estimate by a thousandth of its uncertainty, and given up after so many rounds: a
-#: hundred trials of a record that no term explains would go on for long.
-_SETTLED, _ROUNDS = 1e-6, 30
+#: Terms whose χ² is within so much of the best one's cannot be told from it; none closer to a place of a grid falls by more than so many
+#: times what a parabola through its neighbours does.
+RIVAL, _OFTEN = 12.0, 4.0
+#: A trial is settled where a last step, which is taken, would move an estimate by a hundredth of its uncertainty, and given up after so
+#: many rounds: of a hundred trials of a record, those that come nowhere would go on longest.
+_SETTLED, _ROUNDS = 1e-4, 12
 
 
 @dataclass(frozen=True)
@@ -38,64 +41,124 @@ class RampTrial:
 
 def fits_with_one_more(best: RampTrial, found: Periodic | None) -> list[tuple[Cause, RampTrial]]:
     """Return the best fits with one more term each, those left out that no physics makes."""
-    fits = [(family.cause, _best_of(best, family)) for family in families(best.model, found)]
-    return [(cause, each) for cause, each in fits if each is not None]
+    searches = [each for family in families(best.model, found) if (each := _Search.over(best, family)) is not None]
+    least = min((each.chosen.cost for each in searches), default=np.inf)
+    close = {each.family.cause for each in searches if each.expected() < least + RIVAL}
+    return [(each.family.cause, each.closer() if each.family.cause in close else each.chosen) for each in searches]
 
 
-def _best_of(best: RampTrial, family: Family) -> RampTrial | None:
-    """Return the best fit of a family; what its grid leaves open moves the estimates."""
-    shared = best.moved.size
-    last, costs, fits = best.solved.values, [], []
-    for value in family.grid:
-        fitted = refitted(best, family.at(float(value)), last)
-        possible = fitted is not None and _possible(family.cause, fitted)
-        costs.append(fitted.cost if possible and fitted is not None else np.inf)
-        fits.append(fitted)
-        last = last if fitted is None else fitted.solved.values
-    place = int(np.argmin(costs))
-    chosen = fits[place]
-    if chosen is None or not np.isfinite(costs[place]):
-        return None
-    tried = [each for each, cost in zip(fits, costs, strict=True) if each is not None and np.isfinite(cost)]
-    chosen = replace(chosen, trial=tuple(tried))
-    inner = 0 < place < len(costs) - 1
-    before = fits[place - 1] if place > 0 else None
-    if before is not None and place == len(costs) - 1:
-        # What lies beyond the grid may be likelier still.
-        return replace(chosen, moved=chosen.solved.values[:shared] - before.solved.values[:shared])
-    if not inner or not np.all(np.isfinite(costs[place - 1 : place + 2])):
-        return chosen
-    # A parabola through three, and once more through closer ones.
-    step, middle = float(np.log(family.grid[place + 1] / family.grid[place])), float(np.log(family.grid[place]))
-    for _ in range(_REFINED):
-        low, at, high = costs[place - 1 : place + 2]
-        middle += 0.5 * step * float(np.clip((low - high) / max(low + high - 2.0 * at, 1e-9), -1.0, 1.0))
-        step *= _CLOSER
-        three_near = np.exp(middle + step * np.array((-1.0, 0.0, 1.0)))
-        near = [refitted(best, family.at(float(value)), last) for value in three_near]
-        if any(each is None for each in near):
-            return replace(chosen, trial=tuple(tried))
-        three = [each for each in near if each is not None]
-        tried += three
-        chosen = min((chosen, *three), key=lambda each: each.cost)
-        costs, place = [each.cost for each in three], 1
-    bend = max((costs[0] + costs[2] - 2.0 * costs[1]) / step**2, 1e-9)
-    slope = (three[2].solved.values[:shared] - three[0].solved.values[:shared]) / (2.0 * step)
-    return replace(chosen, moved=slope * min(float(np.sqrt(2.0 / bend)), 1.0), trial=tuple(tried))
+@dataclass(frozen=True)
+class _Search:
+    """Fits of a `family` over its grid, None where there is none, their χ² (`costs`), and the `chosen` one at its `place`."""
+
+    best: RampTrial
+    family: Family
+    fits: list[RampTrial | None]
+    costs: list[float]
+    place: int
+    chosen: RampTrial
+
+    @classmethod
+    def over(cls, best: RampTrial, family: Family) -> "_Search | None":
+        """Fit a family at all places of its grid; None where none of them is possible."""
+        fits = _refitted_each(best, family, family.grid, best.solved.values)
+        costs = [each.cost if each is not None and _possible(family.cause, each) else np.inf for each in fits]
+        place = int(np.argmin(costs))
+        chosen = fits[place]
+        if chosen is None or not np.isfinite(costs[place]):
+            return None
+        tried = tuple(each for each, cost in zip(fits, costs, strict=True) if each is not None and np.isfinite(cost))
+        return cls(best, family, fits, costs, place, replace(chosen, trial=tried))
+
+    @property
+    def _inside(self) -> bool:
+        """Whether there are possible fits on both sides of the chosen one."""
+        around = self.costs[max(self.place - 1, 0) : self.place + 2]
+        return len(around) == 3 and bool(np.all(np.isfinite(around)))
+
+    def expected(self) -> float:
+        """Return what χ² may be closer to the best place of the grid, several times over."""
+        if not self._inside:
+            return self.chosen.cost
+        low, at, high = self.costs[self.place - 1 : self.place + 2]
+        return at - _OFTEN * (low - high) ** 2 / (8.0 * max(low + high - 2.0 * at, 1e-9))
+
+    def closer(self) -> RampTrial:
+        """Return the best fit, sought closer than the grid; what is left open moves the estimates."""
+        chosen, place, shared = self.chosen, self.place, self.best.moved.size
+        before = self.fits[place - 1] if place > 0 else None
+        if before is not None and place == len(self.costs) - 1:
+            # What lies beyond the grid may be likelier still.
+            return replace(chosen, moved=chosen.solved.values[:shared] - before.solved.values[:shared])
+        if not self._inside:
+            return chosen
+        grid, tried = self.family.grid, list(chosen.trial)
+        costs = self.costs[place - 1 : place + 2]
+        # A parabola through three, and once more through closer ones.
+        step, middle = float(np.log(grid[place + 1] / grid[place])), float(np.log(grid[place]))
+        for _ in range(_REFINED):
+            low, at, high = costs
+            middle += 0.5 * step * float(np.clip((low - high) / max(low + high - 2.0 * at, 1e-9), -1.0, 1.0))
+            step *= _CLOSER
+            near = _refitted_each(
+                self.best, self.family, np.exp(middle + step * np.array((-1.0, 0.0, 1.0))), chosen.solved.values
+            )
+            three = [each for each in near if each is not None]
+            if len(three) < 3:
+                return replace(chosen, trial=tuple(tried))
+            tried += three
+            chosen = min((chosen, *three), key=lambda each: each.cost)
+            costs = [each.cost for each in three]
+        bend = max((costs[0] + costs[2] - 2.0 * costs[1]) / step**2, 1e-9)
+        slope = (three[2].solved.values[:shared] - three[0].solved.values[:shared]) / (2.0 * step)
+        return replace(chosen, moved=slope * min(float(np.sqrt(2.0 / bend)), 1.0), trial=tuple(tried))
+
+
+def _refitted_each(best: RampTrial, family: Family, grid: FloatArray, start: FloatArray) -> list[RampTrial | None]:
+    """Return the fits at places of a family's grid, side by side from one start; where that is too far, from the place before."""
+    terms = [family.at(float(value)) for value in grid]
+    if len(terms) == 1:
+        return [refitted(best, terms[0], start)]
+    fits = _side_by_side(best, family.at(grid[:, None]), terms, start)
+    for place in range(1, len(fits)):
+        before = fits[place - 1]
+        if fits[place] is None and before is not None:
+            fits[place] = refitted(best, terms[place], before.solved.values)
+    return fits
+
+
+def _side_by_side(
+    best: RampTrial, together: Terms, terms: Sequence[Terms], start: FloatArray
+) -> list[RampTrial | None]:
+    """Return the fits with other terms, which are also given `together`; None where the record does not determine them."""
+    further = best.model.with_terms(together)
+    try:
+        fits = further.solve_each(_start(best, further, start), least=_SETTLED, rounds=_ROUNDS)
+    except EstimationError:
+        return [None] * len(terms)
+    none_moved = np.zeros(best.moved.size)
+    return [
+        None if each is None else RampTrial(best.model.with_terms(own), each, none_moved)
+        for own, each in zip(terms, fits, strict=True)
+    ]
+
+
+def _start(best: RampTrial, further: RampModel, start: FloatArray) -> FloatArray:
+    """Return where a fit begins: without terms, at the other values of a `start`."""
+    values = further.start(start[: best.moved.size])
+    count = best.moved.size + len(best.model.runs)
+    values[:count] = start[:count]
+    return values
 
 
 def refitted(best: RampTrial, terms: Terms, start: FloatArray) -> RampTrial | None:
     """Return a fit with other terms; None where the record does not determine them."""
     further = best.model.with_terms(terms)
-    shared = best.moved.size
-    values = further.start(start[:shared])
-    count = shared + len(best.model.runs)
-    values[:count] = start[:count]
     try:
-        solved = further.solve(values, least=_SETTLED, rounds=_ROUNDS)
+        solved = further.solve(_start(best, further, start), least=_SETTLED, rounds=_ROUNDS)
     except EstimationError:
         return None
-    return RampTrial(further, solved, np.zeros(shared))
+    return RampTrial(further, solved, np.zeros(best.moved.size))
 
 
 def _possible(cause: Cause, fitted: RampTrial) -> bool:
@@ -132,16 +195,31 @@ def averaged(best: RampTrial, tried: Sequence[RampTrial], shared: int) -> tuple[
 def _with_widths(best: RampTrial, tried: Sequence[RampTrial]) -> Iterator[tuple[RampTrial, float]]:
     """Give the fits of laws that the record leaves open, and the part of the logarithm of the speeds that each stands for."""
     for power in {law.power for each in tried if (law := each.model.terms.stribeck)}:
-        of_power = [(law.speed, each) for each in tried if (law := each.model.terms.stribeck) and law.power == power]
+        of_power = [
+            (float(law.speed), each) for each in tried if (law := each.model.terms.stribeck) and law.power == power
+        ]
         of_power.sort(key=lambda each: each[0])
         speeds = np.log([speed for speed, _ in of_power])
         edges = np.concatenate((speeds[:1], 0.5 * (speeds[1:] + speeds[:-1]), speeds[-1:]))
         least = min(each.cost for each in tried)
-        for (_, each), width in zip(of_power, np.diff(edges), strict=True):
-            if width <= 0.0 or each.cost > least + _OPEN:
-                continue
-            terms = replace(best.model.terms, stribeck=each.model.terms.stribeck)
-            same = best.model.size == each.model.size and terms == each.model.terms
-            again = each if same else refitted(best, terms, best.solved.values)
-            if again is not None:
-                yield again, float(width)
+        open_still = [
+            (each, float(width))
+            for (_, each), width in zip(of_power, np.diff(edges), strict=True)
+            if width > 0.0 and each.cost <= least + _OPEN
+        ]
+        again = _again(best, [each for each, _ in open_still])
+        yield from ((each, width) for each, (_, width) in zip(again, open_still, strict=True) if each is not None)
+
+
+def _again(best: RampTrial, fits: Sequence[RampTrial]) -> list[RampTrial | None]:
+    """Return fits of one law's speeds with what else is in the model now."""
+    terms = [replace(best.model.terms, stribeck=each.model.terms.stribeck) for each in fits]
+    other = [k for k, each in enumerate(fits) if best.model.size != each.model.size or terms[k] != each.model.terms]
+    result: list[RampTrial | None] = list(fits)
+    laws = [law for k in other if (law := terms[k].stribeck)]
+    if laws:
+        together = replace(best.model.terms, stribeck=replace(laws[0], speed=np.array([[law.speed] for law in laws])))
+        start = best.solved.values
+        for k, each in zip(other, _side_by_side(best, together, [terms[k] for k in other], start), strict=True):
+            result[k] = each
+    return result

@@ -47,7 +47,7 @@ def unseen(model: RampModel, solved: Solved, shared: int) -> list[StribeckLaw]:
     laws = [Stribeck(share * model.top, power) for share in _SPEEDS for power in _POWERS]
     directions = np.zeros((len(laws), solved.residuals.size))
     for k, each in enumerate(at):
-        torques = np.array([law.shape(each.speed)[0] for law in laws])
+        torques = np.array([law.friction(each.speed) for law in laws])
         directions[:, model.part(k)] = -each.caused(torques / model.inertia(solved.values))
     directions[:, : model.spread.size] /= model.spread
     slopes = -directions @ solved.slopes.T @ solved.covariance
@@ -77,34 +77,36 @@ def average(laws: Sequence[StribeckLaw], coulomb: float, air: float) -> tuple[Fl
     No friction of the air drives: a law is as likely as what it leaves of quadratic friction may be one. Its size is as unknown as the
     law's, up to `air`; the law's goes up to a multiple of `coulomb` (N·m).
     """
-    likely, means, squares = [], [], []
-    for law in laws:
-        most, least = _AT_REST * coulomb, _LEAST * coulomb
-        low = min(max(least, law.amount - _REACH * law.spread), 0.5 * most)
-        high = max(min(most, law.amount + _REACH * law.spread), 2.0 * low)
-        sizes = np.geomspace(low, high, _SIZES)
-        # The smallest stands for none.
-        sizes[0] = 0.0 if low <= least else low
-        values = law.values + (sizes - law.amount)[:, None] * law.slope
-        own = np.sqrt(np.maximum(np.diag(law.covariance), 1e-300))
-        chance = -0.5 * law.cost - 0.5 * ((sizes - law.amount) / law.spread) ** 2 + _of_air(values[:, -1], own[-1], air)
-        # And as likely as there are other estimates that fit as well.
-        volume = 0.5 * float(np.linalg.slogdet(law.covariance / np.outer(own, own))[1]) + float(
-            np.sum(np.log(own[:-1]))
-        )
-        likely.append(chance + volume + np.log(law.width * np.log(high / low) / _SIZES))
-        means.append(values)
-        squares.append(values**2 + own**2)
-    logarithms = np.concatenate(likely)
+    amount, spread = np.array([law.amount for law in laws]), np.array([law.spread for law in laws])
+    covariance = np.array([law.covariance for law in laws])
+    most, least = _AT_REST * coulomb, _LEAST * coulomb
+    low = np.minimum(np.maximum(least, amount - _REACH * spread), 0.5 * most)
+    high = np.maximum(np.minimum(most, amount + _REACH * spread), 2.0 * low)
+    sizes = low[:, None] * (high / low)[:, None] ** np.linspace(0.0, 1.0, _SIZES)
+    # The smallest stands for none.
+    sizes[low <= least, 0] = 0.0
+    away = sizes - amount[:, None]
+    values = (
+        np.array([law.values for law in laws])[:, None]
+        + away[..., None] * np.array([law.slope for law in laws])[:, None]
+    )
+    own = np.sqrt(np.maximum(np.diagonal(covariance, axis1=-2, axis2=-1), 1e-300))
+    chance = -0.5 * (away / spread[:, None]) ** 2 + _of_air(values[..., -1], own[:, -1], air)
+    # And as likely as there are other estimates that fit as well.
+    volume = 0.5 * np.linalg.slogdet(covariance / (own[:, None, :] * own[:, :, None]))[1] + np.sum(
+        np.log(own[:, :-1]), axis=1
+    )
+    stands_for = np.array([law.width for law in laws]) * np.log(high / low) / _SIZES
+    logarithms = chance + (volume + np.log(stands_for) - 0.5 * np.array([law.cost for law in laws]))[:, None]
     weights = np.exp(logarithms - np.max(logarithms))
     weights /= np.sum(weights)
-    mean = weights @ np.concatenate(means)
-    centred = np.concatenate(squares) - 2.0 * mean * np.concatenate(means) + mean**2
-    return mean, weights @ centred
+    mean = np.einsum("ls,lsk->k", weights, values)
+    centred = (values - mean) ** 2 + own[:, None] ** 2
+    return mean, np.einsum("ls,lsk->k", weights, centred)
 
 
-def _of_air(quadratic: FloatArray, spread: float, most: float) -> FloatArray:
-    """Return the logarithm of how likely (n,) friction of the air is with an estimate of it (n,), any order of magnitude being so."""
-    edges = np.append(0.0, np.geomspace(_LEAST, 1.0, _AIR)) * most / spread
-    within = np.diff(special.ndtr(edges - (quadratic / spread)[:, None]), axis=1)
-    return np.asarray(np.log(np.maximum(within @ (1.0 / np.diff(edges)), 1e-300)))
+def _of_air(quadratic: FloatArray, spread: FloatArray, most: float) -> FloatArray:
+    """Return the logarithm of how likely (l, n) friction of the air is with estimates of it (l, n), any order of magnitude being so."""
+    edges = np.append(0.0, np.geomspace(_LEAST, 1.0, _AIR)) * most / spread[:, None]
+    within = np.diff(special.ndtr(edges[:, None] - (quadratic / spread[:, None])[..., None]), axis=-1)
+    return np.asarray(np.log(np.maximum((within @ (1.0 / np.diff(edges))[..., None])[..., 0], 1e-300)))

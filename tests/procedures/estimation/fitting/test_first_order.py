@@ -87,3 +87,15 @@ def test_several_drives_between_uneven_samples_follow_the_weights_of_each_segmen
         one_by_one.append(w.decay * one_by_one[-1] + gain)
     found = Decay(steps, x).respond(drives, one_by_one[0])
     assert found == pytest.approx(np.array(one_by_one).T, rel=1e-9, abs=1e-9)
+
+
+@given(st.lists(st.floats(-50.0, 5e3), min_size=1, max_size=4), st.integers(0, 99))
+def test_several_systems_respond_as_each_does(rates: list[float], seed: int) -> None:
+    steps, drives = np.full(199, STEP), np.array([drive(seed + k, 200) for k in range(len(rates))])
+    x = np.outer(rates, steps)
+    together = Decay(steps, x)
+    each = [Decay(steps, own) for own in x]
+    expected = np.array([one.respond(own, 2.0) for one, own in zip(each, drives, strict=True)])
+    assert together.respond(drives, 2.0) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    two = np.stack((drives, -drives), axis=1)
+    assert together.respond(two)[:, 1] == pytest.approx(-together.respond(drives), rel=1e-9, abs=1e-9)

@@ -141,7 +141,7 @@ def test_a_friction_that_would_be_negative_withholds_both() -> None:
             w -= (100.0 + 0.15 * w + 1.0e2 * (w / 100.0) / (1.0 + (w / 100.0) ** 2)) * dt / fine
     speed = np.array(speeds) + random.normal(0.0, 0.3, len(speeds))
     fit = fit_coast_down(np.arange(speed.size) * dt, speed)
-    assert fit.interval("coulomb_deceleration")[1] < 0.0
+    assert fit.value("coulomb_deceleration") < 0.0
     for name in ("coulomb_deceleration", "viscous_rate"):
         withheld = fit.misfit.withholding(name)
         assert withheld is not None
