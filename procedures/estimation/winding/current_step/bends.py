@@ -3,7 +3,7 @@
 import numpy as np
 
 from procedures.estimation.winding.current_step.fit import Fitted, Problem
-from procedures.estimation.winding.current_step.saturation import Bend
+from procedures.estimation.winding.current_step.saturation import BentChannel
 from procedures.estimation.winding.current_step.term import StepModel, StepScale
 
 #: Powers that are tried first, and the least and the most that a fit begins with of a bend.
@@ -11,7 +11,7 @@ _POWERS = (1.2, 2.0, 3.5, 6.0, 10.0, 16.0)
 _LEAST, _MOST = 0.01, 0.15
 
 
-def bend_in(step: Problem, fitted: Fitted, scale: StepScale) -> Bend:
+def bend_in(step: Problem, fitted: Fitted, scale: StepScale) -> BentChannel:
     """Return the bend from which a fit is to begin, of a channel that reads too little, beside the terms of another fit.
 
     From no bend at all a fit does not find its power. What each power would explain follows from the derivatives.
@@ -26,4 +26,4 @@ def bend_in(step: Problem, fitted: Fitted, scale: StepScale) -> Bend:
     squares = np.maximum(np.sum(across**2, axis=1), 1e-300)
     bends = across @ fitted.residuals / squares
     best = int(np.argmax(bends * np.abs(bends) * squares))
-    return Bend(_POWERS[best], (float(np.clip(bends[best], _LEAST, _MOST)), 0.0))
+    return BentChannel(_POWERS[best], (float(np.clip(bends[best], _LEAST, _MOST)), 0.0))

@@ -14,7 +14,7 @@ from procedures.estimation.winding.current_step.hum import HumOfBoth, hum_of_vol
 from procedures.estimation.winding.current_step.lost_samples import LostSamples, elsewhere, lost_in, soon_lost
 from procedures.estimation.winding.current_step.record import StepRecord
 from procedures.estimation.winding.current_step.ringing import Resonance, RingingEdge, ringing_in
-from procedures.estimation.winding.current_step.saturation import Bend, bent, lost, rises
+from procedures.estimation.winding.current_step.saturation import BentChannel, bent, lost, rises
 from procedures.estimation.winding.current_step.term import StepModel, StepScale, Term, figures_of
 from procedures.estimation.winding.current_step.terms import TERMS, Direction, directions, hum_on_current
 from procedures.estimation.winding.current_step.unexplained import no_figure, of_parts, structured
@@ -248,7 +248,7 @@ def _candidates(
             # An inductance that rises and falls again need not show where one that falls does, nor a slow divider where a fast one does.
             terms = [t for t in terms if len(t.start) > 1 and t.family == "saturation"]
         # The power of a bend is found from where it is likely alone.
-        terms = [bend_in(step, fitted, scale) if isinstance(t, Bend) else t for t in terms]
+        terms = [bend_in(step, fitted, scale) if isinstance(t, BentChannel) else t for t in terms]
         if family == Divider.family and (divider := divider_in(step, fitted, scale)):
             terms = [*terms, divider]
         if family in ("hum", "third"):
@@ -306,11 +306,11 @@ def _bent(step: Problem, fitted: Fitted, plain: Fitted, scale: StepScale) -> Ite
         for without in _possible(step, [terms], fitted, scale, np.inf) if terms else [plain]:
             fell = without.cost - fitted.cost
             enough = fitted.cost + max(_AS_LIKELY, min(_OF_ANOTHER * fell, _AS_NOISY * fitted.cost))
-            models = [] if isinstance(term, Bend) else [(*terms, bend_in(step, without, scale))]
+            models = [] if isinstance(term, BentChannel) else [(*terms, bend_in(step, without, scale))]
             yield from (f for f in _possible(step, models, without, scale, enough) if f.cost < enough)
-            if isinstance(term, Bend):
+            if isinstance(term, BentChannel):
                 half = fitted.cost + _HALF * fell
-                models = [(*terms, t) for t in TERMS if t.family == term.family and not isinstance(t, Bend)]
+                models = [(*terms, t) for t in TERMS if t.family == term.family and not isinstance(t, BentChannel)]
                 found = [f for f in _possible(step, models, without, scale, half) if f.cost < half]
                 found = [f for f in found if rises(f.terms[-1], figures_of(f.terms, f.figures, f.terms[-1]))]
                 yield from sorted(found, key=lambda f: f.cost)[:1]

@@ -127,7 +127,7 @@ class _MagnetSaturation(_Saturation):
 
 
 @dataclass(frozen=True)
-class Bend(Term):
+class BentChannel(Term):
     """The current's channel reads less and less of a current: i = r·(1 + a·|r/I|ⁿ) flows where it reads r, as from a probe whose core
     comes near saturation, or whose amplifier or compensation comes to its end.
 
@@ -185,7 +185,7 @@ class Bend(Term):
         """Return n."""
         return self.exponent * float(np.exp(np.sum(figures[1:])))
 
-    def cubic(self) -> "Bend":
+    def cubic(self) -> "BentChannel":
         """Return the plainest law."""
         return replace(self, exponent=2.0, start=(0.0,), known=(np.inf,))
 
@@ -201,12 +201,14 @@ class Bend(Term):
 
 def rises(term: Term, figures: FloatArray) -> bool:
     """Tell whether a term is an inductance that rises with the current, or a channel that makes nearly the same shape."""
-    return isinstance(term, Bend) or (isinstance(term, _Saturation) and float(term.share(np.ones(1), figures)[0]) > 1.0)
+    return isinstance(term, BentChannel) or (
+        isinstance(term, _Saturation) and float(term.share(np.ones(1), figures)[0]) > 1.0
+    )
 
 
 def bent(term: Term, figures: FloatArray) -> float:
     """Return by what share more flows than is read at the step's current, 0 where a term is no channel that bends."""
-    return max(float(figures[0]), 0.0) if isinstance(term, Bend) else 0.0
+    return max(float(figures[0]), 0.0) if isinstance(term, BentChannel) else 0.0
 
 
 def lost(term: Term, figures: FloatArray) -> float:
@@ -215,7 +217,7 @@ def lost(term: Term, figures: FloatArray) -> float:
     Where h(r) flows and r is read, the inductance seems to rise with h′ and the resistance with h/r, which of a gain that falls faster and
     faster rises by at most half as much, and by less the later it begins to fall.
     """
-    if not isinstance(term, Bend):
+    if not isinstance(term, BentChannel):
         return 0.0
     a = max(float(figures[0]), 0.0)
     return min(_LOST_OF_RISE * (term.power(figures) + 1.0), _OF_LAW) * a
@@ -227,5 +229,5 @@ LAWS: tuple[Term, ...] = (
     _FluxSaturation(),
     _BiasedSaturation(),
     _MagnetSaturation(),
-    Bend(),
+    BentChannel(),
 )

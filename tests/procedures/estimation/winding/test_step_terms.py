@@ -18,7 +18,7 @@ FIGURES = {
     "_FluxSaturation": (0.5,),
     "_BiasedSaturation": (0.3,),
     "_MagnetSaturation": (-0.3, 0.4),
-    "Bend": (0.1, 0.2),
+    "BentChannel": (0.1, 0.2),
     "_Eddy": (0.3, 0.2),
     "_Coupling": (0.1,),
     "_VoltageCoupling": (0.1,),
