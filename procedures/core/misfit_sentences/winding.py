@@ -89,7 +89,8 @@ _SEEN_IN_STEP_BOTH = {
 _SEEN_IN_STEP_BEND = {
     Cause.DISTORTION: text(
         "the current channel may read {share:.1%} too little at the end of the step, as a probe does whose core comes near saturation, or "
-        "the inductance rises with the current. The resistance would be smaller by as much. Use a smaller step, or a probe for more current"
+        "the inductance rises with the current. The resistance would be smaller by as much. Use a smaller step, or a probe for more "
+        "current. A four-wire resistance, or the probe beside a calibrated ammeter at the current of the step, tells which of both it is"
     ),
 }
 _SEEN_IN_STEP_TRIED = {

@@ -7,13 +7,14 @@ import numpy as np
 
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 from procedures.estimation.fitting.misfit import ALARM, Answer, Cause, Finding, Score, none_explains, score_test
+from procedures.estimation.winding.current_step.bends import bend_in
 from procedures.estimation.winding.current_step.divider import Divider, divider_in
 from procedures.estimation.winding.current_step.fit import Fitted, Problem, fit_with
 from procedures.estimation.winding.current_step.hum import HumOfBoth, hum_of_voltage
 from procedures.estimation.winding.current_step.lost_samples import LostSamples, elsewhere, lost_in, soon_lost
 from procedures.estimation.winding.current_step.record import StepRecord
 from procedures.estimation.winding.current_step.ringing import Resonance, RingingEdge, ringing_in
-from procedures.estimation.winding.current_step.saturation import bent, risen, rises
+from procedures.estimation.winding.current_step.saturation import BentChannel, bent, lost, rises
 from procedures.estimation.winding.current_step.term import StepModel, StepScale, Term, figures_of
 from procedures.estimation.winding.current_step.terms import TERMS, Direction, directions, hum_on_current
 from procedures.estimation.winding.current_step.unexplained import no_figure, of_parts, structured
@@ -23,7 +24,7 @@ from procedures.estimation.winding.current_step.variance import StepVariance
 _ACCEPTED, _AS_LIKELY, _MOST_TERMS = 9.0, 12.0, 3
 #: A term is tried again in place of an earlier one where it left no more than so many times as much unexplained in that round.
 _NEAR = 10.0
-#: A gap is sought closer, and a bend is as likely as an inductance that rises, where it explains this share of what the best term does.
+#: A gap is sought closer, and an inductance that rises is as likely as a bend, where it explains this share of what the best term does.
 _HALF = 0.5
 #: Families whose terms are one direction, so that each has to be fitted.
 _SEVERAL = ("skew", "saturation", "coupling")
@@ -39,9 +40,12 @@ _CHANCE, _CHANCE_OF_NONE = 1.0, 2.0
 #: Of two explanations that no record tells apart the truth is at one end of what they span: the interval reaches so much further, for
 #: limits of gain are added to it as a root of squares, which does not move an end by as much as they do.
 _TWO_ENDS = 1.35
-#: What a probe reads too little is at most this share of what the inductance seems to rise by: half where its gain falls in proportion to
-#: the current, and the less the later it begins to fall.
-_LOST_OF_RISE = 0.5
+#: A bend may be the cause where it leaves no more than this share of what others explain: probes follow no law.
+_OF_ANOTHER = 0.02
+#: But no more than so many times what those leave.
+_AS_NOISY = 2.0
+#: Families of what is read beside the current.
+_BESIDE = ("hum", "third", "slope")
 #: Lateness, in the winding's time constants, from which a channel's second order may show, and the damping that is tried for it.
 _LATE, _DAMPED = 0.005, 0.6
 #: Dampings that are tried for a channel that is late and rings.
@@ -144,7 +148,7 @@ def judge(step: Problem, plain: Fitted, *, alarm: float) -> StepJudgement:
         and not _held_by(f.terms, fitted.terms)
         and f.cost <= fitted.cost + _AS_LIKELY * _of_difference(step, fitted, f)
     ]
-    rivals += _bent(step, fitted, scale)
+    rivals += _bent(step, fitted, plain, scale)
     # Of what a fast second circuit does, a gap soon after the step does the same.
     rivals += sorted(soon_lost(step, fitted, scale, _AS_LIKELY), key=lambda f: f.cost)
     values, apart, named_rivals = _spanned(step, fitted, rivals, scale)
@@ -243,6 +247,8 @@ def _candidates(
         if not seen:
             # An inductance that rises and falls again need not show where one that falls does, nor a slow divider where a fast one does.
             terms = [t for t in terms if len(t.start) > 1 and t.family == "saturation"]
+        # The power of a bend is found from where it is likely alone.
+        terms = [bend_in(step, fitted, scale) if isinstance(t, BentChannel) else t for t in terms]
         if family == Divider.family and (divider := divider_in(step, fitted, scale)):
             terms = [*terms, divider]
         if family in ("hum", "third"):
@@ -284,25 +290,33 @@ def _exchanged(step: Problem, fitted: Fitted, rounds: Sequence[Sequence[Fitted]]
         yield from _possible(step, models, fitted, scale, fitted.cost + _AS_LIKELY)
 
 
-def _bent(step: Problem, fitted: Fitted, scale: StepScale) -> Iterator[Fitted]:
-    """Give the fits with a current channel that bends in place of an inductance that rises with the current, and the reverse, where they
-    explain half as much.
+def _bent(step: Problem, fitted: Fitted, plain: Fitted, scale: StepScale) -> Iterator[Fitted]:
+    """Give the fits with a current channel that bends in place of what else was found, and with an inductance that rises with the current
+    in place of such a channel, where they explain nearly as much.
 
     Neither iron nor probe follows a law exactly: however much likelier one is, the other may be the cause, with another resistance.
     """
     term = next((t for t in fitted.terms if t.family == "saturation"), None)
-    if term is None or not rises(term, figures_of(fitted.terms, fitted.figures, term)):
-        return
-    kept = tuple(t for t in fitted.terms if t is not term)
-    bends = term.cause is Cause.DISTORTION
-    others = [t for t in TERMS if t.family == term.family and t is not term and (bends or t.cause is not term.cause)]
-    # What else was found may have been so for want of the other cause.
-    for without in _possible(step, list(dict.fromkeys((kept, ()))), fitted, scale, np.inf):
-        half = without.cost - _HALF * (without.cost - fitted.cost)
-        found = list(_possible(step, [(*without.terms, t) for t in others], without, scale, half))
-        rising = [f for f in found if f.cost < half and rises(f.terms[-1], figures_of(f.terms, f.figures, f.terms[-1]))]
-        for cause in (Cause.SATURATION, Cause.DISTORTION):
-            yield from sorted((f for f in rising if f.terms[-1].cause is cause), key=lambda f: f.cost)[:1]
+    own = None if term is None else figures_of(fitted.terms, fitted.figures, term)
+    rising = term is not None and own is not None and rises(term, own)
+    # What else was found may have been so for want of the other cause; what is read beside the current is another matter.
+    kept = [(), tuple(t for t in fitted.terms if t.family in _BESIDE)] if fitted.terms else []
+    kept += [tuple(t for t in fitted.terms if t is not term)] if rising else []
+    for terms in dict.fromkeys(k for k in kept if k != fitted.terms):
+        for without in _possible(step, [terms], fitted, scale, np.inf) if terms else [plain]:
+            fell = without.cost - fitted.cost
+            enough = fitted.cost + max(_AS_LIKELY, min(_OF_ANOTHER * fell, _AS_NOISY * fitted.cost))
+            models = [] if isinstance(term, BentChannel) else [(*terms, bend_in(step, without, scale))]
+            yield from (f for f in _possible(step, models, without, scale, enough) if f.cost < enough)
+            if isinstance(term, BentChannel):
+                half = fitted.cost + _HALF * fell
+                models = [(*terms, t) for t in TERMS if t.family == term.family and not isinstance(t, BentChannel)]
+                found = [f for f in _possible(step, models, without, scale, half) if f.cost < half]
+                found = [f for f in found if rises(f.terms[-1], figures_of(f.terms, f.figures, f.terms[-1]))]
+                yield from sorted(found, key=lambda f: f.cost)[:1]
+                # By another law of the probe the inductance is another one.
+                found = list(_possible(step, [(*terms, term.cubic())], without, scale, half))
+                yield from (f for f in found if f.cost < half)
 
 
 def _possible(
@@ -336,14 +350,10 @@ def _turned(fit: Fitted, scale: StepScale, count: int) -> FloatArray:
 
 
 def _by_probe(fit: Fitted) -> tuple[float, float]:
-    """Return between what a resistance (Ω) lies where a fit has an inductance that rises with the current, or a channel that bends.
-
-    A probe follows no law that is known beforehand. Where h(r) flows and r is read, the inductance seems to rise with h′ and the resistance
-    with h/r, which of a gain that falls faster and faster rises by at most half as much; where it is iron, by nothing.
-    """
+    """Return between what a resistance (Ω) lies where a fit has a channel that bends: from its value by another law to that by none."""
     own = [(t, figures_of(fit.terms, fit.figures, t)) for t in fit.terms]
     read = fit.full[0] * (1.0 + sum(bent(*each) for each in own))
-    return float(read / (1.0 + _LOST_OF_RISE * sum(risen(*each) for each in own))), float(read)
+    return float(read / (1.0 + sum(lost(*each) for each in own))), float(read)
 
 
 def _spanned(

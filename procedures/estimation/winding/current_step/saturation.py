@@ -1,5 +1,6 @@
 """Terms of a current step's circuit and channel that are not proportional to the current: iron that saturates, and a probe that bends."""
 
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -11,8 +12,15 @@ from procedures.estimation.winding.current_step.term import StepScale, Term
 #: Currents, in steps, between which an inductance follows its law, and some of them.
 _FITTED = (-0.1, 1.2)
 _PLACES = np.linspace(*_FITTED, 14)
-#: Rounds that find the reading of a current.
-_ITERATIONS = 5
+#: Readings, in steps, among which that of a current is sought.
+_READ = np.linspace(0.0, 1.6, 801)
+#: Between which a bend's power lies; where more flows than is read by this share, anybody sees that the current does not reach its end.
+_LEAST_POWER, _MOST_POWER, _MOST_BENT = 0.9, 29.0, 1.0 / 3.0
+#: Least change of the current with the reading, where a fit on its way has a channel that reads more of more current.
+_FLATTEST = 0.05
+#: The most that a channel which bends loses at the end: this share of what the inductance seems to rise by, and so much of what it loses
+#: by its own law.
+_LOST_OF_RISE, _OF_LAW = 0.5, 2.0
 #: Places and weights of a mean between 0 and 1.
 _NODES, _WEIGHTS = (
     0.5 * (1.0 + each) if not k else 0.5 * each for k, each in enumerate(np.polynomial.legendre.leggauss(8))
@@ -118,91 +126,101 @@ class _MagnetSaturation(_Saturation):
         return {"current": scale.current, "share": float(self.share(np.ones(1), figures)[0]), "smaller": smaller}
 
 
-class _Bend(Term):
-    """The current's channel reads less and less of a current, as a probe whose core comes near saturation: i = r·(1 + a·(r/I)²) flows
-    where it reads r.
+@dataclass(frozen=True)
+class BentChannel(Term):
+    """The current's channel reads less and less of a current: i = r·(1 + a·|r/I|ⁿ) flows where it reads r, as from a probe whose core
+    comes near saturation, or whose amplifier or compensation comes to its end.
 
-    An inductance that rises with the current makes nearly the same shape, with a resistance higher by 1 + a.
+    The figures are a, and the logarithm of n over `exponent` if n is not that. An inductance that rises with the current makes nearly the
+    same shape, with a resistance higher by 1 + a.
     """
 
-    cause, family = Cause.DISTORTION, "saturation"
+    cause: ClassVar[Cause] = Cause.DISTORTION
+    family: ClassVar[str] = "saturation"
     # Probes bend more rarely than iron and circuits do the same.
-    price: ClassVar[float] = 12.0
-
-    def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
-        flows, a = current / scale.current, float(figures[0])
-        read = flows / (1.0 + a * np.minimum(flows**2, 1.0))
-        for _ in range(_ITERATIONS):
-            read = read - (read * (1.0 + a * read**2) - flows) / (1.0 + 3.0 * a * read**2)
-        return np.asarray(scale.current * read)
-
-    def channel_slopes(
-        self, slopes: FloatArray, current: FloatArray, step: float, scale: StepScale, figures: FloatArray
-    ) -> FloatArray:
-        read = self.channel(current, step, scale, figures) / scale.current
-        return np.asarray(slopes / (1.0 + 3.0 * float(figures[0]) * read**2))
-
-    def within(self, figures: FloatArray) -> bool:
-        return bool(-0.2 < figures[0] < 1.0)
-
-    def possible(self, figures: FloatArray) -> bool:
-        return bool(figures[0] > 0.0)
-
-    def power(self, figures: FloatArray) -> float:
-        """Return n of the law r·(1 + a·|r/I|ⁿ)."""
-        return 2.0
-
-    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
-        return {"record": "step-bend", "share": float(figures[0] / (1.0 + figures[0]))}
-
-
-class _SteepBend(_Bend):
-    """A channel that bends late: i = r·(1 + a·|r/I|ⁿ) flows where it reads r, as where an amplifier or a compensation comes to its end.
-
-    The figures are a, and the logarithm of n over 5.
-    """
+    price: ClassVar[float] = 15.0
+    exponent: float = 2.0
 
     start: tuple[float, ...] = (0.0, 0.0)
-    known: tuple[float, ...] = (np.inf, 0.5)
-    # A law of one figure that is nearly as good is the simpler one.
-    price: ClassVar[float] = 15.0
+    known: tuple[float, ...] = (np.inf, 1.0)
 
     def channel(self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray) -> FloatArray:
-        flows, a, n = current / scale.current, float(figures[0]), self.power(figures)
-        read = flows / (1.0 + a * np.minimum(np.abs(flows), 1.0) ** n)
-        for _ in range(2 * _ITERATIONS):
-            bent = a * np.minimum(np.abs(read), 2.0) ** n
-            read = read - (read * (1.0 + bent) - flows) / (1.0 + (n + 1.0) * bent)
-        return np.asarray(scale.current * read)
+        """Return what the channel makes of currents (A, shape (…, n))."""
+        flows = np.abs(current / scale.current)
+        # A reading is sought among some, and then found by one step of Newton's.
+        flowing = _READ * (1.0 + float(figures[0]) * _READ ** self.power(figures))
+        falls = np.flatnonzero(np.diff(flowing) <= 0.0)
+        rises = slice(None, int(falls[0]) + 1 if falls.size else None)
+        near = np.interp(flows, flowing[rises], _READ[rises])
+        off = np.minimum(flows, flowing[rises][-1]) - near * (1.0 + float(figures[0]) * near ** self.power(figures))
+        return np.asarray(np.sign(current) * abs(scale.current) * (near + off / self._slope(near, figures)))
 
     def channel_slopes(
         self, slopes: FloatArray, current: FloatArray, step: float, scale: StepScale, figures: FloatArray
     ) -> FloatArray:
-        read, n = np.abs(self.channel(current, step, scale, figures) / scale.current), self.power(figures)
-        return np.asarray(slopes / (1.0 + (n + 1.0) * float(figures[0]) * np.minimum(read, 2.0) ** n))
+        """Return what the channel makes of small changes (A, shape (m, n)) of the current (n,)."""
+        return np.asarray(
+            slopes / self._slope(np.abs(self.channel(current, step, scale, figures) / scale.current), figures)
+        )
+
+    def channel_by_figures(
+        self, current: FloatArray, step: float, scale: StepScale, figures: FloatArray
+    ) -> FloatArray | None:
+        """Return the derivatives (k, n) of what the channel makes of a current (n,) by the figures (k,)."""
+        read = self.channel(current, step, scale, figures) / scale.current
+        size, n = np.abs(read), self.power(figures)
+        by_a = -scale.current * read * size**n / self._slope(size, figures)
+        by_n = by_a * float(figures[0]) * n * np.log(np.maximum(size, _READ[1]))
+        return np.array([by_a, by_n][: figures.size])
 
     def within(self, figures: FloatArray) -> bool:
-        return bool(-0.05 < figures[0] < 1.0 and abs(figures[1]) < 1.5)
+        """Tell whether a fit may go to these figures."""
+        return bool(-0.05 < figures[0] < 1.0 and _LEAST_POWER < self.power(figures) < _MOST_POWER)
+
+    def possible(self, figures: FloatArray) -> bool:
+        """Tell whether a core or an amplifier does so."""
+        return bool(0.0 < figures[0] < _MOST_BENT)
 
     def power(self, figures: FloatArray) -> float:
-        return 5.0 * float(np.exp(figures[1]))
+        """Return n."""
+        return self.exponent * float(np.exp(np.sum(figures[1:])))
+
+    def cubic(self) -> "BentChannel":
+        """Return the plainest law."""
+        return replace(self, exponent=2.0, start=(0.0,), known=(np.inf,))
+
+    def told(self, scale: StepScale, figures: FloatArray) -> dict[str, float | str]:
+        """Return what was found, in SI."""
+        return {"record": "step-bend", "share": float(figures[0] / (1.0 + figures[0]))}
+
+    def _slope(self, read: FloatArray, figures: FloatArray) -> FloatArray:
+        """Return by how much more current flows for a reading that is higher, in steps both."""
+        n = self.power(figures)
+        return np.maximum(1.0 + (n + 1.0) * float(figures[0]) * read**n, _FLATTEST)
 
 
 def rises(term: Term, figures: FloatArray) -> bool:
     """Tell whether a term is an inductance that rises with the current, or a channel that makes nearly the same shape."""
-    return isinstance(term, _Bend) or risen(term, figures) > 0.0
-
-
-def risen(term: Term, figures: FloatArray) -> float:
-    """Return by what share an inductance is, or for a channel that bends seems, higher at the step's current than at none; 0 if not."""
-    if isinstance(term, _Bend):
-        return max((term.power(figures) + 1.0) * float(figures[0]), 0.0)
-    return max(float(term.share(np.ones(1), figures)[0]) - 1.0, 0.0) if isinstance(term, _Saturation) else 0.0
+    return isinstance(term, BentChannel) or (
+        isinstance(term, _Saturation) and float(term.share(np.ones(1), figures)[0]) > 1.0
+    )
 
 
 def bent(term: Term, figures: FloatArray) -> float:
     """Return by what share more flows than is read at the step's current, 0 where a term is no channel that bends."""
-    return max(float(figures[0]), 0.0) if isinstance(term, _Bend) else 0.0
+    return max(float(figures[0]), 0.0) if isinstance(term, BentChannel) else 0.0
+
+
+def lost(term: Term, figures: FloatArray) -> float:
+    """Return by what share more may flow than is read at the step's current, whatever the law of a channel that bends; 0 where it does not.
+
+    Where h(r) flows and r is read, the inductance seems to rise with h′ and the resistance with h/r, which of a gain that falls faster and
+    faster rises by at most half as much, and by less the later it begins to fall.
+    """
+    if not isinstance(term, BentChannel):
+        return 0.0
+    a = max(float(figures[0]), 0.0)
+    return min(_LOST_OF_RISE * (term.power(figures) + 1.0), _OF_LAW) * a
 
 
 #: The laws that are looked for: one direction all of them. The first is the plainest.
@@ -211,6 +229,5 @@ LAWS: tuple[Term, ...] = (
     _FluxSaturation(),
     _BiasedSaturation(),
     _MagnetSaturation(),
-    _Bend(),
-    _SteepBend(),
+    BentChannel(),
 )
