@@ -1,6 +1,7 @@
 """Software that computes the figures of a run: this program, and the libraries beneath it."""
 
 import hashlib
+import os
 import platform
 from functools import cache
 from importlib.metadata import version
@@ -46,9 +47,20 @@ def _code() -> str:
     for package in _OWN:
         spec = find_spec(package)
         for folder in spec.submodule_search_locations or () if spec else ():
-            root = Path(folder)
-            for path in sorted(root.rglob("*.py")):
-                content = path.read_bytes()
-                digest.update(f"{package}/{path.relative_to(root).as_posix()} {len(content)}\n".encode())
+            for name in _sources(folder):
+                content = Path(folder, name).read_bytes()
+                digest.update(f"{package}/{name} {len(content)}\n".encode())
                 digest.update(content)
     return digest.hexdigest()
+
+
+def _sources(folder: str, below: str = "") -> list[str]:
+    """Return the modules of a folder and of those in it, in order, by their paths from it; what has been compiled is not looked through."""
+    found = []
+    with os.scandir(folder) as entries:
+        for entry in sorted(entries, key=lambda entry: entry.name):
+            if entry.name.endswith(".py"):
+                found.append(f"{below}{entry.name}")
+            elif entry.is_dir(follow_symlinks=False) and entry.name != "__pycache__":
+                found += _sources(entry.path, f"{below}{entry.name}/")
+    return found

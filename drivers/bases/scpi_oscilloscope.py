@@ -159,7 +159,7 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
         while self._state() is Acquiring.FILLING:
             if self._clock.now() >= armed + ARMING_TIME:
                 raise MeasurementError(self._name, text("does not arm for its trigger"), command=self._single)
-            self._pause()
+            self._pause(armed)
         if self._force and self._trigger.channel is None:
             self._session.write(self._force)
 
@@ -180,7 +180,7 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
                 raise MeasurementError(
                     self._name, text("{awaited} within {timeout:g} s", awaited=self._awaited(), timeout=timeout)
                 )
-            self._pause()
+            self._pause(started)
         self._send(self._transfer)
         return {channel: self._waveform(channel, *self._record(channel, self._points)) for channel in channels}
 
@@ -221,8 +221,10 @@ class ScpiOscilloscope(OscilloscopeDialogue, Oscilloscope):
             self._ranges[channel] = ChannelSettings(self._full_scale(channel), self._mid_screen(channel))
         return self._ranges[channel]
 
-    def _pause(self) -> None:
-        self._clock.sleep(min(self._options.poll_interval, max(self._record_time / 20, 1e-3)))
+    def _pause(self, since: float) -> None:
+        """Wait before the next look at the state: of a record, or of what has been waited for it, a twentieth."""
+        longest = max(self._record_time, self._clock.now() - since)
+        self._clock.sleep(min(self._options.poll_interval, max(longest / 20, 1e-3)))
 
     def _awaited(self) -> Text:
         if self._trigger.channel is None:

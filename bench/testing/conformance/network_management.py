@@ -13,6 +13,8 @@ from drivers.interfaces import InstrumentError
 
 _COMMAND, _HEARTBEAT = 0x000, 0x700
 _SDO_REQUEST, _SDO_REPLY, _ABORT = 0x600, 0x580, b"\x80"
+#: Bits of an SDO's command (CiA 301): a write; the answer holds the object; it says how long the object is.
+_DOWNLOAD, _EXPEDITED, _SIZE_SAID = 0x20, 2, 1
 #: The transmit PDOs' parameters and mappings (CiA 301): the identifier, with a bit that says that it is not valid, and the type.
 _PDO_PARAMETERS, _PDO_MAPPINGS, _PDOS = 0x1800, 0x1A00, range(4)
 _NOT_VALID = 1 << 31
@@ -29,6 +31,8 @@ class OtherMaster:
         self._node = int(address["node_id"])
         self._end = stand.bench.can_bus(address["channel"])
         self._heard, self._answer = "", b""
+        #: What was written into the mappings of transmit PDOs since: index, subindex and length in bits.
+        self.mapped: list[tuple[int, int, int]] = []
         self._end.hand_over(self._hear)
 
     def __enter__(self) -> "OtherMaster":
@@ -58,6 +62,14 @@ class OtherMaster:
         """Return the bytes of an object, by SDO; None for one that the node has not, or does not let be read."""
         return self._asked(0x40, index, subindex)
 
+    def length(self, index: int, subindex: int) -> int | None:
+        """Return how many bits an object has, as the node says by SDO; None where it says nothing of it."""
+        if self.read(index, subindex) is None or not self._answer[0] & _SIZE_SAID:
+            return None
+        if self._answer[0] & _EXPEDITED:
+            return 8 * (4 - (self._answer[0] >> 2 & 3))
+        return 8 * int.from_bytes(self._answer[4:], "little")
+
     def write(self, index: int, subindex: int, data: bytes) -> None:
         """Write an object of at most four bytes by SDO, whatever the node says of it."""
         self._asked(0x23 | (4 - len(data)) << 2, index, subindex, data)
@@ -77,6 +89,11 @@ class OtherMaster:
             self._heard = _WORDS.get(message.data[0] & 0x7F, "")
         elif message.arbitration_id == _SDO_REPLY + self._node:
             self._answer = bytes(message.data)
+        elif message.arbitration_id == _SDO_REQUEST + self._node and message.data[0] & 0xE0 == _DOWNLOAD:
+            index, subindex = int.from_bytes(message.data[1:3], "little"), message.data[3]
+            entry = int.from_bytes(message.data[4:], "little")
+            if index - _PDO_MAPPINGS in _PDOS and subindex and entry:
+                self.mapped.append((entry >> 16, entry >> 8 & 0xFF, entry & 0xFF))
 
 
 def state_of(stand: OneInstrumentBench) -> str:
@@ -97,7 +114,10 @@ def check_network_management(trial: Trial) -> None:
 
 
 def check_process_data(trial: Trial) -> None:
-    """Check a CANopen node's transmit PDOs: put back by `close()`; ones that stop meanwhile are told or done without."""
+    """Check a CANopen node's transmit PDOs: objects in their own lengths, all put back by `close()`.
+
+    Ones that stop meanwhile are told or done without.
+    """
     checks = trial.checks
     with trial.stand() as made:
         if made.transport != "can":
@@ -106,6 +126,12 @@ def check_process_data(trial: Trial) -> None:
         with OtherMaster(made) as other:
             before = _pdos(other)
             instrument = made.open()
+            wrong = [
+                f"{index:04X}h {subindex} with {bits} bits instead of {length}"
+                for index, subindex, bits in other.mapped
+                if (length := other.length(index, subindex)) not in (None, bits)
+            ]
+            checks.that("PDOs: each object in its length", not wrong, ", ".join(wrong), "Map it as the manual types it")
             used = {number: one for number, one in _pdos(other).items() if one != before[number]}
             for number in used:
                 identifier = int.from_bytes(other.read(_PDO_PARAMETERS + number, 1) or b"", "little") | _NOT_VALID

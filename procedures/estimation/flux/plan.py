@@ -1,5 +1,6 @@
 """The locations at which a map is read, and their order, by the current circle, the voltage at the speed, heat and drift."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -68,6 +69,9 @@ def grid_locations(
     best = np.empty((0, 2))
     for rows in range(2, max(3, int(2.0 * np.sqrt(count)))):
         for spacing in np.linspace(0.8, 1.6, 33):
+            most = _count(largest, rows, spacing, low, high, both_sides)
+            if most < len(best) or (most > count and allowed is None):
+                continue
             made = _rows(largest, rows, spacing, low, high, both_sides)
             if allowed is not None:
                 made = made[allowed(made)]
@@ -237,23 +241,41 @@ def _of_d_axis(points: FloatArray) -> NDArray[np.intp]:
     return np.unique(np.array(made, dtype=np.intp))
 
 
+def _count(largest: float, rows: int, spacing: float, low: float, high: float, both_sides: bool) -> int:
+    """Return how many locations `_rows` makes."""
+    step = spacing * largest / rows
+    counts = [1 + _gaps(row, step, *_ends(largest, row, rows, low, high)[1:]) for row in range(rows + 1)]
+    return sum(counts) + (sum(counts[1:]) if both_sides else 0)
+
+
+def _ends(largest: float, row: int, rows: int, low: float, high: float) -> tuple[float, float, float]:
+    """Return a row's i_q, and its smallest and largest i_d (A)."""
+    i_q = largest * (row / rows) ** _DENSER
+    half = math.sqrt(max(largest**2 - i_q**2, 0.0))
+    return i_q, max(low, -half), min(high, half)
+
+
+def _gaps(row: int, step: float, first: float, last: float) -> int:
+    """Return how many gaps there are between the locations of a row, those of the d axis with one at 0."""
+    if row == 0:
+        return round(-first / step) + round(last / step)
+    if last - first <= 0.3 * step:
+        return 0
+    return max(round((last - first) / (_BESIDE_AXIS * step if row == 1 else step)), 1)
+
+
 def _rows(largest: float, rows: int, spacing: float, low: float, high: float, both_sides: bool) -> FloatArray:
     step = spacing * largest / rows
     result: list[FloatArray] = []
     for row in range(rows + 1):
-        i_q = largest * (row / rows) ** _DENSER
-        half = np.sqrt(max(largest**2 - i_q**2, 0.0))
-        first, last = max(low, -half), min(high, half)
+        i_q, first, last = _ends(largest, row, rows, low, high)
         if row == 0:
             left, right = round(-first / step), round(last / step)
             i_d = np.concatenate((np.linspace(first, 0.0, left + 1)[:-1], [0.0], np.linspace(0.0, last, right + 1)[1:]))
+        elif gaps := _gaps(row, step, first, last):
+            i_d = np.linspace(first, last, gaps + 1)
         else:
-            apart = _BESIDE_AXIS * step if row == 1 else step
-            i_d = (
-                np.linspace(first, last, max(round((last - first) / apart), 1) + 1)
-                if last - first > 0.3 * step
-                else (np.array([0.5 * (first + last)]))
-            )
+            i_d = np.array([0.5 * (first + last)])
         i_d = np.where(np.abs(i_d) < 1e-9 * largest, 0.0, i_d)
         result.append(np.column_stack((i_d, np.full(i_d.size, i_q))))
         if both_sides and row:

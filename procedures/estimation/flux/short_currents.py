@@ -204,7 +204,8 @@ class ShortPosterior:
         d_axis, q_axis = across, np.exp(known["saliency"]) * across
         x_d, x_q = d_axis, q_axis / (1.0 + known["saturation_q"] * 0.7)
         i_q = x_d
-        for _ in range(_SETTLING + 1):
+        # Inductances that depend on no current need no rounds.
+        for _ in range(_SETTLING + 1 if self._rows.saturating else 1):
             scale = weaker * across / (1.0 + x_d * x_q)
             i_d, i_q = scale * x_q, 2.0 * scale
             x_d = d_axis * (1.0 + known["saturation_d"] * (1.0 - i_d))

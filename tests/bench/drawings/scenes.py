@@ -25,8 +25,11 @@ WYE = Nameplate("M1", WindingConnection.WYE, 2.0, wire_colours={"A": "white", "B
 DELTA = Nameplate("Long name of a motor", WindingConnection.DELTA, 2.0, wire_colours={"A": "turquoise", "B": "grey"})
 #: Procedures that turn a motor by a six-step drive.
 _SIX_STEP = ("equivalent-resistance", "no-load-current-six-step")
-#: What a procedure wants of another one before.
-_SETTINGS = {"equivalent-resistance": ("loads=[0.5]",)}
+#: What a procedure wants of another one before; and as few readings as there can be, where the hands' work does not go by their number.
+_SETTINGS = {
+    "equivalent-resistance": ("loads=[0.5]",),
+    "load-points": ("speed_shares=[1.0]", "current_shares=[0.5, 1.0]", "readings=3"),
+}
 
 
 class _Noted:

@@ -27,6 +27,7 @@ from drivers.interfaces.found_state import FoundSetting
 from drivers.interfaces.text import text
 from drivers.lutron.tachometer import LutronTachometer
 from drivers.transport.can.network_management import NmtState
+from drivers.transport.can.process_data import MappedObject
 from sim_instruments.instruments.cia402.catalogue import VELOCITY_INVERTER
 from tests.bench.testing.conformance.own_cia402_models import TOO_FINE
 from tests.bench.testing.conformance.own_drivers import OPTIONS, manual_of
@@ -74,6 +75,15 @@ def test_process_data_that_stay_mapped_are_found(monkeypatch: Patch, puts_back: 
         monkeypatch.setattr("drivers.transport.can.process_data.ProcessData._restore", lambda *_: None)
     failed = failures(check_process_data, "cia402-six-step", process_data=True)
     assert failed == ([] if puts_back else ["PDOs: put back"])
+
+
+@pytest.mark.parametrize(("index", "wrong"), [(0x6041, 4), (0x6079, 8), (0x6079, 2)])
+def test_an_object_that_is_mapped_with_another_length_is_found(monkeypatch: Patch, index: int, wrong: int) -> None:
+    def mapped(one: int, size: int, signed: bool = False) -> MappedObject:
+        return MappedObject(one, wrong if one == index else size, signed)
+
+    monkeypatch.setattr("drivers.cia402.six_step.MappedObject", mapped)
+    assert failures(check_process_data, "cia402-six-step", process_data=True) == ["PDOs: each object in its length"]
 
 
 def test_a_port_that_may_not_be_opened_must_be_told_with_its_remedy(monkeypatch: Patch) -> None:
