@@ -187,11 +187,14 @@ class RampModel:
         if not (solution.settled and np.all(np.isfinite(solution.values))):
             raise EstimationError(f"the fit of {what} does not converge; {self._suspected()}")
         residuals, slopes = self.evaluate(solution.values)
-        r = np.linalg.qr((slopes * scale[:, None]).T, mode="r")
+        # By what each says: one that the readings hardly show is determined by what is known of it.
+        said = np.linalg.norm(slopes, axis=1)
+        said[said == 0.0] = 1.0
+        r = np.linalg.qr((slopes / said[:, None]).T, mode="r")
         sizes = np.linalg.svd(r, compute_uv=False)
         if not sizes[-1] > 1e-9 * sizes[0]:
             raise EstimationError(f"the record does not determine {what} apart; take a longer or livelier one")
-        inverse = scale[:, None] * np.linalg.inv(r)
+        inverse = np.linalg.inv(r) / said[:, None]
         left = residuals[: self.measured.size] * self.spread
         return Solved(
             solution.values, residuals, -slopes, inverse @ inverse.T, float(residuals @ residuals), self.measured - left
