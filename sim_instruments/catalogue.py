@@ -142,17 +142,20 @@ def standard_units(
     dq_inverter: Options | None = None,
     dc_voltage: float | None = None,
     torque: float | None = None,
+    inverter_current: float | None = None,
 ) -> Sequence[SimulatedUnit]:
     """Return the units of a standard virtual bench; with `dq_inverter`, its inverter's options, d and q currents can be commanded.
 
-    `dc_voltage` (V) is the other inverter's DC link, `torque` (N·m) the rated one of a dynamometer that is larger than usual.
+    `dc_voltage` (V) is the other inverter's DC link, `torque` (N·m) the rated one of a dynamometer and `inverter_current` (A) the largest
+    of an inverter that are larger than usual.
     """
     names = {**STANDARD, **(SIX_STEP if six_step else {}), **(FIXTURE if fixture else {})}
     units = {role: SimulatedUnit(find(name)) for role, name in names.items()}
     if dq_inverter is not None:
         units["inverter"] = SimulatedUnit(find(DQ_INVERTER), options=dq_inverter)
     elif dc_voltage is not None:
-        units["inverter"] = replace(units["inverter"], options={"dc_voltage": dc_voltage})
+        larger = {} if inverter_current is None else {"maximum_current": inverter_current}
+        units["inverter"] = replace(units["inverter"], options={"dc_voltage": dc_voltage, **larger})
     if torque is not None:
         units["dynamometer"] = replace(units["dynamometer"], options={"maximum_torque": torque})
     return list(units.values())

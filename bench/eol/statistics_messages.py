@@ -85,8 +85,18 @@ def distribution_words(each: "ParameterStatistics", label: Text) -> Text | None:
     """Return what a reader must know of how a parameter's indices were made; None where the figures may be normal."""
     found, other = each.normality, each.percentiles
     if math.isnan(found.p):
-        if each.distribution.count < 2 or not each.distribution.standard_deviation > 0.0:
+        if each.distribution.count < 2:
             return None
+        if (
+            math.isnan(each.overall.cpk)
+            and math.isnan(each.overall.cp)
+            and each.distribution.least == each.distribution.most
+        ):
+            return text(
+                "{parameter}: all {count} figures are alike: their spread is below the resolution, so that it tells of no capability",
+                parameter=label,
+                count=each.distribution.count,
+            )
         return text(
             "{parameter}: {count} motors are too few to tell whether the figures are normal; the indices take them to be",
             parameter=label,
@@ -103,6 +113,11 @@ def distribution_words(each: "ParameterStatistics", label: Text) -> Text | None:
         count=found.count,
         p="< 0.0001" if found.p < 1e-4 else f"= {found.p:.4f}",
     )
+    if other.alike:
+        same = text(
+            "nearly all figures are alike: the spread is below their resolution, so that no Ppk is given",
+        )
+        return Text("{said}; {few}", {"said": message, "few": same})
     if other.count >= FEWEST:
         return message
     few = text(

@@ -6,17 +6,27 @@ from typing import Any
 
 from bench.i18n.errors import InputError
 from bench.plugins.catalogues import Catalogues
-from bench.station.station_file import Entry, Station
+from bench.station.station_file import VIRTUAL, Entry, Station
 from bench.virtual.simulated_units import OF_THE_UNIT, missing_counterpart, stated_options, unit_of
-from bench.virtual.virtual_station import as_text, virtual_station
+from bench.virtual.virtual_station import as_text, dc_voltage_for, dq_inverter_for, virtual_station
 from drivers.bases.oscilloscope_data import Probe
 from drivers.bases.scpi_supply import ScpiSupplyModel, SupplyData
 from drivers.catalogue import MANUAL, RATING_UNITS, Driver
 from drivers.interfaces import Accuracy, ProbeKind
 from drivers.interfaces.text import Text, text
 from procedures.core.bench import Role
+from procedures.core.nameplate import Nameplate
 from sim_instruments.bench import VirtualBench
-from sim_instruments.catalogue import FIXTURE, SIX_STEP, STANDARD, Options, SimulatedInstrument, SimulatedUnit, find
+from sim_instruments.catalogue import (
+    DQ_INVERTER,
+    FIXTURE,
+    SIX_STEP,
+    STANDARD,
+    Options,
+    SimulatedInstrument,
+    SimulatedUnit,
+    find,
+)
 
 _ATTENUATION = 10.0
 #: Accuracy of the generic supply's meters, relative to its range, where the station file states none.
@@ -33,16 +43,29 @@ class Counterpart:
     differences: tuple[Text, ...]
 
 
-def counterparts_of(station: Station) -> dict[Role, Counterpart]:
-    """Return what stands for a station's instruments; a fixture's have none.
+def counterparts_of(station: Station, nameplate: Nameplate | None = None) -> dict[Role, Counterpart]:
+    """Return what stands for a station's instruments; a fixture's have none. An inverter's DC link, which no station file states, is
+    that of a motor's plate.
 
     Raises InputError for a driver that names a simulated instrument which cannot be had.
     """
-    return {
+    found = {
         role: _counterpart(entry, station.catalogues)
         for role, entry in station.entries.items()
         if role.value not in FIXTURE
     }
+    if nameplate is not None and (inverter := found.get(Role.INVERTER)) is not None:
+        given = _link(inverter.unit, nameplate, own=station.source != VIRTUAL)
+        unit = replace(inverter.unit, options={**given, **inverter.unit.options})
+        found[Role.INVERTER] = replace(inverter, unit=unit)
+    return found
+
+
+def _link(unit: SimulatedUnit, nameplate: Nameplate, *, own: bool) -> Options:
+    """Return what an inverter gets besides what its station states; a moteus of the station's own has its maker's limits."""
+    if unit.kind.name == DQ_INVERTER:
+        return {} if own else dq_inverter_for(nameplate)
+    return {"dc_voltage": dc_voltage_for(nameplate)}
 
 
 def twin_station(station: Station, counterparts: Mapping[Role, Counterpart], bench: VirtualBench) -> Station:

@@ -16,8 +16,10 @@ from bench.journal.run_folder import REHEARSAL, new_run_folder
 from bench.journal.run_view import RunView
 from bench.journal.unrecorded import Unrecorded
 from bench.operators.fixture import ROLES as FIXTURE
+from bench.rehearsal.assumed import assumed_motor
 from bench.rehearsal.script import Script, highest_as_dict
 from bench.rehearsal.twin import Twin, twin_of
+from bench.run.context import commands_dq
 from bench.run.needs import check_needs, possible
 from bench.run.plan import Catalogue, make_plan, titles_of
 from bench.run.progress import Progress
@@ -30,7 +32,7 @@ from bench.safety.limits.bounds import NO_LIMIT, Limit, known_pole_pairs
 from bench.safety.station_instruments import StationInstruments
 from bench.safety.watchdogs import RoleWatchdog, planned_watchdogs
 from bench.station.station_file import VIRTUAL, Entry, Station, load_station
-from bench.virtual.virtual_station import virtual_station
+from bench.virtual.virtual_station import bench_size_for, dq_inverter_for, virtual_station
 from drivers.interfaces.declarations import Amount, declarations
 from drivers.interfaces.text import Translate, english, text
 from procedures.core.bench import Role
@@ -223,7 +225,13 @@ def _station(request: RunRequest) -> Station:
     if request.station != VIRTUAL:
         return load_station(Path(request.station))
     absent = {*FIXTURE, Role.INSULATION_TESTER, *(() if request.motor.six_step is not None else (Role.DRIVE,))}
-    return virtual_station({role.value: "-" for role in Role if role not in absent})
+    motor = request.motor
+    truth = motor.virtual or assumed_motor(motor.nameplate)[0]
+    return virtual_station(
+        {role.value: "-" for role in Role if role not in absent},
+        dq_inverter_for(motor.nameplate) if commands_dq(request) else None,
+        size=bench_size_for(truth, motor.nameplate),
+    )
 
 
 def _json(made: dict[str, Any]) -> str:

@@ -45,7 +45,7 @@ def twin_of(station: Station, motor: MotorFile, seed: int) -> Iterator[Twin]:
         six_step, more = assumed_drive(truth, motor.nameplate)
         truth, assumed = virtual_motor(six_step), (*assumed, *more)
     differences: list[Text] = []
-    counterparts = counterparts_of(station)
+    counterparts = counterparts_of(station, motor.nameplate)
     for role in station.entries:
         if role in counterparts:
             differences += counterparts[role].differences

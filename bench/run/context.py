@@ -251,7 +251,7 @@ def _virtual(request: RunRequest, console: "Console", interrupts: Interrupts) ->
         from bench.virtual.disturbance_file import load_disturbances
 
         setting = BenchSetting(disturbances=load_disturbances(request.disturbances))
-    dq_inverter = dq_inverter_for(motor.nameplate) if _commands_dq(request) else None
+    dq_inverter = dq_inverter_for(motor.nameplate) if commands_dq(request) else None
     size = bench_size_for(truth, motor.nameplate)
     units = standard_units(
         six_step=motor.six_step is not None,
@@ -259,6 +259,7 @@ def _virtual(request: RunRequest, console: "Console", interrupts: Interrupts) ->
         dq_inverter=dq_inverter,
         dc_voltage=dc_voltage_for(motor.nameplate),
         torque=size.torque,
+        inverter_current=size.inverter_current,
     )
     with VirtualBench(
         truth, units, seed=request.seed, six_step=motor.six_step, sockets=False, fixture=by_fixture, setting=setting
@@ -278,7 +279,7 @@ def _virtual(request: RunRequest, console: "Console", interrupts: Interrupts) ->
             yield operated
 
 
-def _commands_dq(request: RunRequest) -> bool:
+def commands_dq(request: RunRequest) -> bool:
     """Tell whether a procedure of a run needs an inverter that d- and q-axis currents can be commanded of."""
     known = installed().procedures
     named = [known[name] for name in request.procedures if name in known]

@@ -14,7 +14,7 @@ from sim_instruments.physics.motor.motor import VirtualMotor
 #: What the virtual units' individual errors are drawn from.
 _PROBE_SOURCE = "within the limits of the virtual oscilloscope"
 _UNIT_SOURCE = "specification of the virtual unit"
-#: A virtual inverter has this bus voltage (V) at least, one for d- and q-axis currents this current (A, peak).
+#: A virtual inverter has this bus voltage (V) and this current (A, peak) at least.
 _LEAST_BUS, _LEAST_CURRENT = 48.0, 30.0
 #: A virtual dynamometer of the usual size holds motors of this torque (N·m); a larger one is rated for so many times the motor's.
 _USUAL_TORQUE, _ROOM = 8.0, 1.25
@@ -27,12 +27,13 @@ Address = str | Mapping[str, str | int]
 
 
 class BenchSize(NamedTuple):
-    """The size of what a virtual bench has for a motor: the rated torque (N·m) of a dynamometer that is larger than usual, and the
-    current probe (A per V).
+    """The size of what a virtual bench has for a motor: the rated torque (N·m) of a dynamometer and the largest current (A) of an
+    inverter that are larger than usual, and the current probe (A per V).
     """
 
     torque: float | None = None
     current_probe: float = _PROBE
+    inverter_current: float | None = None
 
 
 _USUAL = BenchSize()
@@ -103,6 +104,8 @@ def describe(
             "current_accuracy": {"gain": 5.0e-3, "resolution": 1.0e-3, "source": _UNIT_SOURCE},
             "voltage_accuracy": {"gain": 3.0e-3, "resolution": 1.0e-3, "source": _UNIT_SOURCE},
         }
+    elif size.inverter_current is not None:
+        options["inverter"]["maximum_current"] = size.inverter_current
     if size.torque is not None:
         options["dynamometer"]["rated_torque"] = size.torque
         options["dynamometer"]["torque_accuracy"]["offset"] = 1.0e-3 * size.torque
@@ -167,6 +170,7 @@ def bench_size_for(motor: VirtualMotor, nameplate: Nameplate) -> BenchSize:
     return BenchSize(
         None if largest <= _USUAL_TORQUE else _ROOM * largest,
         _PROBE if nameplate.current_bound <= _PROBE_PEAK else _NEXT_PROBE,
+        None if nameplate.rated_current <= _LEAST_CURRENT else nameplate.current_bound,
     )
 
 

@@ -286,11 +286,18 @@ class Procedure(ABC, Generic[C]):
             share * self.nameplate.rated_current, self.nameplate.current_bound, self.bench.supply.maximum_current
         )
 
-    def current_level(self, share: float, what: str) -> float:
-        """Return a current (A): a share of the rated one, kept within the motor's and refused beyond the supply's limit."""
-        wanted = share * self.nameplate.rated_current
+    def current_level(self, setting: str, what: Text, most: float = 1.0, *, share: float | None = None) -> float:
+        """Return a current (A): the share of the rated one that a setting asks for, kept within the motor's limit and the supply's.
+
+        A default that is more than the share `most` of what the supply gives is lowered to it and told; what was set otherwise is
+        refused where the supply cannot give it. `share` is one of a setting's several.
+        """
+        own = getattr(self.settings, setting) if share is None else share
+        asked = share is not None or own != type(self.settings).model_fields[setting].default
+        wanted, limit = own * self.nameplate.rated_current, self.bench.supply.maximum_current
+        given = limit if asked else most * limit
         # A share that was made from one of the bounds may lie above it by its last digit.
-        for bound in (self.nameplate.current_bound, self.bench.supply.maximum_current):
+        for bound in (self.nameplate.current_bound, given):
             if bound < wanted <= bound * (1.0 + 1e-9):
                 wanted = bound
         if wanted > self.nameplate.current_bound:
@@ -302,14 +309,36 @@ class Procedure(ABC, Generic[C]):
                     bound=self.nameplate.current_bound,
                 )
             )
-        if wanted > self.bench.supply.maximum_current:
+        if wanted <= given:
+            return wanted
+        if asked:
             raise ProcedureError(
                 text(
                     "{what}: the supply cannot give {wanted:.3g} A, its limit is {bound:.3g} A; "
-                    "lower the setting or use a larger supply",
+                    "lower the setting {setting} or use a larger supply",
                     what=what,
                     wanted=wanted,
-                    bound=self.bench.supply.maximum_current,
+                    bound=limit,
+                    setting=setting,
                 )
             )
-        return wanted
+        self._tell_lowered(what, wanted, given)
+        return given
+
+    def _tell_lowered(self, what: Text, wanted: float, lowered: float) -> None:
+        told = self.findings.setdefault("lowered_currents", {})
+        if str(what) in told:
+            return
+        told[str(what)] = lowered
+        self.notice(
+            "small-supply",
+            text(
+                "{what}: {lowered:.3g} A, {share:.1%} of the rated current, instead of {wanted:.3g} A, because the supply gives "
+                "{limit:.3g} A at most",
+                what=what,
+                lowered=lowered,
+                share=lowered / self.nameplate.rated_current,
+                wanted=wanted,
+                limit=self.bench.supply.maximum_current,
+            ),
+        )

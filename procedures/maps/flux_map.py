@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from drivers.interfaces import InverterAbility
 from drivers.interfaces.text import Text, text
 from procedures.core.actions import INVERTER, CoupleDynamometer, ReleaseRotor
-from procedures.core.bench import Role
+from procedures.core.bench import ProcedureError, Role
 from procedures.core.curves import curve
 from procedures.core.demand import SHAFT, Demand, Demands
 from procedures.core.procedure import Procedure
@@ -31,7 +31,14 @@ from procedures.estimation.flux.plan import (
 from procedures.estimation.flux.session_ties import BrokenTie
 from procedures.maps.flux_map_settings import FluxMapSettings
 from procedures.techniques.maps.earlier import earlier_readings
-from procedures.techniques.maps.ended import LEFT_OUT, READ_AGAIN, broken_words, session_row, tell_left_out
+from procedures.techniques.maps.ended import (
+    LEFT_OUT,
+    READ_AGAIN,
+    broken_words,
+    session_row,
+    tell_left_out,
+    unheld_words,
+)
 from procedures.techniques.maps.estimates import joined
 from procedures.techniques.maps.plots import map_plot
 from procedures.techniques.maps.readings import MapReadings, Pace, read_points
@@ -153,7 +160,7 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
                 take(more)
         self.findings["readings"] = max(self._planned, len(taken.points))
         self.bench.dynamometer.stop()
-        tell_left_out(self, taken, self._planned)
+        tell_left_out(self, taken, self._planned, self._speed)
         return taken
 
     def _left(self, points: Sequence[PlannedReading], taken: MapReadings) -> Sequence[PlannedReading]:
@@ -181,16 +188,24 @@ class ConstantSpeedFluxMap(Procedure[FluxMapSettings]):
         """Make the map of what was read before an error or an abort."""
         taken = self._taken
         if taken is None or not taken.points:
+            if taken is not None and taken.unheld:
+                self.notice("dynamometer-limit", unheld_words(taken, self._speed))
             return False
         taken.ended = why
-        tell_left_out(self, taken, self._planned)
+        tell_left_out(self, taken, self._planned, self._speed)
         self.conclude(taken)
         return True
 
     @step("M1/4", "Flux linkages at the currents, with their uncertainty; largest torque per ampere")
     def conclude(self, taken: MapReadings) -> None:
         """Report the map."""
-        found = self._estimate(taken)
+        try:
+            found = self._estimate(taken)
+        except EstimationError as error:
+            if not taken.unheld:
+                raise
+            # Too few are left because of the dynamometer, not because of the motor.
+            raise ProcedureError(unheld_words(taken, self._speed)) from error
         if self._estimated is not None:
             _, taken, broken, _ = self._estimated
             if broken is not None:

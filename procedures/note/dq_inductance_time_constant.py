@@ -29,7 +29,7 @@ from procedures.core.procedure import Procedure
 from procedures.core.steps import step
 from procedures.estimation.fitting.fit import WithheldError
 from procedures.estimation.winding.connections import ReadingConnection, phase_factor
-from procedures.techniques.winding.alignment import Alignment, aligning
+from procedures.techniques.winding.alignment import Alignment, aligning, at_rest
 from procedures.techniques.winding.plots import fitted_step_plot
 from procedures.techniques.winding.step_evaluation import apparent_point, loop_of_steps
 from procedures.techniques.winding.step_probes import StepSource
@@ -41,6 +41,8 @@ from procedures.verification.settings import SupplyWiringSettings
 _ABOVE_ZERO, _MOST_SHARE = 5.0, 0.5
 #: The supply's current limit, in currents of the step.
 _LIMIT = 2.0
+#: A step that a small supply bounds ends at this share of what it gives: its limit must not act on the step.
+_OF_SUPPLY = 0.8
 #: A difference that the bridge's resistance makes is worth a notice beyond this.
 _TELLING = 0.02
 #: Length (s) of the first record where nothing is known.
@@ -102,8 +104,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
     def measure(self) -> None:
         """Align, lock and step: d first, then q."""
         with ExitStack() as energised:
-            alignment = self.align_d(energised)
-            self.lock_d(energised)
+            alignment = self.lock_d(energised, self.align_d(energised))
         voltage = self.set_step_d(alignment)
         self.conclude_d(voltage, self.record_d(voltage, alignment))
         self._curve("d", alignment)
@@ -135,11 +136,13 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         return energised.enter_context(aligning(self.bench, current, self.settings.settle))
 
     @step("3.3.1-d/2", "Lock the shaft", by_hand=True)
-    def lock_d(self, energised: ExitStack) -> None:
-        """Lock under current, then switch it off."""
+    def lock_d(self, energised: ExitStack, swinging: Alignment) -> Alignment:
+        """Lock under current, read the loop at rest, then switch off."""
         self.bench.perform(LockRotor())
+        alignment = at_rest(self.bench, swinging)
         self.wiring.supply.held(ALIGN_D)
         energised.close()
+        return alignment
 
     @step(
         "3.3.1-d/3",
@@ -210,7 +213,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
 
     def _step_voltage(self, alignment: Alignment) -> float:
         """Return the step's voltage (V): for the current asked for, but not lost in what the supply's zero may be off."""
-        current = self.current_level(self.settings.step_share, "step current")
+        current = self.current_level("step_share", text("step current"), _OF_SUPPLY)
         voltage = current * alignment.loop_resistance
         bound = min(self.nameplate.current_bound, self.bench.supply.maximum_current) / _LIMIT
         most = max(current, min(_MOST_SHARE * self.nameplate.rated_current, bound)) * alignment.loop_resistance
@@ -245,7 +248,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         for sign, connection in ((1.0, STEP_POSITIVE), (-1.0, STEP_NEGATIVE)):
             self.bench.perform(connection)
             for share in sorted(self.settings.curve_shares):
-                current = self.current_level(share, "step current of the curve")
+                current = self.current_level("curve_shares", text("step current of the curve"), share=share)
                 voltage = current * alignment.loop_resistance
                 driven = self._driven(voltage, alignment, forward=sign > 0.0)
                 guess = self.settings.record_time or self._expected(axis)

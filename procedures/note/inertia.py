@@ -24,7 +24,6 @@ from procedures.estimation.fitting.misfit import Misfit
 from procedures.estimation.mechanics import inertia as estimation
 from procedures.estimation.mechanics.drag_bound import ONE_SIDED, OwnDrag, least_drag
 from procedures.estimation.mechanics.turning import SpeedRamp
-from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.shaft.speed_ramps import (
     Curve,
     RampRecorder,
@@ -32,6 +31,7 @@ from procedures.techniques.shaft.speed_ramps import (
     RampSettings,
     ShortCoastError,
     TorqueSource,
+    ramp_top,
 )
 
 NAMES = estimation.SHARED
@@ -77,7 +77,7 @@ class Inertia(Procedure[InertiaSettings]):
     def measure(self) -> None:
         """Take the tare, drive, coast, solve."""
         tare = self.open_terminals()
-        top = driving_speed_rad(self.bench, self.nameplate, self.settings.speed_share)
+        top = ramp_top(self.bench, self.nameplate, self.settings.speed_share)
         driven = self.accelerate(top)
         try:
             coast = self.coast(top)
@@ -95,7 +95,7 @@ class Inertia(Procedure[InertiaSettings]):
         if self.settings.tare is Tare.MEASURED:
             bench.perform(UncoupleDynamometer())
             bench.dynamometer.zero_torque()
-            top = driving_speed_rad(bench, self.nameplate, self.settings.speed_share)
+            top = ramp_top(bench, self.nameplate, self.settings.speed_share)
             alone = RampRecorder(bench, self.settings)
             tare = Ramps.freed(alone.accelerate(top), alone.coast(top))
         bench.perform(CoupleDynamometer())

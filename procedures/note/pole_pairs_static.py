@@ -55,13 +55,13 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
 
     @step("3.1.2.1/1", "Connect phase A to the supply's plus, B and C together to minus", by_hand=True)
     def connect(self) -> None:
-        """Connect one phase to plus and the other two to minus. A current that the supply cannot give is refused first."""
+        """Connect one phase to plus and the other two to minus. A current that was set and that the supply cannot give is refused first."""
         self._holding_current()
         self.wiring.supply.connect(ALIGN_D, UncoupleDynamometer(), ReleaseRotor())
 
     @step(
         "3.1.2.1/2",
-        "Limit the supply to {current_share:.0%} of the rated current, switch on, turn the shaft until it snaps in",
+        "Limit the supply to at most {current_share:.0%} of the rated current, switch on, turn the shaft until it snaps in",
         by_hand=True,
     )
     def energise(self, energised: ExitStack) -> None:
@@ -150,4 +150,4 @@ class PolePairsStatic(Procedure[PolePairsStaticSettings]):
             )
 
     def _holding_current(self) -> float:
-        return self.current_level(self.settings.current_share, "holding current")
+        return self.current_level("current_share", text("holding current"))

@@ -28,12 +28,31 @@ viscous_friction = 1e-3
 """
 
 
-def measured(tmp_path: Path, procedure: str):
+def measured(tmp_path: Path, *procedures: str):
     path = tmp_path / "motor.toml"
     path.write_text(MOTOR)
-    ran = run_procedures([procedure], load_motor(path), tmp_path / "runs", seed=5, settings={}, faults=[])
+    ran = run_procedures(list(procedures), load_motor(path), tmp_path / "runs", seed=5, settings={}, faults=[])
     assert ran.status == "completed", ran.cause
     return ran
+
+
+def test_a_supply_smaller_than_the_motor_is_used_and_told(tmp_path: Path) -> None:
+    ran = measured(tmp_path, "pole-pairs-static", "dq-inductance-time-constant")
+    assert ran.parameters["pole_pairs"].value == 4
+    assert_holds_truth(ran, names=("d_axis_inductance", "q_axis_inductance"), times=1.5)
+    assert ran.warnings.count("small-supply") == 2
+    # The loop's resistance is read when the rotor no longer swings.
+    assert "channels-differ" not in ran.warnings
+
+
+def test_a_rehearsal_on_the_virtual_station_is_as_large_as_the_motor(motorbench, tmp_path: Path) -> None:
+    path = tmp_path / "motor.toml"
+    path.write_text(MOTOR)
+    procedures = ("pole-pairs-static", "pole-pairs-inverter", "inertia", "torque-constant")
+    status, result = motorbench("run", *procedures, "--station", "virtual", "--motor", str(path), "--rehearse")
+    assert status == 0, result
+    assert result["good"]
+    assert result["highest"]
 
 
 @pytest.mark.slow

@@ -165,6 +165,7 @@ def serve(
             fixture=fixture or commands is not None,
             dc_voltage=dc_voltage_for(read.nameplate),
             torque=size.torque,
+            inverter_current=size.inverter_current,
         )
         own = None
         if disturbances is not None:

@@ -217,6 +217,18 @@ def _admission(
     warm_up = WarmUp(line, None if request.warm else writer.last_test_ended(line.name))
     if warm_up.waits and not request.warm:
         listener.trouble(warm_up.words)
+    if not line.is_virtual and (other := writer.namesake(line.name)) is not None:
+        listener.trouble(
+            text(
+                "another station has the name {station}: the server has a test of {serial} under it, begun {time}, with its run in {run}, "
+                "that this station's records do not have. Golden motors' limits and the statistics mix both. Give each its own name "
+                "(station.name in the station file), or run both from one folder (--runs)",
+                station=line.name,
+                serial=other.serial_number,
+                time=other.started.astimezone().strftime("%Y-%m-%d %H:%M"),
+                run=other.run or "–",
+            )
+        )
     finished = writer.verdicts(log.name) if log.resumed and serials.listed else {}
     return Admission(
         serials,

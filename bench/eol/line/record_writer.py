@@ -20,6 +20,7 @@ from bench.eol.store.forwarder import Forwarder
 from bench.eol.store.forwarding import ForwardingRecords
 from bench.eol.store.golden_tests import GoldenTests, last_test_ended
 from bench.eol.store.insertion import settle
+from bench.eol.store.namesakes import Namesake, namesake
 from bench.eol.store.records import Records
 from bench.eol.store.spool import FOLDER, Spool
 from bench.eol.store.waiting import Waiting
@@ -106,6 +107,11 @@ class RecordWriter:
     def golden_tests(self, plan: str, station: str) -> GoldenTests:
         """Return the golden motors' tests of a plan at a station."""
         return GoldenTests(self._own, plan, station, self.register.ask_server)
+
+    def namesake(self, station: str) -> Namesake | None:
+        """Return a test that the server has under a station's name and the station has not. Raises StoreError."""
+        with _reading():
+            return namesake(self._own, station, self.register.ask_server)
 
     def last_test_ended(self, station: str) -> datetime | None:
         """Return when (UTC) a station's latest test ended, None where it has none. Raises StoreError."""

@@ -9,6 +9,9 @@ import numpy as np
 from bench.eol.limits import ParameterLimits
 from bench.eol.statistics.control_chart import D2
 
+#: A spread of no more than this share of the mean is what rounding leaves of values that are all alike.
+ALIKE = 1e-12
+
 
 @dataclass(frozen=True)
 class Capability:
@@ -44,7 +47,7 @@ def of_moments(
     # scipy.stats takes a second to load, and these are the same functions.
     from scipy.special import chdtri, ndtri
 
-    if count < 2 or not spread > 0.0:
+    if count < 2 or not spread > ALIKE * abs(mean):
         nothing = (math.nan, math.nan)
         return Capability(count, mean, spread, math.nan, nothing, math.nan, nothing)
     alpha = 1.0 - confidence

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bench.eol.statistics.capability import ALIKE
+
 #: Fewer values than this tell nothing of their distribution (D'Agostino and Stephens, 1986, 4.8.5).
 FEWEST = 8
 
@@ -33,7 +35,7 @@ def anderson_darling(values: ArrayLike) -> Normality:
 
     data = np.sort(np.asarray(values, dtype=np.float64))
     spread = float(data.std(ddof=1)) if data.size > 1 else 0.0
-    if data.size < FEWEST or not spread > 0.0:
+    if data.size < FEWEST or not spread > ALIKE * float(np.max(np.abs(data))):
         return Normality(int(data.size), math.nan, math.nan)
     scores = (data - data.mean()) / spread
     odd = 2.0 * np.arange(data.size) + 1.0

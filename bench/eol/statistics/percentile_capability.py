@@ -31,8 +31,8 @@ class PercentileRanks:
 class PercentileCapability:
     """Pp and Ppk by the percentiles 0.135, 50 and 99.865 % (ISO 22514-2), with two-sided intervals.
 
-    Pp and Ppk are NaN for fewer values than `FEWEST`, and for an open side (Pp); their intervals hold all the same. Where no value
-    bounds a percentile the interval begins at 0.
+    Pp and Ppk are NaN for fewer values than `FEWEST`, for an open side (Pp), and where so many values are alike that the percentiles are
+    one and the same (`alike`); their intervals hold all the same. Where no value bounds a percentile the interval begins at 0.
     """
 
     count: int
@@ -41,6 +41,7 @@ class PercentileCapability:
     pp_interval: tuple[float, float]
     ppk: float
     ppk_interval: tuple[float, float]
+    alike: bool = False
 
 
 def ranks_of(count: int, confidence: float = 0.95) -> dict[float, PercentileRanks]:
@@ -76,13 +77,16 @@ def by_percentiles(
         pp = limits.tolerance / (points[HIGH] - points[LOW]) if known and points[HIGH] > points[LOW] else math.nan
         pp_interval = (limits.tolerance / widest, _ratio(limits.tolerance, lows[HIGH] - highs[LOW]))
     sides = []
+    alike = False
     if math.isfinite(limits.high):
         ends = (lows[MIDDLE], highs[MIDDLE], lows[HIGH], highs[HIGH])
+        alike |= points[HIGH] == points[MIDDLE]
         sides.append(
             (_ratio(limits.high - points[MIDDLE], points[HIGH] - points[MIDDLE]), *_bounds(limits.high, *ends))
         )
     if math.isfinite(limits.low):
         ends = (-highs[MIDDLE], -lows[MIDDLE], -highs[LOW], -lows[LOW])
+        alike |= points[LOW] == points[MIDDLE]
         sides.append((_ratio(points[MIDDLE] - limits.low, points[MIDDLE] - points[LOW]), *_bounds(-limits.low, *ends)))
     if not sides:
         return PercentileCapability(
@@ -93,8 +97,9 @@ def by_percentiles(
         (points[LOW], points[MIDDLE], points[HIGH]),
         pp,
         pp_interval,
-        min(side[0] for side in sides) if known else math.nan,
+        min(side[0] for side in sides) if known and not alike else math.nan,
         (min(side[1] for side in sides), min(side[2] for side in sides)),
+        known and alike,
     )
 
 

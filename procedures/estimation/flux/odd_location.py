@@ -49,11 +49,11 @@ def odd_location(fit: MapFit) -> OddLocation | None:
         size = np.abs(spline.left_out) * np.sqrt(np.diag(spline.roughness))
         away[places // 2] = np.maximum(away[places // 2], size / max(float(np.median(size)), 1e-300))
     suspects = [k for k in np.argsort(-away).tolist() if once[k] and away[k] > _STANDS_OUT][:_SUSPECTS]
-    found = max((_without(fit, k) for k in suspects), key=lambda each: each.score, default=None)
+    found = max((without(fit, k) for k in suspects), key=lambda each: each.score, default=None)
     return found if found is not None and found.score > _ODD else None
 
 
-def _without(fit: MapFit, place: int) -> OddLocation:
+def without(fit: MapFit, place: int) -> OddLocation:
     """Return how a location lies to a surface whose coordinates are chosen without it, for with it they follow it."""
     others = np.arange(len(fit.map.points)) != place
     points, flux, own = fit.map.points, fit.map.flux, fit.map.uncertainty

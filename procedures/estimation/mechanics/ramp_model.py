@@ -236,7 +236,7 @@ class RampModel:
         minimum = minimise(self.evaluate, start, scale, least=least, floor=1.0, rounds=rounds)
         if not _converged(minimum):
             raise EstimationError(f"the fit of {_WHAT} does not converge; {self._suspected()}")
-        solved = self._solved(minimum, scale)
+        solved = self._solved(minimum)
         if solved is None:
             raise EstimationError(f"the record does not determine {_WHAT} apart; take a longer or livelier one")
         return solved
@@ -255,19 +255,22 @@ class RampModel:
 
         starts = np.tile(start, (len(self._known), 1))
         minima = minimise_each(evaluate, starts, scale, least=least, floor=1.0, rounds=rounds)
-        return [self._solved(each, scale) if _converged(each) else None for each in minima]
+        return [self._solved(each) if _converged(each) else None for each in minima]
 
     def _check_size(self) -> None:
         if self.measured.size <= self.size:
             raise EstimationError(f"{self.measured.size} speeds do not suffice; sample the ramps faster")
 
-    def _solved(self, minimum: Minimum, scale: FloatArray) -> Solved | None:
+    def _solved(self, minimum: Minimum) -> Solved | None:
         """Return a fit from where it ended; None where that does not determine the parameters apart."""
-        r = np.linalg.qr((minimum.slopes * scale[:, None]).T, mode="r")
+        # By what each says: one that the readings hardly show is determined by what is known of it.
+        said = np.linalg.norm(minimum.slopes, axis=1)
+        said[said == 0.0] = 1.0
+        r = np.linalg.qr((minimum.slopes / said[:, None]).T, mode="r")
         sizes = np.linalg.svd(r, compute_uv=False)
         if not sizes[-1] > 1e-9 * sizes[0]:
             return None
-        inverse = scale[:, None] * np.linalg.inv(r)
+        inverse = np.linalg.inv(r) / said[:, None]
         left = minimum.residuals[: self.measured.size] * self.spread
         return Solved(
             minimum.values,

@@ -1,5 +1,6 @@
 """Messages about a map whose readings ended early, were limited, or contradict those of an earlier session."""
 
+import math
 from typing import Any
 
 from drivers.interfaces.text import Text, text
@@ -13,8 +14,12 @@ READ_AGAIN = text("they are left out, and what they had read was read again")
 LEFT_OUT = text("the map is of the session with the most readings; measure again with --repeat flux-map")
 
 
-def tell_left_out(procedure: Procedure[Any], taken: MapReadings, planned: int) -> None:
-    """Say why readings ended before so many were taken, and at how many currents the inverter was limited."""
+def tell_left_out(procedure: Procedure[Any], taken: MapReadings, planned: int, speed: float | None = None) -> None:
+    """Say why readings ended before so many were taken, at how many currents the inverter was limited, and at how many the speed (rad/s)
+    was not held.
+    """
+    if taken.unheld and speed is not None:
+        procedure.notice("dynamometer-limit", unheld_words(taken, speed))
     if taken.ended is not None:
         procedure.notice(
             "ended-early",
@@ -34,6 +39,20 @@ def tell_left_out(procedure: Procedure[Any], taken: MapReadings, planned: int) -
                 count=len(taken.limited),
             ),
         )
+
+
+def unheld_words(taken: MapReadings, speed: float) -> Text:
+    """Return at how many currents, and how, the dynamometer did not hold a speed (rad/s), and what may be done."""
+    farthest = max(taken.unheld, key=lambda each: abs(abs(each.speed) - speed))
+    return text(
+        "at {count} of the currents the dynamometer did not hold {speed:.0f} rpm: the shaft turned at {read:.0f} rpm under "
+        "{torque:.3g} N·m, so its drive is at its torque limit. They are left out; lower current_share, raise the drive's limit, or use "
+        "a stronger dynamometer",
+        count=len(taken.unheld),
+        speed=speed * 30.0 / math.pi,
+        read=abs(farthest.speed) * 30.0 / math.pi,
+        torque=max((each.torque for each in taken.unheld), key=abs),
+    )
 
 
 def broken_words(broken: BrokenTie, answer: Text) -> Text:

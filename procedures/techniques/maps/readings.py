@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +15,7 @@ from procedures.core.bench import Bench
 from procedures.core.nameplate import Nameplate
 from procedures.estimation.fitting.fit import FloatArray
 from procedures.estimation.flux.plan import PlannedReading
+from procedures.techniques.shaft.driven_shaft import holds
 
 #: After so many of its time constants a transducer's filter has forgotten the point before.
 _FORGOTTEN = 5.0
@@ -32,12 +33,13 @@ class MapPoint:
 
 @dataclass
 class MapReadings:
-    """The points that were read, those at which the inverter had no voltage left, why it ended before its plan did, and the session that
-    reads now: points of earlier ones come first.
+    """The points that were read, those at which the inverter had no voltage left, what the shaft did where the dynamometer did not hold
+    it, why it ended before its plan did, and the session that reads now: points of earlier ones come first.
     """
 
     points: list[MapPoint] = field(default_factory=list)
     limited: list[PlannedReading] = field(default_factory=list)
+    unheld: list[DynamometerReading] = field(default_factory=list)
     ended: Text | None = None
     session: int = 0
 
@@ -130,14 +132,37 @@ def _read(bench: Bench, point: PlannedReading, speed: float, pace: Pace, taken: 
         lag = _FORGOTTEN * taken.points[-1].shaft.torque_filter if taken.points else 0.0
         bench.clock.sleep(max(pace.settling, lag))
         reading = bench.inverter.measure_dq(pace.turns * 2.0 * math.pi / speed)
-        taken.points.append(MapPoint(point, reading, bench.dynamometer.measure(), taken.session))
-    except MeasurementError:
-        # The voltage does not carry this current: the next one may be carried.
-        taken.limited.append(point)
+    except (MeasurementError, ReportedError) as error:
+        # A motor that runs away from its dynamometer soon reaches a limit of the inverter.
+        if holds(bench, shaft := bench.dynamometer.measure(), speed):
+            if isinstance(error, ReportedError):
+                raise
+            # The voltage does not carry this current: the next one may be carried.
+            taken.limited.append(point)
+        else:
+            taken.unheld.append(shaft)
+            if isinstance(error, ReportedError):
+                raise
+            _catch(bench, point.direction * speed)
+    else:
+        if holds(bench, shaft := bench.dynamometer.measure(), speed):
+            taken.points.append(MapPoint(point, reading, shaft, taken.session))
+        else:
+            taken.unheld.append(shaft)
+            _catch(bench, point.direction * speed)
     rest = pace.rest(math.hypot(point.i_d, point.i_q), bench.clock.now() - begun)
     if rest > 0.0:
         bench.inverter.set_dq_current(0.0, 0.0)
         bench.clock.sleep(rest)
+
+
+def _catch(bench: Bench, speed: float) -> None:
+    """Bring a shaft that ran away back to its speed (rad/s, signed), without current."""
+    with suppress(MeasurementError):
+        # Above the voltage of its bus the inverter is limited at no current too, until the dynamometer has the shaft again.
+        bench.inverter.set_dq_current(0.0, 0.0)
+    bench.dynamometer.set_speed(speed)
+    bench.inverter.set_dq_current(0.0, 0.0)
 
 
 def _too_hot(reading: DqReading, nameplate: Nameplate) -> Text | None:

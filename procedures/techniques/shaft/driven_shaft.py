@@ -43,13 +43,18 @@ def check_turning(bench: Bench, read: Reading, commanded: float) -> None:
     )
 
 
+def holds(bench: Bench, read: DynamometerReading, commanded: float) -> bool:
+    """Tell whether the dynamometer holds its speed (rad/s); what a person reads is not held against it."""
+    return bench.dynamometer.read_by_hand or abs(abs(read.speed) - abs(commanded)) <= _HELD * abs(commanded)
+
+
 def check_held(bench: Bench, readings: Sequence[DynamometerReading], commanded: float) -> None:
     """Raise ProcedureError where the dynamometer did not hold its speed (rad/s) against the motor: it is at its torque limit.
 
     A torque read then is that limit, and says nothing of the motor.
     """
     farthest = max(readings, key=lambda each: abs(abs(each.speed) - abs(commanded)))
-    if bench.dynamometer.read_by_hand or abs(abs(farthest.speed) - abs(commanded)) <= _HELD * abs(commanded):
+    if holds(bench, farthest, commanded):
         return
     raise ProcedureError(
         text(

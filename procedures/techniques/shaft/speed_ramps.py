@@ -11,11 +11,13 @@ from pydantic import Field
 from drivers.interfaces import Accuracy, DynamometerReading
 from drivers.interfaces.text import text
 from procedures.core.bench import Bench, ProcedureError
+from procedures.core.nameplate import Nameplate
 from procedures.core.procedure_error import MotorFaultError
 from procedures.core.settings import Settings
 from procedures.estimation.mechanics.inertia import torque_from_power
 from procedures.estimation.mechanics.ramp_torque import torque_runout
 from procedures.estimation.mechanics.turning import SpeedRamp
+from procedures.techniques.shaft.driven_shaft import driving_speed_rad
 from procedures.techniques.shaft.plots import coast_plot, ramp_plot
 from procedures.techniques.shaft.torque_zero import TorqueZero, ZeroLine, read_zero
 
@@ -24,6 +26,8 @@ _SMALLEST_TORQUE = 0.002
 #: The ramp may be this much slower or faster than asked for, and the search for it halves its step this often.
 _PACES = (0.7, 2.0)
 _HALVINGS = 4
+#: A ramp ends at this share of the dynamometer's largest speed: where its drive limits the speed, the torque is no longer the set one.
+_BELOW_LIMIT = 0.95
 #: A shaft that has less than this share of its speed stands: one that is only heavy, or stiff, turns.
 _HELD = 0.01
 #: Fewer readings on a ramp do not fix three parameters.
@@ -142,6 +146,11 @@ class ShortCoastError(ProcedureError):
             )
         )
         self.last = last
+
+
+def ramp_top(bench: Bench, nameplate: Nameplate, share: float) -> float:
+    """Return the speed (rad/s) at which a driven ramp ends: a share of the rated one, as far as motor and dynamometer allow."""
+    return min(driving_speed_rad(bench, nameplate, share), _BELOW_LIMIT * bench.dynamometer.maximum_speed)
 
 
 class RampRecorder:

@@ -79,8 +79,21 @@ def aligning(bench: Bench, current: float, settle: float) -> Iterator[Alignment]
             raise ProcedureError(
                 text("the supply does not regulate the current although it flows; check its settings and leads")
             )
-        voltage = supply.measure_voltage()
-        yield Alignment(voltage.value, flowing, voltage.accuracy.offset)
+        yield _read(bench, flowing)
+
+
+def at_rest(bench: Bench, swinging: Alignment) -> Alignment:
+    """Return what the supply's meters show now that the shaft is locked: a heavy rotor swings on for seconds, and its EMF is in what was
+    read while it did. What a person reads is not asked for again.
+    """
+    if bench.supply.read_by_hand:
+        return swinging
+    return _read(bench, bench.supply.measure_current().value)
+
+
+def _read(bench: Bench, current: float) -> Alignment:
+    voltage = bench.supply.measure_voltage()
+    return Alignment(voltage.value, current, voltage.accuracy.offset)
 
 
 def _not_exceeded(reading: Reading, wanted: float) -> Reading:

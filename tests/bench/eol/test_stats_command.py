@@ -31,6 +31,20 @@ def call(capsys: pytest.CaptureFixture[str], reference: str) -> Call:
     return run
 
 
+def test_figures_that_are_alike_tell_of_no_capability(call: Call, put: Put) -> None:
+    for n in range(800):
+        put(stator_resistance=10.0, back_emf_constant=0.1 if n % 400 else 0.11)
+    code, out, _ = call("--json")
+    assert code == 0
+    found = json.loads(out)["parameters"]
+    assert found["stator_resistance"]["ppk"]["value"] is None
+    assert found["back_emf_constant"]["ppk"]["value"] is None
+    code, out, _ = call("--language", "en")
+    assert "inf" not in out.split()
+    assert "all 800 figures are alike" in out
+    assert "nearly all figures are alike" in out
+
+
 def test_what_a_line_is_told(call: Call, put: Put) -> None:
     random = np.random.default_rng(1)
     for value in random.normal(10.0, 0.2, 39):

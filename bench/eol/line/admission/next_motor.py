@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
+from unicodedata import normalize
 
 from bench.eol.admission_rule import RefusedTest
 from bench.eol.line.admission.admission_desk import AdmissionDesk
@@ -106,7 +107,9 @@ class Admission:
 
     def _look(self) -> str | None:
         """Return the next serial number and leave it there."""
-        while self._next is None and (serial_number := self._serials.take()) is not None:
+        while self._next is None and (taken := self._serials.take()) is not None:
+            # One letter may be sent as one character or as two: the motor is the same.
+            serial_number = normalize("NFC", taken)
             if serial_number not in self._passed_over:
                 self._next = serial_number
         return self._next

@@ -75,7 +75,7 @@ class VirtualSocket:
         self._motors = motors
         self._twin = twin
         self._size = bench_size_for(motors.motor.virtual_motor(), motors.motor.nameplate)
-        self._counterparts = counterparts_of(twin) if twin else {}
+        self._counterparts = counterparts_of(twin, motors.motor.nameplate) if twin else {}
         if motors.motor.six_step is None:
             self._counterparts.pop(Role.DRIVE, None)
         own, common = (Errors.drawn(np.random.default_rng([motors.seed, unit])) for unit in (socket + 1, 0))
@@ -144,6 +144,7 @@ class VirtualSocket:
                 fixture=fixture,
                 dc_voltage=dc_voltage_for(motor.nameplate),
                 torque=self._size.torque,
+                inverter_current=self._size.inverter_current,
             )
         hands = [SimulatedUnit(find(name)) for name in FIXTURE.values()] if fixture else []
         return [*(each.unit for each in self._counterparts.values()), *hands]

@@ -193,6 +193,12 @@ def test_serial_numbers_that_may_not_be_measured_do_not_stop_the_line(bench: Any
     assert any("A1" in words for words in why)
 
 
+def test_a_serial_number_is_one_motor_s_however_its_letters_are_sent(bench: Any) -> None:
+    counts, _ = bench.run("M\u00e9\nMe\u0301\n", motors=None)
+    assert [record.serial_number for record in kept(bench)] == ["M\u00e9"]
+    assert counts.refused == 1
+
+
 def test_wrong_names_and_numbers_are_usage_errors(bench: Any) -> None:
     for wrong in (
         {"batch": "../x"},

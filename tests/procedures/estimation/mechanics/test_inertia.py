@@ -33,6 +33,18 @@ def test_exact_ramps_give_exact_parameters_in_both_directions(sign: float) -> No
     assert fit.names[3:] == ("initial_speed_1", "initial_speed_2", "quadratic_friction")
 
 
+def test_a_torque_hardly_noisy_is_no_reason_to_refuse_a_long_record() -> None:
+    """A shaft of a traction motor: what the noise of its torque moves is a billionth of what the friction moves."""
+    random = np.random.default_rng(3)
+    law, torque = (0.162, 1.08, 2.35e-3), 58.5
+    up, down = np.linspace(0.04, 0.96, 154), np.linspace(0.05, 29.0, 4841)
+    driven, coast = ramp_speed(law, up, torque, 0.0), ramp_speed(law, down, 0.0, 342.0)
+    noisy = torque + 0.003 * random.standard_normal(up.size)
+    speeds = [np.round(speed / 1e-3) * 1e-3 for speed in (driven, coast)]
+    fit = fit_ramps([SpeedRamp(up, speeds[0], noisy, 1e-3), SpeedRamp(down, speeds[1], 0.0, 1e-3)])
+    assert fit.values[:3] == pytest.approx(law, rel=2e-3)
+
+
 def test_standstill_before_and_after_is_left_out() -> None:
     down = np.linspace(0, 3.0, 600)
     stopped = np.maximum(ramp_speed(MECHANICS, down, 0.0, TOP), 0.0)
