@@ -4,6 +4,7 @@ Beckhoff Information System, Modbus TCP interface: 0x100C status, 0x1120 time in
 digital outputs are coils from 0. The watchdog begins with the first telegram that writes process data.
 """
 
+from collections.abc import Callable
 from contextlib import suppress
 
 from drivers.bases.set_points import check_setpoint
@@ -105,25 +106,33 @@ class BeckhoffRelay:
 
         Raises ReportedError where it stays on, CommunicationError where nobody answers.
         """
-        try:
-            self._off()
-        except CommunicationError:
-            self._line.reopen()
-            self._off()
+        self._or_renewed(self._off)
 
     def close(self) -> None:
-        """Put the watchdog's settings back where they were changed and close the connection; may be called twice.
+        """Put the watchdog's settings back where they were changed, over a renewed connection where the present one fails, and close it;
+        may be called twice.
 
         Raises InstrumentError where the coupler does not take them.
         """
         before, self._before = self._before, {}
-        try:
-            if before:
-                self._reset()
+
+        def put_back() -> None:
+            self._reset()
             for address, value in before.items():
                 self._write(address, value)
+
+        try:
+            if before:
+                self._or_renewed(put_back)
         finally:
             self._line.close()
+
+    def _or_renewed(self, act: Callable[[], None]) -> None:
+        try:
+            act()
+        except CommunicationError:
+            self._line.reopen()
+            act()
 
     def _off(self) -> None:
         # A coupler whose watchdog has run out has switched off, and may refuse process data.

@@ -168,6 +168,16 @@ def test_it_drops_out_over_a_connection_that_was_lost(server: TcpServer, coupler
     relay.close()
 
 
+def test_the_settings_are_put_back_over_a_connection_that_was_lost(server: TcpServer, coupler: Coupler) -> None:
+    relay = opened(server)
+    relay.pick_up()
+    relay.drop_out()
+    assert coupler.registers[TYPE] == 0
+    server.hang_up_on = 1
+    relay.close()
+    assert (coupler.registers[TYPE], coupler.registers[TIME]) == (1, 1000)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
