@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bench.analysis.applied import AppliedAccuracy
 from bench.analysis.outcome import estimated
 from bench.analysis.statements import Statement
+from bench.analysis.steady_part import steady_part
 from bench.captures import Capture, CaptureError, CapturePart, ProbeFactor, read_captures
 from bench.captures.capture import same_name
 from bench.i18n.errors import UsageError
@@ -118,6 +119,16 @@ def read_record(
                     "channel {name} is in {unit}; a back-EMF needs voltages only", name=channel.name, unit=channel.unit
                 ),
             )
+    part = steady_part(capture.times(), np.vstack([channel.values for channel in capture.channels]))
+    if part is not None:
+        begin, end, times = part
+        capture = CapturePart(begin, end).cut(capture)
+        note = text(
+            "the speed at its fastest is {times:.3g} times that at its slowest: the longest part in which it hardly changes is evaluated; "
+            "--from and --to select another",
+            times=times,
+        )
+        capture = replace(capture, assumptions=(*capture.assumptions, note))
     names = [channel.name for channel in capture.channels]
     applied = AppliedAccuracy(accuracy, {"voltage": names, "time": ("time",)}, (capture,))
     values = np.vstack([channel.values for channel in capture.channels])

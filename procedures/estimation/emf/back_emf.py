@@ -10,6 +10,7 @@ from scipy import special
 from procedures.estimation.emf.agreement import Combined, combine, judged
 from procedures.estimation.emf.further_orders import further_orders
 from procedures.estimation.emf.harmonics import HarmonicModel, at_full_rate, fit_harmonics, thin, waveform_basis
+from procedures.estimation.emf.period import rising_crossings
 from procedures.estimation.emf.phase_jumps import find_jump, longest_whole, with_jump
 from procedures.estimation.emf.record import DigitizedChannel, channels_told, colour, prepare, start, usable
 from procedures.estimation.emf.record_preparation import (
@@ -24,8 +25,6 @@ from procedures.estimation.fitting.misfit import NO_MISFIT, Misfit
 from procedures.estimation.fitting.repeated_rows import repeated_rows
 
 ComplexArray = NDArray[np.complex128]
-#: Crossings are looked for in medians, so many a period, of a middle between these shares of the readings.
-_MEDIANS, _EXTREMES = 64, (0.01, 0.99)
 
 
 @dataclass(frozen=True)
@@ -167,16 +166,9 @@ def _beside_crossings(fit: BackEmfFit, t: FloatArray, v: FloatArray) -> BackEmfF
 
 def crossing_frequency(t: FloatArray, row: FloatArray, near: float) -> float | None:
     """Return the frequency (Hz) at which a record crosses its middle upwards; None where it does so in less than two periods."""
-    # Of many samples a period, medians: neither noise nor single wild readings cross it.
-    block = max(1, int(1.0 / (_MEDIANS * near * (t[1] - t[0]))))
-    whole = row.size // block * block
-    t, row = t[:whole].reshape(-1, block).mean(axis=1), np.median(row[:whole].reshape(-1, block), axis=1)
-    level = 0.5 * float(np.sum(np.quantile(row, _EXTREMES)))
-    before = np.flatnonzero((row[:-1] < level) & (row[1:] >= level))
-    if before.size < 3:
+    times = rising_crossings(t, row, near)
+    if times.size < 3:
         return None
-    share = (level - row[before]) / (row[before + 1] - row[before])
-    times = t[before] + share * (t[before + 1] - t[before])
     periods = np.round((times - times[0]) * near)
     return None if np.ptp(periods) < 2 else float(1.0 / np.polyfit(periods, times, 1)[0])
 
@@ -206,7 +198,9 @@ def _result(
     model, density = solved.model, solved.colour
     count, number = len(kept), len(channels)
     speed = float(model.speed(np.array([model.middle]))[0])
-    by_course = np.array([[0.0, 1.0 / model.half, 0.0][1:]])[:, : model.course.size - 1]
+    # T'ₖ in the middle: 1, 0, −3, 0, 5 …
+    degrees = np.arange(1, model.course.size)
+    by_course = (degrees * np.sin(0.5 * np.pi * degrees) / model.half)[None, :]
     u_speed = float(np.sqrt(density * (by_course @ model.course_covariance @ by_course.T)[0, 0]))
     at_middle = 0.0 if model.course.size < 3 else float(model.phase(np.array([model.middle]))[0])
     amplitudes = model.flux * (1j * speed * np.array(kept)) * np.exp(1j * at_middle * np.array(kept))

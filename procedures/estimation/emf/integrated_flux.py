@@ -125,7 +125,7 @@ def flux_by_integration(
     if good.values is not v:
         v = good.values
         model, reduced, few_t, block = reduced_model(v)
-    if len(digitized) and (jump := _jump(t, v, kept, reduced.course[:3], highest)) is not None:
+    if len(digitized) and (jump := _jump(t, v, kept, reduced.course[: max(3, begin.size)], highest)) is not None:
         part, found = longest_whole(t, jump, float(begin[1]) / (np.pi * float(t[-1] - t[0])), Misfit(good.findings))
         if part is not None:
             of_part = flux_by_integration(

@@ -1,6 +1,7 @@
 """Period and plain readings of a periodic waveform, as read off a screen, and where a fit of it starts."""
 
 import numpy as np
+from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from procedures.estimation.fitting.checks import series
@@ -12,6 +13,11 @@ _ENOUGH = 1000
 _PADDED = 2
 #: With fewer periods leakage moves a spectrum's peak; steps a period in which the best frequency is then looked for.
 _FEW, _FINE = 4.0, 40
+#: Readings of a period that are taken together before it is looked where they cross the middle between these quantiles.
+_MEDIANS, _EXTREMES = 64, (0.01, 0.99)
+#: A fit begins where its phase is off by less than this (rad); a course of up to this degree is told by so many crossings at least, whose
+#: periods are no more than so many times the next.
+_NEAR_ENOUGH, _MOST_DEGREE, _LEAST_CROSSINGS, _NEXT = 0.6, 6, 10, 1.4
 #: A slower wave is told from this share of the amplitude on, if it is so many times what noise makes and has so many periods.
 _SLOWER, _BEYOND, _LEAST_SLOWER = 0.1, 5.0, 2.0
 
@@ -103,4 +109,44 @@ def slower_wave(
         size = float(np.hypot(values[1], values[2]))
         if size > max(_SLOWER * amplitude, _BEYOND * noise):
             return part, size / amplitude
+    return None
+
+
+def rising_crossings(t: FloatArray, row: FloatArray, near: float) -> FloatArray:
+    """Return when (s) a record of about this frequency (Hz) crosses its middle upwards."""
+    # Of many samples a period, medians: neither noise nor single wild readings cross it.
+    block = max(1, int(1.0 / (_MEDIANS * near * (t[1] - t[0]))))
+    whole = row.size // block * block
+    t, row = t[:whole].reshape(-1, block).mean(axis=1), np.median(row[:whole].reshape(-1, block), axis=1)
+    level = 0.5 * float(np.sum(np.quantile(row, _EXTREMES)))
+    before = np.flatnonzero((row[:-1] < level) & (row[1:] >= level))
+    share = (level - row[before]) / (row[before + 1] - row[before])
+    return np.asarray(t[before] + share * (t[before + 1] - t[before]))
+
+
+def bent_course(t: FloatArray, row: FloatArray, near: float) -> FloatArray | None:
+    """Return the course of the phase (rad, by Chebyshev polynomials over the record) that the crossings of a record of about this frequency
+    (Hz) tell; None where a constant speed comes near enough for a fit to begin with, or no smooth course comes nearer.
+    """
+    times = rising_crossings(t, row, near)
+    if times.size < _LEAST_CROSSINGS:
+        return None
+    periods = np.diff(times)
+    ratios = periods[1:] / periods[:-1]
+    # Noise crosses more often, and a dropout hides a crossing.
+    if np.min(ratios) < 1.0 / _NEXT or np.max(ratios) > _NEXT:
+        return None
+    middle, half = 0.5 * (t[0] + t[-1]), 0.5 * (t[-1] - t[0])
+    x, phase = (times - middle) / half, 2.0 * np.pi * np.arange(times.size)
+
+    def off(course: FloatArray) -> float:
+        return float(np.max(np.abs(chebyshev.chebval(x, course) - phase)))
+
+    even = off(chebyshev.chebfit(x, phase, 1))
+    if even < _NEAR_ENOUGH:
+        return None
+    for degree in range(2, _MOST_DEGREE + 1):
+        course = np.asarray(chebyshev.chebfit(x, phase, degree), dtype=np.float64)
+        if off(course) < _NEAR_ENOUGH:
+            return course
     return None

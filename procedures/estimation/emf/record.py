@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from procedures.estimation.emf.harmonics import HarmonicModel
-from procedures.estimation.emf.period import start_frequency
+from procedures.estimation.emf.period import bent_course, start_frequency
 from procedures.estimation.fitting.checks import positive, same_length, series, uniform_step
 from procedures.estimation.fitting.fit import EstimationError, FloatArray
 
@@ -65,7 +65,8 @@ def start(t: FloatArray, v: FloatArray, frequency: float | None) -> FloatArray:
     f = positive("frequency", frequency, "Hz") if frequency is not None else start_frequency(t, v)
     if f * 2 * half * t.size / (t.size - 1) < 0.98:
         raise EstimationError(f"the record holds no whole period of {f:g} Hz; turn faster or record longer")
-    return np.array([0.0, 2 * np.pi * f * half])
+    bent = bent_course(t, v[np.argmax(np.std(v, axis=1))], f)
+    return np.array([0.0, 2 * np.pi * f * half]) if bent is None else bent
 
 
 def usable(t: FloatArray, harmonics: Sequence[int], course: FloatArray) -> tuple[int, ...]:
