@@ -8,6 +8,8 @@ from bench.captures.written_digits import FloatArray
 _CLEAR = 0.3
 #: Speeds whose fastest is so many times their slowest are taken in parts, and change by no more than this within one.
 _UNSTEADY, _STEADY = 1.3, 1.15
+#: No shaft changes its speed by so many times from one period to the next.
+_NEXT = 1.6
 #: A part of fewer periods tells no harmonics; a share of the periods on either side may be what noise makes of one.
 _LEAST_PERIODS, _ODD = 4, 0.05
 
@@ -21,6 +23,10 @@ def steady_part(time: FloatArray, channels: FloatArray) -> tuple[float, float, f
     if passed.size <= _LEAST_PERIODS:
         return None
     speeds = 1.0 / np.diff(passed)
+    ratios = speeds[1:] / speeds[:-1]
+    if np.min(ratios) < 1.0 / _NEXT or np.max(ratios) > _NEXT:
+        # Noise crosses more often, and a dropout hides a crossing: such a record is taken whole.
+        return None
     slowest, fastest = np.quantile(speeds, (_ODD, 1.0 - _ODD))
     if fastest < _UNSTEADY * slowest:
         return None

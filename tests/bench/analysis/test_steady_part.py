@@ -48,6 +48,11 @@ def test_the_whole_record_is_taken_where_the_speed_changes_little(speed: np.ndar
     assert steady_part(TIME, turned(speed)) is None
 
 
+@pytest.mark.parametrize("share", [0.02, 0.2, 0.3])
+def test_noise_at_the_crossings_is_no_change_of_speed(share: float) -> None:
+    assert steady_part(TIME, turned(np.full(TIME.size, 900.0), share * FLUX * 900.0)) is None
+
+
 def test_many_periods_at_a_drifting_speed_are_fitted_together() -> None:
     v = turned(900.0 * (1.0 - 0.15 * TIME))
     fit = fit_back_emf(TIME, v)
