@@ -136,7 +136,8 @@ def analyze_rotor_sweep(
     if capture.time is not None and significant:
         # A meter may take its reading over all of the time to the next, while the shaft turns on: less of the swing is seen.
         whole = (2.0 * math.pi * fit.periods / (fit.course.size - 1)) ** 2 / 24.0
-        lost = outcome.uncertainties.limit("turning during a reading", 0.5 * whole, 0.5 * whole)
+        # A quick meter loses nothing, one that streams loses the whole: the two ends are likely, and the interval is to contain them.
+        lost = outcome.uncertainties.limit("turning during a reading", 0.5 * whole, 0.75 * whole)
     for name, axis, sign in (("d_axis_inductance", "d", -1.0), ("q_axis_inductance", "q", 1.0)):
         found = outcome.estimate(text("sweep fit of {name}", name=f"L_{axis}"), axes, name)
         if lost is not None:
