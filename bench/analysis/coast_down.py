@@ -1,6 +1,5 @@
 """Coast-down captures: friction against inertia, or both with a torque (§3.5)."""
 
-import re
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -16,26 +15,20 @@ from bench.analysis.outcome import (
     in_units,
     open_unit,
     paths_of,
-    pick,
     refuse_copies,
-    refuse_over_range,
 )
 from bench.analysis.ramp_record import RampRecord, coasting, read_of_pulses, split
 from bench.analysis.sensitivity import half_differences
+from bench.analysis.shaft_speed import SpeedColumn
 from bench.analysis.statements import Statement
 from bench.analysis.time_base import judge_open_time, warn_of_coast
 from bench.captures import WHOLE, Capture, CaptureChannel, CaptureError, CapturePart, read_capture
 from bench.captures.written_digits import FloatArray
-from drivers.interfaces.text import Text, Translate, english, text
+from drivers.interfaces.text import Translate, english, text
 from procedures.estimation.fitting.fit import Fit
 from procedures.estimation.mechanics.inertia import QUADRATIC, SHARED, fit_coast_down, fit_ramps
 from reports.labels import ParameterLabels
 
-#: Of controllers' logs.
-_ELECTRICAL = re.compile(r"e[_ -]?rpm|elec", re.IGNORECASE)
-#: Units that are turns of the shaft, or periods of its EMF.
-_PER_SECOND = ("hz", "khz", "1/s", "s-1", "s^-1")
-_SPEED_WORDS = ("speed", "rpm", "omega", "ω")
 #: Readings at an end that are looked at together.
 _AT_ENDS = 5
 #: A coast-down that ends above this share of its top speed does not show what low speeds do.
@@ -54,6 +47,8 @@ def analyze_coast_down(
     torque: float | None = None,
     speed: str | None = None,
     speed_in_rpm: bool | None = None,
+    electrical: bool = False,
+    pole_pairs: int | None = None,
     speed_filter: float = 0.0,
     torque_filter: float = 0.0,
     accuracy: Sequence[Statement] = (),
@@ -64,10 +59,10 @@ def analyze_coast_down(
 
     With `inertia` (kg·m²) the frictions follow. With several files, or a torque column (N·m), all ramps are fitted together:
     a file without a torque column is a coast-down, unless it comes first and `torque` (N·m) is given for it. `speed` names the
-    column, `speed_in_rpm` whether one without unit is in rpm or in rad/s; without it such a speed is refused. `speed_filter` and
-    `torque_filter` are the time constants (s) of first-order filters that the readings went through. `accuracy` states the errors of
-    speed, torque and time base. `selection` is the part of the record to take. `translate` gives sentences in the reader's language.
-    Raises CaptureError naming file and line.
+    column, `speed_in_rpm` whether one without unit is in rpm or in rad/s; without it such a speed is refused. A speed that is electrical,
+    by its name or by `electrical`, is divided by the `pole_pairs`. `speed_filter` and `torque_filter` are the time constants (s) of
+    first-order filters that the readings went through. `accuracy` states the errors of speed, torque and time base. `selection` is the
+    part of the record to take. `translate` gives sentences in the reader's language. Raises CaptureError naming file and line.
     """
     captures = [read_capture(path, selection=selection) for path in paths_of(file)]
     if not captures:
@@ -86,8 +81,9 @@ def analyze_coast_down(
             "inertia_uncertainty", text("{uncertainty:g} kg·m² is not zero or more", uncertainty=inertia_uncertainty)
         )
     records, assumed = [], []
+    column = SpeedColumn(speed, speed_in_rpm, electrical=electrical, pole_pairs=pole_pairs)
     for k, capture in enumerate(captures):
-        channel, note = _speed(capture, speed, speed_in_rpm)
+        channel, note = column.of_shaft(capture, [c for c in capture.channels if not _is_torque(c)])
         assumed += note
         shaft = [_with_unit(capture, c) for c in capture.channels if _is_torque(c)]
         level = torque if torque is not None and k == 0 and len(captures) > 1 else 0.0
@@ -213,43 +209,3 @@ def _with_unit(capture: Capture, torque: CaptureChannel) -> CaptureChannel:
     if not torque.unit:
         raise open_unit(capture, torque.name, "torque", ("Nm", "mNm"))
     return in_units(capture, torque, ("N·m",), "torque")
-
-
-def _speed(capture: Capture, wanted: str | None, in_rpm: bool | None) -> tuple[CaptureChannel, list[Text]]:
-    """Return the speed (rad/s), and what had to be assumed."""
-    only = [c for c in capture.channels if not _is_torque(c)]
-    if wanted is None and len(only) == 1:
-        wanted = only[0].name
-    for channel in [capture.channel(wanted)] if wanted else only:
-        if channel.unit.lower() in _PER_SECOND:
-            raise CaptureError(
-                capture.source,
-                text(
-                    "column '{name}' is in {unit}, which may be turns or electrical periods a second: write rps where it is turns, and "
-                    "divide electrical periods by the pole pairs",
-                    name=channel.name,
-                    unit=channel.unit,
-                ),
-            )
-    channel = pick(capture, wanted, ("rad/s",), "speed", _SPEED_WORDS, "--speed")
-    refuse_over_range(capture, channel)
-    if _ELECTRICAL.search(channel.name):
-        raise CaptureError(
-            capture.source,
-            text(
-                "column '{name}' is an electrical speed, according to its name. The shaft speed is needed: "
-                "divide the column by the number of pole pairs and name it speed",
-                name=channel.name,
-            ),
-        )
-    if channel.unit == "rad/s":
-        return channel, []
-    if in_rpm or "rpm" in channel.name.lower():
-        factor = np.pi / 30
-        values = channel.values * factor
-        note = [text("speed '{name}' assumed to be in rpm", name=channel.name)]
-        return CaptureChannel(channel.name, "rad/s", values, channel.resolution * factor), note
-    if in_rpm is None:
-        more = text("; or type --speed-in-rpm or --speed-in-rad-s")
-        raise open_unit(capture, channel.name, "speed", ("rpm", "rad/s"), more)
-    return channel, [text("speed '{name}' assumed to be in rad/s", name=channel.name)]

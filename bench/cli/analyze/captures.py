@@ -170,6 +170,8 @@ def coast_down(
     torque: float | None = None,
     speed: str | None = None,
     speed_in_rpm: Annotated[bool | None, Parameter(negative="--speed-in-rad-s")] = None,
+    electrical: bool = False,
+    pole_pairs: Count | None = None,
     speed_filter: str | None = None,
     torque_filter: str | None = None,
     record: RecordOptions = _AS_USUAL,
@@ -192,6 +194,10 @@ def coast_down(
         Name of the speed's column.
     speed_in_rpm
         Unit of a speed column that states none: rpm or rad/s. Without this option such a column is refused.
+    electrical
+        The speeds are electrical, as an ERPM is. A column that is called so needs no option.
+    pole_pairs
+        Pole pairs, by which an electrical speed is divided.
     speed_filter
         Time constant of the filter in the speed signal, as in 20ms.
     torque_filter
@@ -209,6 +215,8 @@ def coast_down(
         torque=torque,
         speed=speed,
         speed_in_rpm=speed_in_rpm,
+        electrical=electrical,
+        pole_pairs=pole_pairs,
         speed_filter=seconds_of("--speed-filter", speed_filter),
         torque_filter=seconds_of("--torque-filter", torque_filter),
         accuracy=record.statements(),
