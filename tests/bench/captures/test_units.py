@@ -14,6 +14,8 @@ MINUTE = 2.0 * math.pi / 60.0
     [
         *((text, "rad/s", MINUTE) for text in ("rpm", "1/min", "min-1", "min^-1", "min⁻¹", "min−1", "U/min", "r/min")),
         *((text, "rad/s", 1.0) for text in ("rad/s", "rad s-1", "rad·s⁻¹", "rad s^-1")),
+        *((text, "rad/s", 2.0 * math.pi) for text in ("rps", "rev/s", "r/s", "turn/s", "turns/s")),
+        ("kHz", "Hz", 1e3),
         *((text, "N·m", 1.0) for text in ("Nm", "N.m", "N·m", "N⋅m", "N m", "N*m")),
         *((text, "N·m", 1e-3) for text in ("mNm", "mN.m", "mN·m", "mN m")),
         *((text, "N·m", 1e-2) for text in ("Ncm", "N·cm")),
@@ -30,6 +32,6 @@ def test_a_unit_in_every_spelling(written: str, unit: str, factor: float) -> Non
         assert found[1] == pytest.approx(factor)
 
 
-@pytest.mark.parametrize("written", ["M", "Mm", "Hz", "1/s", "s.", "min.", "°C", "", "m"])
+@pytest.mark.parametrize("written", ["M", "Mm", "1/s", "s.", "min.", "°C", "", "m"])
 def test_what_is_no_unit_of_a_record(written: str) -> None:
     assert si(written) is None
