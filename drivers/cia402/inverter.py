@@ -19,9 +19,9 @@ from drivers.interfaces import (
     Inverter,
     InverterAbility,
     MeasurementError,
+    Ramp,
     Reading,
     ReportedError,
-    polls,
 )
 from drivers.interfaces.text import Text, text
 from drivers.transport.can.process_data import MappedObject
@@ -264,19 +264,21 @@ class Cia402Inverter(Cia402Driver, Inverter):
     def _await(
         self, what: Text, unit: str, target: float, read: Callable[[ObjectReader], float], tolerance: float
     ) -> None:
-        for last in polls(self._clock, self._options.settle_timeout, self._options.poll_interval):
+        ramp = Ramp(self._clock, self._options.settle_timeout, self._options.poll_interval)
+        for _ in ramp.polls():
             if abs((found := read(now := self._node.snapshot())) - target) <= tolerance:
                 break
+            last = ramp.stalled(abs(found - target))
             limited = self._power.check_operation(now, at_last=last) & INTERNAL_LIMIT
             if last:
                 raise MeasurementError(
                     self._name,
                     text(
-                        "the {what} is {found:g} {unit} {settle_timeout:g} s after {target:g} {unit} was commanded",
+                        "the {what} is {found:g} {unit} {elapsed:.3g} s after {target:g} {unit} was commanded, and comes no nearer",
                         what=what,
                         found=found,
                         unit=unit,
-                        settle_timeout=self._options.settle_timeout,
+                        elapsed=ramp.elapsed,
                         target=target,
                     ),
                     remedy=text("The drive's own limits act (bit 11 of 0x6041): see 0x6072, 0x6073, 0x607F, 0x6080")

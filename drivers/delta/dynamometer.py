@@ -21,6 +21,7 @@ from drivers.interfaces import (
     DynamometerReading,
     Identity,
     MeasurementError,
+    Ramp,
     Watchdog,
     polls,
 )
@@ -297,21 +298,22 @@ class DeltaDyn200(Dynamometer):
 
     def _settle(self, speed: float) -> None:
         latest: list[float] = []
-        for last in polls(self._clock, self._options.settle_timeout, self._options.settle_interval):
+        ramp = Ramp(self._clock, self._options.settle_timeout, self._options.settle_interval)
+        for _ in ramp.polls():
             found = self._transducer.read().speed
             latest = [*latest, found][-SETTLED_READINGS:]
             if self._transducer.has_settled(latest, speed):
                 self._compare(found, STEADY)
                 return
-            if last:
+            if ramp.stalled(abs(found - speed)):
                 self._drive.check_fault()
                 self._compare(found, CHANGING)
                 raise MeasurementError(
                     self._name,
                     text(
-                        "the speed is {last:.4g} rad/s {settle_timeout:g} s after {speed:.4g} rad/s was commanded",
+                        "the speed is {last:.4g} rad/s {elapsed:.3g} s after {speed:.4g} rad/s was commanded, and comes no nearer",
                         last=found,
-                        settle_timeout=self._options.settle_timeout,
+                        elapsed=ramp.elapsed,
                         speed=speed,
                     ),
                     remedy=text("Check the coupling, the drive's ramp times and the torque limit"),

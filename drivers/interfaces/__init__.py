@@ -4,7 +4,7 @@ instrument.
 
 from drivers.interfaces.bldc_drive import BldcDrive
 from drivers.interfaces.calls import UNWATCHED, Calls
-from drivers.interfaces.clock import Clock, polls
+from drivers.interfaces.clock import Clock, Ramp, polls
 from drivers.interfaces.dynamometer import Dynamometer, DynamometerReading
 from drivers.interfaces.errors import (
     BreakdownError,
@@ -77,6 +77,7 @@ __all__ = [
     "OutputMode",
     "OverloadError",
     "ProbeKind",
+    "Ramp",
     "Reading",
     "Regulated",
     "ReportedError",

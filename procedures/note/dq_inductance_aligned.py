@@ -38,6 +38,7 @@ from procedures.techniques.winding.dq_axes import connection_of, require
 from procedures.techniques.winding.plots import aligned_plot
 from procedures.techniques.winding.short_correction import short_correct
 from procedures.techniques.winding.slow_inductance import Slow, slow_inductance
+from procedures.techniques.winding.supply_voltage import within_voltage
 from procedures.verification.settings import SupplyWiringSettings
 
 #: A saliency of so many standard uncertainties tells an angle.
@@ -125,7 +126,9 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         self.wiring.supply.connect(ALIGN_D, UncoupleDynamometer())
         self.bench.perform(ReleaseRotor())
         energised.enter_context(
-            aligning(self.bench, self.aligning_current(self.settings.align_share), self.settings.settle)
+            aligning(
+                self.bench, within_voltage(self, self.aligning_current(self.settings.align_share)), self.settings.settle
+            )
         )
 
     @step("3.3.3-d/2", "The rotor rests on d: lock it, then switch the supply off", by_hand=True)
@@ -147,7 +150,9 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         self.wiring.supply.connect(ALIGN_Q)
         self.bench.perform(ReleaseRotor())
         energised.enter_context(
-            aligning(self.bench, self.aligning_current(self.settings.align_share), self.settings.settle)
+            aligning(
+                self.bench, within_voltage(self, self.aligning_current(self.settings.align_share)), self.settings.settle
+            )
         )
 
     @step("3.3.3-q/2", "The rotor rests on q: lock it, then switch the supply off", by_hand=True)

@@ -35,6 +35,7 @@ from procedures.techniques.winding.step_evaluation import apparent_point, loop_o
 from procedures.techniques.winding.step_probes import StepSource
 from procedures.techniques.winding.step_read_off import ReadOffStep, loop_inductance, read_off_steps
 from procedures.techniques.winding.step_recording import TIME_CONSTANTS, DrivenStep, RecordedStep, record_steps
+from procedures.techniques.winding.supply_voltage import within_voltage
 from procedures.verification.settings import SupplyWiringSettings
 
 #: The step's voltage is at least this many times what the supply's zero may be off, up to this share of the rated current.
@@ -121,7 +122,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         """Align with up to the rated current, if the supply can give it: friction holds a weakly aligned rotor away from d."""
         self.wiring.supply.connect(ALIGN_D, UncoupleDynamometer())
         self.bench.perform(ReleaseRotor())
-        current = self.aligning_current(self.settings.align_share)
+        current = within_voltage(self, self.aligning_current(self.settings.align_share))
         self.findings["aligning_current"] = current
         if current <= 0.15 * self.nameplate.rated_current:
             self.notice(
@@ -181,7 +182,9 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
         self.wiring.supply.connect(ALIGN_Q)
         self.bench.perform(ReleaseRotor())
         energised.enter_context(
-            aligning(self.bench, self.aligning_current(self.settings.align_share), self.settings.settle)
+            aligning(
+                self.bench, within_voltage(self, self.aligning_current(self.settings.align_share)), self.settings.settle
+            )
         )
 
     @step("3.3.1-q/2", "Lock the shaft against the torque of the step", by_hand=True)
@@ -213,7 +216,7 @@ class DqInductanceTimeConstant(Procedure[DqInductanceTimeConstantSettings]):
 
     def _step_voltage(self, alignment: Alignment) -> float:
         """Return the step's voltage (V): for the current asked for, but not lost in what the supply's zero may be off."""
-        current = self.current_level("step_share", text("step current"), _OF_SUPPLY)
+        current = within_voltage(self, self.current_level("step_share", text("step current"), _OF_SUPPLY))
         voltage = current * alignment.loop_resistance
         bound = min(self.nameplate.current_bound, self.bench.supply.maximum_current) / _LIMIT
         most = max(current, min(_MOST_SHARE * self.nameplate.rated_current, bound)) * alignment.loop_resistance

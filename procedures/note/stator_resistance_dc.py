@@ -45,6 +45,7 @@ from procedures.techniques.temperature.settings import (
 from procedures.techniques.winding.alignment import flowing_current
 from procedures.techniques.winding.closing_reading import allowed_for, closed
 from procedures.techniques.winding.four_wire_readings import ratio_limit, scattered
+from procedures.techniques.winding.supply_voltage import within_voltage
 from procedures.verification.settings import SupplyWiringSettings
 
 #: How often a person is asked about the readings of one polarity.
@@ -141,6 +142,7 @@ class StatorResistanceDc(Procedure[StatorResistanceDcSettings]):
             self.bench.supply.maximum_current,
             self.nameplate.current_bound,
         )
+        largest = within_voltage(self, largest)
         levels = largest * np.arange(self.settings.levels, 0, -1) / self.settings.levels
         times: list[float] = []
         currents: list[float] = []

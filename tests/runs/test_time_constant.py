@@ -69,3 +69,30 @@ def test_the_bridges_resistance_is_told_once_for_both_axes(motorbench):
     )
     (said,) = [w["message"] for w in given["warnings"] if w["id"] == "E10"]
     assert "Ld and Lq" in said
+
+
+#: At the rated current two phases in a row take twice what the supply's output can give.
+_TOO_FEW_VOLTS = (0.6, {"phase_resistance": [8.0] * 3, "d_axis_inductance": 2e-3, "q_axis_inductance": 3e-3})
+
+
+@pytest.mark.parametrize("method", ["dq-inductance-aligned", "dq-inductance-time-constant", "stator-resistance-dc"])
+def test_a_supply_of_too_few_volts_for_the_rated_current(motorbench, tmp_path, method):
+    rated, virtual = _TOO_FEW_VOLTS
+    motor = motor_file(tmp_path, rated, coulomb_friction=1e-4 * rated, cogging_torque=0.0, **virtual)
+    share = ("--set", "stator-resistance-dc.current_share=1.0") if method == "stator-resistance-dc" else ()
+    status, given = motorbench(
+        "run", "stator-resistance", method, *share, "--station", "virtual", "--motor", str(motor)
+    )
+    assert status == 0, given.get("cause")
+    assert "supply-voltage" in {w["id"] for w in given["warnings"]}
+    for parameter in given["parameters"].values():
+        low, high = parameter["coverage_interval"]
+        assert low <= parameter["truth"] <= high, (method, parameter["value"], parameter["truth"])
+
+
+def test_too_few_volts_for_an_unknown_winding_are_named(motorbench, tmp_path):
+    rated, virtual = _TOO_FEW_VOLTS
+    motor = motor_file(tmp_path, rated, cogging_torque=0.0, **virtual)
+    status, given = motorbench("run", "dq-inductance-aligned", "--station", "virtual", "--motor", str(motor))
+    assert status != 0
+    assert "its highest voltage: the loop has 12 Ω" in given["cause"]

@@ -12,6 +12,8 @@ from procedures.core.bench import Bench, ProcedureError
 _EXCEEDED = 1.05
 #: The supply must reach this share of the wanted current, else the path is open or too resistive.
 _REACHED = 0.9
+#: At this share of its highest voltage an output is at its limit; of this share of the wanted current the path is closed.
+_AT_LIMIT, _CLOSED = 0.95, 0.02
 
 
 @dataclass(frozen=True)
@@ -52,13 +54,27 @@ def flowing_current(bench: Bench, wanted: float) -> Reading:
     slack = 2.0 * (meter.offset + meter.gain * wanted)
     if mode is OutputMode.CONSTANT_CURRENT and reading.value >= _REACHED * wanted - slack:
         return reading
+    voltage = supply.measure_voltage().value
+    at_limit = mode is OutputMode.CONSTANT_VOLTAGE and voltage >= _AT_LIMIT * supply.maximum_voltage
+    if at_limit and reading.value >= _CLOSED * wanted + meter.offset:
+        raise ProcedureError(
+            text(
+                "the supply is set to {wanted:.3g} A and gives {flowing:.3g} A at {voltage:.3g} V, its highest voltage: the loop has "
+                "{resistance:.3g} Ω. If the winding has as much, use an output of more volts, or a lower current in the settings; if "
+                "it has less, check the connections just made",
+                wanted=wanted,
+                flowing=reading.value,
+                voltage=voltage,
+                resistance=voltage / reading.value,
+            )
+        )
     raise ProcedureError(
         text(
             "the supply is set to {wanted:.3g} A and gives {flowing:.3g} A at {voltage:.3g} V ({mode}): the path is open "
             "or its resistance too high. Check the connections just made",
             wanted=wanted,
             flowing=reading.value,
-            voltage=supply.measure_voltage().value,
+            voltage=voltage,
             mode=_MODES[mode],
         )
     )
