@@ -97,7 +97,7 @@ class Cia402Options(NodeOptions):
     refused. `pole_pairs` are those that the drive is set up with. `rated_current` (A, the drive's scale) stands in for 0x6075.
     `field_current` is the object of the phase current in the drive's open-loop mode, which no profile has; without one it turns
     at no frequency. The ramp has ended within `frequency_tolerance` (Hz) of the target, a current has settled within
-    `current_tolerance` (of rated), at most `settle_timeout` (s) later.
+    `current_tolerance` (of rated), a quantity that comes no nearer for `settle_timeout` (s) is given up.
     """
 
     maximum_current: float
