@@ -227,7 +227,7 @@ class DqInductanceAligned(Procedure[DqInductanceAlignedSettings]):
         self.notice(
             "E1",
             text(
-                "A against B and C together is 1.5 times the phase's inductance: the readings {d:.4g} µH and {q:.4g} µH are "
+                "A against B and C together is 1.5 times the phase's inductance: the readings {d:.5g} µH and {q:.5g} µH are "
                 "divided by 1.5. The note's example halves them, which holds between two lines only",
                 d=1e6 * float(d.x),
                 q=1e6 * float(q.x),

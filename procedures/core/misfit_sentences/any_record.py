@@ -76,7 +76,8 @@ SENTENCES = {
         "{unit}; check contacts, range and unit, and repeat the readings"
     ),
     Cause.CLIPPED: text(
-        "channel {channel} is clipped at the end of its range for {lost:.0%} of the record: use a wider range"
+        "channel {channel} is clipped at the end of its range for {lost:.0%} of the record: use a wider range, or, at the widest one, a "
+        "probe that divides more or a smaller signal (a lower speed)"
     ),
     Cause.HUM: text(
         "channel {channel} carries mains hum of {frequency:.4g} Hz, {amplitude:.3g} V: twist or shield the leads, ground at one point only"
