@@ -16,7 +16,9 @@ from procedures.estimation.mechanics.turning import Run
 #: Speeds of the Stribeck term that are looked for, shares of the top speed, and those that are fitted, by both laws.
 _STRIBECK_SEEN = (0.03, 0.1, 0.25)
 _STRIBECK_FITTED, _POWERS = (0.02, 0.035, 0.06, 0.1, 0.16, 0.25, 0.35, 0.5, 0.7), (1.0, 2.0)
-_FILTERS_SEEN, _FILTERS_FITTED = 3, 11
+_FILTERS_SEEN, _FILTERS_FITTED = 3, 12
+#: A filter is fitted from this share of the shortest that is looked for, so that one as short is between two that are tried.
+_SHORTER = 0.65
 #: A filter is fitted with time constants up to this share of the longest ramp: by a bench's longest, slow beside a light shaft's ramps.
 _FILTER_FITTED = 0.8
 #: Orders of the shaft's angle that are looked for, and how often chance alone may find one of them.
@@ -135,7 +137,7 @@ def families(model: RampModel, found: Periodic | None) -> Iterator[Family]:
     free = [run for run in model.runs if not run.speed_filter]
     if free and not terms.filters_speed:
         longest = max(filter_times(run, 2, _FILTER_FITTED)[1] for run in free)
-        shortest = min(filter_times(run, 2)[0] for run in free)
+        shortest = _SHORTER * min(filter_times(run, 2)[0] for run in free)
         yield Family(Cause.SPEED_FILTER, np.geomspace(shortest, longest, _FILTERS_FITTED), terms)
     if not terms.torque_filter and any(run.varies for run in model.runs):
         yield Family(Cause.TORQUE_FILTER, one, terms)
